@@ -1,0 +1,1 @@
+"""Training, evaluation and benchmarking of controllers on pnt_gym."""

@@ -1,0 +1,57 @@
+"""What every command line of `agents` does alike: parse, run, and turn a user's mistake into one sentence."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from typing import TypeVar
+
+import tyro
+
+from pnt_gym.errors import PntGymError
+
+Arguments = TypeVar("Arguments")
+
+BAD_USAGE = 2
+INTERRUPTED = 130
+
+
+class UsageError(PntGymError):
+    """A command line that asks for something that does not exist or cannot be."""
+
+
+def run(command: Callable[[Arguments], None], arguments: type[Arguments], module: str) -> None:
+    """Parse `sys.argv` into `arguments` and run `command`.
+
+    Exit codes: 0 done, 2 bad usage or config with one sentence on stderr, 130 interrupted.
+    """
+    # A redirected stream of another encoding must not turn a table into a traceback.
+    for stream in (sys.stdout, sys.stderr):
+        reconfigure = getattr(stream, "reconfigure", None)
+        if reconfigure is not None:
+            reconfigure(errors="replace")
+    parsed = tyro.cli(arguments, prog=f"python -m {module}")
+    try:
+        command(parsed)
+    except PntGymError as error:
+        print(f"error: {one_sentence(error)}", file=sys.stderr)
+        sys.exit(BAD_USAGE)
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        sys.exit(INTERRUPTED)
+
+
+def one_sentence(error: Exception) -> str:
+    """The message of an error on one line."""
+    return " ".join(str(error).split())
+
+
+def at_least(name: str, value: int, least: int) -> int:
+    """Return `value`.
+
+    Raises:
+        UsageError: it is below `least`.
+    """
+    if value < least:
+        raise UsageError(f"--{name} is {value}; it must be at least {least}")
+    return value

@@ -1,0 +1,29 @@
+"""The analytic planner as it is: the object is a point at the cup, nothing drags, nothing is late."""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+
+from agents.controllers.protocol import Actions, Observation, Outcome
+
+
+@final
+class Analytic:
+    """Zero correction."""
+
+    name = "analytic"
+
+    def __init__(self, actions: int) -> None:
+        self._actions = actions
+
+    def reset(self, seed: int) -> None:
+        """Nothing to forget."""
+
+    def act(self, observation: Observation) -> Actions:
+        """Zeros (N, A)."""
+        return np.zeros((len(observation.kind), self._actions), dtype=np.float32)
+
+    def learn(self, outcome: Outcome) -> None:
+        """Learns nothing."""

@@ -1,0 +1,94 @@
+"""Two corrections from a pencil and paper: the object's height, and the mean delay of the valve.
+
+Both use the nominal plan in the observation and drag-free flight; neither learns anything.
+"""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+
+from agents.controllers.protocol import Actions, Observation, Outcome
+from agents.controllers.shift import to_action
+from pnt_gym.cells.items import item_arrays
+from pnt_gym.cells.observation import decode
+from pnt_gym.cells.suction import release_delay
+from pnt_gym.config import CellConfig
+from pnt_gym.planning.arrays import Floats
+from pnt_gym.planning.ballistics import GRAVITY
+
+
+def landing_change(plan: dict[str, Floats], forward: Floats | float, up: Floats | float) -> Floats:
+    """How much further (N,) [m] a throw lands when its release point moves but its velocity stays.
+
+    Args:
+        plan: decoded observations; `release_speed`, `elevation` and `flight_time` are read.
+        forward: horizontal move along the throw [m].
+        up: vertical move [m].
+    """
+    speed, angle, flight = plan["release_speed"], plan["elevation"], plan["flight_time"]
+    rise = speed * np.sin(angle)
+    drop = 0.5 * GRAVITY * flight**2 - rise * flight  # release height above the rim
+    # A release below the rim has no landing there; the vertex is the nearest to one.
+    before, after = (np.sqrt(np.maximum(rise**2 + 2.0 * GRAVITY * z, 0.0)) for z in (drop, drop + up))
+    return forward + speed * np.cos(angle) * (after - before) / GRAVITY
+
+
+def mean_delay(config: CellConfig) -> float:
+    """Mean release delay [s] over the level's items at their catalogue values, scaled with the mismatch."""
+    table = item_arrays(config.item_list())
+    return config.mismatch * float(np.mean(release_delay(table.seal_force, table.mass, config.suction)))
+
+
+def _along(shift: Floats, config: CellConfig) -> Actions:
+    return to_action(np.stack([shift, np.zeros_like(shift)], axis=-1), config)
+
+
+@final
+class AnalyticHeight:
+    """The planner with an object of height h: its centre of mass leaves from h/2 below the cup.
+
+    The share of h/2 scales with the mismatch, as the cell's own centre of mass does.
+    """
+
+    name = "analytic_height"
+
+    def __init__(self, config: CellConfig) -> None:
+        self._config = config
+
+    def reset(self, seed: int) -> None:
+        """Nothing to forget."""
+
+    def act(self, observation: Observation) -> Actions:
+        """Take back the landing change of the lower release, (N, 2)."""
+        plan = decode(observation.features)
+        lower = -0.5 * self._config.mismatch * plan["height"]
+        return _along(-landing_change(plan, 0.0, lower), self._config)
+
+    def learn(self, outcome: Outcome) -> None:
+        """Learns nothing."""
+
+
+@final
+class MeanLead:
+    """The planner with the valve advanced by the mean delay: one number for the whole cell."""
+
+    name = "mean_lead"
+
+    def __init__(self, config: CellConfig) -> None:
+        self._config = config
+        self.delay = mean_delay(config)
+
+    def reset(self, seed: int) -> None:
+        """Nothing to forget."""
+
+    def act(self, observation: Observation) -> Actions:
+        """Take back the landing change of a release that much later on the throw line, (N, 2)."""
+        plan = decode(observation.features)
+        late = plan["release_speed"] * self.delay
+        change = landing_change(plan, late * np.cos(plan["elevation"]), late * np.sin(plan["elevation"]))
+        return _along(-change, self._config)
+
+    def learn(self, outcome: Outcome) -> None:
+        """Learns nothing."""

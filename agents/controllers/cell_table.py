@@ -1,0 +1,132 @@
+"""Corrections kept per item kind and bin cell: the running mean, and the virtual goal of iterative learning.
+
+Both forget everything but kind and place; what differs from throw to throw (seal, mass, speed, grasp) is
+noise to them. Cells are named, so a table learned on one level serves another that shares its items.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import final
+
+import numpy as np
+
+from agents.controllers.protocol import Actions, Observation, Outcome, State
+from agents.controllers.shift import ideal_shift, instructive, to_action
+from pnt_gym.cells.observation import decode
+from pnt_gym.config import CellConfig
+from pnt_gym.errors import PntGymError
+from pnt_gym.planning.arrays import Floats
+
+Step = Callable[[int], float]
+"""Weight of the newest throw, from the number of throws a cell has seen, this one included."""
+
+ANY = "*"
+
+
+def cell_names(observation: Observation, config: CellConfig) -> list[tuple[str, str]]:
+    """Item and bin cell of each throw: the bin's name, or the quarter that a random bin is drawn in."""
+    seen = decode(observation.features)
+    x, y = seen["target_x"], seen["target_y"]
+    if config.bins.random is not None:
+        area = config.bins.random
+        right, far = x > np.mean(area.x), y > np.mean(area.y)
+        places = [f"{'right' if r else 'left'}-{'far' if f else 'near'}" for r, f in zip(right, far, strict=True)]
+    else:
+        bins = config.bins.fixed
+        gap = np.hypot(x[:, None] - [b.x for b in bins], y[:, None] - [b.y for b in bins])
+        places = [bins[i].name for i in gap.argmin(axis=1)]
+    return [(config.items[k], place) for k, place in zip(observation.kind, places, strict=True)]
+
+
+@final
+class CellTable:
+    """Shift (2,) [m] per item and bin cell, with coarser cells to fall back on.
+
+    Args:
+        name: name of the controller.
+        config: the level.
+        step: weight of the newest throw.
+        share_all: an item never thrown gets the correction over all items; otherwise none.
+    """
+
+    def __init__(self, name: str, config: CellConfig, step: Step, *, share_all: bool) -> None:
+        self.name = name
+        self._config = config
+        self._step = step
+        self._share_all = share_all
+        self.reset(0)
+
+    def reset(self, seed: int) -> None:
+        """Forget every cell."""
+        self._shift: dict[str, Floats] = {}
+        self._count: dict[str, int] = {}
+
+    def begin_practice(self, throws: int) -> None:
+        """Learns the same way in practice and later."""
+
+    def end_practice(self) -> None:
+        """Nothing to settle."""
+
+    def act(self, observation: Observation) -> Actions:
+        """The shift of each throw's cell, else of its item, else of all items, else zero: (N, 2)."""
+        shift = [self._find(self._chain(*cell)) for cell in cell_names(observation, self._config)]
+        return to_action(np.array(shift).reshape(-1, 2), self._config)
+
+    def learn(self, outcome: Outcome) -> None:
+        """Move each throw's cell, and the coarser ones around it, towards the shift that was right.
+
+        For a batch this is the update that the same throws one after another would have made: with the
+        shift s in force, s + K (d - z) = s + K (ideal - s).
+        """
+        ideal = ideal_shift(outcome, self._config)
+        usable = instructive(outcome)
+        for row, cell in enumerate(cell_names(outcome.observation, self._config)):
+            if usable[row]:
+                self._update(self._chain(*cell), ideal[row])
+
+    def state(self) -> State:
+        """Names, shifts and counts of the cells."""
+        names = list(self._shift)
+        return {
+            "cells": np.array(names, dtype=np.str_),
+            "shift": np.array([self._shift[n] for n in names]).reshape(-1, 2),
+            "count": np.array([self._count[n] for n in names], dtype=np.int64),
+        }
+
+    def restore(self, state: State) -> None:
+        """Take over cells."""
+        names = [str(n) for n in state["cells"]]
+        self._shift = {n: np.asarray(s, dtype=np.float64) for n, s in zip(names, state["shift"], strict=True)}
+        self._count = {n: int(c) for n, c in zip(names, state["count"], strict=True)}
+
+    def _chain(self, item: str, place: str) -> list[str]:
+        """Cells from fine to coarse."""
+        chain = [f"{item}|{place}", f"{item}|{ANY}"]
+        return [*chain, f"{ANY}|{ANY}"] if self._share_all else chain
+
+    def _find(self, chain: Sequence[str]) -> Floats:
+        return next((self._shift[cell] for cell in chain if cell in self._shift), np.zeros(2))
+
+    def _update(self, chain: Sequence[str], ideal: Floats) -> None:
+        for depth, cell in enumerate(chain):
+            # A cell met for the first time starts from what would have been used there.
+            before = self._find(chain[depth:])
+            self._count[cell] = self._count.get(cell, 0) + 1
+            self._shift[cell] = before + self._step(self._count[cell]) * (ideal - before)
+
+
+def mean_shift(config: CellConfig) -> CellTable:
+    """The mean of the shifts that would have been right, per item and bin cell."""
+    return CellTable("mean_shift", config, lambda count: 1.0 / count, share_all=True)
+
+
+def virtual_goal(config: CellConfig, gain: float = 0.5) -> CellTable:
+    """Iterative learning of a virtual goal, z_hat += K (z_d - z), per item and bin cell (Miyashita 2010).
+
+    Raises:
+        PntGymError: a gain outside (0, 2), where the update cannot converge.
+    """
+    if not 0.0 < gain < 2.0:
+        raise PntGymError(f"virtual_goal: gain is {gain}; it must lie between 0 and 2")
+    return CellTable("virtual_goal", config, lambda count: gain, share_all=False)

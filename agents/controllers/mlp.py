@@ -1,0 +1,92 @@
+"""A small network fitted to the same labels as the ridge: what supervised learning gets from a throw.
+
+With many throws it is the noise floor of the cell: what is left is what no observation tells.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any, final
+
+import numpy as np
+
+from agents.controllers.protocol import State
+from pnt_gym.planning.arrays import Floats
+
+BATCH = 256
+
+
+@final
+class Mlp:
+    """Two hidden layers, Huber loss, AdamW with a cosine schedule.
+
+    Args:
+        width: units per hidden layer.
+        steps: gradient steps of one fit.
+        learning_rate: at the start of the schedule.
+        weight_decay: of AdamW.
+    """
+
+    def __init__(
+        self, width: int = 64, steps: int = 3000, learning_rate: float = 3e-3, weight_decay: float = 0.03
+    ) -> None:
+        self._width, self._steps = width, steps
+        self._learning_rate, self._weight_decay = learning_rate, weight_decay
+        self._layers: list[tuple[Floats, Floats]] = []
+        self._centre, self._scale = np.zeros(2), np.ones(2)
+
+    def fit(self, features: Floats, shift: Floats, seed: int) -> None:
+        """Fit to features (N, D) and shifts (N, 2) [m]."""
+        import torch  # noqa: PLC0415 - a second to import, needed for fitting only
+
+        self._centre, self._scale = shift.mean(axis=0), shift.std(axis=0) + 1e-6
+        x = torch.as_tensor(features, dtype=torch.float32)
+        y = torch.as_tensor((shift - self._centre) / self._scale, dtype=torch.float32)
+        with torch.random.fork_rng(devices=[]):
+            torch.manual_seed(seed)
+            network = _network(torch, features.shape[1], self._width)
+            self._train(torch, network, x, y)
+        arrays = [p.detach().numpy().astype(np.float64) for p in network.parameters()]
+        self._layers = list(zip(arrays[0::2], arrays[1::2], strict=True))
+
+    def predict(self, features: Floats) -> Floats:
+        """Shifts (N, 2) [m]."""
+        value = features
+        for i, (weight, bias) in enumerate(self._layers):
+            value = value @ weight.T + bias
+            if i < len(self._layers) - 1:
+                value = value / (1.0 + np.exp(-value))
+        return value * self._scale + self._centre
+
+    def state(self) -> State:
+        """Weights and biases by layer, and the scale of the labels."""
+        layers = {f"weight_{i}": w for i, (w, _) in enumerate(self._layers)}
+        biases = {f"bias_{i}": b for i, (_, b) in enumerate(self._layers)}
+        return {**layers, **biases, "centre": self._centre, "scale": self._scale}
+
+    def restore(self, state: State) -> None:
+        """Take over a fit."""
+        count = sum(name.startswith("weight_") for name in state)
+        floats = {name: np.asarray(value, dtype=np.float64) for name, value in state.items()}
+        self._layers = [(floats[f"weight_{i}"], floats[f"bias_{i}"]) for i in range(count)]
+        self._centre, self._scale = floats["centre"], floats["scale"]
+
+    def _train(self, torch: Any, network: Any, x: Any, y: Any) -> None:
+        optimiser = torch.optim.AdamW(network.parameters(), lr=self._learning_rate, weight_decay=self._weight_decay)
+        schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, self._steps)
+        loss_of = torch.nn.HuberLoss()
+        batch = min(BATCH, len(x))
+        for _ in range(self._steps):
+            rows = torch.randint(len(x), (batch,))
+            optimiser.zero_grad()
+            loss_of(network(x[rows]), y[rows]).backward()
+            optimiser.step()
+            schedule.step()
+
+
+def _network(torch: Any, inputs: int, width: int) -> Any:
+    sizes = [inputs, width, width, 2]
+    layers: list[Any] = []
+    for before, after in pairwise(sizes):
+        layers += [torch.nn.Linear(before, after), torch.nn.SiLU()]
+    return torch.nn.Sequential(*layers[:-1])

@@ -1,0 +1,118 @@
+"""What a controller is: it sees a pick, corrects the throw, and may learn from where the object landed.
+
+Evaluation, practice and the benchmark know only these types; a new baseline or agent is one file that fits
+them. All arrays hold one row per throw of a batch.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol, final, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pnt_gym.config import CellConfig
+from pnt_gym.planning.arrays import Bools, Floats, Ints
+
+Actions = NDArray[np.float32]
+State = Mapping[str, NDArray[np.generic]]
+
+
+@final
+@dataclass(frozen=True)
+class Observation:
+    """N coming picks as a controller sees them."""
+
+    features: NDArray[np.float32]
+    """What the environment returned, (N, D)."""
+    kind: Ints
+    """What the cell's classifier says the object is: index into the level's items (N,)."""
+
+
+@final
+@dataclass(frozen=True)
+class Outcome:
+    """N throws and what became of them; landing is measured against the target, in the throw's frame."""
+
+    observation: Observation
+    action: Actions
+    landing_along: Floats
+    """Landed this much too far [m]."""
+    landing_across: Floats
+    """Landed this much too far left [m]."""
+    is_success: Bools
+    cycle_time: Floats
+    """Pick to pick, with dwell [s]."""
+    clipped: Bools
+    """The action was infeasible and another one was executed: nothing can be learned from it."""
+
+
+class Controller(Protocol):
+    """Corrects throws."""
+
+    @property
+    def name(self) -> str:
+        """Name in tables and files."""
+        ...
+
+    def reset(self, seed: int) -> None:
+        """Forget what was learned and reseed whatever is random."""
+        ...
+
+    def act(self, observation: Observation) -> Actions:
+        """Actions (N, A) in [-1, 1]; zero is the analytic planner."""
+        ...
+
+    def learn(self, outcome: Outcome) -> None:
+        """Take in the outcome of the throws of the last `act`."""
+        ...
+
+
+@runtime_checkable
+class Learner(Controller, Protocol):
+    """A controller that gets better by throwing, and whose knowledge can be kept."""
+
+    def begin_practice(self, throws: int) -> None:
+        """Announce that about `throws` throws are for learning; it may explore until `end_practice`."""
+        ...
+
+    def end_practice(self) -> None:
+        """Stop exploring and settle what was learned."""
+        ...
+
+    def state(self) -> State:
+        """What was learned, as named arrays; independent of the level it was learned on."""
+        ...
+
+    def restore(self, state: State) -> None:
+        """Take over what another controller of the same name learned."""
+        ...
+
+
+class Preview(Protocol):
+    """Where throws would land."""
+
+    @property
+    def landing_along(self) -> Floats:
+        """(N,) [m]."""
+        ...
+
+    @property
+    def landing_across(self) -> Floats:
+        """(N,) [m]."""
+        ...
+
+
+class Core(Protocol):
+    """What controllers may ask of the cell behind an environment."""
+
+    @property
+    def config(self) -> CellConfig:
+        """The level."""
+        ...
+
+    def preview(self, actions: Actions, *, jitter: bool = False) -> Preview:
+        """Simulate the coming throws with their hidden values, without advancing."""
+        ...

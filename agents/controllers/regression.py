@@ -1,0 +1,128 @@
+"""Learning the residual by regression: throw, see the error, fit the shift that would have been right.
+
+Labels are "asked for minus error", gathered on the throws the current fit itself makes (in rounds), with some
+exploration around them. Any regressor with `fit` and `predict` serves: ridge and a small network do here.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol, final
+
+import numpy as np
+
+from agents.controllers.protocol import Actions, Observation, Outcome, State
+from agents.controllers.shift import action_scale, ideal_shift, instructive, to_action
+from pnt_gym.config import CellConfig
+from pnt_gym.planning.arrays import Floats
+
+ROUNDS = (0.25, 0.60, 1.0)
+"""Shares of the practice after which the fit is renewed: rounds of 25, 35 and 40 %."""
+EXPLORATION = np.array([0.015, 0.0075])
+"""Standard deviation of the shift added in practice, along and across [m]."""
+FEWEST_THROWS = 8
+"""A fit on fewer throws would follow their noise."""
+REFIT_GROWTH = 1.1
+"""Outside practice the fit is renewed when the data have grown by this factor."""
+
+
+class Regressor(Protocol):
+    """Predicts shifts (N, 2) [m] from features (N, D)."""
+
+    def fit(self, features: Floats, shift: Floats, seed: int) -> None:
+        """Fit anew to all data."""
+        ...
+
+    def predict(self, features: Floats) -> Floats:
+        """Shifts (N, 2) [m]."""
+        ...
+
+    def state(self) -> State:
+        """What was fitted."""
+        ...
+
+    def restore(self, state: State) -> None:
+        """Take over a fit."""
+        ...
+
+
+@final
+class OnPolicyRegression:
+    """A regressor that gathers its own data.
+
+    Args:
+        name: name of the controller.
+        config: the level.
+        regressor: the model.
+    """
+
+    def __init__(self, name: str, config: CellConfig, regressor: Regressor) -> None:
+        self.name = name
+        self._config = config
+        self._regressor = regressor
+        self.reset(0)
+
+    def reset(self, seed: int) -> None:
+        """Forget data and fit, reseed exploration and fitting."""
+        self._random = np.random.default_rng(seed)
+        self._features: list[Floats] = []
+        self._shifts: list[Floats] = []
+        self._count = 0
+        self._fitted_at = 0
+        self._fitted = False
+        self._exploring = False
+        self._rounds: list[int] = []
+
+    def begin_practice(self, throws: int) -> None:
+        """Explore, and renew the fit at the end of each round."""
+        self._exploring = True
+        self._rounds = [self._count + round(share * throws) for share in ROUNDS[:-1]]
+
+    def end_practice(self) -> None:
+        """Fit to everything seen, and explore no more."""
+        self._exploring = False
+        self._fit()
+
+    def act(self, observation: Observation) -> Actions:
+        """Predicted shift, in practice with exploration around it: (N, 2)."""
+        count = len(observation.kind)
+        shift = self._predict(observation)
+        if self._exploring:
+            shift = shift + EXPLORATION * self._random.standard_normal((count, 2))
+        return to_action(shift, self._config)
+
+    def learn(self, outcome: Outcome) -> None:
+        """Remember the throws; renew the fit when a round is over."""
+        usable = instructive(outcome)
+        self._features.append(outcome.observation.features[usable].astype(np.float64))
+        self._shifts.append(ideal_shift(outcome, self._config)[usable])
+        self._count += int(usable.sum())
+        if self._exploring:
+            due = bool(self._rounds) and self._count >= self._rounds[0]
+        else:
+            due = self._count >= REFIT_GROWTH * max(self._fitted_at, FEWEST_THROWS)
+        if due:
+            self._rounds = self._rounds[1:]
+            self._fit()
+
+    def state(self) -> State:
+        """The fit; empty before the first."""
+        return self._regressor.state() if self._fitted else {}
+
+    def restore(self, state: State) -> None:
+        """Take over a fit; the data behind it are not part of it."""
+        self._fitted = bool(state)
+        if state:
+            self._regressor.restore(state)
+
+    def _predict(self, observation: Observation) -> Floats:
+        if not self._fitted:
+            return np.zeros((len(observation.kind), 2))
+        scale = action_scale(self._config)
+        return np.clip(self._regressor.predict(observation.features.astype(np.float64)), -scale, scale)
+
+    def _fit(self) -> None:
+        if self._count < FEWEST_THROWS:
+            return
+        seed = int(self._random.integers(2**31))
+        self._regressor.fit(np.concatenate(self._features), np.concatenate(self._shifts), seed)
+        self._fitted, self._fitted_at = True, self._count

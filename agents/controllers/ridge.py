@@ -1,0 +1,91 @@
+"""Ridge regression on quadratic features, in closed form: the simple learner that a network has to beat."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from agents.controllers.protocol import State
+from pnt_gym.planning.arrays import Floats
+
+PENALTIES = np.logspace(-2, 4, 19)
+GAINS = (0.03, 0.1, 0.3, 1.0)
+"""Weights of the quadratic features beside the linear ones: a small one is penalised more."""
+
+
+def expand(features: Floats, gain: float) -> Floats:
+    """Linear features (N, D) and their D (D + 1) / 2 products times `gain`."""
+    row, column = np.triu_indices(features.shape[1])
+    return np.concatenate([features, gain * features[:, row] * features[:, column]], axis=1)
+
+
+@dataclass(frozen=True)
+class _Candidate:
+    loss: float
+    gain: float
+    centre: Floats
+    weights: Floats
+
+
+@final
+class Ridge:
+    """One ridge regression per output; penalty and gain by leave-one-out error, which has a closed form."""
+
+    def __init__(self) -> None:
+        self._fits: list[_Candidate] = []
+        self._offset = np.zeros(2)
+
+    def fit(self, features: Floats, shift: Floats, seed: int) -> None:
+        """Fit to features (N, D) and shifts (N, 2) [m]; nothing in it is random."""
+        self._offset = shift.mean(axis=0)
+        targets = shift - self._offset
+        best: list[_Candidate | None] = [None] * targets.shape[1]
+        for gain in GAINS:
+            for output, candidate in enumerate(_best_penalty(features, targets, gain)):
+                current = best[output]
+                if current is None or candidate.loss < current.loss:
+                    best[output] = candidate
+        self._fits = [fit for fit in best if fit is not None]
+
+    def predict(self, features: Floats) -> Floats:
+        """Shifts (N, 2) [m]."""
+        columns = [(expand(features, fit.gain) - fit.centre) @ fit.weights for fit in self._fits]
+        return np.stack(columns, axis=-1) + self._offset
+
+    def state(self) -> State:
+        """Gains, centres and weights per output, and the offset."""
+        return {
+            "gain": np.array([f.gain for f in self._fits]),
+            "centre": np.stack([f.centre for f in self._fits]),
+            "weights": np.stack([f.weights for f in self._fits]),
+            "offset": self._offset,
+        }
+
+    def restore(self, state: State) -> None:
+        """Take over a fit."""
+        rows = zip(state["gain"], state["centre"], state["weights"], strict=True)
+        self._fits = [_Candidate(0.0, float(g), np.asarray(c, float), np.asarray(w, float)) for g, c, w in rows]
+        self._offset = np.asarray(state["offset"], dtype=np.float64)
+
+
+def _best_penalty(features: Floats, targets: Floats, gain: float) -> list[_Candidate]:
+    """Per output the fit with the smallest leave-one-out error over the penalties."""
+    phi = expand(features, gain)
+    centre = phi.mean(axis=0)
+    u, s, vt = np.linalg.svd(phi - centre, full_matrices=False)
+    projected = u.T @ targets
+    losses = np.empty((len(PENALTIES), targets.shape[1]))
+    for i, penalty in enumerate(PENALTIES):
+        shrink = s**2 / (s**2 + penalty)
+        # The mean is fitted too: it costs each point 1/N of itself.
+        leverage = np.minimum((u**2) @ shrink + 1.0 / len(phi), 1.0 - 1e-9)
+        residual = targets - u @ (shrink[:, None] * projected)
+        losses[i] = np.mean((residual / (1.0 - leverage)[:, None]) ** 2, axis=0)
+    chosen = losses.argmin(axis=0)
+    fits: list[_Candidate] = []
+    for output, i in enumerate(chosen):
+        weights = vt.T @ (s / (s**2 + PENALTIES[i]) * projected[:, output])
+        fits.append(_Candidate(float(losses[i, output]), gain, centre, weights))
+    return fits

@@ -1,0 +1,224 @@
+"""The folder of a training run: what it was asked for, what it learned, and how to go on with it.
+
+    args.yml            what was asked for           config.yml          hyperparameters (RL-Zoo syntax)
+    env.yaml            the level in full            versions.json       of Python and packages
+    git.txt             commit, if there is one      command.txt         the command line
+    progress.csv        success and landing error while training
+    model.zip           newest policy                replay_buffer.pkl   its memory
+    checkpoints/N/      all that is needed to go on from throw N
+
+A run folder appears complete or not at all, and so does each checkpoint in it.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import random
+import shutil
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, get_args
+from zipfile import BadZipFile
+
+import numpy as np
+import yaml
+
+from agents.cli import UsageError
+from agents.files import write_json, write_text
+from agents.versions import git_state, versions
+from pnt_gym.config import CellConfig
+
+if TYPE_CHECKING:
+    from stable_baselines3.common.base_class import BaseAlgorithm
+    from stable_baselines3.common.vec_env import VecEnv
+
+Algorithm = Literal["sac", "td3", "ppo", "tqc"]
+ALGORITHMS: tuple[Algorithm, ...] = get_args(Algorithm)
+ARGUMENTS = ("env", "level", "algo", "steps", "seed", "num_envs", "action_mode", "checkpoint_every")
+MODEL, MEMORY, RANDOM = "model.zip", "replay_buffer.pkl", "random.pkl"
+
+
+def create(
+    folder: Path,
+    arguments: Mapping[str, Any],
+    settings: Mapping[str, Any],
+    config: CellConfig,
+    model: BaseAlgorithm,
+) -> None:
+    """Write a new run folder with its checkpoint 0.
+
+    Raises:
+        UsageError: the folder holds something already, or cannot be written.
+    """
+    check_new(folder)
+    parts = folder.with_name(f".{folder.name}.{os.getpid()}.tmp")
+    try:
+        parts.mkdir(parents=True)
+        write_text(parts / "args.yml", yaml.safe_dump(dict(arguments), sort_keys=False))
+        write_text(parts / "config.yml", yaml.safe_dump({arguments["env"]: dict(settings)}, sort_keys=False))
+        write_text(parts / "env.yaml", yaml.safe_dump(config.model_dump(mode="json"), sort_keys=False))
+        write_json(parts / "versions.json", versions())
+        write_text(parts / "command.txt", " ".join(sys.argv) + "\n")
+        state = git_state()
+        if state is not None:
+            write_text(parts / "git.txt", state)
+        save_checkpoint(parts, model)
+        if folder.is_dir():
+            folder.rmdir()  # empty, or check_new would have refused
+        parts.rename(folder)
+    except OSError as error:
+        raise UsageError(f"cannot write run folder {str(folder)!r}: {error.strerror}") from None
+    finally:
+        shutil.rmtree(parts, ignore_errors=True)
+
+
+def check_new(folder: Path) -> None:
+    """Make sure that a new run overwrites nothing.
+
+    Raises:
+        UsageError: something is there already.
+    """
+    if folder.is_file() or (folder.is_dir() and any(folder.iterdir())):
+        raise UsageError(f"{str(folder)!r} exists already; choose another --out, or continue it with --resume")
+
+
+def read_arguments(folder: Path) -> dict[str, Any]:
+    """What a run was asked for.
+
+    Raises:
+        UsageError: there is no such run folder, or it is damaged.
+    """
+    if not folder.is_dir():
+        raise UsageError(f"run folder {str(folder)!r} does not exist")
+    try:
+        data = yaml.safe_load((folder / "args.yml").read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise UsageError(f"{str(folder)!r} is not a run folder: it has no args.yml") from None
+    except (OSError, yaml.YAMLError, UnicodeDecodeError):
+        raise UsageError(f"run folder {str(folder)!r} is damaged: args.yml cannot be read") from None
+    missing = [name for name in ARGUMENTS if not isinstance(data, dict) or name not in data]
+    if missing:
+        raise UsageError(f"run folder {str(folder)!r} is damaged: args.yml lacks {', '.join(missing)}")
+    return data
+
+
+def load_model(folder: Path, env: VecEnv | None = None, checkpoint: Path | None = None) -> BaseAlgorithm:
+    """The newest policy of a run, or that of one of its checkpoints.
+
+    Raises:
+        UsageError: the folder or its model is missing or damaged.
+    """
+    import torch  # noqa: PLC0415 - a second to import
+
+    from agents.sb3 import algorithm_class  # noqa: PLC0415 - imports torch
+
+    algo = read_arguments(folder)["algo"]
+    file = (checkpoint or folder) / MODEL
+    if not file.is_file():
+        raise UsageError(f"run folder {str(folder)!r} is damaged: {file.name} is missing")
+    # Small networks are slower on many threads than on one.
+    torch.set_num_threads(1)
+    try:
+        return algorithm_class(algo).load(file, env=env, device="cpu")
+    except UsageError:
+        raise
+    except (
+        BadZipFile,
+        OSError,
+        ValueError,
+        KeyError,
+        EOFError,
+        RuntimeError,
+        AttributeError,
+        pickle.PickleError,
+    ):
+        raise UsageError(f"run folder {str(folder)!r} is damaged: {file.name} is truncated or not a model") from None
+
+
+def save_checkpoint(folder: Path, model: BaseAlgorithm) -> Path:
+    """Keep model, memory and random state at the present throw, and make them the newest of the run."""
+    place = checkpoint_folder(folder, model.num_timesteps)
+    parts = place.with_name(f".{place.name}.tmp")
+    shutil.rmtree(parts, ignore_errors=True)
+    parts.mkdir(parents=True)
+    model.save(parts / MODEL)
+    if getattr(model, "replay_buffer", None) is not None:
+        model.save_replay_buffer(parts / MEMORY)  # type: ignore[attr-defined]
+    (parts / RANDOM).write_bytes(pickle.dumps(_random_state(model)))
+    shutil.rmtree(place, ignore_errors=True)
+    parts.rename(place)
+    _make_newest(folder, place)
+    _drop_old_memories(folder)
+    return place
+
+
+def checkpoint_folder(folder: Path, throws: int) -> Path:
+    """Where the checkpoint after `throws` throws lies."""
+    return folder / "checkpoints" / f"{throws:08d}"
+
+
+def checkpoints(folder: Path) -> list[Path]:
+    """Checkpoints of a run from first to last."""
+    place = folder / "checkpoints"
+    return sorted(p for p in place.iterdir() if p.name.isdigit()) if place.is_dir() else []
+
+
+def restore(folder: Path, env: VecEnv) -> BaseAlgorithm:
+    """The model of a run's last checkpoint with its memory and random state, ready to go on.
+
+    Raises:
+        UsageError: the folder is missing or damaged.
+    """
+    arguments = read_arguments(folder)
+    found = checkpoints(folder)
+    if not found:
+        raise UsageError(f"run folder {str(folder)!r} is damaged: it has no checkpoint")
+    last = found[-1]
+    model = load_model(folder, env, last)
+    try:
+        if getattr(model, "replay_buffer", None) is not None:
+            model.load_replay_buffer(last / MEMORY)  # type: ignore[attr-defined]
+        _set_random_state(model, pickle.loads((last / RANDOM).read_bytes()))
+    except (OSError, EOFError, pickle.PickleError, KeyError, ValueError, AssertionError, AttributeError):
+        raise UsageError(f"run folder {str(folder)!r} is damaged: checkpoint {last.name} is truncated") from None
+    if int(last.name) != model.num_timesteps:
+        raise UsageError(f"run folder {str(folder)!r} is damaged: checkpoint {last.name} is of another throw")
+    model.seed = arguments["seed"]
+    return model
+
+
+def _make_newest(folder: Path, place: Path) -> None:
+    """Put copies of a checkpoint's files at the top of the run folder, each at once."""
+    for name in (MODEL, MEMORY):
+        if (place / name).is_file():
+            temporary = folder / f".{name}.tmp"
+            shutil.copyfile(place / name, temporary)
+            os.replace(temporary, folder / name)
+
+
+def _drop_old_memories(folder: Path) -> None:
+    """Only the last checkpoint is continued; the others keep their policy."""
+    for place in checkpoints(folder)[:-1]:
+        (place / MEMORY).unlink(missing_ok=True)
+
+
+def _random_state(model: BaseAlgorithm) -> dict[str, Any]:
+    import torch  # noqa: PLC0415 - a second to import
+
+    return {
+        "torch": torch.get_rng_state(),
+        "numpy": np.random.get_state(),  # noqa: NPY002 - the generator that stable-baselines3 draws from
+        "python": random.getstate(),
+        "actions": model.action_space.np_random.bit_generator.state,
+    }
+
+
+def _set_random_state(model: BaseAlgorithm, state: Mapping[str, Any]) -> None:
+    import torch  # noqa: PLC0415 - a second to import
+
+    torch.set_rng_state(state["torch"])
+    np.random.set_state(state["numpy"])  # noqa: NPY002 - as above
+    random.setstate(state["python"])
+    model.action_space.np_random.bit_generator.state = state["actions"]

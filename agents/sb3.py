@@ -1,0 +1,208 @@
+"""Gymnasium's vector environments as stable-baselines3 expects them, and the algorithms on them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+import torch
+import yaml
+from gymnasium.vector import AutoresetMode, VectorEnv
+from numpy.typing import NDArray
+from stable_baselines3 import PPO, SAC, TD3
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.vec_env import VecEnv
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvStepReturn
+
+from agents.cli import UsageError
+from agents.runs import ALGORITHMS
+from agents.versions import ROOT
+from pnt_gym.errors import PntGymError
+
+INFO_KEYS = ("is_success", "landing_error", "cycle_time")
+"""What of a throw's info reaches the learner's callbacks."""
+SMALL = 0.01
+"""Factor on the last layer of a new policy: its first throws are the analytic planner's."""
+
+
+def algorithm_class(name: str) -> type[BaseAlgorithm]:
+    """The class of an algorithm.
+
+    Raises:
+        UsageError: unknown name.
+    """
+    if name == "tqc":
+        from sb3_contrib import TQC  # noqa: PLC0415 - only this algorithm needs it
+
+        return TQC
+    classes: dict[str, type[BaseAlgorithm]] = {"sac": SAC, "td3": TD3, "ppo": PPO}
+    if name not in classes:
+        raise UsageError(f"unknown algorithm {name!r}; known are {', '.join(ALGORITHMS)}")
+    return classes[name]
+
+
+def hyperparameters(algo: str, env_id: str, file: Path | None = None) -> dict[str, Any]:
+    """Settings of an algorithm for an environment, from a file in RL-Zoo syntax.
+
+    Raises:
+        UsageError: the file is missing or damaged, or has no entry for the environment.
+    """
+    path = file if file is not None else ROOT / "configs" / "rl" / f"{algo}.yml"
+    try:
+        entries = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise UsageError(f"cannot read hyperparameters {str(path)!r}: {error.strerror}") from None
+    except yaml.YAMLError as error:
+        raise UsageError(f"hyperparameters {str(path)!r} are not valid YAML: {str(error).splitlines()[0]}") from None
+    if not isinstance(entries, dict) or not isinstance(entries.get(env_id), dict):
+        known = ", ".join(entries) if isinstance(entries, dict) else "none"
+        raise UsageError(f"hyperparameters {str(path)!r} have no entry for {env_id!r}; entries are {known}")
+    return dict(entries[env_id])
+
+
+def build(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> BaseAlgorithm:
+    """A new model whose first policy is the analytic planner, give or take its exploration.
+
+    Args:
+        algo: one of `ALGORITHMS`.
+        env: the adapted environment.
+        settings: hyperparameters in RL-Zoo syntax; `n_timesteps` and `n_envs` are for the caller.
+        seed: of network weights and exploration.
+
+    Raises:
+        UsageError: the settings do not fit the algorithm.
+    """
+    chosen = {key: value for key, value in settings.items() if key not in ("n_timesteps", "n_envs")}
+    policy = chosen.pop("policy", "MlpPolicy")
+    try:
+        model = algorithm_class(algo)(policy, env, seed=seed, device="cpu", verbose=0, **chosen)
+    except PntGymError:
+        raise
+    except (TypeError, ValueError, AssertionError) as error:
+        raise UsageError(f"hyperparameters do not fit {algo}: {error}") from None
+    start_at_zero(model)
+    return model
+
+
+def start_at_zero(model: BaseAlgorithm) -> None:
+    """Scale the layer that gives the mean action down to nearly nothing."""
+    with torch.no_grad():
+        for layer in _mean_layers(model):
+            layer.weight.mul_(SMALL)
+            layer.bias.zero_()
+
+
+def _mean_layers(model: BaseAlgorithm) -> list[torch.nn.Linear]:
+    policy: Any = model.policy
+    if isinstance(model, PPO):
+        return [policy.action_net]
+    if isinstance(model, TD3):
+        # The target actor is a copy made before: both must start alike.
+        return [_last_linear(policy.actor.mu), _last_linear(policy.actor_target.mu)]
+    return [_last_linear(policy.actor.mu)]
+
+
+def _last_linear(module: torch.nn.Module) -> torch.nn.Linear:
+    return [m for m in module.modules() if isinstance(m, torch.nn.Linear)][-1]
+
+
+@final
+class SameStepVecEnv(VecEnv):
+    """Adapts a Gymnasium vector environment with SAME_STEP autoreset to the VecEnv conventions.
+
+    Per finished episode `infos` holds `terminal_observation`, `TimeLimit.truncated` and `episode` (return r,
+    length l, seconds since the start t); every throw has `is_success`, `landing_error` and `cycle_time`.
+
+    Raises:
+        UsageError: the environment resets in another way.
+    """
+
+    def __init__(self, env: VectorEnv[Any, Any, Any]) -> None:
+        if env.metadata.get("autoreset_mode") is not AutoresetMode.SAME_STEP:
+            raise UsageError(f"the adapter needs SAME_STEP autoreset, got {env.metadata.get('autoreset_mode')}")
+        self.env = env
+        self._start = time.perf_counter()
+        self._actions: NDArray[np.float32] = np.zeros(0, dtype=np.float32)
+        super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
+        self._clear()
+
+    def reset(self) -> NDArray[np.float32]:
+        """Reset every row; with the seeds of the last `seed` call if there was one."""
+        seeded = [s for s in self._seeds if s is not None]
+        observation, info = self.env.reset(seed=seeded if len(seeded) == self.num_envs else None)
+        self.reset_infos = [{key: info[key][i] for key in ("kind",) if key in info} for i in range(self.num_envs)]
+        self._reset_seeds()
+        self._reset_options()
+        self._clear()
+        return np.array(observation, dtype=np.float32)
+
+    def step_async(self, actions: NDArray[np.float32]) -> None:
+        """Keep the actions (N, A) for `step_wait`."""
+        self._actions = np.asarray(actions, dtype=np.float32)
+
+    def step_wait(self) -> VecEnvStepReturn:
+        """Throw; rows whose episode ended are already reset in the observation returned."""
+        observation, reward, terminated, truncated, info = self.env.step(self._actions)
+        done = np.logical_or(terminated, truncated)
+        self._returns += reward
+        self._lengths += 1
+        infos = [self._row(info, i) for i in range(self.num_envs)]
+        for i in np.flatnonzero(done):
+            infos[i].update(self._ending(info, i, bool(truncated[i] and not terminated[i])))
+        self._returns[done] = 0.0
+        self._lengths[done] = 0
+        return np.array(observation, dtype=np.float32), np.asarray(reward, dtype=np.float32), done, infos
+
+    def close(self) -> None:
+        """Close the environment."""
+        self.env.close()
+
+    def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
+        """An attribute of the one environment, once per row."""
+        value = getattr(self.env, attr_name)
+        return [value for _ in self._get_indices(indices)]
+
+    def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
+        """Set an attribute of the one environment: for all rows at once."""
+        if indices is not None:
+            raise UsageError("the rows of a vector environment share their attributes; set them without indices")
+        setattr(self.env, attr_name, value)
+
+    def env_method(
+        self,
+        method_name: str,
+        *method_args: Any,
+        indices: VecEnvIndices = None,
+        **method_kwargs: Any,
+    ) -> list[Any]:
+        """Call a method of the one environment, once; its result stands for each row."""
+        result = getattr(self.env, method_name)(*method_args, **method_kwargs)
+        return [result for _ in self._get_indices(indices)]
+
+    def env_is_wrapped(self, wrapper_class: type[Any], indices: VecEnvIndices = None) -> list[bool]:
+        """Episode statistics are kept here, so no row is wrapped in anything."""
+        return [False for _ in self._get_indices(indices)]
+
+    def get_images(self) -> Sequence[NDArray[np.uint8] | None]:
+        """One image per row, None where the environment does not render."""
+        images = self.env.render() if self.render_mode == "rgb_array" else None
+        return list(images) if images is not None else [None] * self.num_envs
+
+    def _clear(self) -> None:
+        self._returns = np.zeros(self.num_envs)
+        self._lengths = np.zeros(self.num_envs, dtype=np.int64)
+
+    @staticmethod
+    def _row(info: Mapping[str, Any], row: int) -> dict[str, Any]:
+        return {key: info[key][row].item() for key in INFO_KEYS if key in info}
+
+    def _ending(self, info: Mapping[str, Any], row: int, timed_out: bool) -> dict[str, Any]:
+        seconds = round(time.perf_counter() - self._start, 6)
+        return {
+            "terminal_observation": np.array(info["final_obs"][row], dtype=np.float32),
+            "TimeLimit.truncated": timed_out,
+            "episode": {"r": float(self._returns[row]), "l": int(self._lengths[row]), "t": seconds},
+        }

@@ -1,0 +1,242 @@
+"""Train a residual agent: `python -m agents.train --env PnTConveyor-v0`."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from agents import runs
+from agents.cli import INTERRUPTED, UsageError, at_least, run
+from agents.environments import ActionMode, make_vector, stream_seed
+from agents.evaluation import NUM_ENVS, PRACTICE
+from agents.files import write_json
+from agents.runs import Algorithm
+from agents.tables import comparison_table, console, throws_bar
+
+if TYPE_CHECKING:
+    from stable_baselines3.common.base_class import BaseAlgorithm
+
+    from agents.progress import Stop
+    from agents.sb3 import SameStepVecEnv
+
+STEPS = 10_000
+CHECKPOINT_EVERY = 2_000
+TABLE_PICKS = 320
+TABLE_SEED = 0
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """Train an agent to correct the analytic planner's throws, and compare it with what needs no training."""
+
+    env: str | None = None
+    """Environment id. Default: PnTConveyor-v0."""
+    level: str | None = None
+    """A shipped level's name or a YAML file. Default: nominal."""
+    algo: Algorithm | None = None
+    """Learning algorithm. Default: sac."""
+    steps: int | None = None
+    """Throws in all, counting those before a resume; rounded up to whole batches. Default: 10000, or as
+    the resumed
+    run was asked for."""
+    seed: int | None = None
+    """Of the networks, the exploration and the objects thrown. Default: 0."""
+    out: Path | None = None
+    """Run folder. Default: runs/ENV-LEVEL-ALGO-seedS-TIME."""
+    resume: Path | None = None
+    """Continue this run folder; everything but --steps and --threads is taken from it."""
+    num_envs: int | None = None
+    """Cells simulated side by side. Default: 16."""
+    threads: int = 2
+    """Threads that simulate; results do not depend on it."""
+    action_mode: ActionMode | None = None
+    """What an action means. Default: release_point."""
+    checkpoint_every: int | None = None
+    """Throws between checkpoints, from which the run can be continued. Default: 2000."""
+    config: Path | None = None
+    """Hyperparameters in RL-Zoo syntax. Default: configs/rl/ALGO.yml."""
+    eval_picks: int = TABLE_PICKS
+    """Held-out throws per controller in the table at the end; 0 for no table."""
+    tensorboard: bool = False
+    """Also log losses for TensorBoard, in the run folder."""
+
+
+DEFAULTS: Mapping[str, Any] = {
+    "env": "PnTConveyor-v0",
+    "level": "nominal",
+    "algo": "sac",
+    "steps": STEPS,
+    "seed": 0,
+    "num_envs": NUM_ENVS,
+    "action_mode": "release_point",
+    "checkpoint_every": CHECKPOINT_EVERY,
+}
+
+
+def main(arguments: Arguments) -> None:
+    """Train, and print the comparison."""
+    asked = request(arguments)
+    import torch  # noqa: PLC0415 - bad usage is answered without waiting for it
+
+    from agents.progress import Stop  # noqa: PLC0415
+    from agents.sb3 import SameStepVecEnv  # noqa: PLC0415
+
+    torch.set_num_threads(1)
+    level = str(arguments.resume / "env.yaml") if arguments.resume is not None else asked["level"]
+    env = SameStepVecEnv(make_vector(asked["env"], level, asked["num_envs"], arguments.threads, asked["action_mode"]))
+    stop = Stop()
+    try:
+        with stop.listening():
+            folder, model = start(arguments, asked, env)
+            learn(model, env, folder, asked, stop, tensorboard=arguments.tensorboard)
+        if stop.asked:
+            say_how_to_resume(folder, model.num_timesteps)
+            sys.exit(INTERRUPTED)
+        if arguments.eval_picks:
+            compare(folder, model, env, asked["seed"], arguments.eval_picks)
+    finally:
+        env.close()
+
+
+def request(arguments: Arguments) -> dict[str, Any]:
+    """What the run is to do: from the command line and the defaults, or from the run that is resumed.
+
+    Raises:
+        UsageError: a number out of its range, or an option that a resumed run has already settled.
+    """
+    given = {name: getattr(arguments, name) for name in DEFAULTS if getattr(arguments, name) is not None}
+    for name, least in (("steps", 1), ("seed", 0), ("num_envs", 1), ("checkpoint_every", 1)):
+        if name in given:
+            at_least(name.replace("_", "-"), given[name], least)
+    at_least("threads", arguments.threads, 1)
+    at_least("eval-picks", arguments.eval_picks, 0)
+    if arguments.resume is None:
+        if arguments.out is not None:
+            runs.check_new(arguments.out)
+        return {**DEFAULTS, **given}
+    settled = [name for name in (*given, "out", "config") if name != "steps" and getattr(arguments, name) is not None]
+    if settled:
+        option = settled[0].replace("_", "-")
+        raise UsageError(f"--{option} cannot be changed with --resume: the run folder has settled it; leave it out")
+    return {**runs.read_arguments(arguments.resume), **given}
+
+
+def start(arguments: Arguments, asked: Mapping[str, Any], env: SameStepVecEnv) -> tuple[Path, BaseAlgorithm]:
+    """A new run folder with its untrained model, or the resumed one as it was left."""
+    from agents.sb3 import build, hyperparameters  # noqa: PLC0415
+
+    if arguments.resume is not None:
+        model = runs.restore(arguments.resume, env)
+        if model.num_timesteps >= asked["steps"]:
+            raise UsageError(
+                f"run {str(arguments.resume)!r} has done {model.num_timesteps} throws of {asked['steps']}; "
+                "give a larger --steps to go on"
+            )
+        return arguments.resume, model
+    settings = hyperparameters(asked["algo"], asked["env"], arguments.config)
+    model = build(asked["algo"], env, settings, asked["seed"])
+    config = env.env.unwrapped.core.config
+    name = f"{asked['env']}-{config.name}-{asked['algo']}-seed{asked['seed']}-{time.strftime('%Y%m%d-%H%M%S')}"
+    folder = arguments.out if arguments.out is not None else Path("runs") / name
+    runs.create(folder, asked, settings, config, model)
+    return folder, model
+
+
+def learn(
+    model: BaseAlgorithm,
+    env: SameStepVecEnv,
+    folder: Path,
+    asked: Mapping[str, Any],
+    stop: Stop,
+    *,
+    tensorboard: bool = False,
+    quiet: bool = False,
+) -> None:
+    """Train in legs from checkpoint to checkpoint.
+
+    Each leg starts from newly seeded environments, whether or not the process was restarted in between: a
+    run that was resumed from a checkpoint is bit for bit the run that was not interrupted.
+    """
+    from stable_baselines3.common.logger import configure  # noqa: PLC0415
+
+    from agents.progress import ProgressCallback  # noqa: PLC0415
+
+    model.set_logger(configure(str(folder / "tensorboard"), ["tensorboard"] if tensorboard else []))
+    total, every = asked["steps"], asked["checkpoint_every"]
+    with throws_bar(console(), "rate", "success", "error") as bar:
+        bar.live.auto_refresh = not quiet
+        task = bar.add_task(
+            f"{asked['algo']} on {asked['env']}",
+            total=total,
+            completed=model.num_timesteps,
+            rate="",
+            success="",
+            error="",
+            visible=not quiet,
+        )
+
+        def show(count: int, rate: float, success: float, error: float) -> None:
+            bar.update(
+                task,
+                advance=count,
+                rate=f"{rate:.0f} throws/s",
+                success=f"{100 * success:.0f} % sorted",
+                error=f"{1000 * error:.1f} mm off",
+            )
+
+        callback = ProgressCallback(folder / "progress.csv", model.num_timesteps, stop, show)
+        while model.num_timesteps < total and not stop.asked:
+            done = model.num_timesteps
+            leg = min((done // every + 1) * every, total) - done
+            env.seed(stream_seed("train", asked["seed"], done))
+            model._last_obs = None  # makes learn() reset the environment
+            model.learn(leg, callback=callback, log_interval=16, reset_num_timesteps=False)
+            runs.save_checkpoint(folder, model)
+
+
+def say_how_to_resume(folder: Path, throws: int) -> None:
+    """Tell the user where an interrupted run is."""
+    print(
+        f"stopped after {throws} throws; continue with: python -m agents.train --resume {folder}",
+        file=sys.stderr,
+    )
+
+
+def compare(folder: Path, model: BaseAlgorithm, env: SameStepVecEnv, seed: int, picks: int) -> None:
+    """Analytic, virtual goal and learned on the same held-out seeds; also kept in the run folder."""
+    from agents.controllers import NAMES, Learner, action_count, make_controller  # noqa: PLC0415
+    from agents.controllers.sb3 import Sb3  # noqa: PLC0415
+    from agents.evaluation import evaluate, practise, summary  # noqa: PLC0415
+
+    cell = env.env
+    peers = [name for name in ("analytic", "virtual_goal") if name in NAMES]
+    if action_count(cell) != 2:
+        peers = ["analytic"]  # a virtual goal has two numbers
+    controllers = [
+        *(make_controller(name, cell) for name in peers),
+        Sb3(model, f"learned ({read_algo(folder)})"),
+    ]
+    rows: list[tuple[str, int, dict[str, Any]]] = []
+    for controller in controllers:
+        controller.reset(seed)
+        practise(controller, cell, PRACTICE, seed)
+        learned_from = PRACTICE if isinstance(controller, Learner) else 0
+        learned_from = model.num_timesteps if isinstance(controller, Sb3) else learned_from
+        rows.append((controller.name, learned_from, summary(evaluate(controller, cell, picks, TABLE_SEED))))
+    config = cell.unwrapped.core.config
+    title = f"{picks} held-out throws each, level {config.name}; run folder {folder}"
+    console().print(comparison_table(title, rows))
+    write_json(folder / "evaluation.json", [{"controller": n, "throws": t, **s} for n, t, s in rows])
+
+
+def read_algo(folder: Path) -> str:
+    """Algorithm of a run."""
+    return str(runs.read_arguments(folder)["algo"])
+
+
+if __name__ == "__main__":
+    run(main, Arguments, "agents.train")

@@ -1,0 +1,38 @@
+"""Which code a number came from."""
+
+from __future__ import annotations
+
+import platform
+import subprocess
+from importlib import metadata
+from pathlib import Path
+
+PACKAGES = ("pnt_gym", "mujoco", "gymnasium", "numpy", "scipy", "torch", "stable_baselines3", "sb3_contrib")
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def versions() -> dict[str, str]:
+    """Versions of Python and of the packages a result depends on."""
+    found = {"python": platform.python_version()}
+    for package in PACKAGES:
+        try:
+            found[package] = metadata.version(package)
+        except metadata.PackageNotFoundError:
+            found[package] = "not installed"
+    return found
+
+
+def git_state() -> str | None:
+    """Commit and changed files of the checkout, or None outside git or before the first commit."""
+    commit = _git("rev-parse", "HEAD")
+    if commit is None:
+        return None
+    return f"commit {commit.strip()}\n{_git('status', '--short') or ''}"
+
+
+def _git(*arguments: str) -> str | None:
+    try:
+        done = subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True, check=False, timeout=10)
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return done.stdout if done.returncode == 0 else None

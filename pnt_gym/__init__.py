@@ -1,0 +1,30 @@
+"""A Gymnasium suite for sorting by throwing. Importing it registers the environments in `ENV_IDS`."""
+
+from __future__ import annotations
+
+from importlib.metadata import PackageNotFoundError, version
+from typing import Final
+
+import gymnasium
+
+try:
+    __version__ = version("pnt_gym")
+except PackageNotFoundError:  # a source tree on the path, not installed
+    __version__ = "0.0.0"
+
+_ENTRY_POINTS: Final = {
+    "PnTConveyor-v0": "pnt_gym.envs.conveyor:PnTConveyor",
+    "PnTRelease-v0": "pnt_gym.envs.conveyor:PnTRelease",
+}
+ENV_IDS: Final = tuple(_ENTRY_POINTS)
+"""Ids of the environments, each with a single and a vector form."""
+
+
+def register_envs() -> None:
+    """Register the environments with Gymnasium; calling it again changes nothing."""
+    for env_id, entry_point in _ENTRY_POINTS.items():
+        if env_id not in gymnasium.registry:
+            gymnasium.register(env_id, entry_point=f"{entry_point}Env", vector_entry_point=f"{entry_point}VectorEnv")
+
+
+register_envs()

@@ -1,0 +1,1 @@
+"""Cells: a robot in its surroundings, where a plan becomes an outcome."""

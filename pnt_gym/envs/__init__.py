@@ -1,0 +1,1 @@
+"""Gymnasium facades over the cells."""

@@ -1,0 +1,204 @@
+"""Gymnasium facades over the core: one environment is one cell, a vector environment is N."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.utils import seeding
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from pnt_gym.cells.conveyor import Picks
+from pnt_gym.envs.core import Level, ThrowCore, scalars
+from pnt_gym.errors import ActionError, ConfigError
+from pnt_gym.render import RENDER_MODES, CellView
+from pnt_gym.residual import ActionMode
+
+Observation = NDArray[np.float32]
+RENDER_FPS = 30
+
+
+def _check_render_mode(mode: str | None) -> None:
+    if mode is not None and mode not in RENDER_MODES:
+        raise ConfigError(f"render_mode is {mode!r}; it must be one of {', '.join(RENDER_MODES)}, or None")
+
+
+class ThrowEnv(gym.Env[Observation, NDArray[np.floating]]):
+    """Abstract: one cell, one throw a step. Subclasses say where picks come from."""
+
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": list(RENDER_MODES), "render_fps": RENDER_FPS}  # pyright: ignore[reportIncompatibleVariableOverride]
+    picks: ClassVar[Picks]
+
+    def __init__(
+        self,
+        level: Level = "nominal",
+        action_mode: ActionMode = "release_point",
+        threads: int = 1,
+        render_mode: str | None = None,
+    ) -> None:
+        _check_render_mode(render_mode)
+        self.core = ThrowCore(level, self.picks, action_mode, 1, threads)
+        self.observation_space = self.core.observation_space
+        self.action_space = self.core.action_space
+        self.render_mode = render_mode
+        self._view: CellView | None = None
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Begin an episode; `options` are not used."""
+        super().reset(seed=seed)
+        self.core.reset(np.zeros(1, dtype=np.int64), [self.np_random], seeded=seed is not None)
+        self._show()
+        return self.core.observe()[0], scalars(self.core.kinds(), 0)
+
+    def step(self, action: NDArray[np.floating]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Throw the object under the cup and move above the next one.
+
+        Raises:
+            ActionError: wrong shape, NaN or infinite values.
+        """
+        array = np.asarray(action)
+        if array.shape != self.action_space.shape:
+            raise ActionError(f"action has shape {array.shape}; this environment needs {self.action_space.shape}")
+        result = self.core.step(array[None])
+        self._show()
+        over, single = bool(result.ended[0]), self.picks == "independent"
+        return (
+            result.observation[0],
+            float(result.reward[0]),
+            over and single,
+            over and not single,
+            scalars(result.info, 0),
+        )
+
+    def render(self) -> Any:  # noqa: ANN401 - Gymnasium's own signature
+        """A frame of the coming pick (rgb_array), or the frames of the last throw (rgb_array_list)."""
+        if self.render_mode is None or self.render_mode == "human":
+            return None
+        return self._opened_view().render(self.render_mode)
+
+    def close(self) -> None:
+        """Free the renderer and its window; safe to call twice."""
+        if self._view is not None:
+            self._view.close()
+            self._view = None
+
+    def _opened_view(self) -> CellView:
+        if self._view is None:
+            self._view = CellView(self.core.cell)
+        return self._view
+
+    def _show(self) -> None:
+        """Open the view before the first throw, so that it is recorded; play it where there is a window."""
+        if self.render_mode is not None:
+            self._opened_view()
+        if self.render_mode == "human":
+            self._opened_view().show()
+
+
+class ThrowVectorEnv(VectorEnv[Observation, NDArray[np.floating], NDArray[Any]]):
+    """Abstract: N cells on one batch of simulations, autoreset in the same step."""
+
+    metadata: ClassVar[dict[str, Any]] = {  # pyright: ignore[reportIncompatibleVariableOverride]
+        "render_modes": ["rgb_array"],
+        "render_fps": RENDER_FPS,
+        "autoreset_mode": AutoresetMode.SAME_STEP,
+    }
+    picks: ClassVar[Picks]
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        level: Level = "nominal",
+        action_mode: ActionMode = "release_point",
+        threads: int = 2,
+        render_mode: str | None = None,
+    ) -> None:
+        if render_mode not in (None, "rgb_array"):
+            raise ConfigError(f"render_mode is {render_mode!r}; a vector environment takes 'rgb_array' or None")
+        self.core = ThrowCore(level, self.picks, action_mode, num_envs, threads)
+        self.num_envs = num_envs
+        self.single_observation_space = self.core.observation_space
+        self.single_action_space = self.core.action_space
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.render_mode = render_mode
+        self._generators = [seeding.np_random(None)[0] for _ in range(num_envs)]
+        self._view: CellView | None = None
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Begin episodes in all cells; row i of seed s is the single environment of seed s + i.
+
+        Raises:
+            ValueError: a list of seeds whose length is not the number of cells.
+        """
+        rows = np.arange(self.num_envs)
+        for given, chosen in self._seed(seed).items():
+            picked = rows[np.array(chosen, dtype=np.int64)]
+            if picked.size > 0:
+                self.core.reset(picked, [self._generators[r] for r in picked], seeded=given)
+        return self.core.observe(), self._masked(self.core.kinds())
+
+    def step(
+        self, actions: NDArray[np.floating]
+    ) -> tuple[Observation, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+        """Throw in every cell; cells whose episode ends begin the next one in the same step.
+
+        Raises:
+            ActionError: wrong shape, NaN or infinite values.
+        """
+        result = self.core.step(actions)
+        info = self._masked(result.info)
+        observation = result.observation
+        rows = np.flatnonzero(result.ended)
+        if rows.size > 0:
+            last = np.full(self.num_envs, None, dtype=object)
+            for row in rows:
+                last[row] = observation[row].copy()
+            info |= {"final_obs": last, "_final_obs": result.ended.copy()}
+            info |= {"final_info": dict(info), "_final_info": result.ended.copy()}
+            self.core.reset(rows, [self._generators[r] for r in rows], seeded=False)
+            observation = self.core.observe()
+            info |= self._masked(self.core.kinds())
+        single = self.picks == "independent"
+        none = np.zeros(self.num_envs, dtype=np.bool_)
+        over = result.ended
+        return observation, result.reward, over if single else none, none if single else over, info
+
+    def render(self) -> tuple[Any, ...] | None:
+        """One frame of every cell's coming pick."""
+        if self.render_mode is None:
+            return None
+        if self._view is None:
+            self._view = CellView(self.core.cell)
+        return tuple(self._view.frame(row) for row in range(self.num_envs))
+
+    def close_extras(self, **kwargs: Any) -> None:  # noqa: ANN401 - Gymnasium's own signature
+        """Free the renderer."""
+        if self._view is not None:
+            self._view.close()
+            self._view = None
+
+    def _seed(self, seed: int | Sequence[int | None] | None) -> dict[bool, list[int]]:
+        """Reseed generators; which rows got a seed (True) and which keep theirs (False)."""
+        seeds = [None] * self.num_envs if seed is None else seed
+        if isinstance(seeds, int):
+            seeds = [seeds + i for i in range(self.num_envs)]
+        if len(seeds) != self.num_envs:
+            raise ValueError(f"seed has {len(seeds)} entries; this environment has {self.num_envs} cells")
+        for row, value in enumerate(seeds):
+            if value is not None:
+                self._generators[row] = seeding.np_random(value)[0]
+        return {given: [r for r, v in enumerate(seeds) if (v is not None) == given] for given in (True, False)}
+
+    def _masked(self, info: dict[str, NDArray[Any]]) -> dict[str, Any]:
+        """Gymnasium's form of a vector info: every value with a mask of the rows it holds for."""
+        every = np.ones(self.num_envs, dtype=np.bool_)
+        return {key: value for name, values in info.items() for key, value in ((name, values), (f"_{name}", every))}

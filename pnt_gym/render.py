@@ -1,0 +1,185 @@
+"""Pictures: a frame of the cell, the last throw at its true rate, a video with the planned and the flown path.
+
+Rendering is offscreen (EGL on machines without a display). Physics needs none of this.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any, Final, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pnt_gym.cells.conveyor import ConveyorCell
+from pnt_gym.cells.recording import Recording
+from pnt_gym.engine import MjData, MjModel, mujoco
+from pnt_gym.errors import ConfigError
+from pnt_gym.planning.arrays import Floats
+
+Frame = NDArray[np.uint8]
+
+RENDER_MODES: Final = ("rgb_array", "rgb_array_list", "human")
+FPS: Final = 30
+_SIZE: Final = (720, 1280)
+_PLANNED: Final = np.array([0.10, 0.45, 0.90, 0.9])
+_FLOWN: Final = np.array([0.95, 0.35, 0.10, 1.0])
+_WAITING: Final = np.array([0.93, 0.80, 0.36, 1.0])
+_LIBRARIES: Final = (
+    "rendering needs an OpenGL library: install EGL (Debian and Ubuntu: apt-get install libegl1 libgl1-mesa-dri), "
+    "or set MUJOCO_GL=osmesa with libosmesa6"
+)
+
+
+def camera() -> Any:
+    """The standard view: belt, robot and bins from the front left."""
+    view = mujoco.MjvCamera()
+    view.lookat[:] = [0.05, 0.12, -0.52]
+    view.distance, view.azimuth, view.elevation = 2.6, 148.0, -22.0
+    return view
+
+
+@final
+class CellView:
+    """Offscreen pictures and the interactive window of one conveyor cell.
+
+    Args:
+        cell: the cell; row 0 is recorded from now on.
+        size: height and width of a frame [pixels].
+
+    Raises:
+        ConfigError: no OpenGL library could be loaded.
+    """
+
+    def __init__(self, cell: ConveyorCell, size: tuple[int, int] = _SIZE) -> None:
+        self._cell = cell
+        self._camera = camera()
+        self._size = size
+        self._renderer: Any = None
+        self._window: Any = None
+        cell.plant.record_row = 0
+
+    def frame(self, row: int = 0) -> Frame:
+        """The coming pick of one cell, (height, width, 3)."""
+        model, data = self._cell.plant.pose(self._cell.context, row)
+        return self._draw(model, data, [(p, _WAITING, 0.025) for p in self._cell.waiting(row)])
+
+    def last_throw(self, fps: int = FPS) -> list[Frame]:
+        """Frames of the last throw of row 0 at true rate; empty before the first throw."""
+        recording = self._cell.plant.recording
+        return [] if recording is None else list(self._frames(recording, 1.0 / fps))
+
+    def render(self, mode: str) -> Frame | list[Frame]:
+        """What Gymnasium's `render` returns for rgb_array and rgb_array_list."""
+        return self.frame() if mode == "rgb_array" else self.last_throw()
+
+    def show(self) -> None:
+        """Play the last throw in a window in real time.
+
+        Raises:
+            ConfigError: there is no display.
+        """
+        import time  # noqa: PLC0415
+
+        recording = self._cell.plant.recording
+        model, data = self._cell.plant.pose(self._cell.context, 0)
+        if self._window is None:
+            self._window = _open_window(model, data)
+            self._window_model, self._window_data = model, data
+        if recording is None:
+            return
+        for shown, _ in recording.play(1.0 / FPS):
+            started = time.perf_counter()
+            with self._window.lock():
+                self._cell.plant.batch.get_model(0, self._window_model)
+                self._window_data.qpos[:] = shown.qpos
+                mujoco.mj_forward(self._window_model, self._window_data)
+            self._window.sync()
+            time.sleep(max(1.0 / FPS - (time.perf_counter() - started), 0.0))
+
+    def close(self) -> None:
+        """Free renderer and window; safe to call twice."""
+        if self._renderer is not None:
+            self._renderer.close()
+            self._renderer = None
+        if self._window is not None:
+            self._window.close()
+            self._window = None
+        self._cell.plant.record_row = None
+
+    def _frames(self, recording: Recording, interval: float) -> Iterator[Frame]:
+        planned = [(p, _PLANNED, 0.006) for p in recording.plan]
+        for data, trail in recording.play(interval):
+            flown = [(p, _FLOWN, 0.008) for p in trail]
+            yield self._draw(recording.model, data, planned + flown)
+
+    def _draw(self, model: MjModel, data: MjData, dots: Iterable[tuple[Floats, Floats, float]]) -> Frame:
+        renderer = self._opened(model)
+        renderer.update_scene(data, self._camera)
+        for position, rgba, radius in dots:
+            _add_dot(renderer.scene, position, rgba, radius)
+        return renderer.render().copy()
+
+    def _opened(self, model: MjModel) -> Any:
+        """The renderer for this model; every simulation's model has the same layout and is drawn by the same one."""
+        if self._renderer is None:
+            try:
+                self._renderer = mujoco.Renderer(model, *self._size)
+            except Exception as error:
+                raise ConfigError(f"{_LIBRARIES} ({type(error).__name__}: {error})") from None
+            self._renderer._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = 0
+        self._renderer._model = model
+        return self._renderer
+
+
+def record_video(cell: ConveyorCell, throws: Iterable[object], path: str | Path, fps: int = FPS) -> Path:
+    """Write a true-rate video of throws.
+
+    Args:
+        cell: the cell whose row 0 is filmed.
+        throws: an iterable that carries out one throw per item, e.g. a generator that steps an environment.
+        path: the .mp4 file.
+        fps: frames per second.
+
+    Raises:
+        ConfigError: no OpenGL library, or imageio with ffmpeg is not installed.
+    """
+    try:
+        import imageio.v3 as iio  # noqa: PLC0415  # pyright: ignore[reportMissingTypeStubs]
+    except ImportError:
+        raise ConfigError("video needs imageio with ffmpeg: pip install 'pnt_gym[video]'") from None
+    target = Path(path)
+    view = CellView(cell)
+    try:
+        frames = [frame for _ in throws for frame in view.last_throw(fps)]
+    finally:
+        view.close()
+    if not frames:
+        raise ConfigError("a video needs at least one throw, got 0")
+    writer: Any = iio
+    target.parent.mkdir(parents=True, exist_ok=True)
+    writer.imwrite(target, np.stack(frames), fps=fps, codec="libx264")
+    return target
+
+
+def _add_dot(scene: Any, position: Floats, rgba: Floats, radius: float) -> None:
+    if scene.ngeom >= scene.maxgeom:
+        return
+    sphere = int(mujoco.mjtGeom.mjGEOM_SPHERE.value)
+    mujoco.mjv_initGeom(
+        scene.geoms[scene.ngeom], sphere, np.full(3, radius), position, np.eye(3).ravel(), rgba.astype(np.float32)
+    )
+    scene.ngeom += 1
+
+
+def _open_window(model: MjModel, data: MjData) -> Any:
+    import os  # noqa: PLC0415
+    import sys  # noqa: PLC0415
+
+    if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        raise ConfigError("render_mode 'human' needs a display; use 'rgb_array' on a headless machine")
+    from mujoco import viewer  # noqa: PLC0415  # pyright: ignore[reportMissingTypeStubs]
+
+    window: Any = viewer
+    return window.launch_passive(model, data, show_left_ui=False, show_right_ui=False)

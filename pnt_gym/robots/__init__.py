@@ -1,0 +1,1 @@
+"""Robots: kinematics, dynamics and MuJoCo models."""

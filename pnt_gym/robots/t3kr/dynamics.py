@@ -1,0 +1,174 @@
+"""Joint velocities, accelerations and motor torques of the T3KR-class robot in closed form.
+
+Rods are slender bars: with end accelerations a and b, the inertial forces at the ends are m (2 a + b) / 6 and
+m (a + 2 b) / 6. Four motors move three coordinates; the torques returned are those of the smallest norm.
+"""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pnt_gym.planning.arrays import Floats
+from pnt_gym.robots.t3kr.geometry import GRAVITY, N_ARMS, T3KR, T3krGeometry
+from pnt_gym.robots.t3kr.kinematics import (
+    ArmPose,
+    components,
+    jacobian_rows,
+    per_arm,
+    solve_arms,
+    solve_normal,
+)
+
+
+@final
+@dataclass(frozen=True)
+class HandMotion:
+    """Motion of the TCP: (3, M) position (m), velocity (m/s), acceleration (m/s^2); (M,) payload (kg)."""
+
+    position: Floats
+    velocity: Floats
+    acceleration: Floats
+    payload: Floats
+
+    @classmethod
+    def stack(
+        cls, position: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike, payload: ArrayLike = 0.0
+    ) -> tuple[tuple[int, ...], "HandMotion"]:
+        """From broadcastable (..., 3) arrays and a (...,) payload; also returns the leading shape."""
+        arrays = (np.asarray(value, dtype=np.float64) for value in (position, velocity, acceleration))
+        x, v, a = np.broadcast_arrays(*arrays)
+        shape, points = components(x)
+        mass = np.broadcast_to(np.asarray(payload, dtype=np.float64), shape).reshape(-1)
+        return shape, cls(points, components(v)[1], components(a)[1], mass)
+
+
+@final
+@dataclass(frozen=True)
+class JointMotion:
+    """Joint angle (rad), velocity (rad/s), acceleration (rad/s^2) and motor torque (N m); (4, M) arrays."""
+
+    position: Floats
+    velocity: Floats
+    acceleration: Floats
+    torque: Floats
+
+
+def joint_motion(hand: HandMotion, geometry: T3krGeometry = T3KR) -> JointMotion:
+    """Everything the motors must do for a motion of the TCP; not finite where out of reach or singular."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return _joint_motion(hand, geometry)
+
+
+def _joint_motion(hand: HandMotion, geometry: T3krGeometry) -> JointMotion:
+    arms = solve_arms(hand.position, geometry)
+    rows = jacobian_rows(arms, geometry)
+    q_dot = rows[0] * hand.velocity[0] + rows[1] * hand.velocity[1] + rows[2] * hand.velocity[2]
+    q_ddot = _joint_acceleration(arms, rows, q_dot, hand, geometry)
+    share = solve_normal(rows, _platform_load(arms, q_dot, q_ddot, hand, geometry))
+    # Minimum-norm motor torques with J^T torque = load: J (J^T J)^-1 load.
+    load = rows[0] * share[0] + rows[1] * share[1] + rows[2] * share[2]
+    torque = _arm_torque(arms, q_ddot, hand, geometry) + load
+    return JointMotion(np.arctan2(arms.sin, arms.cos), q_dot, q_ddot, torque)
+
+
+def _elbow_component(arms: ArmPose, vector: Floats, geometry: T3krGeometry) -> Floats:
+    """(3, M) world vectors along each elbow's direction of travel, (4, M)."""
+    frames = geometry.arms
+    return vector[2] * arms.cos - (frames.cos * vector[0] + frames.sin * vector[1]) * arms.sin
+
+
+def _joint_acceleration(arms: ArmPose, rows: Floats, q_dot: Floats, hand: HandMotion, geometry: T3krGeometry) -> Floats:
+    """Second derivative of |rod| = const: rod . (a - L q'' t + L q'^2 n) + |rod'|^2 = 0, (4, M)."""
+    length, (v_x, v_y, v_z), (a_x, a_y, a_z) = geometry.arm_length, hand.velocity, hand.acceleration
+    elbow = length * q_dot
+    speed2 = v_x * v_x + v_y * v_y + v_z * v_z
+    rod_rate2 = speed2 + elbow * (elbow - 2.0 * _elbow_component(arms, hand.velocity, geometry))
+    centripetal = elbow * q_dot * (arms.reach - length)
+    linear = rows[0] * a_x + rows[1] * a_y + rows[2] * a_z
+    return linear - (rod_rate2 + centripetal) / (length * arms.root)
+
+
+def _arm_torque(arms: ArmPose, q_ddot: Floats, hand: HandMotion, geometry: T3krGeometry) -> Floats:
+    """Torque for the motor, the arm and the rods' upper ends, (4, M)."""
+    length, rods = geometry.arm_length, 2.0 * geometry.rod_mass
+    arm = geometry.arm_inertia + geometry.arm_mass * geometry.arm_com**2
+    inertia = geometry.armature + arm + rods * length**2 / 3.0
+    weight = GRAVITY * (geometry.arm_mass * geometry.arm_com + rods * length / 2.0)
+    elbow_pull = (rods * length / 6.0) * _elbow_component(arms, hand.acceleration, geometry)
+    return inertia * q_ddot + weight * arms.cos + elbow_pull
+
+
+def _platform_load(arms: ArmPose, q_dot: Floats, q_ddot: Floats, hand: HandMotion, geometry: T3krGeometry) -> Floats:
+    """Force (3, M) the platform with its payload and the rods' lower ends ask for, N."""
+    frames, length, rods = geometry.arms, geometry.arm_length, 2.0 * geometry.rod_mass
+    spin2 = q_dot * q_dot
+    out, up = -(q_ddot * arms.sin + spin2 * arms.cos), q_ddot * arms.cos - spin2 * arms.sin
+    inertial = hand.payload + (geometry.platform_mass + N_ARMS * rods / 3.0)
+    weight = (hand.payload + (geometry.platform_mass + N_ARMS * rods / 2.0)) * GRAVITY
+    coupling = rods * length / 6.0
+    return np.stack(
+        [
+            inertial * hand.acceleration[0] + coupling * (frames.cos * out).sum(axis=0),
+            inertial * hand.acceleration[1] + coupling * (frames.sin * out).sum(axis=0),
+            inertial * hand.acceleration[2] + coupling * up.sum(axis=0) + weight,
+        ]
+    )
+
+
+def joint_velocity(position: ArrayLike, velocity: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
+    """Arm velocities.
+
+    Args:
+        position: (..., 3) TCP, m.
+        velocity: (..., 3) m/s.
+        geometry: the robot.
+
+    Returns:
+        (..., 4) rad/s; NaN where out of reach.
+    """
+    shape, hand = HandMotion.stack(position, velocity, np.zeros(3))
+    return per_arm(joint_motion(hand, geometry).velocity, shape)
+
+
+def joint_acceleration(
+    position: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike, geometry: T3krGeometry = T3KR
+) -> Floats:
+    """Arm accelerations.
+
+    Args:
+        position: (..., 3) TCP, m.
+        velocity: (..., 3) m/s.
+        acceleration: (..., 3) m/s^2.
+        geometry: the robot.
+
+    Returns:
+        (..., 4) rad/s^2; NaN where out of reach.
+    """
+    shape, hand = HandMotion.stack(position, velocity, acceleration)
+    return per_arm(joint_motion(hand, geometry).acceleration, shape)
+
+
+def inverse_dynamics(
+    position: ArrayLike,
+    velocity: ArrayLike,
+    acceleration: ArrayLike,
+    payload: ArrayLike = 0.0,
+    *,
+    geometry: T3krGeometry = T3KR,
+) -> Floats:
+    """Motor torques for a motion of the TCP.
+
+    Args:
+        position: (..., 3) TCP, m.
+        velocity: (..., 3) m/s.
+        acceleration: (..., 3) m/s^2.
+        payload: mass held at the TCP, kg; a number or (...,).
+        geometry: the robot.
+
+    Returns:
+        (..., 4) torques in N m, up positive, the smallest set in norm; NaN where out of reach.
+    """
+    shape, hand = HandMotion.stack(position, velocity, acceleration, payload)
+    return per_arm(joint_motion(hand, geometry).torque, shape)

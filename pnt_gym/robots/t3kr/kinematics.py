@@ -1,0 +1,211 @@
+"""Closed-form kinematics of the T3KR-class robot, for any number of poses at once.
+
+Joint angles are measured from the outward horizontal, up positive; arm i stands in quadrant i,
+counter-clockwise from (+x, +y). The platform never rotates. All arithmetic is
+element-wise, so the result for one pose does not depend on which others are in the batch.
+"""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pnt_gym.planning.arrays import Floats
+from pnt_gym.robots.t3kr.geometry import N_ARMS, T3KR, T3krGeometry
+
+
+@final
+@dataclass(frozen=True)
+class ArmPose:
+    """Where the four arms are, in their own frames; every array is (4, M). NaN where out of reach."""
+
+    cos: Floats
+    """Cosine of the arm angle."""
+    sin: Floats
+    """Sine of the arm angle."""
+    rod_x: Floats
+    """Elbow to platform joint, outward, m."""
+    rod_y: Floats
+    """The same along the motor axis."""
+    rod_z: Floats
+    """The same upward."""
+    root: Floats
+    """Minus the rod along the elbow's direction of travel, m: zero where the arm is singular."""
+    reach: Floats
+    """Pivot to platform joint along the arm, m."""
+
+
+def components(points: ArrayLike) -> tuple[tuple[int, ...], Floats]:
+    """Split (..., 3) or (..., 4) points into their leading shape and contiguous (3 or 4, M) components."""
+    array = np.asarray(points, dtype=np.float64)
+    return array.shape[:-1], np.ascontiguousarray(array.reshape(-1, array.shape[-1]).T)
+
+
+def per_arm(values: Floats, shape: tuple[int, ...]) -> Floats:
+    """(4, M) values as (*shape, 4); a pose that any arm cannot reach is NaN for all four."""
+    values[:, np.isnan(values).any(axis=0)] = np.nan
+    return np.ascontiguousarray(values.T).reshape(*shape, N_ARMS)
+
+
+def solve_arms(tcp: Floats, geometry: T3krGeometry = T3KR) -> ArmPose:
+    """Arm poses for the (3, M) TCP components, elbows outward.
+
+    In an arm's plane, with d from pivot to platform joint, |d - L n(q)|^2 = l^2 is k = d_x cos q + d_z sin q
+    with k = (|d|^2 + L^2 - l^2) / 2L; the outward elbow is the root with the larger q.
+    """
+    frames, length = geometry.arms, geometry.arm_length
+    d_x = frames.cos * tcp[0] + frames.sin * tcp[1] + frames.offset_x
+    d_y = frames.cos * tcp[1] - frames.sin * tcp[0] + frames.offset_y
+    d_z = tcp[2] + frames.offset_z
+    planar = d_x * d_x + d_z * d_z
+    reach = (planar + d_y * d_y + (length**2 - geometry.rod_length**2)) * (0.5 / length)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        root = np.sqrt(planar - reach * reach)
+        scale = 1.0 / planar
+        cos = (d_x * reach - d_z * root) * scale
+        sin = (d_z * reach + d_x * root) * scale
+    return ArmPose(cos, sin, d_x - length * cos, d_y, d_z - length * sin, root, reach)
+
+
+def inverse_kinematics(tcp: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
+    """Arm angles that put the TCP at a point.
+
+    Args:
+        tcp: (..., 3) points in the world, m.
+        geometry: the robot.
+
+    Returns:
+        (..., 4) arm angles in rad from the outward horizontal, up positive; all four NaN where out of reach.
+    """
+    shape, points = components(tcp)
+    arms = solve_arms(points, geometry)
+    return per_arm(np.arctan2(arms.sin, arms.cos), shape)
+
+
+def forward_kinematics(q: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
+    """TCP for given arm angles: the point whose four rod lengths fit best.
+
+    Four rods and three coordinates: trilateration on three rods, then two Gauss-Newton steps on all four. For
+    angles that belong to a pose this is that pose; for measured angles it is the least-squares one.
+
+    Args:
+        q: (..., 4) arm angles, rad.
+        geometry: the robot.
+
+    Returns:
+        (..., 3) TCP in the world, m; NaN where the rods cannot meet.
+    """
+    shape, angles = components(q)
+    frames = geometry.arms
+    out = geometry.arm_length * np.cos(angles)
+    centre = np.stack(
+        [
+            frames.cos * out + (frames.pivot[:, :1] - frames.attach[:, :1]),
+            frames.sin * out + (frames.pivot[:, 1:2] - frames.attach[:, 1:2]),
+            geometry.arm_length * np.sin(angles) - frames.offset_z,
+        ]
+    )
+    with np.errstate(invalid="ignore", divide="ignore"):
+        point = _trilaterate(centre[:, 0], centre[:, 1], centre[:, 2], geometry.rod_length)
+        for _ in range(2):
+            point = point + _fit_step(point[:, None] - centre, geometry.rod_length)
+    return np.ascontiguousarray(point.T).reshape(*shape, 3)
+
+
+def _dot(a: Floats, b: Floats) -> Floats:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _cross(a: Floats, b: Floats) -> Floats:
+    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
+def _trilaterate(a: Floats, b: Floats, c: Floats, radius: float) -> Floats:
+    """Lower of the two points at one distance from three (3, M) centres: below their circumcentre."""
+    ab, ac = b - a, c - a
+    normal = _cross(ab, ac)
+    area = _dot(normal, normal)
+    centre = (_dot(ac, ac) * _cross(normal, ab) + _dot(ab, ab) * _cross(ac, normal)) / (2.0 * area)
+    height = np.sqrt((radius * radius - _dot(centre, centre)) / area)
+    return a + centre - np.copysign(height, normal[2]) * normal
+
+
+def _fit_step(rods: Floats, length: float) -> Floats:
+    """Gauss-Newton step (3, M) that brings the (3, 4, M) rods to their length."""
+    norm = np.sqrt(_dot(rods, rods))
+    unit = rods / norm
+    load = (unit * (length - norm)).sum(axis=1)
+    return solve_normal(unit, load)
+
+
+def solve_normal(rows: Floats, load: Floats) -> Floats:
+    """Solve (R^T R) x = load by cofactors, with R the (3, 4, M) rows by component and load, x (3, M)."""
+    x, y, z = rows
+    xx, yy, zz = (x * x).sum(axis=0), (y * y).sum(axis=0), (z * z).sum(axis=0)
+    xy, xz, yz = (x * y).sum(axis=0), (x * z).sum(axis=0), (y * z).sum(axis=0)
+    c_xx, c_xy, c_xz = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
+    scale = 1.0 / (xx * c_xx + xy * c_xy + xz * c_xz)
+    a, b, c = load * scale
+    c_yy, c_yz, c_zz = xx * zz - xz * xz, xy * xz - xx * yz, xx * yy - xy * xy
+    first, second = c_xx * a + c_xy * b + c_xz * c, c_xy * a + c_yy * b + c_yz * c
+    return np.stack([first, second, c_xz * a + c_yz * b + c_zz * c])
+
+
+def jacobian_rows(arms: ArmPose, geometry: T3krGeometry = T3KR) -> Floats:
+    """dq/dx as (3, 4, M): component of the TCP, arm, pose. From rod . (v - L dq/dt t) = 0."""
+    frames = geometry.arms
+    with np.errstate(invalid="ignore", divide="ignore"):
+        scale = -1.0 / (geometry.arm_length * arms.root)
+        out, along, up = arms.rod_x * scale, arms.rod_y * scale, arms.rod_z * scale
+        return np.stack([frames.cos * out - frames.sin * along, frames.sin * out + frames.cos * along, up])
+
+
+def jacobian(tcp: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
+    """Derivative of the arm angles by the TCP.
+
+    Args:
+        tcp: (..., 3) points, m.
+        geometry: the robot.
+
+    Returns:
+        (..., 4, 3) dq/dx in rad/m; NaN where out of reach.
+    """
+    shape, points = components(tcp)
+    rows = jacobian_rows(solve_arms(points, geometry), geometry)
+    rows[:, :, np.isnan(rows).any(axis=(0, 1))] = np.nan
+    return np.ascontiguousarray(rows.transpose(2, 1, 0)).reshape(*shape, N_ARMS, 3)
+
+
+def rod_tilt(tcp: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
+    """Angle of each forearm out of its arm's plane.
+
+    Args:
+        tcp: (..., 3) points, m.
+        geometry: the robot.
+
+    Returns:
+        (..., 4) tilt in rad, positive along the motor axis; at most 0.71 in the default workspace.
+    """
+    shape, points = components(tcp)
+    arms = solve_arms(points, geometry)
+    # Out of the plane by arcsin(rod_y / l); written with the other two so that NaN passes through.
+    return per_arm(np.arctan2(arms.rod_y, np.hypot(arms.rod_x, arms.rod_z)), shape)
+
+
+def in_workspace(tcp: ArrayLike, geometry: T3krGeometry = T3KR) -> NDArray[np.bool_]:
+    """Whether points lie in the elliptical workspace, its boundary included.
+
+    The mechanism reaches further in places; the ellipse keeps its rods below 45 degrees of tilt.
+
+    Args:
+        tcp: (..., 3) points, m. NaN is outside.
+        geometry: the robot.
+
+    Returns:
+        (...,) booleans.
+    """
+    points = np.asarray(tcp, dtype=np.float64)
+    x, y, z = points[..., 0] / geometry.workspace_x, points[..., 1] / geometry.workspace_y, points[..., 2]
+    # Rounding of the two divisions must not expel points on the boundary.
+    return (x * x + y * y <= 1.0 + 1e-12) & (z >= geometry.z_min) & (z <= geometry.z_max)

@@ -1,0 +1,238 @@
+"""Training: a run folder that is whole, a resume that changes nothing, a stop that loses nothing."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+import yaml
+from toy_cell import ToyVectorEnv, register_toy
+
+from agents import runs
+from agents.cli import UsageError
+from agents.controllers import make_controller
+from agents.evaluation import evaluate, summary
+from agents.train import Arguments, main
+
+register_toy()
+SMALL: dict[str, Any] = {
+    "policy": "MlpPolicy",
+    "learning_rate": 0.001,
+    "batch_size": 32,
+    "gamma": 0.0,
+    "policy_kwargs": {"net_arch": [16]},
+}
+OFF_POLICY = {**SMALL, "buffer_size": 2000, "learning_starts": 40, "gradient_steps": -1, "train_freq": 1}
+SETTINGS = {"sac": OFF_POLICY, "td3": OFF_POLICY, "tqc": OFF_POLICY, "ppo": {**SMALL, "n_steps": 8}}
+
+
+@pytest.fixture
+def asked(tmp_path: Path) -> Arguments:
+    config = tmp_path / "small.yml"
+    config.write_text(yaml.safe_dump({"ToyThrow-v0": OFF_POLICY, "ToyShift-v0": OFF_POLICY}))
+    return Arguments(
+        env="ToyThrow-v0",
+        level="waste",
+        steps=200,
+        num_envs=8,
+        checkpoint_every=100,
+        out=tmp_path / "run",
+        config=config,
+        eval_picks=0,
+    )
+
+
+def weights(folder: Path) -> list[np.ndarray]:
+    return [p.detach().numpy() for p in runs.load_model(folder).policy.parameters()]
+
+
+def resumed(folder: Path, **changes: Any) -> Arguments:
+    return replace(Arguments(resume=folder, eval_picks=0), **changes)
+
+
+def test_run_folder_holds_what_it_promises(asked: Arguments, tmp_path: Path) -> None:
+    main(replace(asked, eval_picks=24))
+    found = {p.name for p in (tmp_path / "run").iterdir()}
+    promised = {"args.yml", "config.yml", "env.yaml", "versions.json", "command.txt", "model.zip"}
+    assert promised | {"replay_buffer.pkl", "progress.csv", "evaluation.json", "checkpoints"} <= found
+    assert not any(name.startswith(".") for name in found)
+    assert [p.name for p in runs.checkpoints(tmp_path / "run")] == ["00000000", "00000104", "00000200"]
+    assert runs.read_arguments(tmp_path / "run")["steps"] == 200
+
+
+@pytest.mark.parametrize("env", ["ToyThrow-v0", "ToyShift-v0"])
+def test_resumed_run_is_bit_for_bit_the_uninterrupted_one(asked: Arguments, tmp_path: Path, env: str) -> None:
+    # A checkpoint at 104 throws (a multiple of 8 rows), whether or not the process ends there.
+    whole, halves = tmp_path / "whole", tmp_path / "halves"
+    main(replace(asked, env=env, out=whole))
+    main(replace(asked, env=env, out=halves, steps=100))
+    main(resumed(halves, steps=200))
+    one, two = runs.load_model(whole), runs.load_model(halves)
+    assert one.num_timesteps == two.num_timesteps == 200
+    one.load_replay_buffer(whole / "replay_buffer.pkl")
+    two.load_replay_buffer(halves / "replay_buffer.pkl")
+    assert one.replay_buffer.size() == two.replay_buffer.size() == 25  # throws per row
+    assert np.array_equal(one.replay_buffer.observations, two.replay_buffer.observations)
+    assert np.array_equal(one.replay_buffer.actions, two.replay_buffer.actions)
+    assert all(np.array_equal(a, b) for a, b in zip(weights(whole), weights(halves), strict=True))
+
+
+def test_resume_goes_on_with_new_objects(asked: Arguments, tmp_path: Path) -> None:
+    main(replace(asked, steps=100))
+    main(resumed(tmp_path / "run", steps=200))
+    model = runs.load_model(tmp_path / "run")
+    model.load_replay_buffer(tmp_path / "run" / "replay_buffer.pkl")
+    seen = model.replay_buffer.observations[: model.replay_buffer.size(), :, 0].ravel()
+    assert len(np.unique(seen)) == len(seen)
+
+
+@pytest.mark.parametrize("algo", ["td3", "tqc", "ppo"])
+def test_other_algorithms_train_and_resume(asked: Arguments, tmp_path: Path, algo: Any) -> None:
+    config = tmp_path / "other.yml"
+    config.write_text(yaml.safe_dump({"ToyThrow-v0": SETTINGS[algo]}))
+    main(replace(asked, algo=algo, config=config, steps=64, checkpoint_every=64))
+    main(resumed(tmp_path / "run", steps=128))
+    assert runs.load_model(tmp_path / "run").num_timesteps == 128
+
+
+def test_training_learns(asked: Arguments, tmp_path: Path) -> None:
+    main(replace(asked, steps=1200, checkpoint_every=1200))
+    env = ToyVectorEnv(8)
+    error = {
+        name: summary(evaluate(make_controller(name, env), env, 400, 0))["landing_error_mean_m"]
+        for name in ("analytic", str(tmp_path / "run"))
+    }
+    assert error[str(tmp_path / "run")] < 0.7 * error["analytic"]
+
+
+def test_ctrl_c_leaves_a_run_that_can_be_continued(
+    asked: Arguments, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    thrown = 0
+    step = ToyVectorEnv.step
+
+    def interrupted(self: ToyVectorEnv, actions: np.ndarray) -> Any:
+        nonlocal thrown
+        thrown += 8
+        if thrown == 56:
+            os.kill(os.getpid(), signal.SIGINT)
+        return step(self, actions)
+
+    monkeypatch.setattr(ToyVectorEnv, "step", interrupted)
+    with pytest.raises(SystemExit) as stopped:
+        main(asked)
+    assert stopped.value.code == 130
+    assert (
+        f"stopped after 56 throws; continue with: python -m agents.train --resume {tmp_path / 'run'}"
+        in capsys.readouterr().err
+    )
+    main(resumed(tmp_path / "run"))
+    assert runs.load_model(tmp_path / "run").num_timesteps == 200
+    lines = (tmp_path / "run" / "progress.csv").read_text().splitlines()
+    assert lines[0].startswith("throws,")
+
+
+def test_a_kill_while_saving_costs_the_leg_not_the_run(asked: Arguments, tmp_path: Path) -> None:
+    main(replace(asked, steps=100))
+    torn = tmp_path / "run" / "checkpoints" / ".00000200.tmp"
+    torn.mkdir()
+    (torn / "model.zip").write_bytes(b"half")
+    main(resumed(tmp_path / "run", steps=200))
+    assert runs.load_model(tmp_path / "run").num_timesteps == 200
+
+
+def damage_nothing_there(run: Path) -> None:
+    shutil.rmtree(run)
+
+
+def damage_arguments(run: Path) -> None:
+    (run / "args.yml").write_text("env: [")
+
+
+def damage_missing_argument(run: Path) -> None:
+    (run / "args.yml").write_text("env: ToyThrow-v0")
+
+
+def damage_model(run: Path) -> None:
+    for file in run.rglob("model.zip"):
+        file.write_bytes(file.read_bytes()[:200])
+
+
+def damage_memory(run: Path) -> None:
+    for file in run.rglob("replay_buffer.pkl"):
+        file.write_bytes(file.read_bytes()[:200])
+
+
+def damage_checkpoints(run: Path) -> None:
+    shutil.rmtree(run / "checkpoints")
+
+
+@pytest.mark.parametrize(
+    ("damage", "said"),
+    [
+        (damage_nothing_there, "does not exist"),
+        (damage_arguments, "args.yml cannot be read"),
+        (damage_missing_argument, "args.yml lacks level, algo"),
+        (damage_model, "model.zip is truncated or not a model"),
+        (damage_memory, "checkpoint 00000104 is truncated"),
+        (damage_checkpoints, "has no checkpoint"),
+    ],
+)
+def test_damaged_runs_are_refused_with_one_sentence(asked: Arguments, tmp_path: Path, damage: Any, said: str) -> None:
+    main(replace(asked, steps=100))
+    damage(tmp_path / "run")
+    with pytest.raises(UsageError, match=said) as refused:
+        main(resumed(tmp_path / "run", steps=200))
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"steps": 0}, "--steps is 0; it must be at least 1"),
+        ({"seed": -1}, "--seed is -1"),
+        ({"num_envs": 0}, "--num-envs is 0"),
+        ({"threads": 0}, "--threads is 0"),
+        ({"eval_picks": -1}, "--eval-picks is -1"),
+        ({"env": "Nowhere-v0"}, "unknown environment 'Nowhere-v0'"),
+        ({"level": "nowhere"}, "unknown level 'nowhere'"),
+        ({"algo": "dqn", "config": None}, "dqn"),
+    ],
+)
+def test_bad_usage_leaves_nothing_behind(asked: Arguments, tmp_path: Path, changes: dict[str, Any], said: str) -> None:
+    with pytest.raises(ValueError, match=said):
+        main(replace(asked, **changes))
+    assert not (tmp_path / "run").exists()
+    assert [p.name for p in tmp_path.iterdir()] == ["small.yml"]
+
+
+def test_a_run_is_never_overwritten(asked: Arguments, tmp_path: Path) -> None:
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "precious").touch()
+    with pytest.raises(UsageError, match="exists already; choose another --out"):
+        main(asked)
+    assert [p.name for p in (tmp_path / "run").iterdir()] == ["precious"]
+
+
+def test_what_a_resumed_run_has_settled_stays(asked: Arguments, tmp_path: Path) -> None:
+    main(replace(asked, steps=100))
+    with pytest.raises(UsageError, match="--algo cannot be changed with --resume"):
+        main(resumed(tmp_path / "run", algo="ppo"))
+    with pytest.raises(UsageError, match="has done 104 throws of 100; give a larger --steps"):
+        main(resumed(tmp_path / "run"))
+
+
+def test_policy_of_another_environment_is_refused(asked: Arguments, tmp_path: Path) -> None:
+    main(replace(asked, steps=8))
+    with pytest.raises(UsageError, match="gives actions"):
+        make_controller(str(tmp_path / "run"), ToyVectorEnv(2, action_mode="release_xyz"))
+
+
+torch.set_num_threads(1)

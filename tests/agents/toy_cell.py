@@ -1,0 +1,141 @@
+"""A cell on paper: landing is a known function of the observation, so learning has a right answer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.vector import AutoresetMode, VectorEnv
+
+from agents.controllers.protocol import Observation, Outcome
+from pnt_gym.cells.observation import CLIP, FEATURES
+from pnt_gym.config import CellConfig, load
+
+FEATURE_INDEX = {feature.name: i for i, feature in enumerate(FEATURES)}
+SHIFT_NOISE = 0.002
+
+
+@dataclass(frozen=True)
+class ToyPreview:
+    landing_along: np.ndarray
+    landing_across: np.ndarray
+
+
+class ToyCore:
+    """Stands where the cell stands: config, and a preview of the coming throws."""
+
+    def __init__(self, config: CellConfig) -> None:
+        self.config = config
+        self.features = np.zeros((0, len(FEATURES)), dtype=np.float32)
+
+    def preview(self, actions: np.ndarray, *, jitter: bool = False) -> ToyPreview:
+        return ToyPreview(*toy_landing(self.features, actions, self.config))
+
+
+def toy_bias(features: np.ndarray) -> np.ndarray:
+    """Landing error (N, 2) of an uncorrected throw: linear and quadratic in what is seen."""
+    speed, ratio = features[:, FEATURE_INDEX["release_speed"]], features[:, FEATURE_INDEX["ln_grip_ratio"]]
+    grasp = features[:, FEATURE_INDEX["grasp_across"]]
+    return np.stack([0.03 + 0.03 * ratio + 0.015 * speed * ratio, 0.008 * grasp], axis=-1)
+
+
+def toy_landing(features: np.ndarray, actions: np.ndarray, config: CellConfig) -> tuple[np.ndarray, np.ndarray]:
+    shift = actions[:, :2] * np.array([config.action.along, config.action.across])
+    landing = toy_bias(features.astype(np.float64)) + shift * [0.96, 1.0]
+    return landing[:, 0], landing[:, 1]
+
+
+class ToyVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
+    """One throw per step; episodes end every step (`steps` 1) or are truncated after `steps`."""
+
+    metadata = {"autoreset_mode": AutoresetMode.SAME_STEP}  # noqa: RUF012 - Gymnasium's own form
+    render_mode = None
+
+    def __init__(
+        self,
+        num_envs: int = 4,
+        level: Any = "waste",
+        action_mode: str = "release_point",
+        threads: int = 1,
+        steps: int = 1,
+    ) -> None:
+        self.num_envs = num_envs
+        self.core = ToyCore(load(level))
+        self.steps = steps
+        count = 3 if action_mode == "release_xyz" else 2
+        self.single_observation_space = gym.spaces.Box(-CLIP, CLIP, (len(FEATURES),), np.float32)
+        self.single_action_space = gym.spaces.Box(-1.0, 1.0, (count,), np.float32)
+        self.observation_space = gym.vector.utils.batch_space(self.single_observation_space, num_envs)
+        self.action_space = gym.vector.utils.batch_space(self.single_action_space, num_envs)
+        self._rows = [np.random.default_rng(i) for i in range(num_envs)]
+        self._age = np.zeros(num_envs, dtype=int)
+
+    def reset(self, *, seed: int | list[int] | None = None, options: Any = None) -> tuple[np.ndarray, dict[str, Any]]:
+        if seed is not None:
+            seeds = seed if isinstance(seed, list) else [seed + i for i in range(self.num_envs)]
+            self._rows = [np.random.default_rng(s) for s in seeds]
+        self._age[:] = 0
+        self._draw()
+        return self.core.features.copy(), {"kind": self._kind.copy()}
+
+    def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        along, across = toy_landing(self.core.features, actions, self.core.config)
+        noise = np.stack([r.standard_normal(2) for r in self._rows]) * SHIFT_NOISE
+        along, across = along + noise[:, 0], across + noise[:, 1]
+        error, kind = np.hypot(along, across), self._kind
+        self._age += 1
+        over = self._age >= self.steps
+        target = self.core.features[:, 2:4].astype(float)
+        self._draw()
+        info: dict[str, Any] = {
+            "is_success": error < 0.06,
+            "landing_error": error,
+            "landing_along": along,
+            "landing_across": across,
+            "cycle_time": np.full(self.num_envs, 0.6),
+            "recontact": np.zeros(self.num_envs, dtype=bool),
+            "rim": np.zeros(self.num_envs, dtype=bool),
+            "residual_clipped": np.zeros(self.num_envs, dtype=bool),
+            "item": kind,
+            "target_x": target[:, 0],
+            "target_y": target[:, 1],
+            "kind": self._kind.copy(),
+        }
+        none = np.zeros(self.num_envs, dtype=bool)
+        if over.any():
+            info["final_obs"] = self.core.features.copy()
+            self._age[over] = 0
+        terminated, truncated = (over, none) if self.steps == 1 else (none, over)
+        return self.core.features.copy(), 1.0 - error / 0.25, terminated, truncated, info
+
+    def _draw(self) -> None:
+        normals = np.stack([r.standard_normal(len(FEATURES) + 1) for r in self._rows])
+        self.core.features = np.clip(normals[:, :-1], -CLIP, CLIP).astype(np.float32)
+        self._kind = (np.abs(normals[:, -1]) * 7).astype(np.int64) % len(self.core.config.items)
+
+
+def observation_of(features: np.ndarray, kind: np.ndarray | None = None) -> Observation:
+    features = np.asarray(features, dtype=np.float32)
+    return Observation(features, np.zeros(len(features), dtype=np.int64) if kind is None else kind)
+
+
+def outcome_of(observation: Observation, action: np.ndarray, error: np.ndarray) -> Outcome:
+    count = len(observation.kind)
+    return Outcome(
+        observation=observation,
+        action=np.asarray(action, dtype=np.float32),
+        landing_along=error[:, 0],
+        landing_across=error[:, 1],
+        is_success=np.ones(count, dtype=bool),
+        cycle_time=np.ones(count),
+        clipped=np.zeros(count, dtype=bool),
+    )
+
+
+def register_toy() -> None:
+    """Make `ToyThrow-v0` (one throw an episode) and `ToyShift-v0` (five throws) known to Gymnasium."""
+    for env_id, steps in (("ToyThrow-v0", 1), ("ToyShift-v0", 5)):
+        if env_id not in gym.registry:
+            gym.register(env_id, vector_entry_point=ToyVectorEnv, kwargs={"steps": steps})
