@@ -24,7 +24,9 @@ def register_envs() -> None:
     """Register the environments with Gymnasium; calling it again changes nothing."""
     for env_id, entry_point in _ENTRY_POINTS.items():
         if env_id not in gymnasium.registry:
-            gymnasium.register(env_id, entry_point=f"{entry_point}Env", vector_entry_point=f"{entry_point}VectorEnv")
+            gymnasium.register(  # pyright: ignore[reportUnknownMemberType]
+                env_id, entry_point=f"{entry_point}Env", vector_entry_point=f"{entry_point}VectorEnv"
+            )
 
 
 register_envs()

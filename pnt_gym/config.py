@@ -50,7 +50,7 @@ class Belt(Section):
         default=-0.90, description="z of the surface [m]; a 50 mm object is then picked at the paper's -0.85."
     )
     speed: Positive = Field(default=0.25, description="Surface speed along +x [m/s].")
-    x: Range = Field(default=(-1.0, 1.0), description="Extent along x [m].")
+    x: Range = Field(default=(-1.4, 0.8), description="Extent along x [m].")
     y: Range = Field(default=(-0.55, -0.08), description="Extent along y [m].")
     pick_x: Range = Field(default=(-0.30, 0.30), description="Window in which an object may be picked, along x [m].")
     lane_y: Range = Field(default=(-0.45, -0.20), description="Where objects lie across the belt [m].")

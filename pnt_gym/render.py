@@ -6,6 +6,7 @@ Rendering is offscreen (EGL on machines without a display). Physics needs none o
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, final
 
@@ -13,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.cells.conveyor import ConveyorCell
+from pnt_gym.cells.fluid import geom_placement
 from pnt_gym.cells.recording import Recording
 from pnt_gym.engine import MjData, MjModel, mujoco
 from pnt_gym.errors import ConfigError
@@ -35,9 +37,30 @@ _LIBRARIES: Final = (
 def camera() -> Any:
     """The standard view: belt, robot and bins from the front left."""
     view = mujoco.MjvCamera()
-    view.lookat[:] = [0.05, 0.12, -0.52]
-    view.distance, view.azimuth, view.elevation = 2.6, 148.0, -22.0
+    view.lookat[:] = [-0.02, 0.10, -0.38]
+    view.distance, view.azimuth, view.elevation = 3.3, 146.0, -19.0
     return view
+
+
+@final
+@dataclass(frozen=True)
+class Marker:
+    """A shape that is drawn and not simulated."""
+
+    type: int
+    size: Floats
+    position: Floats
+    frame: Floats
+    """Rotation matrix (9,)."""
+    rgba: Floats
+
+    def add_to(self, scene: Any) -> None:
+        """Add the shape to a scene that has room for it."""
+        if scene.ngeom >= scene.maxgeom:
+            return
+        geom = scene.geoms[scene.ngeom]
+        mujoco.mjv_initGeom(geom, self.type, self.size, self.position, self.frame, self.rgba.astype(np.float32))
+        scene.ngeom += 1
 
 
 @final
@@ -63,7 +86,7 @@ class CellView:
     def frame(self, row: int = 0) -> Frame:
         """The coming pick of one cell, (height, width, 3)."""
         model, data = self._cell.plant.pose(self._cell.context, row)
-        return self._draw(model, data, [(p, _WAITING, 0.025) for p in self._cell.waiting(row)])
+        return self._draw(model, data, self._waiting(row))
 
     def last_throw(self, fps: int = FPS) -> list[Frame]:
         """Frames of the last throw of row 0 at true rate; empty before the first throw."""
@@ -109,16 +132,33 @@ class CellView:
         self._cell.plant.record_row = None
 
     def _frames(self, recording: Recording, interval: float) -> Iterator[Frame]:
-        planned = [(p, _PLANNED, 0.006) for p in recording.plan]
+        planned = [_dot(p, _PLANNED, 0.006) for p in recording.plan]
         for data, trail in recording.play(interval):
-            flown = [(p, _FLOWN, 0.008) for p in trail]
+            flown = [_dot(p, _FLOWN, 0.008) for p in trail]
             yield self._draw(recording.model, data, planned + flown)
 
-    def _draw(self, model: MjModel, data: MjData, dots: Iterable[tuple[Floats, Floats, float]]) -> Frame:
+    def _waiting(self, row: int) -> list[Marker]:
+        """The objects upstream on the belt, which the physics does not simulate before they are picked."""
+        found = self._cell.waiting(row)
+        if found is None:
+            return []
+        objects, centre = found
+        place = geom_placement(objects.shape, objects.size)
+        turn = np.zeros((2, 4))
+        markers: list[Marker] = []
+        for k in range(len(centre)):
+            turn[0] = np.cos(objects.yaw[k] / 2), 0.0, 0.0, np.sin(objects.yaw[k] / 2)
+            mujoco.mju_mulQuat(turn[1], turn[0], place.quat[k])
+            frame = np.zeros(9)
+            mujoco.mju_quat2Mat(frame, turn[1])
+            markers.append(Marker(int(place.type[k]), place.size[k], centre[k], frame, _WAITING))
+        return markers
+
+    def _draw(self, model: MjModel, data: MjData, markers: Iterable[Marker]) -> Frame:
         renderer = self._opened(model)
         renderer.update_scene(data, self._camera)
-        for position, rgba, radius in dots:
-            _add_dot(renderer.scene, position, rgba, radius)
+        for marker in markers:
+            marker.add_to(renderer.scene)
         return renderer.render().copy()
 
     def _opened(self, model: MjModel) -> Any:
@@ -163,14 +203,8 @@ def record_video(cell: ConveyorCell, throws: Iterable[object], path: str | Path,
     return target
 
 
-def _add_dot(scene: Any, position: Floats, rgba: Floats, radius: float) -> None:
-    if scene.ngeom >= scene.maxgeom:
-        return
-    sphere = int(mujoco.mjtGeom.mjGEOM_SPHERE.value)
-    mujoco.mjv_initGeom(
-        scene.geoms[scene.ngeom], sphere, np.full(3, radius), position, np.eye(3).ravel(), rgba.astype(np.float32)
-    )
-    scene.ngeom += 1
+def _dot(position: Floats, rgba: Floats, radius: float) -> Marker:
+    return Marker(int(mujoco.mjtGeom.mjGEOM_SPHERE.value), np.full(3, radius), position, np.eye(3).ravel(), rgba)
 
 
 def _open_window(model: MjModel, data: MjData) -> Any:

@@ -19,12 +19,11 @@ def take(record: RecordT, index: Any) -> RecordT:
     """
     values: dict[str, Any] = {}
     for field in fields(cast(Any, record)):
-        value = getattr(record, field.name)
-        if isinstance(value, np.ndarray):
-            value = value[index]
-        elif is_dataclass(value):
-            value = take(value, index)
-        values[field.name] = value
+        value: Any = getattr(record, field.name)
+        if is_dataclass(value):
+            values[field.name] = take(value, index)
+        else:
+            values[field.name] = cast(Any, value)[index] if isinstance(value, np.ndarray) else value
     return type(record)(**values)
 
 

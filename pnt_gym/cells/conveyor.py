@@ -9,6 +9,7 @@ import numpy as np
 
 from pnt_gym.cells.context import Context
 from pnt_gym.cells.motion import ThrowMotion, cycle_path, throw_motion
+from pnt_gym.cells.objects import Objects
 from pnt_gym.cells.outcome import Outcome
 from pnt_gym.cells.picks import PickPlanner
 from pnt_gym.cells.plant import ConveyorPlant
@@ -81,8 +82,8 @@ class ConveyorCell:
         path = self._path(motion, np.zeros(self.count), self.context.pick)
         return self.plant.throw(self.context, release, motion.release_time, path, jitter)
 
-    def waiting(self, row: int) -> Floats:
-        """Centres of the objects upstream of one cell's present pick, (K, 3) [m]; for pictures."""
+    def waiting(self, row: int) -> tuple[Objects, Floats] | None:
+        """Objects upstream of one cell's present pick and their centres (K, 3) [m]; for pictures."""
         return self._source.waiting(row)
 
     def _motion(self, release: ReleaseBatch) -> ThrowMotion:

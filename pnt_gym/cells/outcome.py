@@ -91,12 +91,12 @@ class Flight:
     @property
     def free(self) -> Bools:
         """Steps after the release that count, (N, M)."""
-        steps = np.arange(self.position.shape[1])
+        steps = np.arange(self.position.shape[1], dtype=np.int64)
         return (steps > self.release_step[:, None]) & (steps <= self.last_step[:, None])
 
     def recontact(self) -> Bools:
         """Whether the cup touched the object after the release (N,)."""
-        return (self.cup_touch & self.free).any(axis=1)
+        return np.asarray((self.cup_touch & self.free).any(axis=1))
 
     def landing(self, plane_z: Floats) -> Floats:
         """Where the free flight crosses height plane_z (N,), going down: x, y (N, 2) [m]."""

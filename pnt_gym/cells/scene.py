@@ -134,6 +134,7 @@ def _add_stage(spec: MjSpec, config: CellConfig) -> None:
     spec.visual.global_.offwidth, spec.visual.global_.offheight = 1920, 1080
     spec.visual.headlight.ambient = np.full(3, 0.35)
     spec.visual.headlight.diffuse = np.full(3, 0.45)
+    _add_sky(spec)
     spec.worldbody.add_light(pos=[0.6, -1.4, 1.6], dir=[-0.3, 0.6, -1.0], diffuse=np.full(3, 0.5))
     ground = config.bins.rim - config.bins.depth - config.bins.wall - FLOOR_DROP
     spec.worldbody.add_geom(
@@ -154,6 +155,20 @@ def _add_stage(spec: MjSpec, config: CellConfig) -> None:
         surfacevel=[belt.speed, 0, 0, 0, 0, 0],
         solref=_SURROUNDINGS_SOLREF,
     )
+
+
+def _add_sky(spec: MjSpec) -> None:
+    """A plain bright background: the black default hides the carbon rods."""
+    spec.add_texture(
+        name="sky",
+        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
+        rgb1=[0.90, 0.93, 0.96],
+        rgb2=[0.55, 0.62, 0.70],
+        width=64,
+        height=384,
+    )
+    spec.visual.quality.shadowsize = 4096
 
 
 def _add_cup(spec: MjSpec) -> None:

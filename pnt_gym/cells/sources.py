@@ -50,8 +50,8 @@ class PickSource(Protocol):
         """The picks that follow the throws of all rows."""
         ...
 
-    def waiting(self, row: int) -> Floats:
-        """Centres of the objects that come after one row's present pick, (K, 3) [m]."""
+    def waiting(self, row: int) -> tuple[Objects, Floats] | None:
+        """The objects that come after one row's present pick, and their centres (K, 3) [m]; None without a belt."""
         ...
 
 
@@ -79,9 +79,9 @@ class IndependentPicks:
         position = np.stack([x, y, np.full_like(x, belt.height + STANDING_HEIGHT)], axis=-1)
         return NextPick(position, np.zeros_like(x), self._draw(np.arange(len(x))))
 
-    def waiting(self, row: int) -> Floats:
+    def waiting(self, row: int) -> tuple[Objects, Floats] | None:
         """Nothing: there is no belt."""
-        return np.zeros((0, 3))
+        return None
 
     def _draw(self, rows: Ints) -> Context:
         """Objects are drawn until their throw is feasible."""
@@ -141,10 +141,11 @@ class BeltPicks:
         rows = np.arange(len(motion.stop))
         return self._next(rows, motion.stop, motion.stop_time, limits, MOST_DRAWS // QUEUE)
 
-    def waiting(self, row: int) -> Floats:
-        """Centres of the objects upstream on the belt."""
+    def waiting(self, row: int) -> tuple[Objects, Floats] | None:
+        """The objects upstream on the belt."""
         height = self._planner.config.belt.height + self.queue.size[row, :, 2] / 2
-        return np.stack([self.queue_x[row], self.queue.lane_y[row], height], axis=-1)
+        centre = np.stack([self.queue_x[row], self.queue.lane_y[row], height], axis=-1)
+        return take(self.queue, row), centre
 
     def _next(self, rows: Ints, start: Floats, start_time: Floats, limits: MotionLimits, queues: int) -> NextPick:
         """The first object that can be met and thrown, for each row; looks through at most so many queues."""

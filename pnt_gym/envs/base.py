@@ -76,7 +76,7 @@ class ThrowEnv(gym.Env[Observation, NDArray[np.floating]]):
             scalars(result.info, 0),
         )
 
-    def render(self) -> Any:  # noqa: ANN401 - Gymnasium's own signature
+    def render(self) -> Any:
         """A frame of the coming pick (rgb_array), or the frames of the last throw (rgb_array_list)."""
         if self.render_mode is None or self.render_mode == "human":
             return None
@@ -180,7 +180,7 @@ class ThrowVectorEnv(VectorEnv[Observation, NDArray[np.floating], NDArray[Any]])
             self._view = CellView(self.core.cell)
         return tuple(self._view.frame(row) for row in range(self.num_envs))
 
-    def close_extras(self, **kwargs: Any) -> None:  # noqa: ANN401 - Gymnasium's own signature
+    def close_extras(self, **kwargs: Any) -> None:
         """Free the renderer."""
         if self._view is not None:
             self._view.close()

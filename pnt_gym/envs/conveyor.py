@@ -10,23 +10,23 @@ from pnt_gym.envs.base import ThrowEnv, ThrowVectorEnv
 
 @final
 class PnTConveyorEnv(ThrowEnv):
-    """A shift at the conveyor: a T3KR-class parallel robot picks objects off a moving belt and throws them into bins.
+    """A shift at the conveyor: a parallel robot throws objects off a moving belt into bins.
 
     ## Description
 
     Objects ride a belt. A suction cup takes one, the hand accelerates along a straight line, lets go, runs on for a
-    moment, brakes, and meets the next object. The time-optimal planner of Hassan et al. 2022 gives every throw as if the
-    object were a point at the cup that flies without drag and is let go at once. The real object hangs below the cup,
+    moment, brakes, and meets the next object. The time-optimal planner of Hassan et al. 2022 gives every throw as if
+    the object were a point at the cup that flies without drag and is let go at once. The real object hangs below the cup,
     off its axis, leaves late by the decay of the vacuum, and is slowed by the air: the action corrects for that.
 
     One step is one throw: plan, references, one rollout of the physics, outcome. It covers the throw, the
-    follow-through, the return and the vertical approach to the next object, which is chosen on the belt while the hand
-    returns: the first one that can be met inside the window and thrown. The dwell at the pick is counted, not simulated.
+    follow-through, the return and the vertical approach to the next object, which is chosen on the belt while the
+    hand returns: the first one that can be met inside the window and thrown. The dwell at the pick is counted, not simulated.
 
     ## Action Space
 
-    `Box(-1, 1, (2,), float32)` in the modes `release_point` (default) and `virtual_goal`, `Box(-1, 1, (3,), float32)` in
-    `release_xyz`. Zero is the analytic planner. Values outside are clipped; a residual without a feasible plan is
+    `Box(-1, 1, (2,), float32)` in the modes `release_point` (default) and `virtual_goal`; in `release_xyz`
+    `Box(-1, 1, (3,), float32)`. Zero is the analytic planner. Values outside are clipped; a residual without a feasible plan is
     shortened to the longest feasible part of it and reported as `residual_clipped`.
 
     | Num | Action (`release_point`) | Min | Max | At 1, with the default scale |
@@ -84,8 +84,8 @@ class PnTConveyorEnv(ThrowEnv):
     | time | max(0, 1 - cycle time / 3 s) | 0.1 |
 
     `info` also has `is_success` (sorted), `landing_error`, `landing_along`, `landing_across` [m], `cycle_time`,
-    `wait_time` [s], `in_opening`, `in_bin`, `rim` (in the opening but not in the bin), `recontact` (the cup touched the
-    object after the release), `residual_clipped`, `peak_torque` [N m], `item` and `bin` (indices of what was thrown
+    `wait_time` [s], `in_opening`, `in_bin`, `rim` (in the opening but not in the bin), `recontact` (the cup touched
+    the object after the release), `residual_clipped`, `peak_torque` [N m], `item` and `bin` (indices of what was thrown
     where), `target_x`, `target_y`, and `kind`: the index, into the level's `items`, of the object now under the cup.
 
     ## Starting State
@@ -101,10 +101,10 @@ class PnTConveyorEnv(ThrowEnv):
 
     | Parameter | Type | Default | Description |
     |---|---|---|---|
-    | `level` | str, path, mapping or CellConfig | `"nominal"` | `ideal`, `nominal`, `waste`, `unseen`, `tight`, or a YAML file of your own |
+    | `level` | str, path, mapping or CellConfig | `"nominal"` | a shipped level, or one of your own |
     | `action_mode` | str | `"release_point"` | `release_point`, `release_xyz` or `virtual_goal` |
     | `threads` | int | 1 (vector: 2) | physics threads; results do not depend on it |
-    | `render_mode` | str or None | None | `rgb_array` (the coming pick), `rgb_array_list` (the last throw at 30 frames/s), `human` (a window) |
+    | `render_mode` | str or None | None | `rgb_array`: coming pick, `rgb_array_list`: last throw, `human` |
     | `num_envs` | int | 1 | only of the vector form, `gymnasium.make_vec` |
 
     ## Version History
@@ -117,7 +117,7 @@ class PnTConveyorEnv(ThrowEnv):
 
 @final
 class PnTConveyorVectorEnv(ThrowVectorEnv):
-    """N cells of `PnTConveyorEnv` on one batch of simulations; row i of seed s is the single environment of seed s + i."""
+    """N cells of `PnTConveyorEnv` on one batch of simulations; row i of seed s is the single form of seed s + i."""
 
     picks: ClassVar[Picks] = "belt"
 
@@ -135,8 +135,8 @@ class PnTReleaseEnv(ThrowEnv):
 
     ## Action Space
 
-    `Box(-1, 1, (2,), float32)` in the modes `release_point` (default) and `virtual_goal`, `Box(-1, 1, (3,), float32)` in
-    `release_xyz`. Zero is the analytic planner. Values outside are clipped; a residual without a feasible plan is
+    `Box(-1, 1, (2,), float32)` in the modes `release_point` (default) and `virtual_goal`; in `release_xyz`
+    `Box(-1, 1, (3,), float32)`. Zero is the analytic planner. Values outside are clipped; a residual without a feasible plan is
     shortened to the longest feasible part of it and reported as `residual_clipped`.
 
     | Num | Action (`release_point`) | Min | Max | At 1, with the default scale |
@@ -194,8 +194,8 @@ class PnTReleaseEnv(ThrowEnv):
     | time | max(0, 1 - cycle time / 3 s) | 0.1 |
 
     `info` also has `is_success` (sorted), `landing_error`, `landing_along`, `landing_across` [m], `cycle_time`,
-    `wait_time` [s], `in_opening`, `in_bin`, `rim` (in the opening but not in the bin), `recontact` (the cup touched the
-    object after the release), `residual_clipped`, `peak_torque` [N m], `item` and `bin` (indices of what was thrown
+    `wait_time` [s], `in_opening`, `in_bin`, `rim` (in the opening but not in the bin), `recontact` (the cup touched
+    the object after the release), `residual_clipped`, `peak_torque` [N m], `item` and `bin` (indices of what was thrown
     where), `target_x`, `target_y`, and `kind`: the index, into the level's `items`, of the object now under the cup.
 
     ## Starting State
@@ -211,10 +211,10 @@ class PnTReleaseEnv(ThrowEnv):
 
     | Parameter | Type | Default | Description |
     |---|---|---|---|
-    | `level` | str, path, mapping or CellConfig | `"nominal"` | `ideal`, `nominal`, `waste`, `unseen`, `tight`, or a YAML file of your own |
+    | `level` | str, path, mapping or CellConfig | `"nominal"` | a shipped level, or one of your own |
     | `action_mode` | str | `"release_point"` | `release_point`, `release_xyz` or `virtual_goal` |
     | `threads` | int | 1 (vector: 2) | physics threads; results do not depend on it |
-    | `render_mode` | str or None | None | `rgb_array` (the coming pick), `rgb_array_list` (the last throw at 30 frames/s), `human` (a window) |
+    | `render_mode` | str or None | None | `rgb_array`: coming pick, `rgb_array_list`: last throw, `human` |
     | `num_envs` | int | 1 | only of the vector form, `gymnasium.make_vec` |
 
     ## Version History
@@ -227,6 +227,6 @@ class PnTReleaseEnv(ThrowEnv):
 
 @final
 class PnTReleaseVectorEnv(ThrowVectorEnv):
-    """N cells of `PnTReleaseEnv` on one batch of simulations; row i of seed s is the single environment of seed s + i."""
+    """N cells of `PnTReleaseEnv` on one batch of simulations; row i of seed s is the single form of seed s + i."""
 
     picks: ClassVar[Picks] = "independent"

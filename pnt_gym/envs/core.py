@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, cast, final, get_args
+from typing import Any, Final, final, get_args
 
 import numpy as np
 from gymnasium.spaces import Box
@@ -151,7 +151,7 @@ def reward_terms(outcome: Outcome, weights: Reward) -> dict[str, Floats]:
 
 def scalars(info: dict[str, NDArray[Any]], row: int) -> dict[str, Any]:
     """One row of a step's info as plain Python values."""
-    return {name: cast(Any, values[row]).item() for name, values in info.items()}
+    return {name: values[row].item() for name, values in info.items()}
 
 
 def _info(outcome: Outcome, context: Context) -> dict[str, NDArray[Any]]:

@@ -17,13 +17,14 @@ def printed_algorithm(p, v_max, a_max, j):
     return min(v, v_max), a_max
 
 
-def half_stroke(p, limits):
+def half_stroke(p, limits, root=None):
     """Speed at p and time to p when the stroke is 2p, from the smallest peak any limit allows; arrays."""
     v_max, a_max, j = limits
     stroke = 2 * p
-    a = np.minimum(np.minimum(np.cbrt(j * j * stroke / 2), np.sqrt(j * v_max)), a_max)
+    root = np.cbrt(p) if root is None else root
+    a = np.minimum(np.cbrt(j * j) * root, np.minimum(np.sqrt(j * v_max), a_max))
     # Speed if the stroke had no cruise: P = V (V / A + A / J).
-    v = np.minimum((-a * a + np.sqrt(a**4 + 4 * j * j * stroke * a)) / (2 * j), v_max)
+    v = np.minimum((-a * a + np.sqrt(a * a * a * a + 4 * j * j * stroke * a)) / (2 * j), v_max)
     return v, 0.5 * (stroke / v + v / a + a / j)
 
 
@@ -53,17 +54,19 @@ def brute_force(reach, rise, limits, *, ceiling=np.inf, nodes=700, rounds=7):
 
 def _at_elevations(theta, reach, rise, limits, steps):
     sine, cosine = np.sin(theta), np.cos(theta)
-    short, far = np.zeros_like(theta), reach / cosine
+    short, far = np.zeros_like(theta), np.cbrt(reach / cosine)
     for _ in range(steps):
-        p = 0.5 * (short + far)
-        v, _ = half_stroke(p, limits)
+        # Bisecting the cube root of the distance spares the cubic root of the jerk-only ramp.
+        root = 0.5 * (short + far)
+        p = root * root * root
+        v, _ = half_stroke(p, limits, root)
         remaining = reach - p * cosine
         flight = remaining / (v * cosine)
         height = p * sine + v * sine * flight - 0.5 * GRAVITY * flight**2
         over = height >= rise
-        short, far = np.where(over, short, p), np.where(over, p, far)
-    v, time = half_stroke(far, limits)
-    return far, v, time
+        short, far = np.where(over, short, root), np.where(over, root, far)
+    v, time = half_stroke(far**3, limits)
+    return far**3, v, time
 
 
 def random_throws(count, seed, rise=(-0.25, 0.15)):

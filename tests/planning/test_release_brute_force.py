@@ -6,7 +6,7 @@ from planning_oracles import brute_force, half_stroke, random_throws
 
 from pnt_gym.planning import GRAVITY, MotionLimits, plan_release, plan_release_batch
 
-CASES = 2200
+CASES = 2000
 # The bounds of a release, its own numbers, and how far they may be off.
 ROUNDING = 1e-11
 

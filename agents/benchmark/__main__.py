@@ -1,0 +1,112 @@
+"""Measure every controller on the same held-out throws: `python -m agents.benchmark`."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from agents.benchmark.cells import run_cell, settle_worker
+from agents.benchmark.compare import assemble
+from agents.benchmark.plan import Cell, Plan, cells, read_plan
+from agents.cli import UsageError, at_least, run
+from agents.files import check_writable, read_json, write_json
+from agents.tables import comparison_table, console, throws_bar
+from agents.versions import ROOT, versions
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """Let every controller of a plan learn, throw the same held-out objects, and compare them throw by throw.
+
+    Finished pieces are kept and not done again, so an interrupted benchmark goes on where it was.
+    """
+
+    config: Path = ROOT / "configs" / "benchmark.yaml"
+    """The plan."""
+    jobs: int = 2
+    """Processes side by side, one thread each."""
+    out: Path | None = None
+    """Where all figures and throws go. Default: results/NAME.json with the plan's name."""
+    work: Path | None = None
+    """Folder of the finished pieces. Default: runs/benchmark/NAME."""
+
+
+def main(arguments: Arguments) -> None:
+    """Do what is missing, write the results, print the tables."""
+    at_least("jobs", arguments.jobs, 1)
+    plan = read_plan(arguments.config)
+    out = arguments.out or ROOT / "results" / f"{plan.name}.json"
+    check_writable(out)
+    work = arguments.work or ROOT / "runs" / "benchmark" / plan.name
+    work.mkdir(parents=True, exist_ok=True)
+    planned = cells(plan)
+    do_missing(planned, work, arguments.jobs)
+    parts = [read_json(path_of(cell, work)) for cell in planned]
+    results = [{**result, "label": cell.entry.label} for cell, part in zip(planned, parts, strict=True) for result in part["results"]]
+    found = assemble(plan, results)
+    write_json(
+        out,
+        {
+            "plan": plan.model_dump(mode="json"),
+            "versions": versions(),
+            "seconds": sum(part["seconds"] for part in parts),
+            **found,
+            "results": results,
+        },
+        indent=None,
+    )
+    show(plan, found["table"])
+    console().print(f"all figures and throws are in {out}")
+
+
+def path_of(cell: Cell, work: Path) -> Path:
+    """Where a finished cell is kept."""
+    return work / f"{cell.name}.json"
+
+
+def do_missing(planned: list[Cell], work: Path, jobs: int) -> None:
+    """Run the cells that are not finished, `jobs` at a time.
+
+    Raises:
+        UsageError: a worker died, for instance for lack of memory.
+    """
+    missing = [cell for cell in planned if not path_of(cell, work).is_file()]
+    if not missing:
+        return
+    os.environ["OMP_NUM_THREADS"] = "1"  # the workers inherit it: threads of theirs would fight for the cores
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(jobs, context, initializer=settle_worker)
+    try:
+        with throws_bar(console()) as bar:
+            task = bar.add_task("throws", total=sum(cell.cost for cell in missing))
+            futures = {pool.submit(run_cell, cell, work): cell for cell in missing}
+            for future in as_completed(futures):
+                future.result()
+                cell = futures[future]
+                bar.advance(task, cell.cost)
+                bar.console.print(f"done: {cell.entry.label}, {cell.throws[-1]} throws, seed {cell.seed}")
+    except BrokenProcessPool:
+        raise UsageError(
+            "a worker process died, perhaps for lack of memory; run the command again with fewer --jobs to go on"
+        ) from None
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+        for process in multiprocessing.active_children():
+            os.kill(process.pid or 0, signal.SIGTERM)
+
+
+def show(plan: Plan, table: list[dict[str, Any]]) -> None:
+    """One table per level."""
+    for level in plan.levels:
+        rows = [(row["label"], row["throws"], row) for row in table if row["level"] == level]
+        console().print(comparison_table(f"level {level}, {plan.picks} throws per seed", rows))
+
+
+if __name__ == "__main__":
+    run(main, Arguments, "agents.benchmark")

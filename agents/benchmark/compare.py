@@ -1,0 +1,157 @@
+"""From throws to figures: summaries, paired differences and multiples of the noise floor."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from agents.benchmark.cells import OUTCOMES
+from agents.benchmark.plan import Choice, Plan
+from agents.cli import UsageError
+from pnt_gym import metrics
+from pnt_gym.planning.arrays import Floats
+
+Result = Mapping[str, Any]
+
+
+def errors(result: Result) -> Floats:
+    """Landing error of each throw [m], NaN where it was not measured."""
+    columns = result["columns"]
+    return np.hypot(np.array(columns["along_m"], dtype=float), np.array(columns["across_m"], dtype=float))
+
+
+def successes(result: Result) -> Floats:
+    """1 for each throw sorted, else 0."""
+    return np.array([letter == OUTCOMES["sorted"] for letter in result["columns"]["outcome"]], dtype=float)
+
+
+def cycle_times(result: Result) -> Floats:
+    """Of each throw [s]."""
+    return np.array(result["columns"]["cycle_s"], dtype=float)
+
+
+def summarise(results: Sequence[Result]) -> dict[str, Any]:
+    """Figures of one controller over its seeds: each throw counts once per seed.
+
+    The interval of the error is bootstrapped over throws, each averaged over the seeds.
+    """
+    error = np.array([errors(r) for r in results])
+    success = np.array([successes(r) for r in results])
+    time = np.array([cycle_times(r) for r in results])
+    along, across = (np.concatenate([r["columns"][c] for r in results]).astype(float) for c in ("along_m", "across_m"))
+    where = metrics.landing(along, across)
+    pace = metrics.throughput(success.ravel(), time.ravel())
+    mean = metrics.mean_interval(_per_throw(error))
+    rate = metrics.wilson(round(float(success.mean()) * success.shape[1]), success.shape[1])
+    letters = "".join(r["columns"]["outcome"] for r in results)
+    return {
+        "seeds": [r["seed"] for r in results],
+        "landing_error_mean_m": where.mean,
+        "landing_error_low_m": mean.low,
+        "landing_error_high_m": mean.high,
+        "landing_error_p95_m": where.p95,
+        "landing_error_iqm_m": where.iqm,
+        "landing_error_by_seed_m": [float(np.nanmean(e)) for e in error],
+        "bias_along_m": where.bias_along,
+        "bias_across_m": where.bias_across,
+        "spread_along_m": where.spread_along,
+        "spread_across_m": where.spread_across,
+        "unmeasured": where.unmeasured,
+        "success_rate": float(success.mean()),
+        "success_low": rate.low,
+        "success_high": rate.high,
+        "picks_per_min": pace.attempted,
+        "sorted_per_min": pace.sorted,
+        "cycle_time_mean_s": pace.cycle_time,
+        **{f"share_{name}": letters.count(letter) / len(letters) for name, letter in OUTCOMES.items()},
+        "clipped_rate": sum(r["columns"]["clipped"] for r in results) / len(letters),
+        "recontact_rate": sum(r["columns"]["recontact"] for r in results) / len(letters),
+        "learn_seconds": float(np.mean([r["learn_seconds"] for r in results])),
+    }
+
+
+def compare(learned: Sequence[Result], reference: Sequence[Result]) -> dict[str, Any]:
+    """Learned less reference on the same throws: landing error and sorted picks per minute, with intervals.
+
+    A throw is averaged over the seeds of each side; `by_seed` compares each learned seed alone.
+    """
+    base = [_per_throw(np.array([f(r) for r in reference])) for f in (errors, successes, cycle_times)]
+    mine = [_per_throw(np.array([f(r) for r in learned])) for f in (errors, successes, cycle_times)]
+    by_seed = [
+        {"seed": r["seed"], **_difference([errors(r), successes(r), cycle_times(r)], base)} for r in learned
+    ]
+    return {**_difference(mine, base), "by_seed": by_seed}
+
+
+def assemble(plan: Plan, results: Sequence[Result]) -> dict[str, Any]:
+    """Everything the benchmark says.
+
+    Raises:
+        UsageError: results of one level are not of the same objects, so nothing is paired.
+    """
+    _check_paired(results)
+    groups = _grouped(results)
+    table: list[dict[str, Any]] = []
+    for (label, throws, level), group in groups.items():
+        head = {"label": label, "throws": throws, "level": level, "train_level": group[0]["train_level"]}
+        table.append({**head, "controller": group[0]["controller"], **summarise(group)})
+    _add_floors(plan, table)
+    comparisons = [
+        {"level": level, "learned": mine.model_dump(), "reference": other.model_dump(), **compare(*found)}
+        for mine in plan.learned
+        for other in plan.references
+        for level in plan.levels
+        if (found := _both(groups, mine, other, level)) is not None
+    ]
+    return {"table": table, "comparisons": comparisons}
+
+
+def _grouped(results: Sequence[Result]) -> dict[tuple[str, int, str], list[Result]]:
+    groups: dict[tuple[str, int, str], list[Result]] = {}
+    for result in sorted(results, key=lambda r: r["seed"]):
+        groups.setdefault((result["label"], result["throws"], result["level"]), []).append(result)
+    return groups
+
+
+def _both(
+    groups: Mapping[tuple[str, int, str], list[Result]], mine: Choice, other: Choice, level: str
+) -> tuple[list[Result], list[Result]] | None:
+    """The two sides of a comparison, or None where one was not evaluated on the level."""
+    found = [groups.get((choice.label, choice.throws, level)) for choice in (mine, other)]
+    return (found[0], found[1]) if found[0] and found[1] else None
+
+
+def _add_floors(plan: Plan, table: list[dict[str, Any]]) -> None:
+    for level, label in plan.floors.items():
+        rows = [row for row in table if row["level"] == level]
+        floor = next((r["landing_error_mean_m"] for r in rows if r["label"] == label), None)
+        for row in rows:
+            row["times_floor"] = None if floor is None else row["landing_error_mean_m"] / floor
+
+
+def _difference(mine: Sequence[Floats], base: Sequence[Floats]) -> dict[str, Any]:
+    error = metrics.paired_mean(mine[0], base[0])
+    rate = metrics.paired_rate(mine[1], mine[2], base[1], base[2])
+    return {
+        "landing_error_m": {**asdict(error), "excludes_zero": error.excludes_zero},
+        "sorted_per_min": {**asdict(rate), "excludes_zero": rate.excludes_zero},
+    }
+
+
+def _per_throw(values: Floats) -> Floats:
+    """Mean over seeds (S, N) -> (N,); NaN where any seed was not measured."""
+    return values.mean(axis=0)
+
+
+def _check_paired(results: Sequence[Result]) -> None:
+    seen: dict[str, tuple[str, list[int]]] = {}
+    for result in results:
+        label, items = seen.setdefault(result["level"], (result["label"], result["columns"]["item"]))
+        if items != result["columns"]["item"]:
+            raise UsageError(
+                f"{label!r} and {result['label']!r} threw different objects on level {result['level']!r}; "
+                "choose an environment whose objects do not depend on the actions"
+            )

@@ -1,0 +1,132 @@
+"""What the physics is worth: the planner in its own world, and the ladder from the planner to an oracle.
+
+Three parts, each on the same seeded throws:
+
+* `ideal`: landing error and success of the analytic planner without any unmodelled effect.
+* `ladder`: analytic planner and oracle (which simulates every throw beforehand) on each level, with the shares of
+  throws that missed the opening, crossed it without staying in the bin, or were touched by the cup again.
+* `dial`: the analytic planner on `waste` as the mismatch dial is turned.
+
+Run: python benchmarks/study_physics.py --throws 1000 --json study.json      (about 27 throws per throw asked for)
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pnt_gym.config import CellConfig, load
+from pnt_gym.envs.core import ThrowCore
+from pnt_gym.metrics import landing, throughput, wilson
+
+LEVELS = ("nominal", "waste", "unseen", "tight")
+DIAL = (0.0, 0.25, 0.5, 1.0, 1.5)
+PREVIEWS = 3
+BATCH = 100
+
+Floats = np.ndarray[Any, np.dtype[np.float64]]
+Controller = Callable[[ThrowCore], Floats]
+
+
+def analytic(core: ThrowCore) -> Floats:
+    """The planner as it is."""
+    return np.zeros((core.count, 2))
+
+
+def oracle(core: ThrowCore) -> Floats:
+    """The best of a few corrections, each simulated beforehand with the hidden values (but not the jitter)."""
+    scale = np.array([core.config.action.along, core.config.action.across])
+    action = best = np.zeros((core.count, 2))
+    smallest = np.full((core.count, 1), np.inf)
+    for _ in range(PREVIEWS + 1):
+        seen = core.preview(action)
+        better = seen.landing_error[:, None] < smallest
+        best = np.where(better, action, best)
+        smallest = np.where(better, seen.landing_error[:, None], smallest)
+        miss = np.stack([seen.landing_along, seen.landing_across], axis=-1)
+        action = np.clip(action - miss / scale, -1.0, 1.0)
+    return best
+
+
+CONTROLLERS: dict[str, Controller] = {"analytic": analytic, "oracle": oracle}
+
+
+def throws(config: CellConfig, controller: Controller, count: int, seed: int, threads: int) -> dict[str, Floats]:
+    """Infos of `count` independent throws; controllers get the same throws at the same seed."""
+    cells = min(BATCH, count)
+    core = ThrowCore(config, "independent", "release_point", cells, threads)
+    core.reset(np.arange(cells), [np.random.default_rng([seed, i]) for i in range(cells)], seeded=True)
+    infos = [core.step(controller(core)).info for _ in range(-(-count // cells))]
+    return {name: np.concatenate([info[name] for info in infos])[:count] for name in infos[0]}
+
+
+def summary(info: dict[str, Floats]) -> dict[str, Any]:
+    """Landing, success with its Wilson interval, and what stands between."""
+    success = info["is_success"]
+    return {
+        "throws": len(success),
+        "landing": asdict(landing(info["landing_along"], info["landing_across"])),
+        "success": asdict(wilson(int(success.sum()), len(success))),
+        "missed_opening": float(1.0 - info["in_opening"].mean()),
+        "rim": float(info["rim"].mean()),
+        "recontact": float(info["recontact"].mean()),
+        "residual_clipped": float(info["residual_clipped"].mean()),
+        "throughput": asdict(throughput(success, info["cycle_time"])),
+        "peak_torque": float(info["peak_torque"].max()),
+    }
+
+
+def studies(throws_each: int, seed: int, threads: int, step: float) -> Iterator[tuple[str, str, dict[str, Any]]]:
+    """Part, row and summary, one after the other."""
+
+    def measured(level: str, controller: str, **changes: float) -> dict[str, Any]:
+        config = load(level, timestep=step, **changes)
+        return summary(throws(config, CONTROLLERS[controller], throws_each, seed, threads))
+
+    yield "ideal", "analytic", measured("ideal", "analytic")
+    for level in LEVELS:
+        for controller in CONTROLLERS:
+            yield "ladder", f"{level}/{controller}", measured(level, controller)
+    for m in DIAL:
+        yield "dial", f"{m:g}", measured("waste", "analytic", mismatch=m)
+
+
+def line(part: str, row: str, found: dict[str, Any]) -> str:
+    s, e = found["success"], found["landing"]
+    return (
+        f"{part:<7}{row:<18}{e['mean'] * 1e3:7.2f} mm (p95 {e['p95'] * 1e3:6.1f})  "
+        f"{s['value'] * 100:6.2f} % [{s['low'] * 100:.2f}, {s['high'] * 100:.2f}]  "
+        f"missed {found['missed_opening'] * 100:5.2f} %  rim {found['rim'] * 100:5.2f} %  "
+        f"recontact {found['recontact'] * 100:5.2f} %  {found['throughput']['sorted']:.1f} sorted/min"
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--throws", type=int, default=1000, help="throws per row")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--threads", type=int, default=2, help="physics threads; results do not depend on it")
+    parser.add_argument("--timestep", type=float, default=0.001, help="physics step [s]")
+    parser.add_argument("--json", type=Path, help="file to write the figures to")
+    options = parser.parse_args()
+    if options.throws < 1:
+        parser.error(f"--throws is {options.throws}; at least 1 throw is needed")
+    result: dict[str, Any] = {"throws": options.throws, "seed": options.seed, "timestep": options.timestep}
+    for part, row, found in studies(options.throws, options.seed, options.threads, options.timestep):
+        print(line(part, row, found))
+        sys.stdout.flush()
+        result.setdefault(part, {})[row] = found
+    if options.json is not None:
+        options.json.parent.mkdir(parents=True, exist_ok=True)
+        options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
