@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import statistics
 import time
@@ -32,10 +33,8 @@ def seconds_each(solve: Callable[[int], object], count: int) -> float:
     spent = []
     for k in range(count):
         begin = time.perf_counter()
-        try:
+        with contextlib.suppress(InfeasibleThrow):
             solve(k)
-        except InfeasibleThrow:
-            pass
         spent.append(time.perf_counter() - begin)
     return statistics.median(spent)
 

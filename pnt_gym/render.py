@@ -5,6 +5,8 @@ Rendering is offscreen (EGL on machines without a display). Physics needs none o
 
 from __future__ import annotations
 
+import os
+import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +18,7 @@ from numpy.typing import NDArray
 from pnt_gym.cells.conveyor import ConveyorCell
 from pnt_gym.cells.fluid import geom_placement
 from pnt_gym.cells.recording import Recording
-from pnt_gym.engine import MjData, MjModel, mujoco
+from pnt_gym.engine import MjData, MjModel, has_display, mujoco
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.arrays import Floats
 
@@ -103,8 +105,6 @@ class CellView:
         Raises:
             ConfigError: there is no display.
         """
-        import time  # noqa: PLC0415
-
         recording = self._cell.plant.recording
         model, data = self._cell.plant.pose(self._cell.context, 0)
         if self._window is None:
@@ -164,6 +164,8 @@ class CellView:
     def _opened(self, model: MjModel) -> Any:
         """The renderer for this model; every simulation's model has the same layout and is drawn by the same one."""
         if self._renderer is None:
+            if not has_display() and os.environ.get("MUJOCO_GL", "glfw") == "glfw":
+                raise ConfigError(_LIBRARIES)  # asking GLFW here would abort the process
             try:
                 self._renderer = mujoco.Renderer(model, *self._size)
             except Exception as error:
@@ -208,10 +210,7 @@ def _dot(position: Floats, rgba: Floats, radius: float) -> Marker:
 
 
 def _open_window(model: MjModel, data: MjData) -> Any:
-    import os  # noqa: PLC0415
-    import sys  # noqa: PLC0415
-
-    if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+    if not has_display():
         raise ConfigError("render_mode 'human' needs a display; use 'rgb_array' on a headless machine")
     from mujoco import viewer  # noqa: PLC0415  # pyright: ignore[reportMissingTypeStubs]
 

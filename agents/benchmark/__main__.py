@@ -48,7 +48,7 @@ def main(arguments: Arguments) -> None:
     planned = cells(plan)
     do_missing(planned, work, arguments.jobs)
     parts = [read_json(path_of(cell, work)) for cell in planned]
-    results = [{**result, "label": cell.entry.label} for cell, part in zip(planned, parts, strict=True) for result in part["results"]]
+    results = [result for part in parts for result in part["results"]]
     found = assemble(plan, results)
     write_json(
         out,

@@ -80,9 +80,7 @@ def compare(learned: Sequence[Result], reference: Sequence[Result]) -> dict[str,
     """
     base = [_per_throw(np.array([f(r) for r in reference])) for f in (errors, successes, cycle_times)]
     mine = [_per_throw(np.array([f(r) for r in learned])) for f in (errors, successes, cycle_times)]
-    by_seed = [
-        {"seed": r["seed"], **_difference([errors(r), successes(r), cycle_times(r)], base)} for r in learned
-    ]
+    by_seed = [{"seed": r["seed"], **_difference([errors(r), successes(r), cycle_times(r)], base)} for r in learned]
     return {**_difference(mine, base), "by_seed": by_seed}
 
 

@@ -20,7 +20,13 @@ from pnt_gym.config import load
 
 Count = Annotated[int, Field(ge=0)]
 LEARNERS = ("mean_shift", "virtual_goal", "ridge", "mlp", *ALGORITHMS)
-_CODE = ("pnt_gym/**/*.py", "agents/controllers/*.py", "agents/evaluation.py", "agents/environments.py", "agents/sb3.py")
+_CODE = (
+    "pnt_gym/**/*.py",
+    "agents/controllers/*.py",
+    "agents/evaluation.py",
+    "agents/environments.py",
+    "agents/sb3.py",
+)
 _NO_EFFECT = ("render.py", "metrics.py")
 """Code that changes no throw."""
 

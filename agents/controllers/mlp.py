@@ -22,13 +22,14 @@ class Mlp:
 
     Args:
         width: units per hidden layer.
-        steps: gradient steps of one fit.
+        steps: gradient steps of one fit; None: as many as throws, but 400 to 3000, as few throws are soon learned by
+            heart.
         learning_rate: at the start of the schedule.
         weight_decay: of AdamW.
     """
 
     def __init__(
-        self, width: int = 64, steps: int = 3000, learning_rate: float = 3e-3, weight_decay: float = 0.03
+        self, width: int = 64, steps: int | None = None, learning_rate: float = 3e-3, weight_decay: float = 0.3
     ) -> None:
         self._width, self._steps = width, steps
         self._learning_rate, self._weight_decay = learning_rate, weight_decay
@@ -72,11 +73,12 @@ class Mlp:
         self._centre, self._scale = floats["centre"], floats["scale"]
 
     def _train(self, torch: Any, network: Any, x: Any, y: Any) -> None:
+        steps = self._steps or min(max(len(x), 400), 3000)
         optimiser = torch.optim.AdamW(network.parameters(), lr=self._learning_rate, weight_decay=self._weight_decay)
-        schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, self._steps)
+        schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, steps)
         loss_of = torch.nn.HuberLoss()
         batch = min(BATCH, len(x))
-        for _ in range(self._steps):
+        for _ in range(steps):
             rows = torch.randint(len(x), (batch,))
             optimiser.zero_grad()
             loss_of(network(x[rows]), y[rows]).backward()

@@ -15,19 +15,21 @@ class PnTConveyorEnv(ThrowEnv):
     ## Description
 
     Objects ride a belt. A suction cup takes one, the hand accelerates along a straight line, lets go, runs on for a
-    moment, brakes, and meets the next object. The time-optimal planner of Hassan et al. 2022 gives every throw as if
-    the object were a point at the cup that flies without drag and is let go at once. The real object hangs below the cup,
-    off its axis, leaves late by the decay of the vacuum, and is slowed by the air: the action corrects for that.
+    moment, brakes, and meets the next object. The time-optimal planner of Hassan et al. 2022 gives every throw as
+    if the object were a point at the cup that flies without drag and is let go at once. The real object hangs below
+    the cup, off its axis, leaves late by the decay of the vacuum, and is slowed by the air: the action corrects for
+    that.
 
     One step is one throw: plan, references, one rollout of the physics, outcome. It covers the throw, the
     follow-through, the return and the vertical approach to the next object, which is chosen on the belt while the
-    hand returns: the first one that can be met inside the window and thrown. The dwell at the pick is counted, not simulated.
+    hand returns: the first one that can be met inside the window and thrown. The dwell at the pick is counted, not
+    simulated.
 
     ## Action Space
 
-    `Box(-1, 1, (2,), float32)` in the modes `release_point` (default) and `virtual_goal`; in `release_xyz`
-    `Box(-1, 1, (3,), float32)`. Zero is the analytic planner. Values outside are clipped; a residual without a feasible plan is
-    shortened to the longest feasible part of it and reported as `residual_clipped`.
+    `Box(-1, 1, (2,), float32)` in the modes `release_point` (default) and `virtual_goal`; in `release_xyz` `Box(-1,
+    1, (3,), float32)`. Zero is the analytic planner. Values outside are clipped; a residual without a feasible plan
+    is shortened to the longest feasible part of it and reported as `residual_clipped`.
 
     | Num | Action (`release_point`) | Min | Max | At 1, with the default scale |
     |---|---|---|---|---|
@@ -90,8 +92,8 @@ class PnTConveyorEnv(ThrowEnv):
 
     ## Starting State
 
-    Objects lie 0.10 to 0.30 m apart upstream of the window; kinds, sizes, masses, yaw and lane are drawn from the level.
-    The first object is under the cup, the hand at rest.
+    Objects lie 0.10 to 0.30 m apart upstream of the window; kinds, sizes, masses, yaw and lane are drawn from the
+    level. The first object is under the cup, the hand at rest.
 
     ## Episode End
 
@@ -135,9 +137,9 @@ class PnTReleaseEnv(ThrowEnv):
 
     ## Action Space
 
-    `Box(-1, 1, (2,), float32)` in the modes `release_point` (default) and `virtual_goal`; in `release_xyz`
-    `Box(-1, 1, (3,), float32)`. Zero is the analytic planner. Values outside are clipped; a residual without a feasible plan is
-    shortened to the longest feasible part of it and reported as `residual_clipped`.
+    `Box(-1, 1, (2,), float32)` in the modes `release_point` (default) and `virtual_goal`; in `release_xyz` `Box(-1,
+    1, (3,), float32)`. Zero is the analytic planner. Values outside are clipped; a residual without a feasible plan
+    is shortened to the longest feasible part of it and reported as `residual_clipped`.
 
     | Num | Action (`release_point`) | Min | Max | At 1, with the default scale |
     |---|---|---|---|---|

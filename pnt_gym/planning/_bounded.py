@@ -20,7 +20,7 @@ import numpy as np
 from pnt_gym.planning._crossing import TINY, ThrowPlane, crossing, ramp_distance
 from pnt_gym.planning.arrays import Floats, Ints
 
-GRID = 64
+GRID = 96
 GOLDEN = 0.6180339887498949
 GOLDEN_STEPS = 40
 BRACKET_STEPS = 100
@@ -69,7 +69,7 @@ def _room(plane: ThrowPlane, length: Floats, flight: Floats, distance: Floats) -
     with np.errstate(over="ignore"):
         speed = np.maximum((length - distance) / np.maximum(flight, TINY), 0.0)
     way = ramp_distance(np.minimum(speed, plane.velocity), plane.acceleration, plane.jerk)
-    return np.minimum(distance - way, flight * (plane.velocity - speed))
+    return np.minimum(distance - way, flight * plane.velocity - (length - distance))
 
 
 def bounded_slope(plane: ThrowPlane, bounds: Bounds, best: Floats, *, upward: bool) -> Floats:
@@ -89,13 +89,14 @@ def bounded_slope(plane: ThrowPlane, bounds: Bounds, best: Floats, *, upward: bo
 
 
 def _search(plane: ThrowPlane, bounds: Bounds, best: Floats, *, upward: bool) -> Floats:
-    share = np.arange(GRID + 1) / GRID
+    # Densest next to the foot, where a low ceiling leaves only a sliver.
+    share = (1.0 - np.arange(GRID + 1) / GRID) ** 2
     foot = plane.rise / plane.reach
     if not upward:
         # A level throw keeps any ceiling not below the pick, so the answer lies above it.
         foot = np.where(bounds.high >= 0.0, np.maximum(foot, 0.0), foot)
     # Written so that the last point is the foot itself.
-    down = best[:, None] * (1.0 - share) + foot[:, None] * share
+    down = best[:, None] * share + foot[:, None] * (1.0 - share)
     below = _nearest(plane, bounds, down)
     if not upward:
         return below
@@ -139,15 +140,16 @@ def _hidden_peaks(
     plane: ThrowPlane, bounds: Bounds, grid: Floats, values: Floats, first: Ints
 ) -> tuple[Ints, Floats, Floats]:
     """Rows whose slack peaks above zero before ``first``: the row, the peak, the grid point before it."""
-    before, here, after = values[:, :-2], values[:, 1:-1], values[:, 2:]
+    here, after = values[:, :-1], values[:, 1:]
+    before = np.concatenate([np.full((values.shape[0], 1), -np.inf), values[:, :-2]], axis=1)
     with np.errstate(invalid="ignore"):
         climb = np.maximum(here - before, here - after)
     hump = (here < 0.0) & (here > before) & (here >= after)
     # A concave peak rises at most one climb above its grid point; two leave room for kinks.
     tall = here + 2.0 * climb >= 0.0
-    early = np.arange(1, values.shape[1] - 1, dtype=np.int64) < first[:, None]
+    early = np.arange(values.shape[1] - 1, dtype=np.int64) < first[:, None]
     row, k = np.nonzero(np.asarray(hump & tall & early, dtype=np.bool_))
-    near, far = grid[row, k], grid[row, k + 2]
+    near, far = grid[row, np.maximum(k - 1, 0)], grid[row, k + 1]
     peak, height = _golden(plane.take(row), bounds.take(row), near, far)
     lifted = height >= 0.0
     hit, where = np.unique(row[lifted], return_index=True)

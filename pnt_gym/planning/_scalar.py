@@ -16,6 +16,7 @@ from pnt_gym.planning.ballistics import GRAVITY
 
 Slack = Callable[[float], float]
 _SHARES = [k / GRID for k in range(GRID + 1)]
+_DENSE_SHARES = [(1.0 - share) ** 2 for share in _SHARES]
 
 
 class Throw(NamedTuple):
@@ -134,9 +135,9 @@ def _slack_of(throw: Throw, box: Box) -> Slack:
     def room(length: float, flight: float, distance: float) -> float:
         speed = (length - distance) / (flight or TINY)
         if speed <= 0.0:
-            return min(distance, flight * velocity)
+            return min(distance, flight * velocity - (length - distance))
         way = ramp_distance(min(speed, velocity), acceleration, jerk)
-        return min(distance - way, flight * (velocity - speed))
+        return min(distance - way, flight * velocity - (length - distance))
 
     def slack(slope: float) -> float:
         secant = sqrt(1.0 + slope * slope)
@@ -165,7 +166,7 @@ def bounded_slope(throw: Throw, box: Box, best: float, *, upward: bool) -> float
     foot = throw.rise / throw.reach
     if not upward and box.high >= 0.0:
         foot = max(foot, 0.0)
-    answers = [_nearest(slack, [best * (1.0 - share) + foot * share for share in _SHARES])]
+    answers = [_nearest(slack, [best * share + foot * (1.0 - share) for share in _DENSE_SHARES])]
     if upward:
         answers.append(_nearest(slack, [best + (1.0 + best) * (s / (1.0 - s)) for s in _SHARES[:-1]]))
     answers = [u for u in answers if u is not None and throw.reach * u - throw.rise > 0.0]
@@ -173,15 +174,16 @@ def bounded_slope(throw: Throw, box: Box, best: float, *, upward: bool) -> float
 
 
 def _nearest(slack: Slack, grid: list[float]) -> float | None:
-    older, old = math.inf, slack(grid[0])
+    older, old = -math.inf, slack(grid[0])
     for k in range(1, len(grid)):
         value = slack(grid[k])
         climb = max(old - older, old - value)
         # The grid point before this one is a peak below zero: look between its neighbours.
-        if older < old and value <= old and old + 2.0 * climb >= 0.0:
-            peak, height = _golden(slack, grid[k - 2], grid[k])
+        if older < old < 0.0 and value <= old and old + 2.0 * climb >= 0.0:
+            near = grid[max(k - 2, 0)]
+            peak, height = _golden(slack, near, grid[k])
             if height >= 0.0:
-                return _border(slack, peak, grid[k - 2])
+                return _border(slack, peak, near)
         if value >= 0.0:
             return _border(slack, grid[k], grid[k - 1])
         older, old = old, value

@@ -201,11 +201,11 @@ def _earliest(chase: _Chase, first: Floats, last: Floats) -> tuple[Floats, Bools
 def _surely_reached(chase: _Chase, speed: Floats) -> Floats:
     """A time by which the hand has caught any object slower than itself, infinite for a faster one.
 
-    T(d) <= d / V + V / A + A / J for every d, and the object is never farther away than |offset| + speed t.
+    T(d) <= d / V + 2 (V / A + A / J) for every d, and the object is never farther away than |offset| + speed t.
     """
     velocity, acceleration, jerk = chase.limits
     peak = np.minimum(np.sqrt(jerk * velocity), acceleration)
-    latest = length(chase.offset) / velocity + velocity / peak + peak / jerk + chase.descent
+    latest = length(chase.offset) / velocity + 2.0 * (velocity / peak + peak / jerk) + chase.descent
     slower = speed < velocity
     return np.where(slower, 1.001 * latest / np.where(slower, 1.0 - speed / velocity, 1.0), np.inf)
 

@@ -28,31 +28,39 @@ def half_stroke(p, limits, root=None):
     return v, 0.5 * (stroke / v + v / a + a / j)
 
 
-def brute_force(reach, rise, limits, *, ceiling=np.inf, nodes=700, rounds=7):
-    """Least time to a release that hits (reach, rise) with z <= ceiling: grid of elevations, then zoom.
+def brute_force(reach, rise, limits, *, ceiling=np.inf, nodes=500, rounds=4):
+    """Least time to releases that hit (reach, rise) with z <= ceiling: grid of elevations, then zoom.
 
     At every elevation the release distance is bisected on "released here, does the object fly too far?", with
-    the flight taken from the equations of motion. Returns time, distance, speed and elevation; infinite time
-    if there is no such release.
+    the flight taken from the equations of motion. All arguments are numbers or (N,). Returns time, distance,
+    speed and elevation, each (N,); infinite time where there is no such release.
     """
+    columns = np.broadcast_arrays(*np.atleast_1d(reach, rise, *limits, ceiling))
+    blocks = [tuple(c[k : k + 25, None] for c in columns) for k in range(0, columns[0].size, 25)]
+    return np.concatenate([_zoom(*block, nodes=nodes, rounds=rounds) for block in blocks], axis=1)
+
+
+def _zoom(reach, rise, v_max, a_max, j, ceiling, *, nodes, rounds):
     low, high = np.arctan2(rise, reach), 0.5 * np.pi
     theta = low + (high - low) * (np.arange(nodes) + 0.5) / nodes
-    best = (np.inf, np.nan, np.nan, np.nan)
+    best = np.full((4, reach.size), np.nan)
+    best[0] = np.inf
     for turn in range(rounds):
-        distance, speed, time = _at_elevations(theta, reach, rise, limits, 54 if turn else 40)
-        time = np.where(distance * np.sin(theta) <= ceiling, time, np.inf)
-        k = int(np.argmin(time))
-        if not np.isfinite(time[k]):
-            break
-        if time[k] < best[0]:
-            best = (time[k], distance[k], speed[k], theta[k])
-        step = theta[1] - theta[0]
-        theta = np.linspace(best[3] - step, best[3] + step, 61)
-        theta = theta[(theta > low) & (theta < high)]
+        distance, speed, time = _at_elevations(theta, reach, rise, (v_max, a_max, j), 50 if turn else 36)
+        kept = (distance * np.sin(theta) <= ceiling) & (theta > low) & (theta < high)
+        time = np.where(kept, time, np.inf)
+        k = np.argmin(time, axis=1)[:, None]
+        found = np.array([np.take_along_axis(x, k, axis=1)[:, 0] for x in (time, distance, speed, theta)])
+        best = np.where(found[0] < best[0], found, best)
+        step = theta[:, 1:2] - theta[:, :1]
+        middle = np.where(np.isnan(best[3]), np.pi / 4, best[3])[:, None]
+        theta = middle + step * np.linspace(-1.0, 1.0, 161)
     return best
 
 
 def _at_elevations(theta, reach, rise, limits, steps):
+    # Elevations outside the sensible range are evaluated at its ends; the caller drops them.
+    theta = np.clip(theta, np.arctan2(rise, reach), 0.5 * np.pi - 1e-9)
     sine, cosine = np.sin(theta), np.cos(theta)
     short, far = np.zeros_like(theta), np.cbrt(reach / cosine)
     for _ in range(steps):
@@ -62,8 +70,7 @@ def _at_elevations(theta, reach, rise, limits, steps):
         v, _ = half_stroke(p, limits, root)
         remaining = reach - p * cosine
         flight = remaining / (v * cosine)
-        height = p * sine + v * sine * flight - 0.5 * GRAVITY * flight**2
-        over = height >= rise
+        over = p * sine + v * sine * flight - 0.5 * GRAVITY * flight**2 >= rise
         short, far = np.where(over, short, root), np.where(over, root, far)
     v, time = half_stroke(far**3, limits)
     return far**3, v, time

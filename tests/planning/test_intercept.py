@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from ruckig import InputParameter, Result, Ruckig, Trajectory
 
@@ -22,7 +22,7 @@ def travel_time(distance, limits):
 
 
 def arrival(start, place, limits):
-    above = place + [0.0, 0.0, CLEARANCE]
+    above = place + np.array([0.0, 0.0, CLEARANCE])
     return travel_time(float(np.linalg.norm(above - start)), limits) + travel_time(CLEARANCE, limits)
 
 
@@ -126,7 +126,9 @@ def test_object_faster_than_the_hand_is_met_while_it_comes_closer():
     assert lost.reason[0] == InterceptReason.TOO_LATE
 
 
+# The example is a short stroke whose time lies above the extension of the long strokes' straight line.
 @given(st.floats(1e-4, 3.0), st.floats(0.0, 0.95), st.floats(1.0, 100.0), st.floats(-3.0, 3.0))
+@example(0.36, 0.02, 86.0, 0.0)
 def test_a_slower_object_is_always_caught(distance, share, percent, turn):
     limits = MotionLimits.t3kr(percent)
     speed = share * limits.velocity

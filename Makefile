@@ -1,0 +1,54 @@
+# Two commands do everything on a fresh machine: `make train` and `make test`. Each sets up what it needs.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+PIP_OPTIONS ?=
+export OMP_NUM_THREADS ?= 1
+
+.PHONY: help setup train test lint types format reproduce bench bench-quick perf report clean
+
+help: ## show this list
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
+
+setup: $(STAMP) ## make .venv with everything, at the tested versions
+
+$(STAMP): pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; v = sys.version_info; sys.exit(v < (3, 11) and f"pnt_gym needs Python 3.11 or newer, {sys.executable} is {v.major}.{v.minor}; use make PYTHON=/path/to/python3.11")'
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install -q $(PIP_OPTIONS) -c constraints.txt -e ".[dev]"
+	@touch $(STAMP)
+
+train: setup ## train on PnTConveyor-v0, then compare with the analytic planner (about 15 minutes on 2 cores)
+	$(BIN)/python -m agents.train --env PnTConveyor-v0
+
+test: setup ## run the tests
+	$(BIN)/python -m pytest -n auto --dist loadfile
+
+lint: setup ## style, types, and the one-way flow between rooms
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/pyright
+	$(BIN)/lint-imports
+
+format: setup ## rewrite the code in the project's style
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+bench: setup ## the benchmark of results/ (hours; stops and resumes)
+	$(BIN)/python -m agents.benchmark
+	$(BIN)/python -m agents.report
+
+bench-quick: setup ## a small benchmark, minutes
+	$(BIN)/python -m agents.benchmark --config configs/benchmark_quick.yaml
+
+perf: setup ## planner, robot and environment speed, and the physics checks of results/
+	$(BIN)/python benchmarks/bench_planner.py --json results/perf_planner.json
+	$(BIN)/python benchmarks/bench_envs.py --json results/perf_envs.json
+	$(BIN)/python benchmarks/study_physics.py --json results/physics.json
+
+report: setup ## tables, figures and the report from results/*.json
+	$(BIN)/python -m agents.report
+
+clean: ## remove the environment and caches
+	rm -rf $(VENV) .pytest_cache .ruff_cache .hypothesis dist build *.egg-info

@@ -1,0 +1,142 @@
+"""Figures of the benchmark as SVG."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+COLOURS = ("#4c72b0", "#dd8452", "#55a868", "#c44e52", "#8172b3", "#937860", "#da8bc3", "#8c8c8c", "#ccb974")
+
+
+def benchmark_figures(data: Mapping[str, Any]) -> dict[str, str]:
+    """SVG texts by file name."""
+    drawn = {
+        "landing_error.svg": error_bars(data),
+        "learning_curves.svg": learning_curves(data),
+        "landing_clouds.svg": landing_clouds(data),
+    }
+    return {name: svg(figure) for name, figure in drawn.items()}
+
+
+def svg(figure: Figure) -> str:
+    """A figure as SVG text, the same bytes for the same data."""
+    import matplotlib as mpl  # noqa: PLC0415 - heavy, needed for reports only
+
+    buffer = io.StringIO()
+    # Without salt and with a date, two runs over the same data would differ.
+    with mpl.rc_context({"svg.hashsalt": "pnt_gym", "svg.fonttype": "path"}):
+        figure.savefig(buffer, format="svg", bbox_inches="tight", metadata={"Date": None})
+    return buffer.getvalue()
+
+
+def error_bars(data: Mapping[str, Any]) -> Figure:
+    """Mean landing error of every controller, one panel per level, with 95 % intervals."""
+    levels = data["plan"]["levels"]
+    order = [entry["label"] for entry in data["plan"]["entries"]]
+    figure, panels = _figure(1, len(levels), (5.2 * len(levels), 0.3 * _most_rows(data) + 1.0))
+    for axes, level in zip(panels, levels, strict=True):
+        rows = [row for row in data["table"] if row["level"] == level]
+        rows.sort(key=lambda row: (order.index(row["label"]), row["throws"]))
+        places = np.arange(len(rows))
+        value, low, high = (
+            1000 * np.array([row[f"landing_error_{part}_m"] for row in rows]) for part in ("mean", "low", "high")
+        )
+        colours = [COLOURS[order.index(row["label"]) % len(COLOURS)] for row in rows]
+        axes.barh(places, value, color=colours, height=0.7)
+        axes.errorbar(value, places, xerr=[value - low, high - value], fmt="none", ecolor="black", capsize=2)
+        axes.set_yticks(places, [_name(row) for row in rows])
+        axes.invert_yaxis()
+        axes.set_xlabel("landing error, mean [mm]")
+        axes.set_title(f"level {level}")
+        axes.grid(axis="x", alpha=0.3)
+    return figure
+
+
+def learning_curves(data: Mapping[str, Any]) -> Figure:
+    """Landing error over the throws learned from; controllers that do not learn are lines."""
+    levels = data["plan"]["levels"]
+    order = [entry["label"] for entry in data["plan"]["entries"]]
+    figure, panels = _figure(1, len(levels), (5.2 * len(levels), 4.0))
+    for axes, level in zip(panels, levels, strict=True):
+        for label in order:
+            rows = [row for row in data["table"] if (row["level"], row["label"]) == (level, label)]
+            rows.sort(key=lambda row: row["throws"])
+            if rows:
+                _curve(axes, rows, label, COLOURS[order.index(label) % len(COLOURS)])
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        axes.set_yticks([2, 5, 10, 20, 50, 100], ["2", "5", "10", "20", "50", "100"])
+        axes.minorticks_off()
+        axes.set_xlabel("throws learned from")
+        axes.set_ylabel("landing error, mean [mm]")
+        axes.set_title(f"level {level}")
+        axes.grid(alpha=0.3)
+    panels[-1].legend(fontsize=8, loc="center left", bbox_to_anchor=(1.02, 0.5))
+    return figure
+
+
+def landing_clouds(data: Mapping[str, Any], most: int = 4) -> Figure:
+    """Where objects landed against the target, along and across the throw."""
+    level = data["plan"]["levels"][0]
+    chosen = _cloud_choices(data, level)[:most]
+    figure, panels = _figure(1, len(chosen), (3.4 * len(chosen), 3.4), sharex=True, sharey=True)
+    for axes, result in zip(panels, chosen, strict=True):
+        along, across = (1000 * np.array(result["columns"][c], dtype=float) for c in ("along_m", "across_m"))
+        axes.scatter(along, across, s=4, alpha=0.4, color=COLOURS[0], linewidths=0)
+        axes.axhline(0, color="black", linewidth=0.6)
+        axes.axvline(0, color="black", linewidth=0.6)
+        axes.plot(np.nanmean(along), np.nanmean(across), "+", color=COLOURS[3], markersize=12, markeredgewidth=2)
+        axes.set_title(_name(result), fontsize=10)
+        axes.set_xlim(-150, 150)
+        axes.set_ylim(-150, 150)
+        axes.set_aspect("equal")
+        axes.set_xlabel("along the throw [mm]")
+    panels[0].set_ylabel("across [mm]")
+    return figure
+
+
+def _curve(axes: Axes, rows: list[Mapping[str, Any]], label: str, colour: str) -> None:
+    error = [1000 * row["landing_error_mean_m"] for row in rows]
+    if rows[0]["throws"] == 0 or label.startswith("floor"):
+        axes.axhline(error[-1], color=colour, linestyle="--", linewidth=1, label=label)
+        return
+    low, high = ([1000 * row[f"landing_error_{side}_m"] for row in rows] for side in ("low", "high"))
+    spread = [np.subtract(error, low), np.subtract(high, error)]
+    axes.errorbar([row["throws"] for row in rows], error, yerr=spread, marker="o", color=colour, label=label, capsize=2)
+
+
+def _cloud_choices(data: Mapping[str, Any], level: str) -> list[Mapping[str, Any]]:
+    """The planner, the references after most throws, the first learner: one seed each."""
+    plan = data["plan"]
+    learned = plan["learned"][:1]
+    wanted = [("analytic", 0)]
+    for label in ("virtual_goal", "mean_shift"):
+        throws = [c["throws"] for c in plan["references"] if c["label"] == label]
+        wanted += [(label, max(throws))] if throws else []
+    wanted += [(c["label"], c["throws"]) for c in learned]
+    first = {(r["label"], r["throws"]): r for r in reversed(data["results"]) if r["level"] == level}
+    return [first[key] for key in wanted if key in first]
+
+
+def _most_rows(data: Mapping[str, Any]) -> int:
+    levels = [row["level"] for row in data["table"]]
+    return max(levels.count(level) for level in set(levels))
+
+
+def _name(row: Mapping[str, Any]) -> str:
+    return f"{row['label']} ({row['throws']})" if row["throws"] else str(row["label"])
+
+
+def _figure(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Figure, list[Axes]]:
+    from matplotlib.figure import Figure as MatplotlibFigure  # noqa: PLC0415 - heavy, needed for reports only
+
+    figure = MatplotlibFigure(figsize=size, layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False, **options)
+    return figure, list(axes.ravel())

@@ -1,0 +1,168 @@
+"""Results as Markdown tables, and the marked blocks of a README that hold them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from agents.cli import UsageError
+from agents.files import read_json, write_text
+
+Row = Mapping[str, Any]
+ALIGNED_RIGHT = "---:"
+
+
+def markdown(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A Markdown table; the first column is text, the others are figures."""
+    lines = [
+        "| " + " | ".join(header) + " |",
+        "| " + " | ".join(["---", *[ALIGNED_RIGHT] * (len(header) - 1)]) + " |",
+        *("| " + " | ".join(row) + " |" for row in rows),
+    ]
+    return "\n".join(lines)
+
+
+def benchmark_table(data: Mapping[str, Any]) -> str:
+    """Every controller on the levels of the plan, side by side."""
+    levels = data["plan"]["levels"]
+    header = ["controller", "throws to learn"]
+    for level in levels:
+        header += [f"{level}: error", "x floor", "success", "sorted/min"]
+    rows = [
+        [
+            label,
+            str(throws) if throws else "-",
+            *(cell for level in levels for cell in _figures(data, label, throws, level)),
+        ]
+        for label, throws in _lines(data, levels)
+    ]
+    return markdown(header, rows)
+
+
+def other_levels_table(data: Mapping[str, Any]) -> str | None:
+    """Levels that only some controllers were evaluated on; None if there are none."""
+    planned = data["plan"]["levels"]
+    levels = sorted({row["level"] for row in data["table"]} - set(planned))
+    if not levels:
+        return None
+    header = ["controller", "throws to learn"]
+    for level in levels:
+        header += [f"{level}: error", "success", "sorted/min"]
+    rows = []
+    for label, throws in _lines(data, levels):
+        figures = [_figures(data, label, throws, level) for level in levels]
+        rows.append([label, str(throws) if throws else "-", *(c for f in figures for c in (f[0], f[2], f[3]))])
+    return markdown(header, rows)
+
+
+def failure_table(data: Mapping[str, Any], level: str) -> str:
+    """What stood between an object and its bin."""
+    header = ["controller", "throws to learn", "missed the opening", "crossed it, not in the bin", "touched by the cup"]
+    rows = []
+    for row in _of_level(data, level):
+        shares = [f"{100 * row[f'share_{name}']:.1f} %" for name in ("missed", "rim", "recontact")]
+        rows.append([row["label"], str(row["throws"] or "-"), *shares])
+    return markdown(header, rows)
+
+
+def comparison_table(data: Mapping[str, Any], level: str) -> str:
+    """Learned less reference with 95 % intervals, paired throw by throw."""
+    header = ["learned", "less", "landing error", "sorted/min"]
+    rows = [
+        [
+            _choice(c["learned"]),
+            _choice(c["reference"]),
+            _interval(c["landing_error_m"], 1000, "mm"),
+            _interval(c["sorted_per_min"], 1, ""),
+        ]
+        for c in data["comparisons"]
+        if c["level"] == level and c["learned"] != c["reference"]
+    ]
+    return markdown(header, rows)
+
+
+def published_table(data: Mapping[str, Any]) -> str:
+    """Published beside reproduced figures."""
+    header = ["quantity", "published", "reproduced", "unit", "verdict", "note"]
+    return markdown(header, [[_text(row.get(name)) for name in header] for row in data["rows"]])
+
+
+BLOCKS = {"benchmark": ("benchmark.json", benchmark_table)}
+"""Blocks of a README by name: the file of results and what makes the table of it."""
+
+
+def block_pattern(name: str) -> re.Pattern[str]:
+    """A marked block, with its markers."""
+    return re.compile(rf"(<!-- table:{re.escape(name)} -->\n).*?(<!-- /table -->)", re.DOTALL)
+
+
+def with_blocks(text: str, results: Path) -> str:
+    """A README with its marked blocks replaced by what the results give.
+
+    Raises:
+        UsageError: a marked block has no such table, or its results are missing.
+    """
+    for name in re.findall(r"<!-- table:(\S+) -->", text):
+        if name not in BLOCKS:
+            raise UsageError(f"no table {name!r} for a README; known are {', '.join(BLOCKS)}")
+        file, make = BLOCKS[name]
+        table = make(read_json(results / file))
+        text = block_pattern(name).sub(lambda found, table=table: f"{found[1]}{table}\n{found[2]}", text)
+    return text
+
+
+def update_readme(readme: Path, results: Path) -> None:
+    """Write the marked blocks of a README anew."""
+    text = readme.read_text(encoding="utf-8")
+    changed = with_blocks(text, results)
+    if changed != text:
+        write_text(readme, changed)
+
+
+def stale_readme(readme: Path, results: Path) -> bool:
+    """Whether a README's tables differ from what the results give."""
+    text = readme.read_text(encoding="utf-8")
+    return with_blocks(text, results) != text
+
+
+def _lines(data: Mapping[str, Any], levels: Sequence[str]) -> list[tuple[str, int]]:
+    """Labels and throws in the plan's order, those that were evaluated on one of the levels."""
+    order = [entry["label"] for entry in data["plan"]["entries"]]
+    found = {(row["label"], row["throws"]) for row in data["table"] if row["level"] in levels}
+    return sorted(found, key=lambda line: (order.index(line[0]), line[1]))
+
+
+def _of_level(data: Mapping[str, Any], level: str) -> list[Row]:
+    rows = {(row["label"], row["throws"]): row for row in data["table"] if row["level"] == level}
+    return [rows[line] for line in _lines(data, [level])]
+
+
+def _figures(data: Mapping[str, Any], label: str, throws: int, level: str) -> list[str]:
+    for row in data["table"]:
+        if (row["label"], row["throws"], row["level"]) == (label, throws, level):
+            floor = row.get("times_floor")
+            return [
+                f"{1000 * row['landing_error_mean_m']:.1f} mm",
+                "-" if floor is None else f"{floor:.2f}",
+                f"{100 * row['success_rate']:.1f} %",
+                f"{row['sorted_per_min']:.1f}",
+            ]
+    return ["-"] * 4
+
+
+def _choice(choice: Mapping[str, Any]) -> str:
+    return f"{choice['label']} ({choice['throws']})" if choice["throws"] else str(choice["label"])
+
+
+def _interval(interval: Mapping[str, Any], scale: float, unit: str) -> str:
+    value, low, high = (scale * interval[name] for name in ("value", "low", "high"))
+    text = f"{value:+.1f} ({low:+.1f}..{high:+.1f}) {unit}".rstrip()
+    return text if interval["excludes_zero"] else f"{text}, not distinguishable"
+
+
+def _text(value: object) -> str:
+    if value is None:
+        return "-"
+    return f"{value:.4g}" if isinstance(value, float) else str(value).replace("|", "\\|")

@@ -1,0 +1,226 @@
+"""The benchmark: paired, resumable, keyed by what its numbers depend on; and the report made of it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from toy_cell import register_toy
+
+from agents.benchmark import plan as plans
+from agents.benchmark.__main__ import path_of
+from agents.benchmark.cells import run_cell
+from agents.benchmark.compare import assemble, errors, successes
+from agents.benchmark.plan import Plan, cells, read_plan
+from agents.cli import UsageError
+from agents.files import read_json
+from agents.report.__main__ import Arguments as ReportArguments
+from agents.report.__main__ import main as report
+from agents.report.tables import benchmark_table, markdown, stale_readme, with_blocks
+from agents.versions import ROOT
+
+register_toy()
+PLAN: dict[str, Any] = {
+    "name": "small",
+    "env": "ToyThrow-v0",
+    "train_level": "waste",
+    "levels": ["waste", "unseen"],
+    "picks": 120,
+    "seeds": [0, 1],
+    "num_envs": 8,
+    "entries": [
+        {"label": "analytic", "controller": "analytic"},
+        {"label": "goal", "controller": "virtual_goal", "throws": [64], "options": {"gain": 0.8}},
+        {"label": "ridge", "controller": "ridge", "throws": [64, 200]},
+        {"label": "oracle", "controller": "oracle"},
+    ],
+    "learned": [{"label": "ridge", "throws": 200}],
+    "references": [{"label": "analytic"}, {"label": "goal", "throws": 64}],
+    "floors": {"waste": "ridge"},
+}
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    plan = Plan.model_validate(PLAN)
+    work = tmp_path_factory.mktemp("work")
+    files = [run_cell(cell, work) for cell in cells(plan)]
+    results = [result for file in files for result in read_json(file)["results"]]
+    found = {**assemble(plan, results), "plan": plan.model_dump(mode="json"), "results": results}
+    return {**found, "versions": {"python": "3"}, "seconds": 1.0}
+
+
+def test_every_line_of_the_plan_is_there(done: dict[str, Any]) -> None:
+    lines = {(row["label"], row["throws"], row["level"]) for row in done["table"]}
+    expected = {("analytic", 0), ("goal", 64), ("ridge", 64), ("ridge", 200), ("oracle", 0)}
+    assert lines == {(*line, level) for line in expected for level in ("waste", "unseen")}
+    seeds = {row["label"]: row["seeds"] for row in done["table"]}
+    assert seeds == {"analytic": [0], "oracle": [0], "goal": [0, 1], "ridge": [0, 1]}
+
+
+def test_all_threw_the_same_objects(done: dict[str, Any]) -> None:
+    for level in ("waste", "unseen"):
+        assert len({tuple(r["columns"]["item"]) for r in done["results"] if r["level"] == level}) == 1
+
+
+def test_intervals_hold_the_difference_and_the_learner_wins(done: dict[str, Any]) -> None:
+    row = {(r["label"], r["throws"], r["level"]): r for r in done["table"]}
+    for found in done["comparisons"]:
+        mine = row["ridge", 200, found["level"]]
+        other = row[found["reference"]["label"], found["reference"]["throws"], found["level"]]
+        expected = mine["landing_error_mean_m"] - other["landing_error_mean_m"]
+        assert found["landing_error_m"]["value"] == pytest.approx(expected, abs=1e-6)
+        assert found["landing_error_m"]["high"] < 0
+        assert found["sorted_per_min"]["value"] == pytest.approx(mine["sorted_per_min"] - other["sorted_per_min"])
+        assert [s["seed"] for s in found["by_seed"]] == [0, 1]
+
+
+def test_floor_multiples(done: dict[str, Any]) -> None:
+    rows = {(r["label"], r["throws"]): r for r in done["table"] if r["level"] == "waste"}
+    assert rows["ridge", 64]["times_floor"] == pytest.approx(1.0)
+    assert rows["oracle", 0]["times_floor"] < 1.0 < rows["analytic", 0]["times_floor"]
+
+
+def test_shares_and_success_sum_to_one(done: dict[str, Any]) -> None:
+    for row in done["table"]:
+        assert sum(row[f"share_{name}"] for name in ("sorted", "missed", "rim", "recontact")) == pytest.approx(1.0)
+        assert row["share_sorted"] == pytest.approx(row["success_rate"])
+
+
+def test_unpaired_results_are_refused(done: dict[str, Any]) -> None:
+    results = json.loads(json.dumps(done["results"]))
+    results[-1]["columns"]["item"][0] += 1
+    with pytest.raises(UsageError, match="threw different objects"):
+        assemble(Plan.model_validate(PLAN), results)
+
+
+def test_unmeasured_throws_are_left_out_of_errors() -> None:
+    columns = {"along_m": [0.03, None], "across_m": [0.04, 0.0], "outcome": "sm"}
+    assert errors({"columns": columns}) == pytest.approx([0.05, np.nan], nan_ok=True)
+    assert successes({"columns": columns}).tolist() == [1.0, 0.0]
+
+
+def test_keys_change_with_what_numbers_depend_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    def keys(**changes: Any) -> set[str]:
+        return {cell.key for cell in cells(Plan.model_validate({**PLAN, **changes}))}
+
+    assert keys() == keys()
+    for change in ({"picks": 121}, {"seed": 1}, {"num_envs": 4}):
+        assert not keys() & keys(**change)
+    assert len(keys() & keys(train_level="unseen")) == 0
+    before = keys()
+    monkeypatch.setattr(plans, "_code_digest", lambda: "other code")
+    assert not before & keys()
+
+
+def test_training_is_one_cell_for_all_its_throw_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    settings = {
+        "policy": "MlpPolicy",
+        "learning_starts": 16,
+        "batch_size": 16,
+        "buffer_size": 500,
+        "gradient_steps": -1,
+        "gamma": 0.0,
+        "policy_kwargs": {"net_arch": [8]},
+    }
+    monkeypatch.setattr("agents.sb3.hyperparameters", lambda *_: settings)
+    sac = {"label": "sac", "controller": "sac", "throws": [32, 64], "seeds": [0]}
+    small = {**PLAN, "entries": [sac], "learned": [], "references": [], "floors": {}, "levels": ["waste"], "picks": 16}
+    (cell,) = cells(Plan.model_validate(small))
+    first = read_json(run_cell(cell, tmp_path))["results"]
+    assert [r["throws"] for r in first] == [32, 64]
+    assert first[0]["columns"] != first[1]["columns"]
+    # A cell that was cut off after its training goes on from the run it left.
+    path_of(cell, tmp_path).unlink()
+    again = read_json(run_cell(cell, tmp_path))["results"]
+    assert [r["columns"] for r in again] == [r["columns"] for r in first]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"nme": "x"}, "nme: Extra inputs"),
+        ({"entries": [{"label": "a", "controller": "nobody"}]}, "unknown controller 'nobody'"),
+        ({"entries": [{"label": "a", "controller": "ridge"}]}, r"has throws \(0,\)"),
+        ({"learned": [{"label": "ridge", "throws": 7}]}, "no entry gives 'ridge' after 7 throws"),
+        ({"floors": {"waste": "nobody"}}, "no entry is labelled 'nobody'"),
+        ({"picks": 0}, "picks: Input should be greater"),
+    ],
+)
+def test_bad_plans_are_explained(tmp_path: Path, change: dict[str, Any], said: str) -> None:
+    (tmp_path / "plan.yaml").write_text(yaml.safe_dump({**PLAN, **change}))
+    with pytest.raises(UsageError, match=said) as refused:
+        read_plan(tmp_path / "plan.yaml")
+    assert "\n" not in str(refused.value)
+
+
+def test_missing_and_damaged_plans_are_explained(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="cannot read benchmark"):
+        read_plan(tmp_path / "none.yaml")
+    (tmp_path / "bad.yaml").write_text("a: [")
+    with pytest.raises(UsageError, match="not valid YAML"):
+        read_plan(tmp_path / "bad.yaml")
+
+
+@pytest.mark.parametrize("name", ["benchmark", "benchmark_quick"])
+def test_shipped_plans_hold_together(name: str) -> None:
+    plan = read_plan(ROOT / "configs" / f"{name}.yaml")
+    assert plan.name == name
+    assert len({cell.name for cell in cells(plan)}) == len(cells(plan))
+
+
+def test_report_writes_tables_figures_and_page(done: dict[str, Any], tmp_path: Path) -> None:
+    (tmp_path / "benchmark.json").write_text(json.dumps(done))
+    rows = [{"quantity": "length", "published": 1.0, "reproduced": 1.01, "unit": "m", "verdict": "ok", "note": "a|b"}]
+    (tmp_path / "reproduction.json").write_text(json.dumps({"rows": rows}))
+    (tmp_path / "other.json").write_text("[1, 2]")
+    (tmp_path / "README.top").write_text("# x\n<!-- table:benchmark -->\nold\n<!-- /table -->\nend\n")
+    report(ReportArguments(results=tmp_path, readme=tmp_path / "README.top"))
+    text = (tmp_path / "README.md").read_text()
+    assert "| ridge | 200 |" in text
+    assert "a\\|b" in text
+    page = (tmp_path / "report.html").read_text()
+    assert page.count("<svg") == 3
+    assert "a|b" in page
+    assert "http-equiv" not in page
+    assert "src=" not in page  # self-contained
+    figures = {path.name: path.read_bytes() for path in (tmp_path / "figures").iterdir()}
+    assert set(figures) == {"landing_error.svg", "learning_curves.svg", "landing_clouds.svg"}
+    report(ReportArguments(results=tmp_path, readme=tmp_path / "README.top"))
+    assert figures == {path.name: path.read_bytes() for path in (tmp_path / "figures").iterdir()}
+    top = (tmp_path / "README.top").read_text()
+    assert benchmark_table(done) in top
+    assert top.startswith("# x\n<!-- table:benchmark -->")
+    assert top.endswith("<!-- /table -->\nend\n")
+    assert not stale_readme(tmp_path / "README.top", tmp_path)
+
+
+def test_a_readme_that_differs_is_stale(done: dict[str, Any], tmp_path: Path) -> None:
+    (tmp_path / "benchmark.json").write_text(json.dumps(done))
+    readme = tmp_path / "README"
+    fresh = with_blocks("<!-- table:benchmark -->\n<!-- /table -->\n", tmp_path)
+    readme.write_text(fresh)
+    assert not stale_readme(readme, tmp_path)
+    readme.write_text(fresh.replace(" mm |", " km |", 1))
+    assert stale_readme(readme, tmp_path)
+    with pytest.raises(UsageError, match="no table 'unknown'"):
+        with_blocks("<!-- table:unknown -->\n<!-- /table -->\n", tmp_path)
+
+
+def test_report_without_results_says_how_to_get_some(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=r"holds no results yet.*agents\.benchmark"):
+        report(ReportArguments(results=tmp_path, readme=tmp_path / "README.md"))
+    assert not list(tmp_path.iterdir())
+
+
+def test_markdown_table() -> None:
+    assert markdown(["a", "b"], [["x", "1"]]) == "| a | b |\n| --- | ---: |\n| x | 1 |"
+
+
+def test_readme_tables_equal_the_results() -> None:
+    readme, results = ROOT / "README.md", ROOT / "results"
+    assert not stale_readme(readme, results), "run python -m agents.report"
