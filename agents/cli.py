@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import tyro
 
@@ -18,6 +18,11 @@ INTERRUPTED = 130
 
 class UsageError(PntGymError):
     """A command line that asks for something that does not exist or cannot be."""
+
+
+def option(default: str, metavar: str | None = None) -> Any:
+    """How the help shows an option that is None unless given: what happens then, and what to give."""
+    return tyro.conf.arg(metavar=metavar, help_behavior_hint=f"(default: {default})")
 
 
 def run(command: Callable[[Arguments], None], arguments: type[Arguments], module: str) -> None:

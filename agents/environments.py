@@ -13,8 +13,8 @@ from gymnasium.vector import VectorEnv
 import pnt_gym
 from agents.cli import UsageError
 from pnt_gym.config import CellConfig, load
+from pnt_gym.residual import ActionMode
 
-ActionMode = Literal["release_point", "release_xyz", "virtual_goal"]
 Role = Literal["train", "practice", "evaluate"]
 
 

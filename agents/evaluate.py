@@ -4,51 +4,54 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+import tyro
 
 from agents import runs
-from agents.cli import UsageError, at_least, run
+from agents.cli import UsageError, at_least, option, run
 from agents.controllers import Learner, load_state, make_controller, save_state
 from agents.controllers.protocol import Controller
-from agents.environments import ActionMode, make_vector
+from agents.environments import make_vector
 from agents.evaluation import NUM_ENVS, PRACTICE, Env, Throws, evaluate, practise, summary, throw_records
 from agents.files import check_writable, write_json
 from agents.tables import console, summary_table, throws_bar
 from agents.versions import versions
+from pnt_gym.residual import ACTION_MODES, ActionMode
 
 
 @dataclass(frozen=True)
 class Arguments:
     """Throw held-out objects with one controller and say what it is worth in picks per minute."""
 
-    controller: str
-    """A controller's name (analytic, analytic_height, mean_lead, mean_shift, virtual_goal, ridge, mlp,
-    oracle,
-    random) or the folder of a training run."""
-    env: str | None = None
-    """Environment id. Default: PnTConveyor-v0, or that of the run folder."""
-    level: str | None = None
-    """A shipped level's name or a YAML file. Default: nominal, or that of the run folder."""
+    controller: Annotated[str, tyro.conf.arg(metavar="NAME|RUN_DIR")]
+    """A controller (analytic, analytic_height, mean_lead, mean_shift, virtual_goal, ridge, mlp, oracle, random) or
+    the folder of a training run."""
+    env: Annotated[str | None, option("PnTConveyor-v0, or that of the run folder", "ID")] = None
+    """Environment id."""
+    level: Annotated[str | None, option("nominal, or that of the run folder", "NAME|FILE.yaml")] = None
+    """A shipped level's name or a YAML file."""
     picks: int = 200
     """Throws to count."""
     seed: int = 0
     """Names the objects; training and practice never see them, whatever their seed."""
-    json: Path | None = None
+    json: Annotated[Path | None, option("none", "FILE")] = None
     """Write all figures and every throw to this file."""
     num_envs: int = NUM_ENVS
     """Cells simulated side by side; part of what a seed means."""
     threads: int = 2
     """Threads that simulate; results do not depend on it."""
-    practice: int | None = None
-    """Throws before the evaluation for a controller that learns; others throw none. Default: 120, or 0 with
-    --load."""
+    practice: Annotated[int | None, option("120, or 0 with --load", "N")] = None
+    """Throws before the evaluation for a controller that learns; others throw none."""
     online: bool = False
     """Go on learning during the evaluation."""
-    action_mode: ActionMode | None = None
-    """What an action means. Default: release_point, or that of the run folder."""
-    load: Path | None = None
+    action_mode: Annotated[
+        ActionMode | None, option("release_point, or that of the run folder", "|".join(ACTION_MODES))
+    ] = None
+    """What an action means."""
+    load: Annotated[Path | None, option("nothing learned", "FILE.npz")] = None
     """Start from what a learning controller saved to this .npz file."""
-    save: Path | None = None
+    save: Annotated[Path | None, option("none", "FILE.npz")] = None
     """Save what a learning controller learned to this .npz file."""
 
 
@@ -145,9 +148,9 @@ def prepare(controller: Controller, arguments: Arguments) -> int:
             return PRACTICE if arguments.practice is None else arguments.practice
         load_state(controller, arguments.load)
         return arguments.practice or 0
-    for option in ("load", "save"):
-        if getattr(arguments, option) is not None:
-            raise UsageError(f"--{option}: controller {controller.name!r} learns nothing that could be kept")
+    for name in ("load", "save"):
+        if getattr(arguments, name) is not None:
+            raise UsageError(f"--{name}: controller {controller.name!r} learns nothing that could be kept")
     return 0
 
 

@@ -56,7 +56,7 @@ def create(
     parts = folder.with_name(f".{folder.name}.{os.getpid()}.tmp")
     try:
         parts.mkdir(parents=True)
-        write_text(parts / "args.yml", yaml.safe_dump(dict(arguments), sort_keys=False))
+        write_arguments(parts, arguments)
         write_text(parts / "config.yml", yaml.safe_dump({arguments["env"]: dict(settings)}, sort_keys=False))
         write_text(parts / "env.yaml", yaml.safe_dump(config.model_dump(mode="json"), sort_keys=False))
         write_json(parts / "versions.json", versions())
@@ -72,6 +72,11 @@ def create(
         raise UsageError(f"cannot write run folder {str(folder)!r}: {error.strerror}") from None
     finally:
         shutil.rmtree(parts, ignore_errors=True)
+
+
+def write_arguments(folder: Path, arguments: Mapping[str, Any]) -> None:
+    """Note what a run is asked for; a resumed run may be asked for more throws."""
+    write_text(folder / "args.yml", yaml.safe_dump(dict(arguments), sort_keys=False))
 
 
 def check_new(folder: Path) -> None:

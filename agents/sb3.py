@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from pathlib import Path
 from typing import Any, final
 
@@ -75,7 +76,8 @@ def build(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> Bas
     Raises:
         UsageError: the settings do not fit the algorithm.
     """
-    chosen = {key: value for key, value in settings.items() if key not in ("n_timesteps", "n_envs")}
+    # stable-baselines3 adds to the dicts it is given.
+    chosen = {key: deepcopy(value) for key, value in settings.items() if key not in ("n_timesteps", "n_envs")}
     policy = chosen.pop("policy", "MlpPolicy")
     try:
         model = algorithm_class(algo)(policy, env, seed=seed, device="cpu", verbose=0, **chosen)

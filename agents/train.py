@@ -7,15 +7,16 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from agents import runs
-from agents.cli import INTERRUPTED, UsageError, at_least, run
-from agents.environments import ActionMode, make_vector, stream_seed
+from agents.cli import INTERRUPTED, UsageError, at_least, option, run
+from agents.environments import make_vector, stream_seed
 from agents.evaluation import NUM_ENVS, PRACTICE
 from agents.files import write_json
-from agents.runs import Algorithm
+from agents.runs import ALGORITHMS, Algorithm
 from agents.tables import comparison_table, console, throws_bar
+from pnt_gym.residual import ACTION_MODES, ActionMode
 
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
@@ -33,32 +34,30 @@ TABLE_SEED = 0
 class Arguments:
     """Train an agent to correct the analytic planner's throws, and compare it with what needs no training."""
 
-    env: str | None = None
-    """Environment id. Default: PnTConveyor-v0."""
-    level: str | None = None
-    """A shipped level's name or a YAML file. Default: nominal."""
-    algo: Algorithm | None = None
-    """Learning algorithm. Default: sac."""
-    steps: int | None = None
-    """Throws in all, counting those before a resume; rounded up to whole batches. Default: 10000, or as
-    the resumed
-    run was asked for."""
-    seed: int | None = None
-    """Of the networks, the exploration and the objects thrown. Default: 0."""
-    out: Path | None = None
-    """Run folder. Default: runs/ENV-LEVEL-ALGO-seedS-TIME."""
-    resume: Path | None = None
+    env: Annotated[str | None, option("PnTConveyor-v0", "ID")] = None
+    """Environment id."""
+    level: Annotated[str | None, option("nominal", "NAME|FILE.yaml")] = None
+    """A shipped level's name or a YAML file."""
+    algo: Annotated[Algorithm | None, option("sac", "|".join(ALGORITHMS))] = None
+    """Learning algorithm."""
+    steps: Annotated[int | None, option("10000, or as the resumed run was asked for", "N")] = None
+    """Throws in all, counting those before a resume; rounded up to whole batches."""
+    seed: Annotated[int | None, option("0", "S")] = None
+    """Of the networks, the exploration and the objects thrown."""
+    out: Annotated[Path | None, option("runs/ENV-LEVEL-ALGO-seedS-TIME", "DIR")] = None
+    """Run folder."""
+    resume: Annotated[Path | None, option("a new run", "DIR")] = None
     """Continue this run folder; everything but --steps and --threads is taken from it."""
-    num_envs: int | None = None
-    """Cells simulated side by side. Default: 16."""
+    num_envs: Annotated[int | None, option("16", "N")] = None
+    """Cells simulated side by side."""
     threads: int = 2
     """Threads that simulate; results do not depend on it."""
-    action_mode: ActionMode | None = None
-    """What an action means. Default: release_point."""
-    checkpoint_every: int | None = None
-    """Throws between checkpoints, from which the run can be continued. Default: 2000."""
-    config: Path | None = None
-    """Hyperparameters in RL-Zoo syntax. Default: configs/rl/ALGO.yml."""
+    action_mode: Annotated[ActionMode | None, option("release_point", "|".join(ACTION_MODES))] = None
+    """What an action means."""
+    checkpoint_every: Annotated[int | None, option("2000", "N")] = None
+    """Throws between checkpoints, from which the run can be continued."""
+    config: Annotated[Path | None, option("configs/rl/ALGO.yml", "FILE.yml")] = None
+    """Hyperparameters in RL-Zoo syntax."""
     eval_picks: int = TABLE_PICKS
     """Held-out throws per controller in the table at the end; 0 for no table."""
     tensorboard: bool = False
@@ -131,6 +130,8 @@ def start(arguments: Arguments, asked: Mapping[str, Any], env: SameStepVecEnv) -
 
     if arguments.resume is not None:
         model = runs.restore(arguments.resume, env)
+        if arguments.steps is not None and arguments.steps > model.num_timesteps:
+            runs.write_arguments(arguments.resume, asked)
         if model.num_timesteps >= asked["steps"]:
             raise UsageError(
                 f"run {str(arguments.resume)!r} has done {model.num_timesteps} throws of {asked['steps']}; "
@@ -161,11 +162,12 @@ def learn(
     Each leg starts from newly seeded environments, whether or not the process was restarted in between: a
     run that was resumed from a checkpoint is bit for bit the run that was not interrupted.
     """
-    from stable_baselines3.common.logger import configure  # noqa: PLC0415
+    from stable_baselines3.common.logger import Logger, configure  # noqa: PLC0415
 
     from agents.progress import ProgressCallback  # noqa: PLC0415
 
-    model.set_logger(configure(str(folder / "tensorboard"), ["tensorboard"] if tensorboard else []))
+    logger = configure(str(folder / "tensorboard"), ["tensorboard"]) if tensorboard else Logger(None, [])
+    model.set_logger(logger)
     total, every = asked["steps"], asked["checkpoint_every"]
     with throws_bar(console(), "rate", "success", "error") as bar:
         bar.live.auto_refresh = not quiet

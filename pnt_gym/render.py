@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from pnt_gym.cells.conveyor import ConveyorCell
 from pnt_gym.cells.fluid import geom_placement
+from pnt_gym.cells.objects import Objects
 from pnt_gym.cells.recording import Recording
 from pnt_gym.engine import MjData, MjModel, has_display, mujoco
 from pnt_gym.errors import ConfigError
@@ -88,7 +89,7 @@ class CellView:
     def frame(self, row: int = 0) -> Frame:
         """The coming pick of one cell, (height, width, 3)."""
         model, data = self._cell.plant.pose(self._cell.context, row)
-        return self._draw(model, data, self._waiting(row))
+        return self._draw(model, data, self._belt(self._cell.waiting(row), 0.0))
 
     def last_throw(self, fps: int = FPS) -> list[Frame]:
         """Frames of the last throw of row 0 at true rate; empty before the first throw."""
@@ -135,23 +136,24 @@ class CellView:
         planned = [_dot(p, _PLANNED, 0.006) for p in recording.plan]
         for data, trail in recording.play(interval):
             flown = [_dot(p, _FLOWN, 0.008) for p in trail]
-            yield self._draw(recording.model, data, planned + flown)
+            belt = self._belt(self._cell.upstream, float(data.time))
+            yield self._draw(recording.model, data, planned + flown + belt)
 
-    def _waiting(self, row: int) -> list[Marker]:
-        """The objects upstream on the belt, which the physics does not simulate before they are picked."""
-        found = self._cell.waiting(row)
-        if found is None:
+    def _belt(self, upstream: tuple[Objects, Floats] | None, time: float) -> list[Marker]:
+        """The objects on the belt after a time [s], which the physics does not simulate before they are picked."""
+        if upstream is None:
             return []
-        objects, centre = found
+        objects, centre = upstream
+        belt = self._cell.config.belt
+        moved = centre + np.array([belt.speed * time, 0.0, 0.0])
         place = geom_placement(objects.shape, objects.size)
-        turn = np.zeros((2, 4))
+        turned, frame = np.zeros(4), np.zeros(9)
         markers: list[Marker] = []
-        for k in range(len(centre)):
-            turn[0] = np.cos(objects.yaw[k] / 2), 0.0, 0.0, np.sin(objects.yaw[k] / 2)
-            mujoco.mju_mulQuat(turn[1], turn[0], place.quat[k])
-            frame = np.zeros(9)
-            mujoco.mju_quat2Mat(frame, turn[1])
-            markers.append(Marker(int(place.type[k]), place.size[k], centre[k], frame, _WAITING))
+        for k in np.flatnonzero((moved[:, 0] >= belt.x[0]) & (moved[:, 0] <= belt.x[1])):
+            half = objects.yaw[k] / 2
+            mujoco.mju_mulQuat(turned, np.array([np.cos(half), 0.0, 0.0, np.sin(half)]), place.quat[k])
+            mujoco.mju_quat2Mat(frame, turned)
+            markers.append(Marker(int(place.type[k]), place.size[k], moved[k], frame.copy(), _WAITING))
         return markers
 
     def _draw(self, model: MjModel, data: MjData, markers: Iterable[Marker]) -> Frame:

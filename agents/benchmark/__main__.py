@@ -9,12 +9,12 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from agents.benchmark.cells import run_cell, settle_worker
 from agents.benchmark.compare import assemble
 from agents.benchmark.plan import Cell, Plan, cells, read_plan
-from agents.cli import UsageError, at_least, run
+from agents.cli import UsageError, at_least, option, run
 from agents.files import check_writable, read_json, write_json
 from agents.tables import comparison_table, console, throws_bar
 from agents.versions import ROOT, versions
@@ -31,10 +31,10 @@ class Arguments:
     """The plan."""
     jobs: int = 2
     """Processes side by side, one thread each."""
-    out: Path | None = None
-    """Where all figures and throws go. Default: results/NAME.json with the plan's name."""
-    work: Path | None = None
-    """Folder of the finished pieces. Default: runs/benchmark/NAME."""
+    out: Annotated[Path | None, option("results/NAME.json with the plan's name", "FILE")] = None
+    """Where all figures and throws go."""
+    work: Annotated[Path | None, option("runs/benchmark/NAME", "DIR")] = None
+    """Folder of the finished pieces."""
 
 
 def main(arguments: Arguments) -> None:

@@ -125,7 +125,8 @@ def _both(
 def _add_floors(plan: Plan, table: list[dict[str, Any]]) -> None:
     for level, label in plan.floors.items():
         rows = [row for row in table if row["level"] == level]
-        floor = next((r["landing_error_mean_m"] for r in rows if r["label"] == label), None)
+        floors = sorted((r["throws"], r["landing_error_mean_m"]) for r in rows if r["label"] == label)
+        floor = floors[-1][1] if floors else None  # after most throws
         for row in rows:
             row["times_floor"] = None if floor is None else row["landing_error_mean_m"] / floor
 

@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Self, final
 
@@ -174,8 +175,8 @@ def _cell(plan: Plan, entry: Entry, throws: tuple[int, ...], seed: int, code: st
         "entry": entry.model_dump(mode="json", include={"controller", "options"}),
         "throws": throws,
         "seed": seed,
-        "levels": [load(level).model_dump(mode="json") for level in levels],
-        "train_level": load(train_level).model_dump(mode="json"),
+        "levels": [_level(level) for level in levels],
+        "train_level": _level(train_level),
         "settings": _settings_text(entry.controller),
         "plan": plan.model_dump(mode="json", include={"env", "picks", "seed", "num_envs"}),
         "versions": versions(),
@@ -183,6 +184,12 @@ def _cell(plan: Plan, entry: Entry, throws: tuple[int, ...], seed: int, code: st
     }
     key = hashlib.sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()[:12]
     return Cell(entry, throws, seed, levels, train_level, plan.env, plan.picks, plan.seed, plan.num_envs, key)
+
+
+@cache
+def _level(name: str) -> dict[str, Any]:
+    """A level in full."""
+    return load(name).model_dump(mode="json")
 
 
 def _settings_text(controller: str) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 from gymnasium.vector import VectorEnv
@@ -106,8 +107,10 @@ def load_state(controller: Learner, path: Path) -> None:
         with np.load(path, allow_pickle=False) as file:
             state: dict[str, np.ndarray] = {name: file[name] for name in file.files}
         owner = str(state.pop("controller"))
-    except (OSError, ValueError, KeyError, EOFError) as error:
-        raise UsageError(f"{str(path)!r} holds no saved controller: {error}") from None
+    except FileNotFoundError:
+        raise UsageError(f"{str(path)!r} does not exist") from None
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile):
+        raise UsageError(f"{str(path)!r} holds no saved controller") from None
     if owner != controller.name:
         raise UsageError(f"{str(path)!r} was saved by {owner!r}, not by {controller.name!r}")
     controller.restore(state)

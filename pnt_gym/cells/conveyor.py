@@ -44,6 +44,8 @@ class ConveyorCell:
         )
         generators = [np.random.default_rng(0) for _ in range(count)]
         self.context: Context = self._source.first(np.arange(count), generators)
+        self.upstream: tuple[Objects, Floats] | None = None
+        """What was on the belt when the recorded throw began; for pictures."""
 
     def reset(self, rows: Ints, generators: list[np.random.Generator]) -> None:
         """Begin new episodes in some rows, each with its own generator."""
@@ -64,6 +66,8 @@ class ConveyorCell:
             clipped: which of them are shortened residuals (N,), passed on to the outcome.
         """
         context, motion = self.context, self._motion(release)
+        if self.plant.record_row is not None:
+            self.upstream = self._source.waiting(self.plant.record_row)
         following = self._source.following(motion, context.limits)
         path = self._path(motion, following.wait, following.position)
         outcome = self.plant.throw(context, release, motion.release_time, path)

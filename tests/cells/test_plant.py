@@ -185,7 +185,7 @@ def test_a_late_release_carries_the_object_on_at_release_velocity():
     velocity, plane = context.plan.velocity, context.target[:, 2]
     expected = landing_point(start + delay * velocity, velocity, plane) - landing_point(start, velocity, plane)
     assert (np.linalg.norm(expected, axis=1) > 0.9 * delay * np.linalg.norm(velocity[:, :2], axis=1)).all()
-    np.testing.assert_allclose(measured, expected[:, :2], atol=0.0015)
+    np.testing.assert_allclose(measured, expected[:, :2], atol=0.0025)
 
 
 def test_jitter_is_left_out_of_a_preview_unless_asked_for():
@@ -240,7 +240,8 @@ def test_a_long_window_or_soft_braking_keeps_the_cup_away(window, share):
     assert error.max() < 0.01
 
 
-def test_an_engine_warning_is_an_error_and_not_a_number():
+def test_an_engine_warning_is_an_error_and_not_a_number(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # the engine writes its log into the working directory
     core = make_core("nominal", 2)
     context = core.context
     objects = replace(context.objects, spin=np.array([[0.0, 0.0, 0.0], [1e40, 0.0, 0.0]]))
@@ -255,15 +256,16 @@ def test_an_engine_warning_is_an_error_and_not_a_number():
 
 
 def test_an_oracle_that_looks_ahead_sorts_almost_everything():
-    count, scale = 120, np.array([0.20, 0.06])
+    count, scale = 110, np.array([0.20, 0.06])
     core = make_core("waste", count, seed=7)
-    action = np.zeros((count, 2))
-    blind = core.preview(action).landing_error.mean()
+    action, errors = np.zeros((count, 2)), []
     for _ in range(3):
         seen = core.preview(action)
+        errors.append(seen.landing_error.mean())
         action = np.clip(action - np.stack([seen.landing_along, seen.landing_across], 1) / scale, -1, 1)
     info = core.step(action).info
-    assert blind > 0.030
+    assert errors[0] > 0.030
+    assert errors[2] < errors[1] < errors[0]
     assert info["landing_error"].mean() < 0.006
     assert info["is_success"].mean() >= 0.95
 

@@ -1,0 +1,106 @@
+"""Watch a controller throw: `python -m agents.play --controller analytic --video throws.mp4`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+import tyro
+
+from agents.cli import UsageError, at_least, option, run
+from agents.controllers import make_controller
+from agents.controllers.protocol import Controller, Observation
+from agents.environments import make_vector, stream_seed
+from agents.evaluation import PRACTICE, practise
+from agents.files import check_writable
+from agents.tables import console
+from pnt_gym.render import CellView, record_video
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """Film a controller's throws at true rate, or show them in a window.
+
+    Blue dots are the planned flight, orange dots the flown one.
+    """
+
+    controller: Annotated[str, tyro.conf.arg(metavar="NAME|RUN_DIR")] = "analytic"
+    """A controller's name or the folder of a training run."""
+    env: str = "PnTConveyor-v0"
+    """Environment id."""
+    level: str = "nominal"
+    """A shipped level's name or a YAML file."""
+    video: Annotated[Path | None, option("none", "FILE.mp4")] = None
+    """Write a video here."""
+    picture: Annotated[Path | None, option("none", "FILE.png")] = None
+    """Write one picture of the first throw in flight here."""
+    viewer: Annotated[Literal["native"] | None, option("none", "native")] = None
+    """Show the throws in MuJoCo's window; needs a display."""
+    picks: int = 5
+    """Throws to show."""
+    seed: int = 0
+    """Names the objects."""
+
+
+def main(arguments: Arguments) -> None:
+    """Throw, and film or show it."""
+    at_least("picks", arguments.picks, 1)
+    at_least("seed", arguments.seed, 0)
+    wanted = [w for w in (arguments.video, arguments.picture, arguments.viewer) if w is not None]
+    if len(wanted) != 1:
+        raise UsageError("give one of --video FILE.mp4, --picture FILE.png and --viewer native")
+    for path in (arguments.video, arguments.picture):
+        if path is not None:
+            check_writable(path)
+    env = make_vector(arguments.env, arguments.level, num_envs=1, threads=1)
+    try:
+        controller = make_controller(arguments.controller, env)
+        controller.reset(arguments.seed)
+        practise(controller, env, PRACTICE, arguments.seed)
+        show(arguments, env, throws(controller, env, arguments))
+    finally:
+        env.close()
+
+
+def show(arguments: Arguments, env: Any, throw: Iterator[None]) -> None:
+    """Carry the throws out into a video, a picture or a window."""
+    cell = env.unwrapped.core.cell
+    if arguments.video is not None:
+        console().print(f"video of {arguments.picks} throws in {record_video(cell, throw, arguments.video)}")
+        return
+    view = CellView(cell)
+    try:
+        if arguments.picture is not None:
+            next(throw)
+            save_picture(view, arguments.picture)
+        else:
+            for _ in throw:
+                view.show()
+    finally:
+        view.close()
+
+
+def throws(controller: Controller, env: Any, arguments: Arguments) -> Iterator[None]:
+    """One throw per item."""
+    features, info = env.reset(seed=stream_seed("evaluate", arguments.seed))
+    for _ in range(arguments.picks):
+        seen = Observation(np.array(features, dtype=np.float32), np.array(info["kind"], dtype=np.int64))
+        features, _, _, _, info = env.step(controller.act(seen))
+        yield
+
+
+def save_picture(view: CellView, path: Path) -> None:
+    """The moment in which the object is in flight: halfway through its trail."""
+    from PIL import Image  # noqa: PLC0415 - only pictures need it
+
+    frames = view.last_throw(fps=60)
+    in_flight = min(len(frames) - 1, 24)  # 0.4 s after the lift, between release and landing
+    Image.fromarray(frames[in_flight]).save(path)
+    console().print(f"picture of a throw in {path}")
+
+
+if __name__ == "__main__":
+    run(main, Arguments, "agents.play")
