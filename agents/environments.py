@@ -23,6 +23,16 @@ def known_environments() -> tuple[str, ...]:
     return tuple(pnt_gym.ENV_IDS)
 
 
+def check_environment(env_id: str) -> None:
+    """Make sure that an environment exists.
+
+    Raises:
+        UsageError: it does not.
+    """
+    if env_id not in known_environments() and env_id not in gym.registry:
+        raise UsageError(f"unknown environment {env_id!r}; known are {', '.join(known_environments())}")
+
+
 def make_vector(
     env_id: str,
     level: str | CellConfig = "nominal",
@@ -36,8 +46,7 @@ def make_vector(
         UsageError: no such environment.
         ConfigError: no such level, or one that describes no working cell.
     """
-    if env_id not in known_environments() and env_id not in gym.registry:
-        raise UsageError(f"unknown environment {env_id!r}; known are {', '.join(known_environments())}")
+    check_environment(env_id)
     config = load(level)
     with warnings.catch_warnings():
         # Gymnasium announces Box bounds and precision that are meant here.

@@ -5,12 +5,10 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
-from pathlib import Path
 from typing import Any, final
 
 import numpy as np
 import torch
-import yaml
 from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 from stable_baselines3 import PPO, SAC, TD3
@@ -20,7 +18,6 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvS
 
 from agents.cli import UsageError
 from agents.runs import ALGORITHMS
-from agents.versions import ROOT
 from pnt_gym.errors import PntGymError
 
 INFO_KEYS = ("is_success", "landing_error", "cycle_time")
@@ -43,25 +40,6 @@ def algorithm_class(name: str) -> type[BaseAlgorithm]:
     if name not in classes:
         raise UsageError(f"unknown algorithm {name!r}; known are {', '.join(ALGORITHMS)}")
     return classes[name]
-
-
-def hyperparameters(algo: str, env_id: str, file: Path | None = None) -> dict[str, Any]:
-    """Settings of an algorithm for an environment, from a file in RL-Zoo syntax.
-
-    Raises:
-        UsageError: the file is missing or damaged, or has no entry for the environment.
-    """
-    path = file if file is not None else ROOT / "configs" / "rl" / f"{algo}.yml"
-    try:
-        entries = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise UsageError(f"cannot read hyperparameters {str(path)!r}: {error.strerror}") from None
-    except yaml.YAMLError as error:
-        raise UsageError(f"hyperparameters {str(path)!r} are not valid YAML: {str(error).splitlines()[0]}") from None
-    if not isinstance(entries, dict) or not isinstance(entries.get(env_id), dict):
-        known = ", ".join(entries) if isinstance(entries, dict) else "none"
-        raise UsageError(f"hyperparameters {str(path)!r} have no entry for {env_id!r}; entries are {known}")
-    return dict(entries[env_id])
 
 
 def build(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> BaseAlgorithm:

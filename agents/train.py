@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from agents import runs
 from agents.cli import INTERRUPTED, UsageError, at_least, option, run
-from agents.environments import make_vector, stream_seed
+from agents.environments import check_environment, make_vector, stream_seed
 from agents.evaluation import NUM_ENVS, PRACTICE
 from agents.files import write_json
+from agents.hyperparameters import hyperparameters
 from agents.runs import ALGORITHMS, Algorithm
 from agents.tables import comparison_table, console, throws_bar
 from pnt_gym.residual import ACTION_MODES, ActionMode
@@ -79,18 +80,23 @@ DEFAULTS: Mapping[str, Any] = {
 def main(arguments: Arguments) -> None:
     """Train, and print the comparison."""
     asked = request(arguments)
+    settings: dict[str, Any] = {}
+    if arguments.resume is None:
+        settings = hyperparameters(asked["algo"], asked["env"], arguments.config)
+    level = str(arguments.resume / "env.yaml") if arguments.resume is not None else asked["level"]
+    cell = make_vector(asked["env"], level, asked["num_envs"], arguments.threads, asked["action_mode"])
+
     import torch  # noqa: PLC0415 - bad usage is answered without waiting for it
 
     from agents.progress import Stop  # noqa: PLC0415
     from agents.sb3 import SameStepVecEnv  # noqa: PLC0415
 
-    torch.set_num_threads(1)
-    level = str(arguments.resume / "env.yaml") if arguments.resume is not None else asked["level"]
-    env = SameStepVecEnv(make_vector(asked["env"], level, asked["num_envs"], arguments.threads, asked["action_mode"]))
+    torch.set_num_threads(1)  # small networks are slower on many threads
+    env = SameStepVecEnv(cell)
     stop = Stop()
     try:
         with stop.listening():
-            folder, model = start(arguments, asked, env)
+            folder, model = start(arguments, asked, settings, env)
             learn(model, env, folder, asked, stop, tensorboard=arguments.tensorboard)
         if stop.asked:
             say_how_to_resume(folder, model.num_timesteps)
@@ -116,17 +122,21 @@ def request(arguments: Arguments) -> dict[str, Any]:
     if arguments.resume is None:
         if arguments.out is not None:
             runs.check_new(arguments.out)
-        return {**DEFAULTS, **given}
+        asked = {**DEFAULTS, **given}
+        check_environment(asked["env"])
+        return asked
     settled = [name for name in (*given, "out", "config") if name != "steps" and getattr(arguments, name) is not None]
     if settled:
-        option = settled[0].replace("_", "-")
-        raise UsageError(f"--{option} cannot be changed with --resume: the run folder has settled it; leave it out")
+        name = settled[0].replace("_", "-")
+        raise UsageError(f"--{name} cannot be changed with --resume: the run folder has settled it; leave it out")
     return {**runs.read_arguments(arguments.resume), **given}
 
 
-def start(arguments: Arguments, asked: Mapping[str, Any], env: SameStepVecEnv) -> tuple[Path, BaseAlgorithm]:
+def start(
+    arguments: Arguments, asked: Mapping[str, Any], settings: Mapping[str, Any], env: SameStepVecEnv
+) -> tuple[Path, BaseAlgorithm]:
     """A new run folder with its untrained model, or the resumed one as it was left."""
-    from agents.sb3 import build, hyperparameters  # noqa: PLC0415
+    from agents.sb3 import build  # noqa: PLC0415
 
     if arguments.resume is not None:
         model = runs.restore(arguments.resume, env)
@@ -138,7 +148,6 @@ def start(arguments: Arguments, asked: Mapping[str, Any], env: SameStepVecEnv) -
                 "give a larger --steps to go on"
             )
         return arguments.resume, model
-    settings = hyperparameters(asked["algo"], asked["env"], arguments.config)
     model = build(asked["algo"], env, settings, asked["seed"])
     config = env.env.unwrapped.core.config
     name = f"{asked['env']}-{config.name}-{asked['algo']}-seed{asked['seed']}-{time.strftime('%Y%m%d-%H%M%S')}"

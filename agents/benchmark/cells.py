@@ -18,6 +18,7 @@ from agents.controllers.sb3 import Sb3
 from agents.environments import make_vector
 from agents.evaluation import Env, Throws, evaluate, practise
 from agents.files import write_json
+from agents.hyperparameters import hyperparameters
 from agents.runs import ALGORITHMS
 from pnt_gym.config import load
 
@@ -93,7 +94,7 @@ def _learn(cell: Cell, work: Path) -> Iterator[tuple[int, float, Controller]]:
 def _train(cell: Cell, work: Path) -> Iterator[tuple[int, float, Controller]]:
     """Train, or go on training, and yield the policy at each throw count."""
     from agents.progress import Stop  # noqa: PLC0415 - imports torch
-    from agents.sb3 import SameStepVecEnv, build, hyperparameters  # noqa: PLC0415
+    from agents.sb3 import SameStepVecEnv, build  # noqa: PLC0415
     from agents.train import learn  # noqa: PLC0415
 
     algo, folder = cell.entry.controller, work / f"{cell.name}-run"

@@ -27,6 +27,7 @@ _CODE = (
     "agents/evaluation.py",
     "agents/environments.py",
     "agents/sb3.py",
+    "agents/train.py",
 )
 _NO_EFFECT = ("render.py", "metrics.py")
 """Code that changes no throw."""

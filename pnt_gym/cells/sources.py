@@ -19,7 +19,7 @@ from pnt_gym.rows import put, take
 
 Generators = list[np.random.Generator]
 
-MOST_DRAWS: Final = 400
+MOST_DRAWS: Final = 120
 """Objects tried in a row before the cell is declared impossible."""
 QUEUE: Final = 6
 """Objects known upstream of the pick window."""

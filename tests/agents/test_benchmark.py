@@ -127,7 +127,7 @@ def test_training_is_one_cell_for_all_its_throw_counts(tmp_path: Path, monkeypat
         "gamma": 0.0,
         "policy_kwargs": {"net_arch": [8]},
     }
-    monkeypatch.setattr("agents.sb3.hyperparameters", lambda *_: settings)
+    monkeypatch.setattr("agents.benchmark.cells.hyperparameters", lambda *_: settings)
     sac = {"label": "sac", "controller": "sac", "throws": [32, 64], "seeds": [0]}
     small = {**PLAN, "entries": [sac], "learned": [], "references": [], "floors": {}, "levels": ["waste"], "picks": 16}
     (cell,) = cells(Plan.model_validate(small))

@@ -14,8 +14,9 @@ from toy_cell import ToyVectorEnv
 
 import pnt_gym
 from agents.cli import UsageError
+from agents.hyperparameters import hyperparameters
 from agents.runs import ALGORITHMS
-from agents.sb3 import SameStepVecEnv, build, hyperparameters
+from agents.sb3 import SameStepVecEnv, build
 
 torch.set_num_threads(1)
 

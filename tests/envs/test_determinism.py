@@ -1,0 +1,91 @@
+"""Same seed, same bits: threads, processes and the world's own random numbers change nothing."""
+
+import hashlib
+import random
+import subprocess
+import sys
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from throw_tools import same_bits
+
+import pnt_gym
+
+SCRIPT = """
+import hashlib, sys
+import gymnasium as gym, numpy as np, pnt_gym
+env = gym.make_vec(sys.argv[1], num_envs=3, level="waste", threads=int(sys.argv[2]))
+rng, digest = np.random.default_rng(0), hashlib.sha256()
+digest.update(env.reset(seed=4)[0].tobytes())
+for _ in range(3):
+    observation, reward, *_, info = env.step(rng.uniform(-1, 1, (3, 2)).astype(np.float32))
+    for array in (observation, reward, info["landing_error"], info["cycle_time"], info["peak_torque"]):
+        digest.update(np.ascontiguousarray(array).tobytes())
+print(digest.hexdigest())
+"""
+
+
+def throws(env_id, threads, seed=4):
+    env = gym.make_vec(env_id, num_envs=3, level="waste", threads=threads)
+    rng, digest = np.random.default_rng(0), hashlib.sha256()
+    digest.update(env.reset(seed=seed)[0].tobytes())
+    for _ in range(3):
+        observation, reward, *_, info = env.step(rng.uniform(-1, 1, (3, 2)).astype(np.float32))
+        for array in (observation, reward, info["landing_error"], info["cycle_time"], info["peak_torque"]):
+            digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()
+
+
+@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
+def test_threads_processes_and_repetition_give_the_same_bits(env_id):
+    here = throws(env_id, 1)
+    assert throws(env_id, 1) == here
+    assert throws(env_id, 2) == here
+    assert throws(env_id, 1, seed=5) != here
+    other = subprocess.run(
+        [sys.executable, "-c", SCRIPT, env_id, "2"], capture_output=True, text=True, check=True, timeout=120
+    )
+    assert other.stdout.strip() == here
+
+
+@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
+def test_a_reset_with_a_seed_forgets_everything_before(env_id):
+    fresh, used = (gym.make(env_id, level="waste") for _ in range(2))
+    used.reset(seed=1)
+    for _ in range(3):
+        used.step(np.full(2, 0.5, dtype=np.float32))
+        used.reset()
+    a, b = fresh.reset(seed=9)[0], used.reset(seed=9)[0]
+    assert same_bits(a, b)
+    for _ in range(3):
+        a, b = (env.step(np.zeros(2, dtype=np.float32)) for env in (fresh, used))
+        assert same_bits(a[0], b[0])
+        assert a[1:] == b[1:]
+        if a[2]:
+            assert same_bits(fresh.reset()[0], used.reset()[0])
+
+
+def test_global_random_states_are_neither_used_nor_touched():
+    rewards = []
+    for world in (0, 1):
+        np.random.seed(world)  # noqa: NPY002 - the state that must not matter
+        random.seed(world)
+        before = np.random.get_state()[1].copy(), random.getstate()  # noqa: NPY002
+        env = gym.make("PnTConveyor-v0")
+        env.reset(seed=3)
+        rewards.append(env.step(np.zeros(2, dtype=np.float32))[1])
+        assert np.array_equal(np.random.get_state()[1], before[0])  # noqa: NPY002
+        assert random.getstate() == before[1]
+    assert rewards[0] == rewards[1]
+
+
+def test_an_environment_draws_from_its_own_generator():
+    """A third party that draws from `np_random` shifts the stream, as Gymnasium promises."""
+    one, two = (gym.make("PnTRelease-v0").unwrapped for _ in range(2))
+    one.reset(seed=3)
+    two.reset(seed=3)
+    two.np_random.random()
+    one.step(np.zeros(2))
+    two.step(np.zeros(2))
+    assert not same_bits(one.reset()[0], two.reset()[0])

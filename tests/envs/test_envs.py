@@ -1,0 +1,186 @@
+"""The environments as Gymnasium sees them: its own checker, episodes, rewards and infos."""
+
+import warnings
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from throw_tools import vary
+
+import pnt_gym
+from pnt_gym.cells.observation import decode
+from pnt_gym.residual import ACTION_MODES, ACTION_SIZE
+
+SHORT = vary("nominal", picks_per_shift=4)
+CASES = [(env_id, mode) for env_id in pnt_gym.ENV_IDS for mode in ACTION_MODES]
+
+
+@pytest.mark.parametrize(("env_id", "mode"), CASES)
+def test_gymnasiums_checker_has_nothing_to_say(env_id, mode):
+    env = gym.make(env_id, action_mode=mode)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(env.unwrapped)
+    env.close()
+
+
+@pytest.mark.parametrize(("env_id", "mode"), CASES)
+def test_stable_baselines_checker_has_nothing_to_say(env_id, mode):
+    from stable_baselines3.common.env_checker import check_env as check_for_sb3
+
+    env = gym.make(env_id, action_mode=mode)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_for_sb3(env, warn=True)
+    env.close()
+
+
+@pytest.mark.parametrize(("env_id", "mode"), CASES)
+def test_spaces(env_id, mode):
+    env = gym.make(env_id, action_mode=mode)
+    assert env.observation_space == gym.spaces.Box(-5.0, 5.0, (26,), np.float32)
+    assert env.action_space == gym.spaces.Box(-1.0, 1.0, (ACTION_SIZE[mode],), np.float32)
+    env.close()
+
+
+def test_a_shift_is_truncated_after_its_picks_and_never_terminated():
+    env = gym.make("PnTConveyor-v0", level=SHORT)
+    env.reset(seed=0)
+    ends = [env.step(np.zeros(2, dtype=np.float32))[2:4] for _ in range(4)]
+    assert ends == [(False, False)] * 3 + [(False, True)]
+    env.reset()
+    assert env.step(np.zeros(2, dtype=np.float32))[2:4] == (False, False)
+
+
+def test_the_default_shift_has_fifty_picks():
+    assert gym.make("PnTConveyor-v0").unwrapped.core.config.picks_per_shift == 50
+
+
+def test_a_single_throw_is_terminated_at_once():
+    env = gym.make("PnTRelease-v0")
+    for _ in range(3):
+        env.reset(seed=0)
+        assert env.step(np.zeros(2, dtype=np.float32))[2:4] == (True, False)
+
+
+def test_the_observation_after_a_single_throw_is_that_of_the_next_episode():
+    env = gym.make("PnTRelease-v0")
+    first, _ = env.reset(seed=1)
+    after, *_ = env.step(np.zeros(2, dtype=np.float32))
+    following, _ = env.reset()
+    assert np.array_equal(after, following)
+    assert not np.array_equal(after, first)
+
+
+def test_a_reset_without_a_throw_draws_a_new_pick():
+    env = gym.make("PnTRelease-v0")
+    first, _ = env.reset(seed=1)
+    second, _ = env.reset()
+    assert not np.array_equal(first, second)
+
+
+def test_returned_observations_are_the_callers_own():
+    """An observation that is changed by the caller, or kept, does not change with the environment."""
+    env = gym.make("PnTConveyor-v0")
+    first, _ = env.reset(seed=0)
+    kept = first.copy()
+    second, *_ = env.step(np.zeros(2, dtype=np.float32))
+    assert np.array_equal(first, kept)
+    second[:] = 0.0
+    third, *_ = env.step(np.zeros(2, dtype=np.float32))
+    assert not np.array_equal(third, second)
+
+
+@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
+def test_the_reward_is_the_sum_of_its_terms_and_each_is_its_formula(env_id):
+    config = vary("waste", reward={"landing": 2.0, "sorted": 0.7, "time": 0.3})
+    env = gym.make(env_id, level=config)
+    env.reset(seed=0)
+    rng = np.random.default_rng(0)
+    seen = set()
+    for _ in range(6):
+        _, reward, _, _, info = env.step(rng.uniform(-1, 1, 2).astype(np.float32))
+        landing = 2.0 * max(0.0, 1.0 - info["landing_error"] / 0.25)
+        in_time = 0.3 * max(0.0, 1.0 - info["cycle_time"] / 3.0)
+        assert info["reward_landing"] == pytest.approx(landing, abs=1e-12)
+        assert info["reward_sorted"] == pytest.approx(0.7 * info["is_success"], abs=1e-12)
+        assert info["reward_time"] == pytest.approx(in_time, abs=1e-12)
+        terms = info["reward_landing"] + info["reward_sorted"] + info["reward_time"]
+        assert reward == pytest.approx(terms, abs=1e-12)
+        seen.add(info["is_success"])
+        env.reset()
+    assert seen == {False, True}
+
+
+def test_the_info_is_of_plain_values_and_agrees_with_itself():
+    env = gym.make("PnTConveyor-v0", level="waste")
+    _, first = env.reset(seed=3)
+    kind = first["kind"]
+    observation, *_ = env.reset(seed=3)
+    for _ in range(5):
+        target = decode(observation)["target_x"], decode(observation)["target_y"]
+        observation, reward, _, _, info = env.step(np.zeros(2, dtype=np.float32))
+        assert all(type(value) in (int, float, bool) for value in info.values())
+        assert type(reward) is float
+        assert info["item"] == kind
+        kind = info["kind"]
+        assert info["is_success"] == (info["in_opening"] and info["in_bin"])
+        assert info["rim"] == (info["in_opening"] and not info["in_bin"])
+        assert np.hypot(info["landing_along"], info["landing_across"]) == pytest.approx(info["landing_error"])
+        assert (info["target_x"], info["target_y"]) == pytest.approx(target, abs=1e-5)
+        assert info["cycle_time"] > info["wait_time"] >= 0.0
+        assert 0.0 < info["peak_torque"] < 530.0
+
+
+def test_contexts_of_single_throws_do_not_depend_on_actions():
+    """Throws of two policies on equal seeds are paired."""
+    envs = [gym.make("PnTRelease-v0", level="waste") for _ in range(2)]
+    observations = [env.reset(seed=5)[0] for env in envs]
+    rewards = []
+    for k in range(5):
+        assert np.array_equal(*observations)
+        actions = np.zeros(2, dtype=np.float32), np.full(2, (-1.0) ** k, dtype=np.float32)
+        steps = [env.step(action) for env, action in zip(envs, actions, strict=True)]
+        observations = [env.reset()[0] for env in envs]
+        rewards.append([step[1] for step in steps])
+    assert not np.array_equal(*np.array(rewards).T)
+
+
+def test_the_zero_action_is_the_same_throw_in_every_mode():
+    errors = []
+    for mode in ACTION_MODES:
+        env = gym.make("PnTRelease-v0", action_mode=mode)
+        env.reset(seed=2)
+        errors.append(env.step(np.zeros(ACTION_SIZE[mode], dtype=np.float32))[4]["landing_error"])
+    np.testing.assert_allclose(errors, errors[0], atol=1e-6)
+
+
+def test_actions_outside_the_box_are_those_on_its_border():
+    infos = []
+    for action in ([1.0, -1.0], [7.5, -2.0]):
+        env = gym.make("PnTRelease-v0", level="waste").unwrapped
+        env.reset(seed=2)
+        infos.append(env.step(np.array(action))[4])
+    assert infos[0] == infos[1]
+
+
+def test_closing_twice_is_safe():
+    env = gym.make("PnTConveyor-v0", render_mode="rgb_array")
+    env.reset(seed=0)
+    env.close()
+    env.close()
+    vector = gym.make_vec("PnTConveyor-v0", num_envs=2)
+    vector.reset(seed=0)
+    vector.close()
+    vector.close()
+
+
+def test_an_environment_goes_on_after_close():
+    """Closing frees the renderer; physics does not need it."""
+    env = gym.make("PnTRelease-v0").unwrapped
+    env.reset(seed=0)
+    before = env.step(np.zeros(2))[1]
+    env.close()
+    env.reset(seed=0)
+    assert env.step(np.zeros(2))[1] == before

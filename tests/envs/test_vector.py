@@ -1,0 +1,172 @@
+"""The vector form: N cells that behave, row by row, as N single environments under Gymnasium's own vectorizer."""
+
+import warnings
+from functools import partial
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from throw_tools import same_bits, vary
+
+import pnt_gym
+
+N, STEPS, SEED = 3, 5, 21
+LEVEL = vary("waste", picks_per_shift=2)
+ACTIONS = np.random.default_rng(0).uniform(-1, 1, (STEPS, 8, 2)).astype(np.float32)
+
+
+def rollout(env, count, steps=STEPS, seed=SEED):
+    """Everything reset and the steps returned."""
+    first = env.reset(seed=seed)
+    return first, [env.step(ACTIONS[k, :count]) for k in range(steps)]
+
+
+@pytest.fixture(scope="module", params=pnt_gym.ENV_IDS)
+def env_id(request):
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def ours(env_id):
+    return rollout(gym.make_vec(env_id, num_envs=N, level=LEVEL), N)
+
+
+@pytest.fixture(scope="module")
+def theirs(env_id):
+    """The same throws by Gymnasium's loop over single environments."""
+    makers = [partial(gym.make, env_id, level=LEVEL, disable_env_checker=True) for _ in range(N)]
+    return rollout(SyncVectorEnv(makers, autoreset_mode=AutoresetMode.SAME_STEP), N)
+
+
+def test_make_vec_gives_the_batched_form_without_a_warning(env_id):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        env = gym.make_vec(env_id, num_envs=2, level=LEVEL)
+        env.reset(seed=0)
+        env.step(env.action_space.sample())
+        env.close()
+    assert type(env.unwrapped).__name__.endswith("VectorEnv")
+    assert not isinstance(env.unwrapped, SyncVectorEnv)
+    assert env.metadata["autoreset_mode"] == AutoresetMode.SAME_STEP
+    assert env.num_envs == 2
+    assert env.observation_space.shape == (2, 26)
+    assert env.single_observation_space.shape == (26,)
+    assert env.action_space.shape == (2, 2)
+    assert env.spec.id == env_id
+
+
+def test_observations_rewards_and_ends_are_those_of_gymnasiums_vectorizer(ours, theirs):
+    assert same_bits(ours[0][0], theirs[0][0])
+    ended = 0
+    for (obs, reward, term, trunc, _), (obs2, reward2, term2, trunc2, _) in zip(ours[1], theirs[1], strict=True):
+        assert same_bits(obs, obs2)
+        assert same_bits(reward, reward2)
+        assert same_bits(term, term2)
+        assert same_bits(trunc, trunc2)
+        ended += int((term | trunc).sum())
+    assert ended >= 2 * N  # across several autoresets
+
+
+def assert_same_info(mine, other, rows=None):
+    """Every key of `other` is in `mine` with the same mask and, where the mask holds, the same values."""
+    for key, value in other.items():
+        assert key in mine, key
+        if key.startswith("_"):
+            assert same_bits(mine[key], value), key
+        elif isinstance(value, dict):
+            assert set(mine[key]) == set(value)
+            assert_same_info(mine[key], value)
+        else:
+            mask = other[f"_{key}"]
+            assert np.array_equal(np.stack(mine[key][mask]), np.stack(value[mask])), key
+            assert np.asarray(mine[key]).dtype == np.asarray(value).dtype, key
+
+
+def test_infos_have_gymnasiums_layout(ours, theirs):
+    assert set(ours[0][1]) == set(theirs[0][1])
+    assert_same_info(ours[0][1], theirs[0][1])
+    for (*_, mine), (*_, other) in zip(ours[1], theirs[1], strict=True):
+        assert_same_info(mine, other)
+        assert ("final_obs" in mine) == ("final_obs" in other)
+        assert ("final_info" in mine) == ("final_info" in other)
+
+
+def test_final_observations_belong_to_rows_that_ended(ours):
+    ends = 0
+    for obs, _, term, trunc, info in ours[1]:
+        over = term | trunc
+        if not over.any():
+            assert "final_obs" not in info
+            continue
+        ends += 1
+        assert same_bits(info["_final_obs"], over)
+        for row in range(N):
+            if over[row]:
+                assert info["final_obs"][row].shape == (26,)
+                assert info["final_obs"][row].dtype == np.float32
+                assert not np.shares_memory(info["final_obs"][row], obs)
+            else:
+                assert info["final_obs"][row] is None
+    assert ends >= 2
+
+
+def test_a_row_is_the_single_environment_of_its_seed(env_id, ours):
+    """Row i of seed s equals the single environment of seed s + i, bit for bit, across resets."""
+    first, steps = ours
+    for row in range(N):
+        env = gym.make(env_id, level=LEVEL, disable_env_checker=True)
+        observation, _ = env.reset(seed=SEED + row)
+        assert same_bits(observation, first[0][row])
+        for k, (obs, reward, term, trunc, info) in enumerate(steps):
+            observation, r, te, tr, single = env.step(ACTIONS[k, row])
+            assert (r, te, tr) == (reward[row], term[row], trunc[row])
+            final = info.get("final_info", info)
+            for key, value in single.items():
+                assert final[key][row] == value, key
+            if te or tr:
+                assert same_bits(observation, info["final_obs"][row])
+                observation, _ = env.reset()
+            assert same_bits(observation, obs[row])
+
+
+@pytest.mark.parametrize("count", [1, 8])
+def test_a_row_does_not_depend_on_the_number_of_rows(env_id, ours, count):
+    first, steps = rollout(gym.make_vec(env_id, num_envs=count, level=LEVEL), count)
+    shared = min(count, N)
+    assert same_bits(first[0][:shared], ours[0][0][:shared])
+    for mine, other in zip(steps, ours[1], strict=True):
+        for a, b in zip(mine[:4], other[:4], strict=True):
+            assert same_bits(a[:shared], b[:shared])
+
+
+def test_seeds_may_be_a_list(env_id):
+    one, two = (gym.make_vec(env_id, num_envs=N, level=LEVEL) for _ in range(2))
+    assert same_bits(one.reset(seed=7)[0], two.reset(seed=[7, 8, 9])[0])
+    mixed, _ = one.reset(seed=[7, None, 9])
+    again, _ = two.reset(seed=7)
+    assert same_bits(mixed[[0, 2]], again[[0, 2]])
+    assert not same_bits(mixed[1], again[1])
+
+
+def test_unseeded_rows_differ(env_id):
+    observation, _ = gym.make_vec(env_id, num_envs=4, level=LEVEL).reset()
+    assert len({row.tobytes() for row in observation}) == 4
+
+
+def test_gymnasiums_statistics_wrapper_works(env_id):
+    env = gym.wrappers.vector.RecordEpisodeStatistics(gym.make_vec(env_id, num_envs=N, level=LEVEL))
+    env.reset(seed=0)
+    length = LEVEL.picks_per_shift if env_id == "PnTConveyor-v0" else 1
+    for k in range(length):
+        *_, info = env.step(ACTIONS[k, :N])
+    np.testing.assert_array_equal(info["episode"]["l"], length)
+    env.close()
+
+
+@pytest.mark.parametrize("mode", ["release_xyz", "virtual_goal"])
+def test_the_other_action_modes_have_a_vector_form(env_id, mode):
+    env = gym.make_vec(env_id, num_envs=2, level=LEVEL, action_mode=mode)
+    env.reset(seed=0)
+    _, reward, *_ = env.step(env.action_space.sample())
+    assert np.isfinite(reward).all()
