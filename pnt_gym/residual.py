@@ -41,7 +41,10 @@ def check_actions(actions: object, count: int, mode: ActionMode) -> Floats:
     Raises:
         ActionError: wrong shape, or NaN or infinite values.
     """
-    array = np.asarray(actions, dtype=np.float64)
+    try:
+        array = np.asarray(actions, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ActionError(f"action is {actions!r}; it must be an array of numbers") from None
     expected = (count, ACTION_SIZE[mode])
     if array.shape != expected:
         raise ActionError(f"action has shape {array.shape}; {mode!r} with {count} cells needs {expected}")

@@ -91,7 +91,7 @@ def assemble(plan: Plan, results: Sequence[Result]) -> dict[str, Any]:
         UsageError: results of one level are not of the same objects, so nothing is paired.
     """
     _check_paired(results)
-    groups = _grouped(results)
+    groups = _grouped(plan, results)
     table: list[dict[str, Any]] = []
     for (label, throws, level), group in groups.items():
         head = {"label": label, "throws": throws, "level": level, "train_level": group[0]["train_level"]}
@@ -107,9 +107,10 @@ def assemble(plan: Plan, results: Sequence[Result]) -> dict[str, Any]:
     return {"table": table, "comparisons": comparisons}
 
 
-def _grouped(results: Sequence[Result]) -> dict[tuple[str, int, str], list[Result]]:
+def _grouped(plan: Plan, results: Sequence[Result]) -> dict[tuple[str, int, str], list[Result]]:
     groups: dict[tuple[str, int, str], list[Result]] = {}
-    for result in sorted(results, key=lambda r: r["seed"]):
+    order = [entry.label for entry in plan.entries]
+    for result in sorted(results, key=lambda r: (order.index(r["label"]), r["throws"], r["seed"])):
         groups.setdefault((result["label"], result["throws"], result["level"]), []).append(result)
     return groups
 

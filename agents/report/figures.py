@@ -12,7 +12,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-COLOURS = ("#4c72b0", "#dd8452", "#55a868", "#c44e52", "#8172b3", "#937860", "#da8bc3", "#8c8c8c", "#ccb974")
+COLOURS = (
+    "#4c72b0", "#dd8452", "#55a868", "#c44e52", "#8172b3", "#937860", "#da8bc3", "#8c8c8c", "#ccb974", "#64b5cd",
+    "#2f4b26", "#000000",
+)  # fmt: skip
+THROW_TICKS = (30, 100, 300, 1000, 3000, 10_000, 30_000)
 
 
 def benchmark_figures(data: Mapping[str, Any]) -> dict[str, str]:
@@ -56,6 +60,7 @@ def error_bars(data: Mapping[str, Any]) -> Figure:
         axes.set_xlabel("landing error, mean [mm]")
         axes.set_title(f"level {level}")
         axes.grid(axis="x", alpha=0.3)
+        axes.set_axisbelow(True)
     return figure
 
 
@@ -72,13 +77,18 @@ def learning_curves(data: Mapping[str, Any]) -> Figure:
                 _curve(axes, rows, label, COLOURS[order.index(label) % len(COLOURS)])
         axes.set_xscale("log")
         axes.set_yscale("log")
+        axes.set_xticks(THROW_TICKS, [f"{ticks:,}" for ticks in THROW_TICKS])
+        most = max([row["throws"] for row in data["table"] if not row["label"].startswith("floor")] or [0])
+        axes.set_xlim(20, max(2000, 2 * most))
         axes.set_yticks([2, 5, 10, 20, 50, 100], ["2", "5", "10", "20", "50", "100"])
         axes.minorticks_off()
         axes.set_xlabel("throws learned from")
         axes.set_ylabel("landing error, mean [mm]")
         axes.set_title(f"level {level}")
         axes.grid(alpha=0.3)
-    panels[-1].legend(fontsize=8, loc="center left", bbox_to_anchor=(1.02, 0.5))
+    # Not every controller is in every panel.
+    shown = {label: handle for axes in panels for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
+    figure.legend(shown.values(), shown.keys(), fontsize=8, loc="outside right center")
     return figure
 
 

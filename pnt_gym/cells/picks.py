@@ -56,7 +56,7 @@ class PickPlanner:
         Bins are tried in the order of the object's own draws; rows without any feasible throw hold the last try.
         """
         context, good = self._attempt(objects, pick, 0)
-        for attempt in range(1, TARGET_DRAWS):
+        for attempt in range(1, len(self._centres) or TARGET_DRAWS):
             rows = np.flatnonzero(~good)
             if rows.size == 0:
                 break
@@ -109,7 +109,7 @@ class PickPlanner:
             centre = low + (high - low) * draw[:, :2]
             side = r.side[0] + (r.side[1] - r.side[0]) * draw[:, 2]
             if r.item_clearance > 0.0:
-                side = np.maximum(side, objects.size.max(axis=-1) + r.item_clearance)
+                side = np.maximum(side, objects.measured_size.max(axis=-1) + r.item_clearance)
             opening = np.stack([side, side], axis=-1)
         return np.concatenate([centre, rim[:, None]], axis=1), opening, index
 

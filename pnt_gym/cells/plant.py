@@ -139,7 +139,7 @@ class ConveyorPlant:
             record[rows, start:end] = part["sensordata"]
             start = int(end)
         if self.batch.warning.any():
-            row, kind = (int(i) for i in np.argwhere(self.batch.warning)[0])
+            row, kind = (int(i) for i in np.argwhere(self.batch.warning)[0][:2])
             raise PhysicsError(f"MuJoCo warned in simulation {row}: {mujoco.mjtWarning(kind).name}")
         return record
 
@@ -164,7 +164,7 @@ class ConveyorPlant:
         grip = int(self.scene.model.nu) + self.scene.grip_equality
         control[..., grip] = steps < release_step[:, None]
         inertia = self.batch.expand("body_inertia")[:, self.scene.object_body]
-        torque = inertia * context.objects.spin / self.config.timestep
+        torque = inertia * _in_body_axes(context.objects.spin, context.objects.yaw) / self.config.timestep
         control[np.arange(len(release_step)), release_step, self.scene.spin_controls] = torque
 
     def _write_states(self, context: Context) -> None:
@@ -249,3 +249,10 @@ class ConveyorPlant:
             tracking_error=tracking,
             clipped=nothing > 0.0,
         )
+
+
+def _in_body_axes(vector: Floats, yaw: Floats) -> Floats:
+    """World vectors (N, 3) in the axes of bodies turned by yaw (N,) about z."""
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    x, y = vector[:, 0], vector[:, 1]
+    return np.stack([cos * x + sin * y, cos * y - sin * x, vector[:, 2]], axis=-1)

@@ -23,6 +23,8 @@ LIP_GAP: Final = 0.0005
 """The object hangs this far below the rigid part of the cup, so that holding it is not a contact [m]."""
 AIR_DENSITY: Final = 1.2
 """kg/m3 at 20 degrees C; scaled by the mismatch dial."""
+AIR_VISCOSITY: Final = 1.8e-5
+"""Pa s; scaled by the mismatch dial."""
 BELT_THICKNESS: Final = 0.04
 FLOOR_DROP: Final = 0.02
 """The floor lies this far below the bins' bottoms [m]."""
@@ -71,7 +73,7 @@ def build_scene(config: CellConfig, rods: str = "four") -> Scene:
         rods: "four" (the default) or "eight" rods in the robot.
     """
     spec = mujoco.MjSpec()
-    set_options(spec, config.timestep, density=AIR_DENSITY * config.mismatch)
+    set_options(spec, config.timestep, density=AIR_DENSITY * config.mismatch, viscosity=AIR_VISCOSITY * config.mismatch)
     _add_stage(spec, config)
     robot = add_t3kr(spec, rods="eight" if rods == "eight" else "four")
     _add_cup(spec)

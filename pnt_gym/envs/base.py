@@ -162,8 +162,9 @@ class ThrowVectorEnv(VectorEnv[Observation, NDArray[np.floating], NDArray[Any]])
             last = np.full(self.num_envs, None, dtype=object)
             for row in rows:
                 last[row] = observation[row].copy()
+            final = dict(info)
             info |= {"final_obs": last, "_final_obs": result.ended.copy()}
-            info |= {"final_info": dict(info), "_final_info": result.ended.copy()}
+            info |= {"final_info": final, "_final_info": result.ended.copy()}
             self.core.reset(rows, [self._generators[r] for r in rows], seeded=False)
             observation = self.core.observe()
             info |= self._masked(self.core.kinds())

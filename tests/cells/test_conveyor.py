@@ -1,6 +1,7 @@
 """Objects on the belt, the hand that meets them, and the throws that a cell takes on."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -53,7 +54,7 @@ def test_objects_ride_on_with_the_belt(shift):
     """Objects that stay in the queue move by belt speed times the whole cycle, dwell included."""
     core, history = shift
     same = 0
-    for (_, masses, x, info, *_), (_, later_masses, later_x, *_) in zip(history, history[1:], strict=False):
+    for (_, masses, x, info, *_), (_, later_masses, later_x, *_) in pairwise(history):
         for row in range(COUNT):
             for place, mass in enumerate(masses[row]):
                 later = np.flatnonzero(later_masses[row] == mass)

@@ -186,11 +186,11 @@ def test_a_dropped_body_rebounds_with_its_restitution(timestep, geom, size):
 
 
 def test_solref_of_a_dead_contact_and_continuity_above_it():
-    np.testing.assert_array_equal(contact_solref([0.0, 0.1, 0.135]), [[0.004, 1.0]] * 3)
+    np.testing.assert_array_equal(contact_solref([0.0, 0.1, 0.135]), [[0.003, 1.0]] * 3)
     e = np.linspace(0.0, 1.0, 2001)
     solref = contact_solref(e)
     assert solref.shape == (2001, 2)
-    assert np.all(solref[:, 0] >= 0.0039)
+    assert np.all(solref[:, 0] >= 0.0029)
     assert np.all(np.diff(solref[:, 1]) <= 0.0)
     assert np.abs(np.diff(solref[e < 0.9], axis=0)[:, 0]).max() < 5e-4
     np.testing.assert_array_equal(contact_solref(e[700]), solref[700])

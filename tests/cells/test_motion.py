@@ -25,9 +25,7 @@ def random_throws(seed=0, count=COUNT):
     limits = MotionLimits.t3kr(rng.choice([15.0, 30.0, 45.0, 100.0], count))
     release = plan_release_batch(pick, target, limits, ceiling=pick[:, 2] + 0.10)
     rows = np.flatnonzero(release.feasible)
-    release = plan_release_batch(
-        pick[rows], target[rows], limits.take(rows), ceiling=pick[rows, 2] + 0.10
-    )
+    release = plan_release_batch(pick[rows], target[rows], limits.take(rows), ceiling=pick[rows, 2] + 0.10)
     wait = np.where(rng.random(rows.size) < 0.5, 0.0, rng.uniform(0, 0.5, rows.size))
     following = rng.uniform([-0.3, -0.45, -0.88], [0.3, -0.20, -0.80], (rows.size, 3))
     return pick[rows], release, limits.take(rows), wait, following
@@ -118,8 +116,8 @@ def descent_time(limits, count):
     jerk_only = 4 * np.cbrt(CLEARANCE / (2 * j))
     with_ramp = a / j + np.sqrt((a / j) ** 2 + 4 * CLEARANCE / a)
     with_plateau = CLEARANCE / v + v / a + a / j
-    time = np.where(CLEARANCE <= 2 * a**3 / j**2, jerk_only, with_ramp)
-    peak = np.where(CLEARANCE <= 2 * a**3 / j**2, j * (time / 4) ** 2, a * (time / 2 - a / j))
+    time = np.where(2 * a**3 / j**2 >= CLEARANCE, jerk_only, with_ramp)
+    peak = np.where(2 * a**3 / j**2 >= CLEARANCE, j * (time / 4) ** 2, a * (time / 2 - a / j))
     return np.where(peak > v, with_plateau, time)
 
 
@@ -168,7 +166,7 @@ def test_staying_inside_is_about_pick_release_and_stop():
 def test_a_throw_that_does_not_exist_does_not_stay_inside():
     core = make_core("nominal", 3)
     pick = core.context.pick
-    nowhere = plan_release_batch(pick, pick + [0.0, 0.0, 0.1], MotionLimits.t3kr(40.0))
+    nowhere = plan_release_batch(pick, pick + np.array([0.0, 0.0, 0.1]), MotionLimits.t3kr(40.0))
     assert not nowhere.feasible.any()
     assert not core.cell.is_feasible(nowhere).any()
     assert core.cell.is_feasible(core.context.plan).all()

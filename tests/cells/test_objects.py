@@ -231,9 +231,7 @@ def test_delays_of_waste_have_the_calibrated_size(many):
 
 def test_jitter_is_part_of_the_delay(many):
     rest = many.delay - many.jitter
-    np.testing.assert_allclose(
-        rest, release_delay(many.seal, many.mass, WASTE.suction), rtol=1e-9, atol=1e-12
-    )
+    np.testing.assert_allclose(rest, release_delay(many.seal, many.mass, WASTE.suction), rtol=1e-9, atol=1e-12)
     assert many.jitter.std() == pytest.approx(WASTE.suction.jitter, rel=0.03)
 
 

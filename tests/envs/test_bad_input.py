@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import pnt_gym
+from pnt_gym.envs.conveyor import PnTConveyorEnv, PnTConveyorVectorEnv
 from pnt_gym.errors import ActionError, ConfigError
 
 
@@ -84,8 +85,6 @@ def test_physics_needs_a_thread(threads):
 
 
 def test_unknown_render_modes():
-    from pnt_gym.envs.conveyor import PnTConveyorEnv, PnTConveyorVectorEnv
-
     with pytest.raises(ConfigError) as caught:
         PnTConveyorEnv(render_mode="hologram")
     sentence(caught, "render_mode is 'hologram'", "rgb_array", "rgb_array_list", "human")

@@ -1,0 +1,174 @@
+"""Throws per second of the vector environment, of the bare physics inside it, and of single environments in a loop.
+
+The bare rate is measured in the same run: the very controls and states of each throw are rolled out again by
+`Batch.rollout` alone. Its share of the step is what planning, references and bookkeeping leave to the physics.
+
+Run: python benchmarks/bench_envs.py --json bench.json
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import statistics
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+import pnt_gym
+from pnt_gym.config import CellConfig, load
+
+SEED = 0
+
+
+class Tap:
+    """A batch that remembers its rollouts, so that they can be repeated without anything around them."""
+
+    def __init__(self, batch: Any) -> None:
+        self._batch = batch
+        self.calls: list[tuple[tuple[Any, ...], dict[str, Any]]] = []
+        self._state: Any = None
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._batch, name)
+
+    def forget(self) -> None:
+        """Begin anew."""
+        self.calls, self._state = [], None
+
+    def rollout(self, *args: Any, **options: Any) -> Any:
+        """Roll out and remember."""
+        if self._state is None:
+            self._state = self._batch.state.copy()
+        self.calls.append((args, options))
+        return self._batch.rollout(*args, **options)
+
+    def repeat(self) -> None:
+        """The remembered rollouts again, from the same states, without recording."""
+        self._batch.state[:] = self._state
+        for args, options in self.calls:
+            self._batch.rollout(*args, **{key: value for key, value in options.items() if key != "record"})
+
+    @property
+    def steps(self) -> int:
+        """Physics steps of all simulations."""
+        return sum(int(args[0]) * args[1].shape[0] for args, _ in self.calls)
+
+
+Clock = tuple[float, float]
+
+
+def timed(action: Callable[[], object]) -> Clock:
+    """Wall and processor seconds, the latter of all threads."""
+    wall, cpu = time.perf_counter(), time.process_time()
+    action()
+    return time.perf_counter() - wall, time.process_time() - cpu
+
+
+class Vector:
+    """A vector environment and the physics inside it."""
+
+    def __init__(self, env_id: str, config: CellConfig, cells: int, threads: int) -> None:
+        self.cells, self.threads = cells, threads
+        self._env = gym.make_vec(env_id, num_envs=cells, level=config, threads=threads)
+        plant = self._env.unwrapped.core.cell.plant
+        plant.batch = self._tap = Tap(plant.batch)
+        self._env.reset(seed=SEED)
+        self._rng = np.random.default_rng(SEED)
+        self._rounds: list[tuple[Clock, Clock, int]] = []
+
+    def round(self) -> None:
+        """One step and its physics alone, in turn so that both see the same noise."""
+        actions = self._rng.uniform(-0.3, 0.3, (self.cells, 2)).astype(np.float32)
+        self._tap.forget()
+        step, bare = timed(lambda: self._env.step(actions)), timed(self._tap.repeat)
+        self._rounds.append((step, bare, self._tap.steps))
+
+    def figures(self) -> dict[str, float]:
+        """Rates by the least time of all rounds but the first, which warms up."""
+        rounds = self._rounds[1:]
+        step, bare = (min(r[k][0] for r in rounds) for k in (0, 1))
+        steps = statistics.mean(r[2] for r in rounds)
+        return {
+            "cells": self.cells,
+            "threads": self.threads,
+            "env_throws_per_s": self.cells / step,
+            "bare_throws_per_s": self.cells / bare,
+            "env_over_bare": bare / step,
+            "env_over_bare_cpu": min(r[1][1] for r in rounds) / min(r[0][1] for r in rounds),
+            "physics_us_per_step": 1e6 * bare / steps * self.threads,
+            "physics_steps_per_throw": steps / self.cells,
+        }
+
+
+class Singles:
+    """Single environments stepped one after the other."""
+
+    def __init__(self, env_id: str, config: CellConfig, cells: int) -> None:
+        self._envs = [gym.make(env_id, level=config, disable_env_checker=True) for _ in range(cells)]
+        for row, env in enumerate(self._envs):
+            env.reset(seed=SEED + row)
+        self._rng = np.random.default_rng(SEED)
+        self._times: list[float] = []
+
+    def round(self) -> None:
+        """One step of every environment."""
+        self._times.append(timed(self._loop)[0])
+
+    def throws_per_s(self) -> float:
+        """By the least time of all rounds but the first."""
+        return len(self._envs) / min(self._times[1:])
+
+    def _loop(self) -> None:
+        for env in self._envs:
+            _, _, terminated, truncated, _ = env.step(self._rng.uniform(-0.3, 0.3, 2).astype(np.float32))
+            if terminated or truncated:
+                env.reset()
+
+
+def bench(env_id: str, options: argparse.Namespace) -> dict[str, Any]:
+    config = load(options.level, timestep=0.001, picks_per_shift=10_000)
+    singles = Singles(env_id, config, options.singles)
+    vectors = [Vector(env_id, config, options.cells, threads) for threads in options.threads]
+    for _ in range(options.rounds + 1):
+        for each in (singles, *vectors):
+            each.round()
+    rate = singles.throws_per_s()
+    rows = [v.figures() for v in vectors]
+    print(f"{env_id}, {options.level}: {options.singles} single environments in a loop: {rate:.1f} throws/s")
+    for row in rows:
+        row["env_over_singles"] = row["env_throws_per_s"] / rate
+        print(
+            f"  N={row['cells']}, {row['threads']} threads: {row['env_throws_per_s']:.1f} throws/s; "
+            f"bare physics {row['bare_throws_per_s']:.1f}, of which {row['env_over_bare'] * 100:.0f} % "
+            f"({row['env_over_bare_cpu'] * 100:.0f} % in processor time); {row['env_over_singles']:.2f} x the loop; "
+            f"{row['physics_us_per_step']:.1f} us/step"
+        )
+    return {"singles": options.singles, "singles_throws_per_s": rate, "vector": rows}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--env", nargs="*", default=list(pnt_gym.ENV_IDS), choices=pnt_gym.ENV_IDS)
+    parser.add_argument("--level", default="waste")
+    parser.add_argument("--cells", type=int, default=64)
+    parser.add_argument("--singles", type=int, default=16, help="single environments in the loop")
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--threads", type=int, nargs="*", default=[1, 2])
+    parser.add_argument("--json", type=Path, help="file to write the figures to")
+    options = parser.parse_args()
+    result: dict[str, Any] = {"level": options.level, "timestep": 0.001, "cpus": os.cpu_count(), "envs": {}}
+    for env_id in options.env:
+        result["envs"][env_id] = bench(env_id, options)
+    if options.json is not None:
+        options.json.parent.mkdir(parents=True, exist_ok=True)
+        options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,160 @@
+"""The tables in the environments' docstrings say what the code does."""
+
+import inspect
+import re
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from pnt_gym.cells.observation import CLIP, FEATURES
+from pnt_gym.config import ActionScale, Belt, CellConfig, Motion, Reward
+from pnt_gym.envs.base import ThrowEnv, ThrowVectorEnv
+from pnt_gym.envs.conveyor import PnTConveyorEnv, PnTReleaseEnv
+from pnt_gym.envs.core import REWARD_TERMS
+from pnt_gym.render import RENDER_MODES
+from pnt_gym.residual import ACTION_MODES, ACTION_SIZE
+
+ENVS = (PnTConveyorEnv, PnTReleaseEnv)
+
+
+@pytest.fixture(params=ENVS, ids=lambda env: env.__name__)
+def env_class(request):
+    return request.param
+
+
+def doc(env_class):
+    return inspect.getdoc(env_class)
+
+
+def section(env_class, title):
+    found = re.search(rf"^## {title}\n(.*?)(?=^## |\Z)", doc(env_class), flags=re.MULTILINE | re.DOTALL)
+    assert found, f"no section {title!r}"
+    return found[1]
+
+
+def table(text):
+    """Cells of the first Markdown table in a text, without its head."""
+    lines = [line for line in text.splitlines() if line.startswith("|")]
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
+    assert set("".join(rows[1])) <= set("-: ")
+    return rows[2:]
+
+
+def words(env_class, title):
+    """A section on one line, so that a sentence may be broken anywhere."""
+    return " ".join(section(env_class, title).split())
+
+
+def test_the_sections_are_gymnasiums(env_class):
+    titles = re.findall(r"^## (.*)$", doc(env_class), flags=re.MULTILINE)
+    assert titles == [
+        "Description", "Action Space", "Observation Space", "Rewards", "Starting State", "Episode End", "Arguments",
+        "Version History",
+    ]  # fmt: skip
+
+
+def test_observation_rows(env_class):
+    rows = table(section(env_class, "Observation Space"))
+    assert len(rows) == len(FEATURES) == 26
+    for index, (row, feature) in enumerate(zip(rows, FEATURES, strict=True)):
+        number, name, low, high, centre, scale, unit, meaning = row
+        assert (int(number), name, unit, meaning) == (index, feature.name, feature.unit, feature.meaning)
+        assert (float(low), float(high)) == (-CLIP, CLIP)
+        assert (float(centre), float(scale)) == (feature.centre, feature.scale)
+
+
+def test_the_observation_space_is_the_written_one(env_class):
+    env = env_class()
+    box = re.match(r"\s*`Box\((.*?), (.*?), \((\d+),\), (\w+)\)`", section(env_class, "Observation Space"))
+    low, high, size, dtype = box.groups()
+    assert env.observation_space == gym.spaces.Box(float(low), float(high), (int(size),), np.dtype(dtype).type)
+
+
+def test_the_action_spaces_are_the_written_ones(env_class):
+    """The first sentence gives a box for some modes, and after a semicolon one for the others."""
+    clauses = words(env_class, "Action Space").split(". ")[0].split("; ")
+    written = {}
+    for clause in clauses:
+        (box,) = re.findall(r"`Box\((\S+), (\S+), \((\d),\), (\w+)\)`", clause)
+        written |= {mode: box for mode in re.findall(r"`(\w+)`", clause)}
+    assert set(written) == set(ACTION_MODES)
+    for mode, (low, high, size, dtype) in written.items():
+        space = gym.spaces.Box(float(low), float(high), (int(size),), np.dtype(dtype).type)
+        assert env_class(action_mode=mode).action_space == space
+        assert ACTION_SIZE[mode] == int(size)
+
+
+def test_action_rows(env_class):
+    rows = table(section(env_class, "Action Space"))
+    assert [int(row[0]) for row in rows] == list(range(ACTION_SIZE["release_point"]))
+    scale = ActionScale()
+    for row, metres in zip(rows, (scale.along, scale.across), strict=True):
+        assert (float(row[2]), float(row[3])) == (-1.0, 1.0)
+        assert f"{metres:.2f} m" in row[4]
+
+
+def test_raw_metres_are_the_configs(env_class):
+    along, sideways, up = ActionScale().xyz
+    assert f"{along:g} along, {sideways:g} sideways, {up:g} up" in words(env_class, "Action Space")
+
+
+def test_reward_rows(env_class):
+    rows = {row[0]: row for row in table(section(env_class, "Rewards"))}
+    reward = Reward()
+    assert tuple(rows) == REWARD_TERMS
+    for name, (_, _, weight) in rows.items():
+        assert float(weight) == getattr(reward, name)
+    assert f"landing error / {reward.landing_scale:g} m" in rows["landing"][1]
+    assert f"cycle time / {reward.time_scale:g} s" in rows["time"][1]
+
+
+def test_the_infos_are_the_written_ones(env_class):
+    """Both ways: what is named exists, and what exists is named."""
+    text = words(env_class, "Rewards")
+    terms = set(re.findall(r"`(reward_\w+)`", text))
+    listed = text[text.index("`info` also has") :]
+    named = set(re.findall(r"`(\w+)`", listed)) - {"info", "items"} | terms
+    env = env_class()
+    _, first = env.reset(seed=0)
+    *_, info = env.step(np.zeros(2))
+    assert named == set(info)
+    assert set(first) <= named
+
+
+def test_arguments_are_those_of_the_constructors(env_class):
+    rows = {row[0].strip("`"): row for row in table(section(env_class, "Arguments"))}
+    single = inspect.signature(ThrowEnv.__init__).parameters
+    vector = inspect.signature(ThrowVectorEnv.__init__).parameters
+    assert set(rows) == (set(single) | set(vector)) - {"self"}
+    for name, (_, _, default, _) in rows.items():
+        own = (single if name in single else vector)[name].default
+        if name == "threads":
+            assert default == f"{own} (vector: {vector[name].default})"
+        else:
+            assert default.strip("`") == (f'"{own}"' if isinstance(own, str) else str(own))
+    for name in set(single) & set(vector) - {"self", "threads"}:
+        assert single[name].default == vector[name].default
+
+
+def test_modes_and_views_are_all_named(env_class):
+    rows = {row[0].strip("`"): row[3] for row in table(section(env_class, "Arguments"))}
+    assert set(re.findall(r"`(\w+)`", rows["action_mode"])) == set(ACTION_MODES)
+    assert set(re.findall(r"`(\w+)`", rows["render_mode"])) == set(RENDER_MODES)
+
+
+def test_numbers_in_the_text_are_the_configs():
+    belt, motion = Belt(), Motion()
+    start = words(PnTConveyorEnv, "Starting State")
+    assert f"{belt.spacing[0]:.2f} to {belt.spacing[1]:.2f} m apart" in start
+    picks = CellConfig.model_fields["picks_per_shift"].default
+    assert f"`picks_per_shift` throws ({picks})" in words(PnTConveyorEnv, "Episode End")
+    start = words(PnTReleaseEnv, "Starting State")
+    assert f"x in [{belt.pick_x[0]:.2f}, {belt.pick_x[1]:.2f}] m" in start
+    assert f"one {motion.reserve:.2f} m longer or shorter" in start
+
+
+def test_nothing_is_said_of_a_mode_twice_differently():
+    """The shared sections are the same text in both environments."""
+    for title in ("Action Space", "Observation Space", "Rewards", "Arguments"):
+        assert words(PnTConveyorEnv, title) == words(PnTReleaseEnv, title)
