@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 from pathlib import Path
 from typing import Any
 
@@ -27,4 +28,33 @@ def hyperparameters(algo: str, env_id: str, file: Path | None = None) -> dict[st
     if not isinstance(entries, dict) or not isinstance(entries.get(env_id), dict):
         known = ", ".join(entries) if isinstance(entries, dict) else "none"
         raise UsageError(f"hyperparameters {str(path)!r} have no entry for {env_id!r}; entries are {known}")
-    return dict(entries[env_id])
+    settings = dict(entries[env_id])
+    if isinstance(settings.get("policy_kwargs"), str):
+        settings["policy_kwargs"] = policy_arguments(settings["policy_kwargs"])
+    return settings
+
+
+def policy_arguments(text: str) -> dict[str, Any]:
+    """Read RL-Zoo's way to name an activation, `dict(net_arch=[64, 64], activation_fn=nn.SiLU)`, without running it.
+
+    Raises:
+        UsageError: the text is not such a call of dict with literals and names of torch.nn.
+    """
+    try:
+        call = ast.parse(text.strip(), mode="eval").body
+        if not (isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "dict"):
+            raise ValueError("not a call of dict")
+        return {str(word.arg): _value(word.value) for word in call.keywords}
+    except (ValueError, SyntaxError, AttributeError):
+        raise UsageError(
+            f"policy_kwargs is {text!r}; it must be a mapping, "
+            "or look like dict(net_arch=[64, 64], activation_fn=nn.SiLU)"
+        ) from None
+
+
+def _value(node: ast.expr) -> Any:
+    if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "nn":
+        from torch import nn  # noqa: PLC0415 - a second to import
+
+        return getattr(nn, node.attr)
+    return ast.literal_eval(node)

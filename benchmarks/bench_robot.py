@@ -78,9 +78,7 @@ def bench_model(rods: Rods, timestep: float) -> None:
         qpos[:, qpos_columns(model, handles)] = closed_pose(motion[0][:, 0], handles)
         batch.rollout(STEPS, control)
 
-    print(
-        f"{rods} rods, {timestep * 1e3:.1f} ms: {best(roll, 3) / (2 * STEPS) * 1e6:.2f} us/step, one thread"
-    )
+    print(f"{rods} rods, {timestep * 1e3:.1f} ms: {best(roll, 3) / (2 * STEPS) * 1e6:.2f} us/step, one thread")
 
 
 def main() -> None:

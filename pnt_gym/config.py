@@ -217,8 +217,8 @@ class ActionScale(Section):
 class Reward(Section):
     """Weights of the reward terms; each term lies in [0, 1]."""
 
-    landing: NonNegative = Field(default=2.5, description="1 - landing error / landing_scale, not below 0.")
-    sorted: NonNegative = Field(default=0.25, description="1 if the object lies in its bin.")
+    landing: NonNegative = Field(default=1.0, description="1 - landing error / landing_scale, not below 0.")
+    sorted: NonNegative = Field(default=0.1, description="1 if the object lies in its bin.")
     time: NonNegative = Field(default=0.1, description="1 - cycle time / time_scale, not below 0.")
     landing_scale: Positive = Field(default=0.25, description="Landing error at which the landing term reaches 0 [m].")
     time_scale: Positive = Field(default=3.0, description="Cycle time at which the time term reaches 0 [s].")

@@ -134,22 +134,33 @@ class ThrowVectorEnv(VectorEnv[Observation, NDArray[np.floating], NDArray[Any]])
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Begin episodes in all cells; row i of seed s is the single environment of seed s + i.
+        """Begin episodes; row i of seed s is the single environment of seed s + i.
+
+        Args:
+            seed: one number, one per cell, or None to go on with the generators as they are.
+            options: "reset_mask", a boolean array (num_envs,), restarts only the chosen cells.
 
         Raises:
-            ValueError: a list of seeds whose length is not the number of cells.
+            ValueError: a list of seeds or a mask whose length is not the number of cells.
         """
-        rows = np.arange(self.num_envs)
-        for given, chosen in self._seed(seed).items():
-            picked = rows[np.array(chosen, dtype=np.int64)]
-            if picked.size > 0:
-                self.core.reset(picked, [self._generators[r] for r in picked], seeded=given)
+        mask = np.asarray((options or {}).get("reset_mask", np.ones(self.num_envs, dtype=np.bool_)))
+        if mask.shape != (self.num_envs,) or mask.dtype != np.bool_:
+            raise ValueError(
+                f"reset_mask must be a boolean array of shape ({self.num_envs},), got {mask.dtype} {mask.shape}"
+            )
+        for given, chosen in self._seed(seed, mask).items():
+            rows = np.array(chosen, dtype=np.int64)
+            if rows.size > 0:
+                self.core.reset(rows, [self._generators[r] for r in rows], seeded=given)
         return self.core.observe(), self._masked(self.core.kinds())
 
     def step(
         self, actions: NDArray[np.floating]
     ) -> tuple[Observation, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
         """Throw in every cell; cells whose episode ends begin the next one in the same step.
+
+        The results of the throw stand in `info` for every cell; for cells whose episode ended they are in
+        `final_info` too, with the last observation in `final_obs`, as Gymnasium's own vector environments have them.
 
         Raises:
             ActionError: wrong shape, NaN or infinite values.
@@ -187,17 +198,18 @@ class ThrowVectorEnv(VectorEnv[Observation, NDArray[np.floating], NDArray[Any]])
             self._view.close()
             self._view = None
 
-    def _seed(self, seed: int | Sequence[int | None] | None) -> dict[bool, list[int]]:
-        """Reseed generators; which rows got a seed (True) and which keep theirs (False)."""
+    def _seed(self, seed: int | Sequence[int | None] | None, mask: NDArray[np.bool_]) -> dict[bool, list[int]]:
+        """Reseed the generators of the chosen rows; which got a seed (True) and which keep theirs (False)."""
         seeds = [None] * self.num_envs if seed is None else seed
         if isinstance(seeds, int):
             seeds = [seeds + i for i in range(self.num_envs)]
         if len(seeds) != self.num_envs:
             raise ValueError(f"seed has {len(seeds)} entries; this environment has {self.num_envs} cells")
-        for row, value in enumerate(seeds):
+        chosen = {row: value for row, value in enumerate(seeds) if mask[row]}
+        for row, value in chosen.items():
             if value is not None:
                 self._generators[row] = seeding.np_random(value)[0]
-        return {given: [r for r, v in enumerate(seeds) if (v is not None) == given] for given in (True, False)}
+        return {given: [r for r, v in chosen.items() if (v is not None) == given] for given in (True, False)}
 
     def _masked(self, info: dict[str, NDArray[Any]]) -> dict[str, Any]:
         """Gymnasium's form of a vector info: every value with a mask of the rows it holds for."""

@@ -81,8 +81,8 @@ class PnTConveyorEnv(ThrowEnv):
 
     | Term | Formula | Weight |
     |---|---|---|
-    | landing | max(0, 1 - landing error / 0.25 m) | 2.5 |
-    | sorted | 1 if the object crossed the opening and lies in the bin | 0.25 |
+    | landing | max(0, 1 - landing error / 0.25 m) | 1.0 |
+    | sorted | 1 if the object crossed the opening and lies in the bin | 0.1 |
     | time | max(0, 1 - cycle time / 3 s) | 0.1 |
 
     `info` also has `is_success` (sorted), `landing_error`, `landing_along`, `landing_across` [m], `cycle_time`,
@@ -191,8 +191,8 @@ class PnTReleaseEnv(ThrowEnv):
 
     | Term | Formula | Weight |
     |---|---|---|
-    | landing | max(0, 1 - landing error / 0.25 m) | 2.5 |
-    | sorted | 1 if the object crossed the opening and lies in the bin | 0.25 |
+    | landing | max(0, 1 - landing error / 0.25 m) | 1.0 |
+    | sorted | 1 if the object crossed the opening and lies in the bin | 0.1 |
     | time | max(0, 1 - cycle time / 3 s) | 0.1 |
 
     `info` also has `is_success` (sorted), `landing_error`, `landing_along`, `landing_across` [m], `cycle_time`,

@@ -14,7 +14,7 @@ from toy_cell import ToyVectorEnv
 
 import pnt_gym
 from agents.cli import UsageError
-from agents.hyperparameters import hyperparameters
+from agents.hyperparameters import hyperparameters, policy_arguments
 from agents.runs import ALGORITHMS
 from agents.sb3 import SameStepVecEnv, build
 
@@ -124,3 +124,11 @@ def test_bad_hyperparameters_are_explained(tmp_path: Path) -> None:
     (tmp_path / "bad.yml").write_text("a: [1,")
     with pytest.raises(UsageError, match="not valid YAML"):
         hyperparameters("sac", "PnTRelease-v0", tmp_path / "bad.yml")
+
+
+def test_policy_arguments_are_read_and_never_run():
+    read = policy_arguments("dict(net_arch=[64, 32], activation_fn=nn.SiLU)")
+    assert read == {"net_arch": [64, 32], "activation_fn": torch.nn.SiLU}
+    for text in ("__import__('os')", "dict(a=open('x'))", "dict(", "dict(a=nn.NoSuchLayer)"):
+        with pytest.raises(UsageError, match="policy_kwargs"):
+            policy_arguments(text)

@@ -74,9 +74,7 @@ def test_coefficients_of_any_object_are_the_compilers_within_its_quadrature(shap
     np.testing.assert_array_equal(ours[:6], theirs[:6])
     np.testing.assert_allclose(ours[6:9], theirs[6:9], rtol=1e-5)
     # Virtual inertia goes to zero as the square of a difference of axes: compare at the scale of the largest.
-    np.testing.assert_allclose(
-        ours[9:], theirs[9:], rtol=1e-5, atol=1e-8 * theirs[6:9].max() * max(size) ** 2
-    )
+    np.testing.assert_allclose(ours[9:], theirs[9:], rtol=1e-5, atol=1e-8 * theirs[6:9].max() * max(size) ** 2)
 
 
 def test_added_mass_is_the_integral_and_not_the_quadrature():
@@ -253,9 +251,7 @@ def flown(shape, size, drag, mass, velocity):
 
 
 def throw_velocity(elevation, azimuth):
-    return 2.4 * np.array(
-        [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)]
-    )
+    return 2.4 * np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
 
 
 @pytest.mark.parametrize("name", CATALOGUE)

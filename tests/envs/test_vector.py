@@ -170,3 +170,17 @@ def test_the_other_action_modes_have_a_vector_form(env_id, mode):
     env.reset(seed=0)
     _, reward, *_ = env.step(env.action_space.sample())
     assert np.isfinite(reward).all()
+
+
+@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
+def test_a_reset_mask_restarts_only_the_chosen_cells(env_id):
+    envs = gym.make_vec(env_id, num_envs=3)
+    first, _ = envs.reset(seed=11)
+    after, *_ = envs.step(np.zeros((3, 2), dtype=np.float32))
+    mask = np.array([False, True, False])
+    again, _ = envs.reset(seed=11, options={"reset_mask": mask})
+    np.testing.assert_array_equal(again[1], first[1])
+    np.testing.assert_array_equal(again[~mask], after[~mask])
+    with pytest.raises(ValueError, match="reset_mask"):
+        envs.reset(options={"reset_mask": np.array([True])})
+    envs.close()

@@ -96,9 +96,7 @@ def test_out_of_reach_stays_in_its_row():
     assert np.isfinite(out[[0, 2]]).all()
 
 
-@pytest.mark.parametrize(
-    ("steps", "stride", "knots"), [(1, 4, 1), (2, 4, 2), (5, 4, 2), (6, 4, 3), (7, 1, 7)]
-)
+@pytest.mark.parametrize(("steps", "stride", "knots"), [(1, 4, 1), (2, 4, 2), (5, 4, 2), (6, 4, 3), (7, 1, 7)])
 def test_knot_count_covers_the_last_sample(steps, stride, knots):
     assert knot_count(steps, stride) == knots
     assert (knots - 1) * stride >= steps - 1
