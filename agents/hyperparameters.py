@@ -28,18 +28,20 @@ def hyperparameters(algo: str, env_id: str, file: Path | None = None) -> dict[st
     if not isinstance(entries, dict) or not isinstance(entries.get(env_id), dict):
         known = ", ".join(entries) if isinstance(entries, dict) else "none"
         raise UsageError(f"hyperparameters {str(path)!r} have no entry for {env_id!r}; entries are {known}")
-    settings = dict(entries[env_id])
-    if isinstance(settings.get("policy_kwargs"), str):
-        settings["policy_kwargs"] = policy_arguments(settings["policy_kwargs"])
-    return settings
+    return dict(entries[env_id])
 
 
-def policy_arguments(text: str) -> dict[str, Any]:
-    """Read RL-Zoo's way to name an activation, `dict(net_arch=[64, 64], activation_fn=nn.SiLU)`, without running it.
+def policy_arguments(given: Any) -> dict[str, Any]:
+    """The `policy_kwargs` of an algorithm: a mapping as it is, or RL-Zoo's text that can name an activation.
+
+    The text, `dict(net_arch=[64, 64], activation_fn=nn.SiLU)`, is read and never run.
 
     Raises:
         UsageError: the text is not such a call of dict with literals and names of torch.nn.
     """
+    if not isinstance(given, str):
+        return dict(given)
+    text = given
     try:
         call = ast.parse(text.strip(), mode="eval").body
         if not (isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "dict"):

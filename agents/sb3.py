@@ -17,6 +17,7 @@ from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvStepReturn
 
 from agents.cli import UsageError
+from agents.hyperparameters import policy_arguments
 from agents.runs import ALGORITHMS
 from pnt_gym.errors import PntGymError
 
@@ -57,6 +58,7 @@ def build(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> Bas
     # stable-baselines3 adds to the dicts it is given.
     chosen = {key: deepcopy(value) for key, value in settings.items() if key not in ("n_timesteps", "n_envs")}
     policy = chosen.pop("policy", "MlpPolicy")
+    chosen["policy_kwargs"] = policy_arguments(chosen.get("policy_kwargs", {}))
     try:
         model = algorithm_class(algo)(policy, env, seed=seed, device="cpu", verbose=0, **chosen)
     except PntGymError:

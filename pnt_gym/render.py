@@ -129,6 +129,8 @@ class CellView:
             self._renderer = None
         if self._window is not None:
             self._window.close()
+            while self._window.is_running():  # its own thread still draws
+                time.sleep(0.01)
             self._window = None
         self._cell.plant.record_row = None
 
