@@ -6,7 +6,7 @@ STAMP := $(VENV)/.installed
 PIP_OPTIONS ?=
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help setup train test lint types format reproduce bench bench-quick perf report clean
+.PHONY: help setup train test lint format bench bench-quick perf report clean
 
 help: ## show this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14

@@ -10,14 +10,22 @@ from typing import Any
 from agents.cli import UsageError, run
 from agents.files import read_json, write_text
 from agents.report.figures import benchmark_figures
+from agents.report.measures import (
+    environment_table,
+    is_environments,
+    is_physics,
+    is_planner,
+    physics_table,
+    planner_table,
+)
 from agents.report.page import page
+from agents.report.readme import update_readme
 from agents.report.tables import (
     benchmark_table,
     comparison_table,
     failure_table,
     other_levels_table,
     published_table,
-    update_readme,
 )
 from agents.tables import console
 from agents.versions import ROOT
@@ -43,6 +51,13 @@ class Chapter:
     figures: Mapping[str, str]
     """SVG text by file name."""
     note: str
+
+
+_MEASURES = (
+    (is_physics, "Levels and mismatch, without learning", physics_table),
+    (is_planner, "The planner's speed", planner_table),
+    (is_environments, "Throws per second", environment_table),
+)
 
 
 def main(arguments: Arguments) -> None:
@@ -76,6 +91,9 @@ def chapter(name: str, data: Any) -> Chapter | None:
         return None
     if {"plan", "table", "comparisons", "results"} <= set(data):
         return benchmark_chapter(name, data)
+    for fits, headline, table in _MEASURES:
+        if fits(data):
+            return Chapter(name, ((headline, table(data)),), {}, "")
     if isinstance(data.get("rows"), list) and data["rows"] and {"quantity", "published"} <= set(data["rows"][0]):
         return Chapter(name, (("Published and reproduced", published_table(data)),), {}, "")
     return None

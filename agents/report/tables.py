@@ -1,14 +1,9 @@
-"""Results as Markdown tables, and the marked blocks of a README that hold them."""
+"""Results of the benchmark as Markdown tables."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
 from typing import Any
-
-from agents.cli import UsageError
-from agents.files import read_json, write_text
 
 Row = Mapping[str, Any]
 ALIGNED_RIGHT = "---:"
@@ -87,44 +82,6 @@ def published_table(data: Mapping[str, Any]) -> str:
     """Published beside reproduced figures."""
     header = ["quantity", "published", "reproduced", "unit", "verdict", "note"]
     return markdown(header, [[_text(row.get(name)) for name in header] for row in data["rows"]])
-
-
-BLOCKS = {"benchmark": ("benchmark.json", benchmark_table)}
-"""Blocks of a README by name: the file of results and what makes the table of it."""
-
-
-def block_pattern(name: str) -> re.Pattern[str]:
-    """A marked block, with its markers."""
-    return re.compile(rf"(<!-- table:{re.escape(name)} -->\n).*?(<!-- /table -->)", re.DOTALL)
-
-
-def with_blocks(text: str, results: Path) -> str:
-    """A README with its marked blocks replaced by what the results give.
-
-    Raises:
-        UsageError: a marked block has no such table, or its results are missing.
-    """
-    for name in re.findall(r"<!-- table:(\S+) -->", text):
-        if name not in BLOCKS:
-            raise UsageError(f"no table {name!r} for a README; known are {', '.join(BLOCKS)}")
-        file, make = BLOCKS[name]
-        table = make(read_json(results / file))
-        text = block_pattern(name).sub(lambda found, table=table: f"{found[1]}{table}\n{found[2]}", text)
-    return text
-
-
-def update_readme(readme: Path, results: Path) -> None:
-    """Write the marked blocks of a README anew."""
-    text = readme.read_text(encoding="utf-8")
-    changed = with_blocks(text, results)
-    if changed != text:
-        write_text(readme, changed)
-
-
-def stale_readme(readme: Path, results: Path) -> bool:
-    """Whether a README's tables differ from what the results give."""
-    text = readme.read_text(encoding="utf-8")
-    return with_blocks(text, results) != text
 
 
 def _lines(data: Mapping[str, Any], levels: Sequence[str]) -> list[tuple[str, int]]:

@@ -20,7 +20,8 @@ from agents.cli import UsageError
 from agents.files import read_json
 from agents.report.__main__ import Arguments as ReportArguments
 from agents.report.__main__ import main as report
-from agents.report.tables import benchmark_table, markdown, stale_readme, with_blocks
+from agents.report.readme import stale_readme, with_blocks
+from agents.report.tables import benchmark_table, markdown
 from agents.versions import ROOT
 
 register_toy()
