@@ -21,7 +21,7 @@ from agents.report.tables import markdown
 from agents.tables import console, throws_bar
 from agents.versions import ROOT
 
-FILES = ("model.zip", "args.yml", "config.yml", "env.yaml", "versions.json", "command.txt", "git.txt")
+FILES = ("model.zip", "args.yml", "config.yml", "env.yaml", "versions.json", "git.txt")
 """What of a run folder a user of the policy needs: all but the replay buffer and the checkpoints."""
 
 

@@ -21,6 +21,7 @@ from agents.report.measures import (
 from agents.report.page import page
 from agents.report.readme import update_readme
 from agents.report.tables import (
+    benchmark_note,
     benchmark_table,
     comparison_table,
     failure_table,
@@ -109,13 +110,7 @@ def benchmark_chapter(name: str, data: Mapping[str, Any]) -> Chapter:
         if any(c["level"] == level for c in data["comparisons"]):
             parts.append((f"Paired differences, level {level} (95 % intervals)", comparison_table(data, level)))
         parts.append((f"What failed, level {level}", failure_table(data, level)))
-    note = (
-        f"{plan['picks']} held-out throws per seed and level on {plan['env']}, seeds {plan['seeds']} of the learning, "
-        f"learned on {plan['train_level']} unless the label says otherwise; "
-        "x floor is the error over that of a large network trained on very many throws. Versions: "
-        + ", ".join(f"{package} {version}" for package, version in data["versions"].items())
-        + "."
-    )
+    note = benchmark_note(data)
     prefix = "" if name == "benchmark" else f"{name}_"
     figures = {f"{prefix}{file}": text for file, text in benchmark_figures(data).items()}
     return Chapter(name, tuple(parts), figures, note)

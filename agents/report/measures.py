@@ -48,10 +48,10 @@ def planner_table(data: Data) -> str:
     rows = [
         ["`plan_release`, one throw, median", f"{data['plan_release_median_us']:.0f} us"],
         ["`plan_release` under a release ceiling, median", f"{data['plan_release_ceiling_median_us']:.0f} us"],
-        ["`plan_release_batch`, one core", f"{data['batch_plans_per_s'] / 1e3:.0f} 000 plans/s"],
+        ["`plan_release_batch`, one core", f"{data['batch_plans_per_s']:,.0f} plans/s"],
         [
             "`plan_release_batch` under a ceiling, one core",
-            f"{data['batch_ceiling_plans_per_s'] / 1e3:.0f} 000 plans/s",
+            f"{data['batch_ceiling_plans_per_s']:,.0f} plans/s",
         ],
         ["Method 1 of the paper (SLSQP), median", f"{data['method_1_slsqp_median_us']:.0f} us"],
         ["Method 2 of the paper, median", f"{data['method_2_median_us']:.0f} us"],

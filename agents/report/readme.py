@@ -10,10 +10,10 @@ from typing import Any
 from agents.cli import UsageError
 from agents.files import read_json, write_text
 from agents.report.measures import environment_table, physics_table, planner_table
-from agents.report.tables import benchmark_table
+from agents.report.tables import noted_benchmark_table
 
 BLOCKS: Mapping[str, tuple[str, Callable[[Any], str]]] = {
-    "benchmark": ("benchmark.json", benchmark_table),
+    "benchmark": ("benchmark.json", noted_benchmark_table),
     "physics": ("physics.json", physics_table),
     "planner": ("perf_planner.json", planner_table),
     "environments": ("perf_envs.json", environment_table),

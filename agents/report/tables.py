@@ -36,6 +36,23 @@ def benchmark_table(data: Mapping[str, Any]) -> str:
     return markdown(header, rows)
 
 
+def benchmark_note(data: Mapping[str, Any]) -> str:
+    """Throw count, seeds and versions behind the table."""
+    plan = data["plan"]
+    return (
+        f"{plan['picks']} held-out throws per seed and level on {plan['env']}, seeds {plan['seeds']} of the learning, "
+        f"learned on {plan['train_level']} unless the label says otherwise; "
+        "x floor is the error over that of a large network trained on very many throws. Versions: "
+        + ", ".join(f"{package} {version}" for package, version in data["versions"].items())
+        + "."
+    )
+
+
+def noted_benchmark_table(data: Mapping[str, Any]) -> str:
+    """The table with its note under it, as a README shows it."""
+    return f"{benchmark_table(data)}\n\n{benchmark_note(data)}"
+
+
 def other_levels_table(data: Mapping[str, Any]) -> str | None:
     """Levels that only some controllers were evaluated on; None if there are none."""
     planned = data["plan"]["levels"]
