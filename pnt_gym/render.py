@@ -168,15 +168,19 @@ class CellView:
     def _opened(self, model: MjModel) -> Any:
         """The renderer for this model; every simulation's model has the same layout and is drawn by the same one."""
         if self._renderer is None:
-            if not has_display() and os.environ.get("MUJOCO_GL", "glfw") == "glfw":
-                raise ConfigError(_LIBRARIES)  # asking GLFW here would abort the process
-            try:
-                self._renderer = mujoco.Renderer(model, *self._size)
-            except Exception as error:
-                raise ConfigError(f"{_LIBRARIES} ({type(error).__name__}: {error})") from None
+            self._renderer = _new_renderer(model, self._size)
             self._renderer._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = 0
         self._renderer._model = model
         return self._renderer
+
+
+def rendering_problem() -> str | None:
+    """Why this machine cannot draw, in one sentence; None if it can."""
+    try:
+        _new_renderer(mujoco.MjSpec().compile(), (8, 8)).close()
+    except ConfigError as error:
+        return str(error)
+    return None
 
 
 def record_video(cell: ConveyorCell, throws: Iterable[object], path: str | Path, fps: int = FPS) -> Path:
@@ -209,6 +213,20 @@ def record_video(cell: ConveyorCell, throws: Iterable[object], path: str | Path,
     return target
 
 
+def _new_renderer(model: MjModel, size: tuple[int, int]) -> Any:
+    """An offscreen renderer.
+
+    Raises:
+        ConfigError: no OpenGL library could be loaded.
+    """
+    if not has_display() and os.environ.get("MUJOCO_GL", "glfw") == "glfw":
+        raise ConfigError(_LIBRARIES)  # asking GLFW here would abort the process
+    try:
+        return mujoco.Renderer(model, *size)
+    except Exception as error:
+        raise ConfigError(f"{_LIBRARIES} ({type(error).__name__}: {error})") from None
+
+
 def _dot(position: Floats, rgba: Floats, radius: float) -> Marker:
     return Marker(int(mujoco.mjtGeom.mjGEOM_SPHERE.value), np.full(3, radius), position, np.eye(3).ravel(), rgba)
 
@@ -220,3 +238,7 @@ def _open_window(model: MjModel, data: MjData) -> Any:
 
     window: Any = viewer
     return window.launch_passive(model, data, show_left_ui=False, show_right_ui=False)
+
+
+if __name__ == "__main__":
+    print(rendering_problem() or "rendering works on this machine")

@@ -2,6 +2,19 @@
 
 import os
 
-os.environ.setdefault("MUJOCO_GL", "egl")
+import pytest
+
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")
+
+# Chooses an offscreen OpenGL library, if there is one, before any test imports mujoco by itself.
+import pnt_gym.engine  # noqa: E402, F401
+from pnt_gym.render import rendering_problem  # noqa: E402
+
+
+@pytest.fixture(scope="session")
+def opengl():
+    """Pictures need an OpenGL library of the system; without one the tests of pictures say so and are left out."""
+    problem = rendering_problem()
+    if problem is not None:
+        pytest.skip(problem)

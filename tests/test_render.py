@@ -13,6 +13,8 @@ from throw_tools import make_core, same_bits
 from pnt_gym.errors import ConfigError
 from pnt_gym.render import FPS, CellView, record_video
 
+pytestmark = pytest.mark.usefixtures("opengl")
+
 SMALL = (96, 160)
 ZERO = np.zeros((1, 2))
 

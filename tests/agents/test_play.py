@@ -7,6 +7,9 @@ import sys
 from pathlib import Path
 
 import imageio.v3 as iio
+import pytest
+
+pytestmark = pytest.mark.usefixtures("opengl")
 
 ROOT = Path(__file__).resolve().parents[2]
 
