@@ -6,6 +6,7 @@ Rendering is offscreen (EGL on machines without a display). Physics needs none o
 from __future__ import annotations
 
 import os
+import threading
 import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -84,6 +85,7 @@ class CellView:
         self._size = size
         self._renderer: Any = None
         self._window: Any = None
+        self._window_threads: set[threading.Thread] = set()
         cell.plant.record_row = 0
 
     def frame(self, row: int = 0) -> Frame:
@@ -109,7 +111,9 @@ class CellView:
         recording = self._cell.plant.recording
         model, data = self._cell.plant.pose(self._cell.context, 0)
         if self._window is None:
+            others = set(threading.enumerate())
             self._window = _open_window(model, data)
+            self._window_threads = set(threading.enumerate()) - others
             self._window_model, self._window_data = model, data
         if recording is None:
             return
@@ -129,8 +133,8 @@ class CellView:
             self._renderer = None
         if self._window is not None:
             self._window.close()
-            while self._window.is_running():  # its own thread still draws
-                time.sleep(0.01)
+            for thread in self._window_threads:  # one that still draws when Python ends crashes the process
+                thread.join(timeout=5.0)
             self._window = None
         self._cell.plant.record_row = None
 
