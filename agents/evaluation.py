@@ -7,7 +7,7 @@ different controllers.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from typing import Any, Self, final
 
@@ -79,7 +79,7 @@ def evaluate(
         online: let it learn from these throws too.
         progress: told after each batch.
     """
-    return _throw(controller, env, picks, stream_seed("evaluate", seed), learn=online, progress=progress)
+    return _collect(thrown(controller, env, picks, stream_seed("evaluate", seed), learn=online), progress)
 
 
 def practise(controller: Controller, env: Env, throws: int, seed: int, *, progress: Progress | None = None) -> None:
@@ -87,15 +87,13 @@ def practise(controller: Controller, env: Env, throws: int, seed: int, *, progre
     if not isinstance(controller, Learner) or throws == 0:
         return
     controller.begin_practice(throws)
-    _throw(controller, env, throws, stream_seed("practice", seed), learn=True, progress=progress)
+    _collect(thrown(controller, env, throws, stream_seed("practice", seed), learn=True), progress)
     controller.end_practice()
 
 
-def _throw(
-    controller: Controller, env: Env, picks: int, env_seed: int, *, learn: bool, progress: Progress | None
-) -> Throws:
+def thrown(controller: Controller, env: Env, picks: int, env_seed: int, *, learn: bool = False) -> Iterator[Throws]:
+    """Carry out throws and yield each batch of them; the last batch is cut to `picks` in all."""
     features, info = env.reset(seed=env_seed)
-    parts: list[Throws] = []
     done = 0
     while done < picks:
         seen = Observation(np.array(features, dtype=np.float32), _kinds(info, env.num_envs))
@@ -104,8 +102,14 @@ def _throw(
         part = _throws(info, np.asarray(reward)).head(picks - done)
         if learn:
             controller.learn(_outcome(seen, action, part))
-        parts.append(part)
         done += len(part)
+        yield part
+
+
+def _collect(batches: Iterable[Throws], progress: Progress | None) -> Throws:
+    parts: list[Throws] = []
+    for part in batches:
+        parts.append(part)
         if progress is not None:
             progress(len(part))
     return Throws.concatenate(parts)

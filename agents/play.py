@@ -7,14 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import numpy as np
 import tyro
 
 from agents.cli import UsageError, at_least, option, run
 from agents.controllers import make_controller
-from agents.controllers.protocol import Controller, Observation
 from agents.environments import make_vector, stream_seed
-from agents.evaluation import PRACTICE, practise
+from agents.evaluation import PRACTICE, Throws, practise, thrown
 from agents.files import check_writable
 from agents.tables import console
 from pnt_gym.render import CellView, record_video
@@ -60,12 +58,13 @@ def main(arguments: Arguments) -> None:
         controller = make_controller(arguments.controller, env)
         controller.reset(arguments.seed)
         practise(controller, env, PRACTICE, arguments.seed)
-        show(arguments, env, throws(controller, env, arguments))
+        seed = stream_seed("evaluate", arguments.seed)
+        show(arguments, env, thrown(controller, env, arguments.picks, seed))
     finally:
         env.close()
 
 
-def show(arguments: Arguments, env: Any, throw: Iterator[None]) -> None:
+def show(arguments: Arguments, env: Any, throw: Iterator[Throws]) -> None:
     """Carry the throws out into a video, a picture or a window."""
     cell = env.unwrapped.core.cell
     if arguments.video is not None:
@@ -81,15 +80,6 @@ def show(arguments: Arguments, env: Any, throw: Iterator[None]) -> None:
                 view.show()
     finally:
         view.close()
-
-
-def throws(controller: Controller, env: Any, arguments: Arguments) -> Iterator[None]:
-    """One throw per item."""
-    features, info = env.reset(seed=stream_seed("evaluate", arguments.seed))
-    for _ in range(arguments.picks):
-        seen = Observation(np.array(features, dtype=np.float32), np.array(info["kind"], dtype=np.int64))
-        features, _, _, _, info = env.step(controller.act(seen))
-        yield
 
 
 def save_picture(view: CellView, path: Path) -> None:

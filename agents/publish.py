@@ -18,7 +18,7 @@ from agents.environments import make_vector
 from agents.evaluation import evaluate, summary
 from agents.files import write_text
 from agents.report.tables import markdown
-from agents.tables import console, throws_bar
+from agents.tables import console, millimetres, success_text, throws_bar
 from agents.versions import ROOT
 
 FILES = ("model.zip", "args.yml", "config.yml", "env.yaml", "versions.json", "git.txt")
@@ -104,12 +104,11 @@ def card(
 
 
 def _row(level: str, figures: Mapping[str, Any]) -> Sequence[str]:
-    low, high = 100 * figures["success_low"], 100 * figures["success_high"]
     return (
         level,
-        f"{1000 * figures['landing_error_mean_m']:.1f} mm",
-        f"{1000 * figures['landing_error_p95_m']:.1f} mm",
-        f"{100 * figures['success_rate']:.1f} % ({low:.1f}..{high:.1f})",
+        millimetres(figures["landing_error_mean_m"]),
+        millimetres(figures["landing_error_p95_m"]),
+        success_text(figures),
         f"{figures['sorted_per_min']:.1f}",
     )
 

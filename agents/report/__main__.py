@@ -11,11 +11,14 @@ from agents.cli import UsageError, run
 from agents.files import read_json, write_text
 from agents.report.figures import benchmark_figures
 from agents.report.measures import (
+    environment_note,
     environment_table,
     is_environments,
     is_physics,
     is_planner,
+    physics_note,
     physics_table,
+    planner_note,
     planner_table,
 )
 from agents.report.page import page
@@ -55,9 +58,9 @@ class Chapter:
 
 
 _MEASURES = (
-    (is_physics, "Levels and mismatch, without learning", physics_table),
-    (is_planner, "The planner's speed", planner_table),
-    (is_environments, "Throws per second", environment_table),
+    (is_physics, "Levels and mismatch, without learning", physics_table, physics_note),
+    (is_planner, "The planner's speed", planner_table, planner_note),
+    (is_environments, "Throws per second", environment_table, environment_note),
 )
 
 
@@ -92,9 +95,9 @@ def chapter(name: str, data: Any) -> Chapter | None:
         return None
     if {"plan", "table", "comparisons", "results"} <= set(data):
         return benchmark_chapter(name, data)
-    for fits, headline, table in _MEASURES:
+    for fits, headline, table, note in _MEASURES:
         if fits(data):
-            return Chapter(name, ((headline, table(data)),), {}, "")
+            return Chapter(name, ((headline, table(data)),), {}, note(data))
     if isinstance(data.get("rows"), list) and data["rows"] and {"quantity", "published"} <= set(data["rows"][0]):
         return Chapter(name, (("Published and reproduced", published_table(data)),), {}, "")
     return None

@@ -35,9 +35,13 @@ def physics_table(data: Data) -> str:
         rows.append(_physics_row(level, controller, figures))
     for mismatch, figures in data["dial"].items():
         rows.append(_physics_row(f"waste, mismatch {float(mismatch):g}", "analytic", figures))
+    return markdown(header, rows)
+
+
+def physics_note(data: Data) -> str:
+    """Throw count and seed behind the table, and what its columns mean."""
     return (
-        markdown(header, rows)
-        + f"\n\n{data['throws']} throws per row, seed {data['seed']}, steps of {1000 * data['timestep']:g} ms. "
+        f"{data['throws']} throws per row, seed {data['seed']}, steps of {1000 * data['timestep']:g} ms. "
         "Rim: crossed the opening and does not lie in the bin. Touched again: by the cup after the release, sorted or "
         "not."
     )
@@ -55,9 +59,13 @@ def planner_table(data: Data) -> str:
         ],
         ["Method 1 of the paper (SLSQP), median", f"{data['method_1_slsqp_median_us']:.0f} us"],
         ["Method 2 of the paper, median", f"{data['method_2_median_us']:.0f} us"],
-        ["Method 1 over `plan_release`", f"{data['slsqp_over_exact']:.0f} x"],
     ]
     return markdown(["planner", "measured"], rows)
+
+
+def planner_note(data: Data) -> str:
+    """How much faster the exact planner is, from the same run."""
+    return f"All in one run on one core; Method 1 takes {data['slsqp_over_exact']:.0f} times as long as `plan_release`."
 
 
 def environment_table(data: Data) -> str:
@@ -75,9 +83,13 @@ def environment_table(data: Data) -> str:
         for env, figures in data["envs"].items()
         for line in figures["vector"]
     ]
+    return markdown(header, rows)
+
+
+def environment_note(data: Data) -> str:
+    """What was measured on what, and why the last column cannot be larger."""
     return (
-        markdown(header, rows)
-        + f"\n\nLevel {data['level']}, steps of {1000 * data['timestep']:g} ms, {data['cpus']} cores. Bare physics is "
+        f"Level {data['level']}, steps of {1000 * data['timestep']:g} ms, {data['cpus']} cores. Bare physics is "
         "`Batch.rollout` of the same steps with the same controls in the same run. A single environment spends most of "
         "its step in the same physics, so what a vector of them can gain is the cores plus the planning shared."
     )

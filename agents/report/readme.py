@@ -9,16 +9,24 @@ from typing import Any
 
 from agents.cli import UsageError
 from agents.files import read_json, write_text
-from agents.report.measures import environment_table, physics_table, planner_table
-from agents.report.tables import noted_benchmark_table
+from agents.report.measures import (
+    environment_note,
+    environment_table,
+    physics_note,
+    physics_table,
+    planner_note,
+    planner_table,
+)
+from agents.report.tables import benchmark_note, benchmark_table
 
-BLOCKS: Mapping[str, tuple[str, Callable[[Any], str]]] = {
-    "benchmark": ("benchmark.json", noted_benchmark_table),
-    "physics": ("physics.json", physics_table),
-    "planner": ("perf_planner.json", planner_table),
-    "environments": ("perf_envs.json", environment_table),
+Text = Callable[[Any], str]
+BLOCKS: Mapping[str, tuple[str, Text, Text]] = {
+    "benchmark": ("benchmark.json", benchmark_table, benchmark_note),
+    "physics": ("physics.json", physics_table, physics_note),
+    "planner": ("perf_planner.json", planner_table, planner_note),
+    "environments": ("perf_envs.json", environment_table, environment_note),
 }
-"""Blocks of a README by name: the file of results and what makes the table of it."""
+"""Blocks of a README by name: the file of results, and what makes the table of it and the note under it."""
 
 
 def block_pattern(name: str) -> re.Pattern[str]:
@@ -35,8 +43,9 @@ def with_blocks(text: str, results: Path) -> str:
     for name in re.findall(r"<!-- table:(\S+) -->", text):
         if name not in BLOCKS:
             raise UsageError(f"no table {name!r} for a README; known are {', '.join(BLOCKS)}")
-        file, make = BLOCKS[name]
-        table = make(read_json(results / file))
+        file, make_table, make_note = BLOCKS[name]
+        data = read_json(results / file)
+        table = f"{make_table(data)}\n\n{make_note(data)}"
         text = block_pattern(name).sub(lambda found, table=table: f"{found[1]}{table}\n{found[2]}", text)
     return text
 

@@ -48,11 +48,6 @@ def benchmark_note(data: Mapping[str, Any]) -> str:
     )
 
 
-def noted_benchmark_table(data: Mapping[str, Any]) -> str:
-    """The table with its note under it, as a README shows it."""
-    return f"{benchmark_table(data)}\n\n{benchmark_note(data)}"
-
-
 def other_levels_table(data: Mapping[str, Any]) -> str | None:
     """Levels that only some controllers were evaluated on; None if there are none."""
     planned = data["plan"]["levels"]

@@ -199,12 +199,9 @@ class ConveyorPlant:
             [o.friction, 0.1 * o.rolling_friction, o.rolling_friction], axis=-1
         )
         batch.expand("geom_solref")[:, geom] = contact_solref(o.restitution)
-        cos, sin = np.cos(o.yaw), np.sin(o.yaw)
-        grip = -context.grasp
-        batch.expand("site_pos")[:, site] = np.stack(
-            [cos * grip[:, 0] + sin * grip[:, 1], cos * grip[:, 1] - sin * grip[:, 0], o.com_depth], axis=-1
-        )
-        zero = np.zeros_like(cos)
+        grip = np.concatenate([-context.grasp, o.com_depth[:, None]], axis=1)
+        batch.expand("site_pos")[:, site] = _in_body_axes(grip, o.yaw)
+        zero = np.zeros_like(o.yaw)
         batch.expand("site_quat")[:, site] = np.stack([np.cos(o.yaw / 2), zero, zero, -np.sin(o.yaw / 2)], axis=-1)
         if self.config.bins.random is not None:
             self._place_bin(context)

@@ -15,11 +15,10 @@ from numpy.typing import NDArray
 from pnt_gym.cells.conveyor import Picks
 from pnt_gym.envs.core import Level, ThrowCore, scalars
 from pnt_gym.errors import ActionError, ConfigError
-from pnt_gym.render import RENDER_MODES, CellView
+from pnt_gym.render import FPS, RENDER_MODES, CellView
 from pnt_gym.residual import ActionMode
 
 Observation = NDArray[np.float32]
-RENDER_FPS = 30
 
 
 def _check_render_mode(mode: str | None) -> None:
@@ -30,7 +29,7 @@ def _check_render_mode(mode: str | None) -> None:
 class ThrowEnv(gym.Env[Observation, NDArray[np.floating]]):
     """Abstract: one cell, one throw a step. Subclasses say where picks come from."""
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": list(RENDER_MODES), "render_fps": RENDER_FPS}  # pyright: ignore[reportIncompatibleVariableOverride]
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": list(RENDER_MODES), "render_fps": FPS}  # pyright: ignore[reportIncompatibleVariableOverride]
     picks: ClassVar[Picks]
 
     def __init__(
@@ -106,7 +105,7 @@ class ThrowVectorEnv(VectorEnv[Observation, NDArray[np.floating], NDArray[Any]])
 
     metadata: ClassVar[dict[str, Any]] = {  # pyright: ignore[reportIncompatibleVariableOverride]
         "render_modes": ["rgb_array"],
-        "render_fps": RENDER_FPS,
+        "render_fps": FPS,
         "autoreset_mode": AutoresetMode.SAME_STEP,
     }
     picks: ClassVar[Picks]

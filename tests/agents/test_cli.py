@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -13,9 +12,9 @@ from typing import Any
 
 import pytest
 import yaml
+from commands import call, environment
 
 from agents import runs
-from agents.versions import ROOT
 
 CONTRACT = {
     "env",
@@ -34,17 +33,6 @@ CONTRACT = {
     "dwell_s",
     "throws",
 }
-
-
-def environment() -> dict[str, str]:
-    return {**os.environ, "OMP_NUM_THREADS": "1", "PYTHONPATH": str(ROOT), "COLUMNS": "200"}
-
-
-def call(module: str, *arguments: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", module, *map(str, arguments)]
-    return subprocess.run(
-        command, cwd=folder, env=environment(), capture_output=True, text=True, timeout=120, check=False
-    )
 
 
 def assert_one_sentence(done: subprocess.CompletedProcess[str], said: str) -> None:

@@ -2,26 +2,18 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import imageio.v3 as iio
 import pytest
+from commands import call
 
 pytestmark = pytest.mark.usefixtures("opengl")
-
-ROOT = Path(__file__).resolve().parents[2]
-
-
-def play(*arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "agents.play", *arguments]
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
 
 
 def test_a_picture_shows_the_cell(tmp_path: Path) -> None:
     path = tmp_path / "throw.png"
-    done = play("--picture", str(path), "--seed", "3")
+    done = call("agents.play", "--picture", path, "--seed", "3", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     frame = iio.imread(path)
     assert frame.shape == (720, 1280, 3)
@@ -30,7 +22,9 @@ def test_a_picture_shows_the_cell(tmp_path: Path) -> None:
 
 def test_a_video_lasts_as_long_as_the_throws(tmp_path: Path) -> None:
     path = tmp_path / "throws.mp4"
-    done = play("--env", "PnTRelease-v0", "--level", "ideal", "--video", str(path), "--picks", "2")
+    done = call(
+        "agents.play", "--env", "PnTRelease-v0", "--level", "ideal", "--video", path, "--picks", "2", folder=tmp_path
+    )
     assert done.returncode == 0, done.stderr
     frames = iio.imread(path)
     # Two throws of 0.7 to 1.5 s at 30 frames per second.
@@ -39,7 +33,7 @@ def test_a_video_lasts_as_long_as_the_throws(tmp_path: Path) -> None:
 
 def test_it_wants_exactly_one_way_to_show(tmp_path: Path) -> None:
     for arguments in ((), ("--video", str(tmp_path / "a.mp4"), "--picture", str(tmp_path / "a.png"))):
-        done = play(*arguments)
+        done = call("agents.play", *arguments, folder=tmp_path)
         assert done.returncode == 2
         assert "Traceback" not in done.stderr
         assert "--video FILE.mp4" in done.stderr

@@ -3,34 +3,31 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-
-
-def call(module: str, *arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", module, *arguments]
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
+from commands import call
 
 
 def test_a_published_policy_throws_as_the_run_did(tmp_path: Path) -> None:
     folder, kept = tmp_path / "run", tmp_path / "policies"
     train = ("--env", "PnTRelease-v0", "--level", "ideal", "--steps", "32", "--eval-picks", "0", "--out", str(folder))
-    assert call("agents.train", *train).returncode == 0
-    done = call("agents.publish", str(folder), "--to", str(kept), "--levels", "ideal", "--picks", "16")
+    assert call("agents.train", *train, folder=tmp_path).returncode == 0
+    done = call("agents.publish", str(folder), "--to", str(kept), "--levels", "ideal", "--picks", "16", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     (copy,) = kept.iterdir()
     assert not (copy / "replay_buffer.pkl").exists()
     errors = []
     for controller in (folder, copy):
         out = tmp_path / f"{controller.name}.json"
-        judged = call("agents.evaluate", "--controller", str(controller), "--picks", "16", "--json", str(out))
+        judged = call(
+            "agents.evaluate", "--controller", str(controller), "--picks", "16", "--json", str(out), folder=tmp_path
+        )
         assert judged.returncode == 0, judged.stderr
         errors.append(json.loads(out.read_text())["landing_error_mean_m"])
     assert errors[0] == errors[1]
     assert f"{1000 * errors[0]:.1f} mm" in (copy / "README.md").read_text()
-    again = call("agents.publish", str(folder), "--to", str(kept), "--levels", "ideal", "--picks", "16")
+    again = call(
+        "agents.publish", str(folder), "--to", str(kept), "--levels", "ideal", "--picks", "16", folder=tmp_path
+    )
     assert again.returncode == 2
     assert "exists already" in again.stderr
