@@ -6,7 +6,7 @@ STAMP := $(VENV)/.installed
 PIP_OPTIONS ?=
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help setup train test lint format bench bench-quick perf report clean
+.PHONY: help setup train test lint format bench bench-quick perf reproduce report clean
 
 help: ## show this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -45,8 +45,13 @@ bench-quick: setup ## a small benchmark, minutes
 
 perf: setup ## planner, robot and environment speed, and the physics checks of results/
 	$(BIN)/python benchmarks/bench_planner.py --json results/perf_planner.json
+	$(BIN)/python benchmarks/bench_free_direction.py --json results/perf_free_direction.json
 	$(BIN)/python benchmarks/bench_envs.py --json results/perf_envs.json
 	$(BIN)/python benchmarks/study_physics.py --json results/physics.json
+
+reproduce: setup ## the papers' figures computed anew, beside the published ones, into results/ (minutes)
+	$(BIN)/python -m agents.reproduce all --json results/reproduction.json --figures results/figures
+	$(BIN)/python -m agents.report
 
 report: setup ## tables, figures and the report from results/*.json
 	$(BIN)/python -m agents.report

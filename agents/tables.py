@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
@@ -17,6 +18,8 @@ from rich.progress import (
 from rich.table import Table
 
 Summary = Mapping[str, Any]
+LONG = 24
+"""Text longer than this is no figure."""
 
 
 def console() -> Console:
@@ -86,6 +89,17 @@ def comparison_table(title: str, rows: Sequence[tuple[str, int, Summary]]) -> Ta
             f"{summary['picks_per_min']:.1f}",
             f"{summary['sorted_per_min']:.1f}",
         )
+    return table
+
+
+def grid_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
+    """Any table of text: the first column to the left, figures to the right, long text to the left."""
+    table = Table(title=title, title_justify="left")
+    for index, name in enumerate(header):
+        long = any(len(row[index]) > LONG for row in rows)
+        table.add_column(name, justify="left" if index == 0 or long else "right")
+    for row in rows:
+        table.add_row(*map(escape, row))
     return table
 
 

@@ -8,7 +8,7 @@ from functools import cache
 from importlib import metadata
 from pathlib import Path
 
-PACKAGES = ("pnt_gym", "mujoco", "gymnasium", "numpy", "scipy", "torch", "stable_baselines3", "sb3_contrib")
+PACKAGES = ("pnt_gym", "mujoco", "gymnasium", "numpy", "scipy", "casadi", "torch", "stable_baselines3", "sb3_contrib")
 ROOT = Path(__file__).resolve().parent.parent
 
 

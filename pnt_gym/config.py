@@ -75,7 +75,10 @@ class CellConfig(Section):
     noise: Noise = Noise()
     action: ActionScale = ActionScale()
     reward: Reward = Reward()
-    planner: Literal["straight"] = Field(default="straight", description="How the baseline throw is planned.")
+    planner: Literal["straight", "free_direction"] = Field(
+        default="straight",
+        description="How the throw is planned: on a straight line (Hassan 2022), or with a free release direction.",
+    )
     picks_per_shift: Annotated[int, Field(ge=1)] = Field(default=50, description="Episode length of PnTConveyor-v0.")
 
     @model_validator(mode="after")

@@ -19,11 +19,11 @@ from typing import Final, Literal, TypeAlias
 import numpy as np
 
 from pnt_gym.cells.context import Context
+from pnt_gym.cells.movers import Mover
 from pnt_gym.config import ActionScale
 from pnt_gym.errors import ActionError
 from pnt_gym.planning.arrays import Bools, Floats
 from pnt_gym.planning.plan import ReleaseBatch
-from pnt_gym.planning.release import plan_release_batch, release_at_elevation, release_at_point
 
 ActionMode: TypeAlias = Literal["release_point", "release_xyz", "virtual_goal"]
 ACTION_MODES: Final[tuple[ActionMode, ...]] = ("release_point", "release_xyz", "virtual_goal")
@@ -31,8 +31,6 @@ ACTION_SIZE: Final = {"release_point": 2, "release_xyz": 3, "virtual_goal": 2}
 
 _HALVINGS: Final = 12
 """Bisection of a residual that must shrink: to 1/4096 of its length."""
-_LOWER_STEPS: Final = 24
-"""Elevations tried when a corrected release would rise above the ceiling and its slack."""
 
 
 def check_actions(actions: object, count: int, mode: ActionMode) -> Floats:
@@ -56,7 +54,7 @@ def check_actions(actions: object, count: int, mode: ActionMode) -> Floats:
 
 
 def corrected_release(
-    mode: ActionMode, actions: Floats, context: Context, scale: ActionScale, ceiling_slack: float
+    mode: ActionMode, actions: Floats, context: Context, scale: ActionScale, ceiling_slack: float, mover: Mover
 ) -> ReleaseBatch:
     """The releases that actions ask for, feasible or not (see `nearest_feasible`).
 
@@ -66,14 +64,15 @@ def corrected_release(
         context: the N picks with their nominal plans.
         scale: what an action of 1 means.
         ceiling_slack: how far a corrected release may rise above the ceiling [m].
+        mover: plans the releases.
     """
     if mode == "release_xyz":
-        return _moved_point(actions * np.array(scale.xyz), context)
+        return mover.moved(context, _moved_point(actions * np.array(scale.xyz), context))
     shift = context.from_throw_frame(actions[:, 0] * scale.along, actions[:, 1] * scale.across)
     goal = context.target + np.concatenate([shift, np.zeros((len(shift), 1))], axis=1)
     if mode == "virtual_goal":
-        return plan_release_batch(context.pick, goal, context.limits, ceiling=context.ceiling)
-    return _held_elevation(goal, context, ceiling_slack)
+        return mover.plan(context.pick, goal, context.limits, context.ceiling)
+    return mover.aimed(context, goal, ceiling_slack)
 
 
 def nearest_feasible(
@@ -101,45 +100,7 @@ def nearest_feasible(
     return plan(actions * share[:, None]), clipped
 
 
-def _held_elevation(goal: Floats, context: Context, slack: float) -> ReleaseBatch:
-    """Release for a moved target at the nominal elevation, lower only where it would exceed ceiling and slack."""
-    limits, top = context.limits, context.ceiling + slack
-    release = release_at_elevation(context.pick, goal, limits, context.plan.angle)
-    high = release.feasible & (release.position[:, 2] > top)
-    if not high.any():
-        return release
-    rows = np.flatnonzero(high)
-    angle = _lowered(rows, goal, context, top)
-    elevation = context.plan.angle.copy()
-    elevation[rows] = angle
-    return release_at_elevation(context.pick, goal, limits, elevation)
-
-
-def _lowered(rows: np.ndarray, goal: Floats, context: Context, top: Floats) -> Floats:
-    """The largest elevation below the nominal one whose release stays below `top`, for some rows."""
-    angle = context.plan.angle[rows]
-    picks, goals, limits = context.pick[rows], goal[rows], context.limits.take(rows)
-
-    def fits(share: Floats) -> Bools:
-        release = release_at_elevation(picks, goals, limits, angle * share)
-        return release.feasible & (np.nan_to_num(release.position[:, 2], nan=np.inf) <= top[rows])
-
-    # A coarse walk down finds the first elevation that fits; bisection then refines its border.
-    low, found = np.zeros(len(rows)), np.zeros(len(rows), dtype=bool)
-    for step in range(_LOWER_STEPS - 1, -1, -1):
-        share = np.full(len(rows), step / _LOWER_STEPS)
-        new = fits(share) & ~found
-        low, found = np.where(new, share, low), found | new
-    high = low + 1.0 / _LOWER_STEPS
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        good = fits(middle)
-        low, high = np.where(good, middle, low), np.where(good, high, middle)
-    return angle * low
-
-
-def _moved_point(shift: Floats, context: Context) -> ReleaseBatch:
-    """Release at the nominal point moved along, sideways and up [m]."""
+def _moved_point(shift: Floats, context: Context) -> Floats:
+    """The nominal release points (N, 3) moved along, sideways and up [m]."""
     sideways = context.from_throw_frame(shift[:, 0], shift[:, 1])
-    point = context.plan.position + np.concatenate([sideways, shift[:, 2:3]], axis=1)
-    return release_at_point(context.pick, point, context.limits, plane_z=context.target[:, 2])
+    return context.plan.position + np.concatenate([sideways, shift[:, 2:3]], axis=1)

@@ -122,7 +122,17 @@ class FollowThrough(Section):
     )
     gravity_share: Annotated[float, Field(gt=0, le=1)] | None = Field(
         default=None,
-        description="Braking is slowed until the hand falls with at most this share of g; null: full braking.",
+        description="Braking is slowed until the hand falls with at most this share of g; null: full braking. "
+        "For straight throws; a free direction plans its motion by the next three.",
+    )
+    hand_cap: NonNegative = Field(
+        default=0.15, description="Free direction: how far the hand may rise above the release ceiling [m]."
+    )
+    clear_distance: NonNegative = Field(
+        default=0.12, description="Free direction: the hand stays above the object until this far away sideways [m]."
+    )
+    margin: Annotated[float, Field(ge=0, lt=1)] = Field(
+        default=0.3, description="Free direction: by this share of g t^2 / 2 at least, t since the release."
     )
 
 

@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 
 from pnt_gym.cells.context import Context
+from pnt_gym.cells.movers import straight_back
 from pnt_gym.cells.objects import Objects
 from pnt_gym.cells.picks import PickPlanner
 from pnt_gym.config import CellConfig, load
 from pnt_gym.envs.core import ThrowCore
+from pnt_gym.planning.trajectory import JerkTrajectory
 
 # Spread and suction without any effect; what is left of the mismatch at m = 1 is the air.
 NO_DELAY = {"valve": 0.0, "tau": 0.0, "jitter": 0.0}
@@ -71,3 +73,9 @@ def same_bits(a: Any, b: Any) -> bool:
     """Whether two arrays agree in shape, type and every bit."""
     a, b = np.asarray(a), np.asarray(b)
     return a.shape == b.shape and a.dtype == b.dtype and a.tobytes() == b.tobytes()
+
+
+def straight_cycle(motion, limits, wait, following, clearance):
+    """The whole path of straight throws: throw, way back, wait, approach."""
+    back = straight_back(motion.stop, following, wait, limits, clearance)
+    return JerkTrajectory.concatenate(motion.pick, [*motion.parts, back.segments])

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import os
-import signal
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import as_completed
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,10 +10,11 @@ from typing import Annotated, Any
 from agents.benchmark.cells import run_cell, settle_worker
 from agents.benchmark.compare import assemble
 from agents.benchmark.plan import Cell, Plan, cells, read_plan
-from agents.cli import UsageError, at_least, option, run
+from agents.cli import at_least, option, run
 from agents.files import check_writable, read_json, write_json
 from agents.tables import comparison_table, console, throws_bar
 from agents.versions import ROOT, versions
+from agents.workers import workers
 
 
 @dataclass(frozen=True)
@@ -79,26 +76,14 @@ def do_missing(planned: list[Cell], work: Path, jobs: int) -> None:
     missing = [cell for cell in planned if not path_of(cell, work).is_file()]
     if not missing:
         return
-    os.environ["OMP_NUM_THREADS"] = "1"  # the workers inherit it: threads of theirs would fight for the cores
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(jobs, context, initializer=settle_worker)
-    try:
-        with throws_bar(console()) as bar:
-            task = bar.add_task("throws", total=sum(cell.cost for cell in missing))
-            futures = {pool.submit(run_cell, cell, work): cell for cell in missing}
-            for future in as_completed(futures):
-                future.result()
-                cell = futures[future]
-                bar.advance(task, cell.cost)
-                bar.console.print(f"done: {cell.entry.label}, {cell.throws[-1]} throws, seed {cell.seed}")
-    except BrokenProcessPool:
-        raise UsageError(
-            "a worker process died, perhaps for lack of memory; run the command again with fewer --jobs to go on"
-        ) from None
-    finally:
-        pool.shutdown(wait=False, cancel_futures=True)
-        for process in multiprocessing.active_children():
-            os.kill(process.pid or 0, signal.SIGTERM)
+    with workers(jobs, settle_worker) as pool, throws_bar(console()) as bar:
+        task = bar.add_task("throws", total=sum(cell.cost for cell in missing))
+        futures = {pool.submit(run_cell, cell, work): cell for cell in missing}
+        for future in as_completed(futures):
+            future.result()
+            cell = futures[future]
+            bar.advance(task, cell.cost)
+            bar.console.print(f"done: {cell.entry.label}, {cell.throws[-1]} throws, seed {cell.seed}")
 
 
 def show(plan: Plan, table: list[dict[str, Any]]) -> None:

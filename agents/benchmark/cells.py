@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -20,6 +19,7 @@ from agents.evaluation import Env, Throws, evaluate, practise
 from agents.files import write_json
 from agents.hyperparameters import hyperparameters
 from agents.runs import ALGORITHMS
+from agents.workers import quiet_interrupt
 from pnt_gym.config import load
 
 OUTCOMES = {"sorted": "s", "recontact": "t", "rim": "r", "missed": "m"}
@@ -27,10 +27,10 @@ OUTCOMES = {"sorted": "s", "recontact": "t", "rim": "r", "missed": "m"}
 
 
 def settle_worker() -> None:
-    """Prepare a worker process: Ctrl-C ends it without a word, the parent says what happened."""
+    """Prepare a worker process."""
     import torch  # noqa: PLC0415 - takes a second to import
 
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    quiet_interrupt()
     torch.set_num_threads(1)
 
 

@@ -23,6 +23,8 @@ from agents.report.measures import (
 )
 from agents.report.page import page
 from agents.report.readme import update_readme
+from agents.report.reproduction import TITLES, is_reproduction, of_paper, paper_grids, reproduction_note
+from agents.report.reproduction_figures import reproduction_figures
 from agents.report.tables import (
     benchmark_note,
     benchmark_table,
@@ -80,13 +82,20 @@ def main(arguments: Arguments) -> None:
 
 
 def read_chapters(results: Path) -> list[Chapter]:
-    """A chapter per file of results whose form is known.
+    """A chapter per file of results whose form is known; one per paper in that of a reproduction.
 
     Raises:
         UsageError: a file is not valid JSON.
     """
-    made = [chapter(path.stem, read_json(path)) for path in sorted(results.glob("*.json"))]
-    return [found for found in made if found is not None]
+    made: list[Chapter] = []
+    for path in sorted(results.glob("*.json")):
+        data = read_json(path)
+        if isinstance(data, dict) and is_reproduction(data):
+            made += [paper_chapter(paper, data, results / "figures") for paper in data["papers"]]
+        else:
+            found = chapter(path.stem, data)
+            made += [found] if found is not None else []
+    return made
 
 
 def chapter(name: str, data: Any) -> Chapter | None:
@@ -101,6 +110,16 @@ def chapter(name: str, data: Any) -> Chapter | None:
     if isinstance(data.get("rows"), list) and data["rows"] and {"quantity", "published"} <= set(data["rows"][0]):
         return Chapter(name, (("Published and reproduced", published_table(data)),), {}, "")
     return None
+
+
+def paper_chapter(paper: str, data: Mapping[str, Any], drawings: Path) -> Chapter:
+    """Tables of one paper's reproduction, and those of its drawings that lie in the folder."""
+    rows = of_paper(data, paper)
+    parts = tuple((grid.headline, grid.markdown()) for grid in paper_grids(paper, rows))
+    files = [drawings / name for name in data["figures"][paper]]
+    drawn = {file.name: file.read_text(encoding="utf-8") for file in files if file.is_file()}
+    figures = {**reproduction_figures(paper, rows), **drawn}
+    return Chapter(f"reproduction: {TITLES.get(paper, paper)}", parts, figures, reproduction_note(paper, data))
 
 
 def benchmark_chapter(name: str, data: Mapping[str, Any]) -> Chapter:

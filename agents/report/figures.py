@@ -44,7 +44,7 @@ def error_bars(data: Mapping[str, Any]) -> Figure:
     """Mean landing error of every controller, one panel per level, with 95 % intervals."""
     levels = data["plan"]["levels"]
     order = [entry["label"] for entry in data["plan"]["entries"]]
-    figure, panels = _figure(1, len(levels), (5.2 * len(levels), 0.3 * _most_rows(data) + 1.0))
+    figure, panels = subplots(1, len(levels), (5.2 * len(levels), 0.3 * _most_rows(data) + 1.0))
     for axes, level in zip(panels, levels, strict=True):
         rows = [row for row in data["table"] if row["level"] == level]
         rows.sort(key=lambda row: (order.index(row["label"]), row["throws"]))
@@ -68,7 +68,7 @@ def learning_curves(data: Mapping[str, Any]) -> Figure:
     """Landing error over the throws learned from; controllers that do not learn are lines."""
     levels = data["plan"]["levels"]
     order = [entry["label"] for entry in data["plan"]["entries"]]
-    figure, panels = _figure(1, len(levels), (5.2 * len(levels), 4.0))
+    figure, panels = subplots(1, len(levels), (5.2 * len(levels), 4.0))
     for axes, level in zip(panels, levels, strict=True):
         for label in order:
             rows = [row for row in data["table"] if (row["level"], row["label"]) == (level, label)]
@@ -96,7 +96,7 @@ def landing_clouds(data: Mapping[str, Any], most: int = 4) -> Figure:
     """Where objects landed against the target, along and across the throw."""
     level = data["plan"]["levels"][0]
     chosen = _cloud_choices(data, level)[:most]
-    figure, panels = _figure(1, len(chosen), (3.4 * len(chosen), 3.4), sharex=True, sharey=True)
+    figure, panels = subplots(1, len(chosen), (3.4 * len(chosen), 3.4), sharex=True, sharey=True)
     for axes, result in zip(panels, chosen, strict=True):
         along, across = (1000 * np.array(result["columns"][c], dtype=float) for c in ("along_m", "across_m"))
         axes.scatter(along, across, s=4, alpha=0.4, color=COLOURS[0], linewidths=0)
@@ -144,7 +144,8 @@ def _name(row: Mapping[str, Any]) -> str:
     return f"{row['label']} ({row['throws']})" if row["throws"] else str(row["label"])
 
 
-def _figure(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Figure, list[Axes]]:
+def subplots(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Figure, list[Axes]]:
+    """A figure of a size in inches and its axes, row by row."""
     from matplotlib.figure import Figure as MatplotlibFigure  # noqa: PLC0415 - heavy, needed for reports only
 
     figure = MatplotlibFigure(figsize=size, layout="constrained")

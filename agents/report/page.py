@@ -18,7 +18,7 @@ TEMPLATE = """<!DOCTYPE html>
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 75rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; margin: 0.5rem 0 1.5rem; }
 th, td { padding: 0.2rem 0.7rem; border-bottom: 1px solid #ddd; text-align: right; }
-th:first-child, td:first-child { text-align: left; }
+.left { text-align: left; }
 .wide { overflow-x: auto; }
 svg { max-width: 100%; height: auto; }
 </style>
@@ -28,12 +28,12 @@ svg { max-width: 100%; height: auto; }
 {% for chapter in chapters %}
 <h2>{{ chapter.title }}</h2>
 <p>{{ chapter.note }}</p>
-{% for headline, rows in chapter.parts %}
+{% for headline, rows, sides in chapter.parts %}
 <h3>{{ headline }}</h3>
 <div class="wide"><table>
-<thead><tr>{% for cell in rows[0] %}<th>{{ cell }}</th>{% endfor %}</tr></thead>
+<thead><tr>{% for cell in rows[0] %}<th class="{{ sides[loop.index0] }}">{{ cell }}</th>{% endfor %}</tr></thead>
 <tbody>
-{% for row in rows[1:] %}<tr>{% for cell in row %}<td>{{ cell }}</td>{% endfor %}</tr>
+{% for row in rows[1:] %}<tr>{% for cell in row %}<td class="{{ sides[loop.index0] }}">{{ cell }}</td>{% endfor %}</tr>
 {% endfor %}</tbody>
 </table></div>
 {% endfor %}
@@ -55,7 +55,7 @@ def page(chapters: Sequence[Chapter]) -> str:
         {
             "title": chapter.title,
             "note": chapter.note,
-            "parts": [(headline, cells(table)) for headline, table in chapter.parts],
+            "parts": [(headline, cells(table), alignments(table)) for headline, table in chapter.parts],
             "figures": [text[text.index("<svg") :] for text in chapter.figures.values()],
         }
         for chapter in chapters
@@ -68,3 +68,9 @@ def cells(table: str) -> list[list[str]]:
     lines = table.splitlines()
     rows = [line.strip("|").replace("\\|", "\0").split("|") for line in [lines[0], *lines[2:]]]
     return [[cell.strip().replace("\0", "|") for cell in row] for row in rows]
+
+
+def alignments(table: str) -> list[str]:
+    """The side, left or right, to which each column of a Markdown table is aligned."""
+    dashes = table.splitlines()[1].strip("|").split("|")
+    return ["right" if column.strip().endswith(":") else "left" for column in dashes]

@@ -17,6 +17,7 @@ from agents.report.measures import (
     planner_note,
     planner_table,
 )
+from agents.report.reproduction import table1_block, table1_note
 from agents.report.tables import benchmark_note, benchmark_table
 
 Text = Callable[[Any], str]
@@ -24,6 +25,7 @@ BLOCKS: Mapping[str, tuple[str, Text, Text]] = {
     "benchmark": ("benchmark.json", benchmark_table, benchmark_note),
     "physics": ("physics.json", physics_table, physics_note),
     "planner": ("perf_planner.json", planner_table, planner_note),
+    "reproduction": ("reproduction.json", table1_block, table1_note),
     "environments": ("perf_envs.json", environment_table, environment_note),
 }
 """Blocks of a README by name: the file of results, and what makes the table of it and the note under it."""

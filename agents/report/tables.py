@@ -9,14 +9,19 @@ Row = Mapping[str, Any]
 ALIGNED_RIGHT = "---:"
 
 
-def markdown(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A Markdown table; the first column is text, the others are figures."""
+def markdown(header: Sequence[str], rows: Iterable[Sequence[str]], words: Sequence[str] = ()) -> str:
+    """A Markdown table; the first column and those named in `words` are text, the others are figures."""
     lines = [
         "| " + " | ".join(header) + " |",
-        "| " + " | ".join(["---", *[ALIGNED_RIGHT] * (len(header) - 1)]) + " |",
+        "| " + " | ".join(["---", *("---" if name in words else ALIGNED_RIGHT for name in header[1:])]) + " |",
         *("| " + " | ".join(row) + " |" for row in rows),
     ]
     return "\n".join(lines)
+
+
+def escaped(rows: Iterable[Sequence[str]]) -> list[list[str]]:
+    """Cells whose text may hold the sign that parts cells."""
+    return [[cell.replace("|", "\\|") for cell in row] for row in rows]
 
 
 def benchmark_table(data: Mapping[str, Any]) -> str:
@@ -93,7 +98,7 @@ def comparison_table(data: Mapping[str, Any], level: str) -> str:
 def published_table(data: Mapping[str, Any]) -> str:
     """Published beside reproduced figures."""
     header = ["quantity", "published", "reproduced", "unit", "verdict", "note"]
-    return markdown(header, [[_text(row.get(name)) for name in header] for row in data["rows"]])
+    return markdown(header, escaped([_text(row.get(name)) for name in header] for row in data["rows"]))
 
 
 def _lines(data: Mapping[str, Any], levels: Sequence[str]) -> list[tuple[str, int]]:
@@ -134,4 +139,4 @@ def _interval(interval: Mapping[str, Any], scale: float, unit: str) -> str:
 def _text(value: object) -> str:
     if value is None:
         return "-"
-    return f"{value:.4g}" if isinstance(value, float) else str(value).replace("|", "\\|")
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -8,7 +8,8 @@ from typing import Literal, final
 import numpy as np
 
 from pnt_gym.cells.context import Context
-from pnt_gym.cells.motion import ThrowMotion, cycle_path, throw_motion
+from pnt_gym.cells.motion import ThrowMotion
+from pnt_gym.cells.movers import Return
 from pnt_gym.cells.objects import Objects
 from pnt_gym.cells.outcome import Outcome
 from pnt_gym.cells.picks import PickPlanner
@@ -65,11 +66,11 @@ class ConveyorCell:
             release: feasible releases, one per cell.
             clipped: which of them are shortened residuals (N,), passed on to the outcome.
         """
-        context, motion = self.context, self._motion(release)
+        context, motion = self.context, self.planner.mover.throw(self.context, release)
         if self.plant.record_row is not None:
             self.upstream = self._source.waiting(self.plant.record_row)
         following = self._source.following(motion, context.limits)
-        path = self._path(motion, following.wait, following.position)
+        path = _joined(motion, following.back)
         outcome = self.plant.throw(context, release, motion.release_time, path)
         self.context = following.context
         dwell = self.config.motion.dwell
@@ -82,17 +83,15 @@ class ConveyorCell:
             release: feasible releases, one per cell.
             jitter: whether the release time carries its random part.
         """
-        motion = self._motion(release)
-        path = self._path(motion, np.zeros(self.count), self.context.pick)
+        motion = self.planner.mover.throw(self.context, release)
+        path = _joined(motion, self.planner.mover.back(motion, self.context.pick, self.context.limits))
         return self.plant.throw(self.context, release, motion.release_time, path, jitter)
 
     def waiting(self, row: int) -> tuple[Objects, Floats] | None:
         """Objects upstream of one cell's present pick and their centres (K, 3) [m]; for pictures."""
         return self._source.waiting(row)
 
-    def _motion(self, release: ReleaseBatch) -> ThrowMotion:
-        context = self.context
-        return throw_motion(context.pick, release, context.limits, self.config.motion.follow_through)
 
-    def _path(self, motion: ThrowMotion, wait: Floats, next_pick: Floats) -> JerkTrajectory:
-        return cycle_path(motion, self.context.limits, wait, next_pick, self.config.motion.clearance)
+def _joined(motion: ThrowMotion, back: Return) -> JerkTrajectory:
+    """The whole cycle: throw and return."""
+    return JerkTrajectory.concatenate(motion.pick, [*motion.parts, back.segments])

@@ -1,4 +1,4 @@
-"""The hand's path through one pick: throw, window, brake, return above the next object, vertical approach.
+"""The straight throw of one pick: acceleration to the release, window, and brake.
 
 Every piece is a minimum-time S-curve piece on a straight line, joined at rest or at constant velocity, so the norms of
 velocity, acceleration and jerk stay within the limits without blending.
@@ -16,22 +16,24 @@ from pnt_gym.planning.arrays import Bools, Floats
 from pnt_gym.planning.ballistics import GRAVITY
 from pnt_gym.planning.limits import MotionLimits
 from pnt_gym.planning.plan import ReleaseBatch
-from pnt_gym.planning.segments import accelerate, brake, brake_distance, coast, rest_to_rest
-from pnt_gym.planning.trajectory import JerkTrajectory, Segments
+from pnt_gym.planning.segments import accelerate, brake, brake_distance, coast
+from pnt_gym.planning.trajectory import Segments
 from pnt_gym.planning.workspace import EllipticWorkspace
 
 
 @final
 @dataclass(frozen=True)
 class ThrowMotion:
-    """N throws from rest at the pick to rest after braking.
+    """N throws from rest at the pick to where the return begins: at rest, or in flight.
 
     Attributes:
         pick: start (N, 3) [m].
         parts: acceleration, window and braking.
         release_time: when the planned release is reached (N,) [s].
-        stop: where the hand comes to rest (N, 3) [m].
-        stop_time: when it does (N,) [s].
+        stop: where the parts end and the return begins (N, 3) [m].
+        stop_time: when they do (N,) [s].
+        velocity: of the hand there (N, 3) [m/s]; zero after a stop.
+        roof: greatest height of the hand on the return (N,) [m].
     """
 
     pick: Floats
@@ -39,6 +41,14 @@ class ThrowMotion:
     release_time: Floats
     stop: Floats
     stop_time: Floats
+    velocity: Floats
+    roof: Floats
+
+    @classmethod
+    def resting(cls, place: Floats) -> ThrowMotion:
+        """Hands that rest at `place` (N, 3) [m] and have thrown nothing."""
+        zero = np.zeros(len(place))
+        return cls(place, (), zero, place, zero, np.zeros_like(place), zero + np.inf)
 
 
 def throw_motion(pick: Floats, release: ReleaseBatch, limits: MotionLimits, follow: FollowThrough) -> ThrowMotion:
@@ -58,6 +68,8 @@ def throw_motion(pick: Floats, release: ReleaseBatch, limits: MotionLimits, foll
         release_time=times[0],
         stop=pick + direction * (release.distance + _run_out(release, limits, follow))[:, None],
         stop_time=times[0] + times[1] + times[2],
+        velocity=np.zeros_like(pick),
+        roof=np.full(len(pick), np.inf),
     )
 
 
@@ -88,24 +100,6 @@ def stays_inside(
     )
     stop = pick + release.direction * (release.distance + _run_out(planned, limits, follow))[:, None]
     return release.feasible & workspace.contains(pick) & workspace.contains(stop)
-
-
-def cycle_path(
-    motion: ThrowMotion, limits: MotionLimits, wait: Floats, next_pick: Floats, clearance: float
-) -> JerkTrajectory:
-    """The whole cycle: throw, straight return above the next pick, a wait if it is still to come, vertical approach.
-
-    Args:
-        motion: the throw.
-        limits: of the whole cycle.
-        wait: standstill above the next pick (N,) [s].
-        next_pick: (N, 3) [m].
-        clearance: height of the vertical approach [m].
-    """
-    above = next_pick + np.array([0.0, 0.0, clearance])
-    down = np.broadcast_to(np.array([0.0, 0.0, -clearance]), above.shape)
-    back = rest_to_rest(above - motion.stop, limits)
-    return JerkTrajectory.concatenate(motion.pick, [*motion.parts, back, coast(wait), rest_to_rest(down, limits)])
 
 
 def _run_out(release: ReleaseBatch, limits: MotionLimits, follow: FollowThrough) -> Floats:

@@ -119,6 +119,22 @@ class Flight:
         return self.position[rows, self.last_step], self.velocity[rows, self.last_step]
 
 
+@final
+@dataclass(frozen=True)
+class Simulated:
+    """N throws as the simulator ran them, before they are judged."""
+
+    flight: Flight
+    hand: Floats
+    """Cup tip (N, M, 3) at the start of each step [m]."""
+    start: Floats
+    """Time on the path's own clock at the first step (N,) [s]."""
+    tracking_error: Floats
+    """Distance of the hand from its reference at the moment of release (N,) [m]."""
+    peak_torque: Floats
+    """Largest motor torque (N,) [N m]."""
+
+
 def lies_in(position: Floats, velocity: Floats, centre: Floats, opening: Floats, rim: float, bottom: float) -> Bools:
     """Whether objects lie in their bins for good (N,).
 

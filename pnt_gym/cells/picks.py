@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import final
 
 import numpy as np
 
 from pnt_gym.cells.context import Context
-from pnt_gym.cells.motion import stays_inside
+from pnt_gym.cells.free_mover import FreeMover
+from pnt_gym.cells.movers import Mover, StraightMover
 from pnt_gym.cells.objects import TARGET_DRAWS, Objects
 from pnt_gym.cells.scene import LIP_GAP
 from pnt_gym.config import CellConfig
 from pnt_gym.planning.arrays import Bools, Floats, Ints
 from pnt_gym.planning.limits import MotionLimits
 from pnt_gym.planning.plan import ReleaseBatch
-from pnt_gym.planning.release import plan_release_batch, release_at_elevation
 from pnt_gym.planning.workspace import EllipticWorkspace
 from pnt_gym.robots.t3kr.geometry import T3KR
 from pnt_gym.rows import put, take
+
+_MOVERS: dict[str, Callable[[CellConfig, EllipticWorkspace], Mover]] = {
+    "straight": StraightMover,
+    "free_direction": FreeMover,
+}
 
 
 @final
@@ -32,6 +38,7 @@ class PickPlanner:
     def __init__(self, config: CellConfig) -> None:
         self.config = config
         self.workspace = EllipticWorkspace(T3KR.workspace_x, T3KR.workspace_y, T3KR.z_min, T3KR.z_max)
+        self.mover: Mover = _MOVERS[config.planner](config, self.workspace)
         fixed = config.bins.fixed
         self._centres = np.array([(b.x, b.y) for b in fixed]).reshape(-1, 2)
         self._openings = np.array([b.size for b in fixed]).reshape(-1, 2)
@@ -47,8 +54,7 @@ class PickPlanner:
 
     def is_feasible(self, context: Context, release: ReleaseBatch) -> Bools:
         """The plan check: which releases (N,) the robot can execute."""
-        follow = self.config.motion.follow_through
-        return stays_inside(context.pick, release, context.limits, follow, self.workspace)
+        return self.mover.is_feasible(context.pick, release, context.limits)
 
     def plan(self, objects: Objects, pick: Floats) -> tuple[Context, Bools]:
         """Contexts for objects at their picks, and which of them can be thrown (N,).
@@ -76,7 +82,7 @@ class PickPlanner:
             opening=opening,
             bin=index,
             percent=objects.percent,
-            plan=plan_release_batch(pick, target, limits, ceiling=ceiling),
+            plan=self.mover.plan(pick, target, limits, ceiling),
             belt_speed=self.config.belt.speed,
             ceiling=ceiling,
             belt_shift=objects.belt_error * (pick[:, 0] - self.config.belt.camera_x),
@@ -88,12 +94,10 @@ class PickPlanner:
         return context, good
 
     def _has_reserve(self, context: Context, along: float) -> Bools:
-        """Whether the throw is feasible too with its target moved along it, at the same elevation."""
+        """Whether the throw is feasible too with its target moved along it."""
         shift = np.zeros_like(context.target)
         shift[:, :2] = along * context.direction
-        angle = np.where(context.plan.feasible, context.plan.angle, 0.0)
-        moved = release_at_elevation(context.pick, context.target + shift, context.limits, angle)
-        return self.is_feasible(context, moved)
+        return self.is_feasible(context, self.mover.aimed(context, context.target + shift, np.inf))
 
     def _bin(self, objects: Objects, attempt: int) -> tuple[Floats, Floats, Ints]:
         """Centre at the rim (N, 3), opening (N, 2) and index (N,) of the bin tried at this attempt."""

@@ -14,7 +14,7 @@ import numpy as np
 from pnt_gym.cells.context import Context
 from pnt_gym.cells.fluid import fluid_coefficients, geom_placement, solid_shell_inertia
 from pnt_gym.cells.items import contact_solref
-from pnt_gym.cells.outcome import Flight, Outcome, lies_in
+from pnt_gym.cells.outcome import Flight, Outcome, Simulated, lies_in
 from pnt_gym.cells.recording import Recording
 from pnt_gym.cells.scene import LIP_GAP, SENSORS, Scene, bin_panels, build_scene
 from pnt_gym.config import CellConfig
@@ -22,7 +22,7 @@ from pnt_gym.engine import Batch, MjData, MjModel, mujoco
 from pnt_gym.planning.arrays import Bools, Floats, Ints, length
 from pnt_gym.planning.ballistics import GRAVITY
 from pnt_gym.planning.plan import ReleaseBatch
-from pnt_gym.planning.trajectory import JerkTrajectory
+from pnt_gym.planning.trajectory import HandPath
 from pnt_gym.robots.t3kr.pose import closed_pose, qpos_columns
 from pnt_gym.robots.t3kr.reference import joint_knots, knot_count, upsample
 
@@ -67,9 +67,20 @@ class ConveyorPlant:
         context: Context,
         release: ReleaseBatch,
         release_time: Floats,
-        path: JerkTrajectory,
+        path: HandPath,
         jitter: bool = True,
     ) -> Outcome:
+        """Simulate one throw in every simulation and judge it; arguments and errors are those of `fly`."""
+        return self._outcome(context, self.fly(context, release, release_time, path, jitter))
+
+    def fly(
+        self,
+        context: Context,
+        release: ReleaseBatch,
+        release_time: Floats,
+        path: HandPath,
+        jitter: bool = True,
+    ) -> Simulated:
         """Simulate one throw in every simulation.
 
         Args:
@@ -97,11 +108,15 @@ class ConveyorPlant:
         if self.record_row is not None:
             self.recording = self._record(self.record_row, control, context, release)
         sensors = self._rollout(control, steps)
-        flight = Flight.from_sensors(sensors, release_step, steps - 1)
-        hand = sensors[np.arange(len(steps)), release_step][:, SENSORS["hand_position"]]
+        hand = sensors[..., SENSORS["hand_position"]]
         planned = path.sample(free_at[:, None]).position[:, 0] + context.cup_offset
-        torque = np.abs(sensors[..., SENSORS["torque"]]).max(axis=(1, 2))
-        return self._outcome(context, flight, length(hand - planned), torque)
+        return Simulated(
+            flight=Flight.from_sensors(sensors, release_step, steps - 1),
+            hand=hand,
+            start=-shift,
+            tracking_error=length(hand[np.arange(len(steps)), release_step] - planned),
+            peak_torque=np.abs(sensors[..., SENSORS["torque"]]).max(axis=(1, 2)),
+        )
 
     def pose(self, context: Context, row: int) -> tuple[MjModel, MjData]:
         """Model and data of one simulation as it stands before the throw, for a picture."""
@@ -143,7 +158,7 @@ class ConveyorPlant:
             raise PhysicsError(f"MuJoCo warned in simulation {row}: {mujoco.mjtWarning(kind).name}")
         return record
 
-    def _references(self, path: JerkTrajectory, offset: Floats, shift: Floats, steps: int) -> Floats:
+    def _references(self, path: HandPath, offset: Floats, shift: Floats, steps: int) -> Floats:
         """Controls (N, steps, nu + neq) with the motors' columns filled and every equality active."""
         count = len(shift)
         control = np.zeros((count, steps, self._controls))
@@ -220,8 +235,9 @@ class ConveyorPlant:
         expanded = batch.expand("geom_aabb")
         expanded[:, panels] = aabb.reshape(expanded[:, panels].shape)
 
-    def _outcome(self, context: Context, flight: Flight, tracking: Floats, torque: Floats) -> Outcome:
+    def _outcome(self, context: Context, simulated: Simulated) -> Outcome:
         target, opening, bins = context.target, context.opening, self.config.bins
+        flight = simulated.flight
         landing = flight.landing(target[:, 2])
         miss = landing - target[:, :2]
         along, across = context.to_throw_frame(miss)
@@ -242,8 +258,8 @@ class ConveyorPlant:
             final=position,
             cycle_time=nothing,
             wait_time=nothing,
-            peak_torque=torque,
-            tracking_error=tracking,
+            peak_torque=simulated.peak_torque,
+            tracking_error=simulated.tracking_error,
             clipped=nothing > 0.0,
         )
 

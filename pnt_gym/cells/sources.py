@@ -9,11 +9,11 @@ import numpy as np
 
 from pnt_gym.cells.context import Context
 from pnt_gym.cells.motion import ThrowMotion
+from pnt_gym.cells.movers import Return
 from pnt_gym.cells.objects import Objects, draw_objects
 from pnt_gym.cells.picks import PickPlanner
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.arrays import Bools, Floats, Ints
-from pnt_gym.planning.intercept import plan_intercept
 from pnt_gym.planning.limits import MotionLimits
 from pnt_gym.rows import put, take
 
@@ -37,6 +37,8 @@ class NextPick:
     wait: Floats
     """Standstill above it until the object arrives (N,) [s]."""
     context: Context
+    back: Return
+    """The motion there."""
 
 
 class PickSource(Protocol):
@@ -77,7 +79,8 @@ class IndependentPicks:
         x = belt.pick_x[0] + (belt.pick_x[1] - belt.pick_x[0]) * self._place[:, 0]
         y = belt.lane_y[0] + (belt.lane_y[1] - belt.lane_y[0]) * self._place[:, 1]
         position = np.stack([x, y, np.full_like(x, belt.height + STANDING_HEIGHT)], axis=-1)
-        return NextPick(position, np.zeros_like(x), self._draw(np.arange(len(x))))
+        back = self._planner.mover.back(motion, position, limits)
+        return NextPick(position, np.zeros_like(x), self._draw(np.arange(len(x))), back)
 
     def waiting(self, row: int) -> tuple[Objects, Floats] | None:
         """Nothing: there is no belt."""
@@ -134,12 +137,12 @@ class BeltPicks:
         middle = (config.belt.lane_y[0] + config.belt.lane_y[1]) / 2
         start = np.tile([0.0, middle, config.belt.height + 0.3], (len(rows), 1))
         limits = MotionLimits.t3kr(np.full(len(rows), max(config.limits.percent)))
-        return self._next(rows, start, np.zeros(len(rows)), limits, MOST_DRAWS // QUEUE).context
+        return self._next(rows, ThrowMotion.resting(start), limits, MOST_DRAWS // QUEUE).context
 
     def following(self, motion: ThrowMotion, limits: MotionLimits) -> NextPick:
         """The first object on the belt that can be met and thrown after these throws."""
         rows = np.arange(len(motion.stop))
-        return self._next(rows, motion.stop, motion.stop_time, limits, MOST_DRAWS // QUEUE)
+        return self._next(rows, motion, limits, MOST_DRAWS // QUEUE)
 
     def waiting(self, row: int) -> tuple[Objects, Floats] | None:
         """The objects upstream on the belt."""
@@ -147,33 +150,31 @@ class BeltPicks:
         centre = np.stack([self.queue_x[row], self.queue.lane_y[row], height], axis=-1)
         return take(self.queue, row), centre
 
-    def _next(self, rows: Ints, start: Floats, start_time: Floats, limits: MotionLimits, queues: int) -> NextPick:
+    def _next(self, rows: Ints, motion: ThrowMotion, limits: MotionLimits, queues: int) -> NextPick:
         """The first object that can be met and thrown, for each row; looks through at most so many queues."""
         if queues == 0:
             raise _impossible(self._planner)
-        result, time, chosen = self._search(rows, start, start_time, limits)
+        result, time, chosen = self._search(rows, motion, limits)
         found, missing = np.flatnonzero(chosen >= 0), np.flatnonzero(chosen < 0)
-        elapsed = start_time + time + self._planner.config.motion.dwell
+        elapsed = motion.stop_time + time + self._planner.config.motion.dwell
         self._roll(rows[found], chosen[found] + 1, elapsed[found])
         if missing.size > 0:
             self._roll(rows[missing], np.full(missing.size, QUEUE), np.zeros(missing.size))
-            again = self._next(rows[missing], start[missing], start_time[missing], limits.take(missing), queues - 1)
+            again = self._next(rows[missing], take(motion, missing), limits.take(missing), queues - 1)
             put(result, missing, again)
         return replace(result, context=replace(result.context))
 
-    def _search(
-        self, rows: Ints, start: Floats, start_time: Floats, limits: MotionLimits
-    ) -> tuple[NextPick, Floats, Ints]:
+    def _search(self, rows: Ints, motion: ThrowMotion, limits: MotionLimits) -> tuple[NextPick, Floats, Ints]:
         """Meeting of each row's first suitable object, its time, and its place in the queue (-1: none)."""
-        queue, x = take(self.queue, rows), self.queue_x[rows] + self._speed * start_time[:, None]
+        queue, x = take(self.queue, rows), self.queue_x[rows] + self._speed * motion.stop_time[:, None]
         pending = np.arange(len(rows))
-        result, time, good = self._meet(take(queue, np.s_[:, 0]), x[:, 0], start, limits, pending)
+        result, time, good = self._meet(take(queue, np.s_[:, 0]), x[:, 0], motion, limits, pending)
         chosen = np.where(good, 0, -1)
         for place in range(1, QUEUE):
             pending = np.flatnonzero(chosen < 0)
             if pending.size == 0:
                 break
-            found, later, good = self._meet(take(queue, np.s_[:, place]), x[:, place], start, limits, pending)
+            found, later, good = self._meet(take(queue, np.s_[:, place]), x[:, place], motion, limits, pending)
             put(result, pending, found)
             time[pending] = later
             chosen[pending[good]] = place
@@ -184,24 +185,15 @@ class BeltPicks:
         return self._planner.config.belt.speed
 
     def _meet(
-        self, objects: Objects, x: Floats, start: Floats, limits: MotionLimits, rows: Ints
+        self, objects: Objects, x: Floats, motion: ThrowMotion, limits: MotionLimits, rows: Ints
     ) -> tuple[NextPick, Floats, Bools]:
-        """Meeting point, time and pick for one object of each of some rows, and which of them work out."""
-        config, some = self._planner.config, take(objects, rows)
+        """Meeting, its time, and pick for one object of each of some rows, and which of them work out."""
+        some = take(objects, rows)
         point = self._planner.pick_point(some, x[rows])
-        meeting = plan_intercept(
-            start[rows],
-            point,
-            np.array([self._speed, 0.0, 0.0]),
-            limits.take(rows),
-            clearance=config.motion.clearance,
-            window=config.belt.pick_x,
-        )
-        position = np.where(meeting.feasible[:, None], meeting.position, point)
-        context, throwable = self._planner.plan(some, position)
-        wait = np.where(meeting.feasible, meeting.wait, 0.0)
-        time = np.where(meeting.feasible, meeting.time, 0.0)
-        return NextPick(position, wait, context), time, meeting.feasible & throwable
+        meeting = self._planner.mover.meet(take(motion, rows), point, limits.take(rows))
+        context, throwable = self._planner.plan(some, meeting.position)
+        found = NextPick(meeting.position, meeting.wait, context, meeting.back)
+        return found, meeting.time, meeting.feasible & throwable
 
     def _roll(self, rows: Ints, used: Ints, elapsed: Floats) -> None:
         """Move the belt on, drop the objects that were picked or passed, and add new ones upstream."""

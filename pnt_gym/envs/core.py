@@ -124,7 +124,8 @@ class ThrowCore:
         context, config = self.context, self.config
 
         def corrected(part: Floats) -> ReleaseBatch:
-            return corrected_release(self.action_mode, part, context, config.action, config.motion.ceiling_slack)
+            slack, mover = config.motion.ceiling_slack, self.cell.planner.mover
+            return corrected_release(self.action_mode, part, context, config.action, slack, mover)
 
         return nearest_feasible(corrected, self.cell.is_feasible, actions)
 

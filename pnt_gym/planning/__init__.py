@@ -12,12 +12,13 @@ from pnt_gym.planning.release import (
 )
 from pnt_gym.planning.scurve import SCurve, min_time_scurve, speed_at
 from pnt_gym.planning.segments import accelerate, brake, brake_distance, coast, line_segments, rest_to_rest
-from pnt_gym.planning.trajectory import JerkTrajectory, PeakRatios, Samples, Segments
+from pnt_gym.planning.trajectory import HandPath, JerkTrajectory, PeakRatios, Samples, Segments
 from pnt_gym.planning.workspace import EllipticWorkspace
 
 __all__ = [
     "GRAVITY",
     "EllipticWorkspace",
+    "HandPath",
     "InfeasibleThrow",
     "Intercept",
     "InterceptReason",

@@ -96,4 +96,5 @@ def assemble(
         workspace_active=never if workspace_active is None else workspace_active & feasible,
         feasible=feasible,
         reason=motion.reason,
+        straight=~never,
     )

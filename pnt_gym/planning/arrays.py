@@ -40,6 +40,18 @@ def finite_rows(values: ArrayLike, count: int, name: str) -> Floats:
     return np.ascontiguousarray(np.broadcast_to(rows, (count,)))
 
 
+def vector(value: Point, name: str) -> Floats:
+    """Return ``value`` as a float64 array of shape (3,).
+
+    Raises:
+        ValueError: if it is not three finite numbers.
+    """
+    array = np.asarray(value, dtype=np.float64)
+    if array.shape != (3,) or not np.isfinite(array).all():
+        raise ValueError(f"{name} must be three finite numbers, got {value!r}")
+    return array
+
+
 def same_count(name: str, rows: int, other: str, other_rows: int) -> None:
     """Raise ValueError unless two arrays hold the same number of rows."""
     if rows != other_rows:

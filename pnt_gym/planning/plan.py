@@ -95,7 +95,7 @@ class ReleaseBatch:
     Attributes:
         position: release points (N, 3) [m].
         velocity: release velocities (N, 3) [m/s].
-        direction: unit vectors of pick to release point (N, 3).
+        direction: unit vectors of the release velocity (N, 3); of a straight throw, of pick to release point too.
         speed: release speeds (N,) [m/s].
         acceleration: greatest accelerations on the way to the release (N,) [m/s2].
         angle: elevations (N,) [rad].
@@ -107,6 +107,8 @@ class ReleaseBatch:
         workspace_active: whether the workspace did (N,).
         feasible: whether the row holds a plan (N,).
         reason: ``Reason`` codes (N,), 0 where feasible.
+        straight: whether the hand moves straight from pick to release point (N,); if not, the release stands alone
+            and the motion to it is planned for its own sake.
     """
 
     position: Floats
@@ -123,6 +125,7 @@ class ReleaseBatch:
     workspace_active: Bools
     feasible: Bools
     reason: Ints
+    straight: Bools
 
     def __len__(self) -> int:
         return int(self.feasible.shape[0])

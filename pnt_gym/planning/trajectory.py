@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple, final
+from typing import NamedTuple, Protocol, final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -34,6 +34,23 @@ class PeakRatios(NamedTuple):
     velocity: Floats
     acceleration: Floats
     jerk: Floats
+
+
+class HandPath(Protocol):
+    """N timed paths of the hand, which is all that a robot needs to know of a plan."""
+
+    @property
+    def duration(self) -> Floats:
+        """Total time of each path (N,) [s]."""
+        ...
+
+    def sample(self, times: ArrayLike) -> Samples:
+        """Motion at ``times`` [s], shape (M,) for all paths or (N, M), each result (N, M, 3); rest outside."""
+        ...
+
+    def jerk(self, times: ArrayLike) -> Floats:
+        """Jerk at ``times`` [s] as in ``sample``, (N, M, 3) [m/s3]; zero outside."""
+        ...
 
 
 @final
@@ -104,13 +121,7 @@ class JerkTrajectory:
 
         A path holds still at its start before time 0 and at its last point after its duration.
         """
-        time = np.asarray(times, dtype=np.float64)
-        count, columns = self._table.shape[:2]
-        if time.ndim not in (1, 2) or (time.ndim == 2 and time.shape[0] != count):
-            raise ValueError(f"times must have shape (M,) or ({count}, M), got {time.shape}")
-        time = np.broadcast_to(time, (count, time.shape[-1]))
-        rows = self._segment(time) + columns * np.arange(count, dtype=np.int64)[:, None]
-        c = np.take(self._table.reshape(count * columns, 13), rows, axis=0)
+        time, c = self._rows(times)
         t = (time - c[..., 12])[..., None]
         position, velocity, acceleration, jerk = c[..., 0:3], c[..., 3:6], c[..., 6:9], c[..., 9:12]
         slope = t * jerk
@@ -120,6 +131,10 @@ class JerkTrajectory:
             velocity + t * (acceleration + 0.5 * slope),
             acceleration + slope,
         )
+
+    def jerk(self, times: ArrayLike) -> Floats:
+        """Return the jerk at ``times`` [s], shape (M,) or (N, M), result (N, M, 3) [m/s3]; zero outside."""
+        return self._rows(times)[1][..., 9:12]
 
     def take(self, index: Ints | Bools) -> JerkTrajectory:
         """Return the paths at ``index``, an integer array or a mask."""
@@ -145,6 +160,16 @@ class JerkTrajectory:
             length(self.knots.acceleration).max(axis=1) / acceleration,
             np.where(moving, length(self.jerks), 0.0).max(axis=1) / jerk,
         )
+
+    def _rows(self, times: ArrayLike) -> tuple[Floats, Floats]:
+        """Times (N, M) and the row of the coefficient table that holds at each (N, M, 13)."""
+        time = np.asarray(times, dtype=np.float64)
+        count, columns = self._table.shape[:2]
+        if time.ndim not in (1, 2) or (time.ndim == 2 and time.shape[0] != count):
+            raise ValueError(f"times must have shape (M,) or ({count}, M), got {time.shape}")
+        time = np.broadcast_to(time, (count, time.shape[-1]))
+        rows = self._segment(time) + columns * np.arange(count, dtype=np.int64)[:, None]
+        return time, np.take(self._table.reshape(count * columns, 13), rows, axis=0)
 
     def _segment(self, time: Floats) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
         """Row of the coefficient table: 0 before the start, k for segment k - 1, K + 1 after the end."""

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from throw_tools import make_core
+from throw_tools import make_core, straight_cycle
 
-from pnt_gym.cells.motion import braking_limits, cycle_path, stays_inside, throw_motion
+from pnt_gym.cells.motion import braking_limits, stays_inside, throw_motion
 from pnt_gym.config import FollowThrough
 from pnt_gym.planning.limits import MotionLimits
 from pnt_gym.planning.release import plan_release_batch
@@ -36,7 +36,7 @@ def cycle(request):
     follow = FOLLOWS[request.param]
     pick, release, limits, wait, following = random_throws(request.param)
     motion = throw_motion(pick, release, limits, follow)
-    path = cycle_path(motion, limits, wait, following, CLEARANCE)
+    path = straight_cycle(motion, limits, wait, following, CLEARANCE)
     return follow, pick, release, limits, wait, following, motion, path
 
 
@@ -126,7 +126,7 @@ def test_shaped_braking_keeps_the_hand_above_a_falling_object():
     pick, release, limits, wait, following = random_throws(5)
     follow = FollowThrough(window=0.0, gravity_share=0.9)
     motion = throw_motion(pick, release, limits, follow)
-    path = cycle_path(motion, limits, wait, following, CLEARANCE)
+    path = straight_cycle(motion, limits, wait, following, CLEARANCE)
     after = np.linspace(0.0, 1.0, 50) * (motion.stop_time - motion.release_time)[:, None]
     hand = path.sample(motion.release_time[:, None] + after).position[..., 2]
     fall = release.position[:, 2:] + release.velocity[:, 2:] * after - 0.5 * 9.81 * after**2
@@ -134,7 +134,7 @@ def test_shaped_braking_keeps_the_hand_above_a_falling_object():
     full = throw_motion(pick, release, limits, FollowThrough(window=0.0))
     steep = release.angle > 0.4
     assert steep.any()
-    path = cycle_path(full, limits, wait, following, CLEARANCE)
+    path = straight_cycle(full, limits, wait, following, CLEARANCE)
     after = np.linspace(0.0, 1.0, 50) * (full.stop_time - full.release_time)[:, None]
     hand = path.sample(full.release_time[:, None] + after).position[..., 2]
     fall = release.position[:, 2:] + release.velocity[:, 2:] * after - 0.5 * 9.81 * after**2

@@ -1,0 +1,1 @@
+"""The papers' figures and tables, computed anew and set beside what was published."""

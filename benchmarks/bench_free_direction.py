@@ -1,0 +1,109 @@
+"""Time throws in a free direction and compare them with the optimum: bench_free_direction.py [--json FILE]."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from pathlib import Path
+from typing import TypedDict
+
+import numpy as np
+
+from pnt_gym.planning import MotionLimits
+from pnt_gym.planning.free_batch import FreeThrows, plan_free_throws
+from pnt_gym.planning.free_optimum import fastest_throw
+
+BATCHES, PERCENTS, REPEATS = (1, 16, 256, 1024), (30.0, 40.0, 45.0), 7
+PICKS, BEST = 1024, 10
+CEILING = -0.75
+
+
+class Numbers(TypedDict):
+    """What is measured at one percentage."""
+
+    us_per_pick: dict[str, float]
+    straight_share: float
+    infeasible_share: float
+    loss_mean: float
+    loss_max: float
+    loss_picks: int
+    optimum_median_s: float
+
+
+def scene(count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Picks, targets and next picks of the conveyor cell, fixed seed."""
+    rng = np.random.default_rng(7)
+    picks, following = (rng.uniform((-0.3, -0.45, -0.85), (0.3, -0.2, -0.85), (count, 3)) for _ in range(2))
+    targets = rng.uniform((-0.5, 0.25, -0.85), (0.5, 0.75, -0.85), (count, 3))
+    return picks, targets, following
+
+
+def plan(rows: slice, limits: MotionLimits) -> FreeThrows:
+    picks, targets, following = scene(PICKS)
+    return plan_free_throws(picks[rows], targets[rows], following[rows], limits, ceiling=CEILING)
+
+
+def seconds_each(batch: int, limits: MotionLimits) -> float:
+    """Median time per pick over calls with a batch of other picks each."""
+    spent = []
+    for turn in range(max(REPEATS, 64 // batch)):
+        begin = batch * turn % PICKS
+        start = time.perf_counter()
+        plan(slice(begin, begin + batch), limits)
+        spent.append(time.perf_counter() - start)
+    return float(np.median(spent)) / batch
+
+
+def losses(throws: FreeThrows, limits: MotionLimits) -> tuple[list[float], list[float]]:
+    """How much longer the first throws take than the optimum, as shares, and the times the optimum took [s]."""
+    picks, targets, following = scene(PICKS)
+    found, spent = [], []
+    for row in np.flatnonzero(throws.feasible)[:BEST]:
+        start = time.perf_counter()
+        best = fastest_throw(picks[row], targets[row], following[row], limits, ceiling=CEILING)
+        spent.append(time.perf_counter() - start)
+        found.append(float(throws.path.duration[row]) / best.duration - 1.0)
+    return found, spent
+
+
+def measure(percent: float) -> Numbers:
+    limits = MotionLimits.t3kr(percent)
+    throws = plan(slice(0, PICKS), limits)
+    loss, spent = losses(throws, limits)
+    return {
+        "us_per_pick": {str(batch): 1e6 * seconds_each(batch, limits) for batch in BATCHES},
+        "straight_share": float(np.mean(throws.straight & throws.feasible)),
+        "infeasible_share": float(np.mean(~throws.feasible)),
+        "loss_mean": float(np.mean(loss)),
+        "loss_max": float(np.max(loss)),
+        "loss_picks": len(loss),
+        "optimum_median_s": float(np.median(spent)),
+    }
+
+
+def show(percent: float, numbers: Numbers) -> None:
+    times = "  ".join(f"{batch}: {value:,.0f}" for batch, value in numbers["us_per_pick"].items())
+    print(f"{percent:.0f} %   us per pick by batch  {times}")
+    print(
+        f"       straight {numbers['straight_share']:.2%}, infeasible {numbers['infeasible_share']:.2%}, "
+        f"slower than the optimum by {numbers['loss_mean']:.2%} on average, {numbers['loss_max']:.2%} at most "
+        f"({numbers['loss_picks']} picks, {numbers['optimum_median_s']:.2f} s each)",
+        flush=True,
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="Time throws in a free direction.")
+    parser.add_argument("--json", type=Path, help="write the numbers to this file too")
+    arguments = parser.parse_args()
+    numbers = {}
+    for percent in PERCENTS:
+        numbers[f"{percent:.0f}"] = measure(percent)
+        show(percent, numbers[f"{percent:.0f}"])
+    if arguments.json:
+        arguments.json.write_text(json.dumps({"picks": PICKS, "by_percent": numbers}, indent=2) + "\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,195 @@
+"""The fastest motion between two points under norm limits, as one optimum: the bound for every path between them.
+
+The paths of Hassan et al. 2022 and Choe et al. 2023 are given by shape first and timed afterwards. Here only what must
+hold is given - vertical departure and approach, floor, roof, workspace, and the limits of speed, acceleration and jerk
+as Euclidean norms - and path and timing are found together. The programme is solved locally from two first guesses:
+its answer obeys every bound, and nothing faster was found, which is not a proof that nothing is.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from pnt_gym.errors import PntGymError
+from pnt_gym.planning._casadi import QUIET, load_casadi
+from pnt_gym.planning._legs import Guess, Leg, add_leg, hermite, inside, join, rest, set_guess
+from pnt_gym.planning.arrays import Floats, Point, vector
+from pnt_gym.planning.limits import MotionLimits
+from pnt_gym.planning.scurve import stroke_time
+from pnt_gym.planning.trajectory import JerkTrajectory
+from pnt_gym.planning.workspace import EllipticWorkspace
+
+FREE: Final = 40
+"""Intervals of the free part."""
+STRAIGHT: Final = 10
+"""Intervals of a vertical part."""
+
+
+class NoMotionFound(PntGymError):
+    """No motion within the bounds exists or could be found."""
+
+
+class _Task(NamedTuple):
+    start: Floats
+    end: Floats
+    velocity: Floats
+    lift: float
+    drop: float
+    floor: float
+    roof: float | None
+    workspace: EllipticWorkspace | None
+    limits: tuple[float, float, float]
+
+
+def fastest_motion(
+    start: Point,
+    end: Point,
+    limits: MotionLimits,
+    *,
+    lift: float = 0.0,
+    drop: float = 0.0,
+    start_velocity: Point | None = None,
+    floor: float | None = None,
+    roof: float | None = None,
+    workspace: EllipticWorkspace | None = None,
+) -> JerkTrajectory:
+    """Return the fastest motion found from start to rest at end, as one row.
+
+    Args:
+        start: first point (3,) [m].
+        end: last point (3,) [m].
+        limits: one set of limits, kept as norms at all times.
+        lift: vertical part at the start [m].
+        drop: vertical part at the end [m], entered without stopping.
+        start_velocity: velocity at the start (3,) [m/s], with no acceleration; rest when not given.
+        floor: least height of the free part [m]; the lower of its two ends when not given.
+        roof: greatest height of the whole motion [m].
+        workspace: where the hand may be; None for no bound.
+
+    Raises:
+        ValueError: an input is not finite, lift or drop is negative, both a lift and a velocity are given, or an end
+            lies outside the workspace or above the roof.
+        NoMotionFound: the solver found nothing that keeps the bounds.
+        PntGymError: casadi is not installed.
+    """
+    task = _checked(start, end, limits, lift, drop, start_velocity, floor, roof, workspace)
+    found = [path for guess in _guesses(task) if (path := _solve(task, guess)) is not None]
+    if not found:
+        raise NoMotionFound(
+            f"no motion from {task.start.tolist()} to {task.end.tolist()} was found that stays above {task.floor:.3f} m"
+            + ("" if task.roof is None else f" and below {task.roof:.3f} m")
+        )
+    return min(found, key=lambda path: float(path.duration[0]))
+
+
+def _checked(
+    start: Point,
+    end: Point,
+    limits: MotionLimits,
+    lift: float,
+    drop: float,
+    start_velocity: Point | None,
+    floor: float | None,
+    roof: float | None,
+    workspace: EllipticWorkspace | None,
+) -> _Task:
+    first, last = vector(start, "start"), vector(end, "end")
+    velocity = np.zeros(3) if start_velocity is None else vector(start_velocity, "start_velocity")
+    for name, value in (("lift", lift), ("drop", drop)):
+        if not (np.isfinite(value) and value >= 0.0):
+            raise ValueError(f"{name} must be finite and not negative [m], got {value}")
+    if lift > 0.0 and velocity.any():
+        raise ValueError(
+            f"a motion that starts at {velocity.tolist()} m/s cannot be lifted vertically; leave lift at 0"
+        )
+    numbers = limits.numbers()
+    speed = float(np.sqrt(velocity @ velocity))
+    if speed > numbers[0] * (1.0 + 1e-9):
+        raise ValueError(f"start_velocity is {speed:.4g} m/s; the limit is {numbers[0]:.4g} m/s")
+    for name, point in (("start", first), ("end", last)):
+        if workspace is not None and not workspace.contains(point):
+            raise ValueError(f"{name} {point.tolist()} lies outside the workspace")
+        if roof is not None and point[2] > roof:
+            raise ValueError(f"{name} lies at z = {point[2]:.4g} m, above the roof at {roof:.4g} m")
+    low = min(first[2] + lift, last[2] + drop) if floor is None else float(floor)
+    return _Task(first, last, velocity, lift, drop, low, roof, workspace, numbers)
+
+
+def _guesses(task: _Task) -> list[float]:
+    """First guesses of the free part's duration [s]: brisk and slow."""
+    gap = task.end - task.start
+    way = float(np.sqrt(gap @ gap)) + task.lift + task.drop
+    reach = float(stroke_time(np.array([way]), *(np.array([value]) for value in task.limits))[0])
+    _, acceleration, jerk = task.limits
+    stop = float(np.sqrt(task.velocity @ task.velocity)) / acceleration + acceleration / jerk
+    return [reach + stop * bool(task.velocity.any()), 1.6 * (reach + stop)]
+
+
+def _solve(task: _Task, duration: float) -> JerkTrajectory | None:
+    ca = load_casadi()
+    opti: Any = ca.Opti()
+    legs = _legs(opti, task)
+    _bound(opti, task, legs)
+    _start(opti, task, legs, duration)
+    opti.minimize(sum(leg.duration for leg in legs.values()))
+    opti.solver("ipopt", {**QUIET, "ipopt.max_iter": 500})
+    try:
+        solution = opti.solve()
+    except RuntimeError:
+        return None
+    parts = [leg.values(solution) for leg in legs.values()]
+    return JerkTrajectory.concatenate(task.start[None], parts, task.velocity[None])
+
+
+def _legs(opti: Any, task: _Task) -> dict[str, Leg]:
+    """Lift, free part and drop, joined, with their ends."""
+    legs: dict[str, Leg] = {}
+    if task.lift > 0.0:
+        legs["lift"] = add_leg(opti, STRAIGHT, task.limits, line=(task.start[0], task.start[1]))
+    legs["free"] = add_leg(opti, FREE, task.limits, moving=task.lift == 0.0)
+    if task.drop > 0.0:
+        legs["drop"] = add_leg(opti, STRAIGHT, task.limits, line=(task.end[0], task.end[1]))
+    order = list(legs.values())
+    begin = order[0]
+    opti.subject_to(begin.position[begin.axes, 0] == task.start[begin.axes])
+    opti.subject_to(begin.velocity[begin.axes, 0] == task.velocity[begin.axes])
+    opti.subject_to(begin.acceleration[begin.axes, 0] == 0)
+    for first, second in pairwise(order):
+        join(opti, first, second)
+    last = order[-1]
+    opti.subject_to(last.position[last.axes, -1] == task.end[last.axes])
+    rest(opti, last, -1)
+    return legs
+
+
+def _bound(opti: Any, task: _Task, legs: dict[str, Leg]) -> None:
+    """Heights and workspace; the borders between vertical and free parts."""
+    free = legs["free"]
+    if task.lift > 0.0:
+        opti.subject_to(free.position[2, 0] == task.start[2] + task.lift)
+    if task.drop > 0.0:
+        opti.subject_to(free.position[2, -1] == task.end[2] + task.drop)
+    opti.subject_to(task.floor <= free.control_points(2).T)
+    for leg in legs.values():
+        if task.roof is not None:
+            opti.subject_to(task.roof >= leg.control_points(2).T)
+    if task.workspace is not None:
+        inside(opti, free, task.workspace)
+
+
+def _start(opti: Any, task: _Task, legs: dict[str, Leg], duration: float) -> None:
+    """First guess: straight vertical parts and a cubic between them that has the start's velocity."""
+    above = task.end + np.array([0.0, 0.0, task.drop])
+    below = task.start + np.array([0.0, 0.0, task.lift])
+    zero = np.zeros(3)
+    times = {"lift": 0.4 * duration, "free": duration, "drop": 0.4 * duration}
+    paths = {
+        "lift": hermite(task.start, task.velocity, below, zero, times["lift"], STRAIGHT),
+        "free": hermite(below, task.velocity, above, zero, duration, FREE),
+        "drop": hermite(above, zero, task.end, zero, times["drop"], STRAIGHT),
+    }
+    for name, leg in legs.items():
+        set_guess(opti, leg, Guess(times[name], paths[name]), task.limits)

@@ -1,0 +1,192 @@
+"""The legs of a throw in a free direction: throw, return, approach, and the check of what they make together."""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from pnt_gym.planning.approach import Entry, approach_entry
+from pnt_gym.planning.arrays import Bools, Floats, length
+from pnt_gym.planning.ballistics import GRAVITY
+from pnt_gym.planning.free_rules import TOLERANCE, HandRules, least_gap
+from pnt_gym.planning.limits import MotionLimits
+from pnt_gym.planning.segments import rest_to_rest
+from pnt_gym.planning.trajectory import JerkTrajectory, Segments
+from pnt_gym.planning.transfer import Band, Transfers, fast_transfer
+
+ROOM: Final = 0.002
+"""Heights are planned this far below the cap, because they are bounded at the borders of the pieces only [m]."""
+EXTRA_MARGIN: Final = 0.08
+"""Added to the margin over the falling object, for the same reason."""
+CLEARER: Final = 1.02
+"""Share of the clear distance that is planned, for the same reason."""
+SLOWER: Final = 1.15
+"""Share of the least clearing time after which the hand has to be clear."""
+SINK: Final = 0.002
+"""How far the hand may sink below a floor between two borders [m]."""
+
+
+def throw_leg(picks: Floats, position: Floats, velocity: Floats, limits: MotionLimits, roof: Floats) -> Transfers:
+    """Motions from rest at the picks to the releases, never below the pick or above the roof.
+
+    Args:
+        picks: (N, 3) [m].
+        position: release points (N, 3) [m]; NaN for none.
+        velocity: release velocities (N, 3) [m/s]; NaN for none.
+        limits: norms that hold at all times.
+        roof: greatest height of the hand (N,) [m].
+    """
+    zero = np.zeros(len(picks))
+    known: Bools = np.asarray(np.isfinite(position).all(axis=1))
+    way = np.where(known[:, None], position - picks, 0.0)
+    band = Band.level(zero, np.maximum(roof - ROOM - picks[:, 2], 0.0))
+    moves = fast_transfer(way, np.zeros_like(way), np.where(known[:, None], velocity, 0.0), limits, band=band)
+    return _only(moves, known)
+
+
+def return_leg(
+    start: Floats,
+    velocity: Floats,
+    next_picks: Floats,
+    limits: MotionLimits,
+    roof: Floats,
+    rules: HandRules,
+    *,
+    drift: Floats | None = None,
+    shortest: Floats | None = None,
+    hover: bool = False,
+) -> tuple[Transfers, Segments]:
+    """Motions from the end of the window to above the next picks, and the vertical approaches below.
+
+    Args:
+        start: where the hand is at the end of the window (N, 3) [m]; NaN for none.
+        velocity: its velocity then, that of the release (N, 3) [m/s].
+        next_picks: (N, 3) [m], where they are at the end of the window if they move.
+        limits: norms that hold at all times.
+        roof: greatest height of the hand (N,) [m].
+        rules: approach, margin and clear distance.
+        drift: velocity of the next picks (N, 3) [m/s]; the approach is to where they are when the hand arrives.
+        shortest: least time above the approach (N,) [s].
+        hover: whether the hand stops above the pick; if not, it enters the approach in flight.
+    """
+    count = len(next_picks)
+    known: Bools = np.asarray(np.isfinite(start).all(axis=1))
+    entry = stop_above(limits, count, rules.approach) if hover else approach_entry(limits, count, rules.approach)
+    down = entry.down
+    way = next_picks + np.array([0.0, 0.0, rules.approach]) - start
+    if drift is not None:
+        way = way + drift * down.durations.sum(axis=1)[:, None]
+    way = np.where(known[:, None], way, 0.0)
+    top = np.where(known, roof - ROOM - start[:, 2], 0.0)
+    margin = (1.0 - min(rules.margin + EXTRA_MARGIN, 1.0)) * GRAVITY
+    # The object has fallen already when the window ends; to count from there keeps the hand higher than needed.
+    band = Band(
+        low=np.minimum(way[:, 2], 0.0),
+        high=np.maximum(top, 0.0),
+        fall=np.full(count, margin),
+        clear=np.full(count, rules.clear_distance * CLEARER),
+        by=SLOWER * clearing_time(limits, count, rules),
+    )
+    before = np.where(known[:, None], velocity, 0.0)
+    turn = _Turn.of(before)
+    moves = fast_transfer(
+        turn.into(way),
+        turn.into(before),
+        entry.velocity,
+        limits,
+        braking=entry.acceleration,
+        drift=None if drift is None else turn.into(drift),
+        band=band,
+        shortest=shortest,
+    )
+    moves = Transfers(moves.duration, turn.out_of(moves.jerks), moves.feasible)
+    return _only(moves, known), down
+
+
+def clearing_time(limits: MotionLimits, count: int, rules: HandRules) -> Floats:
+    """Return about the least time (N,) [s] in which a braking hand falls `clear_distance` behind the object."""
+    _, acceleration, jerk = limits.arrays(count)
+    return np.sqrt(2.0 * rules.clear_distance / acceleration) + 0.5 * acceleration / jerk
+
+
+class _Turn(NamedTuple):
+    """Turns about z that bring level velocities into the direction of x."""
+
+    cosine: Floats
+    sine: Floats
+
+    @classmethod
+    def of(cls, velocity: Floats) -> _Turn:
+        speed = np.sqrt(velocity[:, 0] ** 2 + velocity[:, 1] ** 2)
+        moving = speed > 0.0
+        divisor = np.where(moving, speed, 1.0)
+        return cls(np.where(moving, velocity[:, 0] / divisor, 1.0), velocity[:, 1] / divisor)
+
+    def into(self, vectors: Floats) -> Floats:
+        """Vectors (N, 3) in the turned axes."""
+        x, y = vectors[:, 0], vectors[:, 1]
+        return np.stack([self.cosine * x + self.sine * y, self.cosine * y - self.sine * x, vectors[:, 2]], axis=-1)
+
+    def out_of(self, vectors: Floats) -> Floats:
+        """Vectors (N, K, 3) from the turned axes."""
+        x, y = vectors[..., 0], vectors[..., 1]
+        cosine, sine = self.cosine[:, None], self.sine[:, None]
+        return np.stack([cosine * x - sine * y, sine * x + cosine * y, vectors[..., 2]], axis=-1)
+
+
+def stop_above(limits: MotionLimits, count: int, height: float) -> Entry:
+    """Return approaches over `height` [m] that begin at rest."""
+    still = np.zeros((count, 3))
+    return Entry(still, still, rest_to_rest(np.tile([0.0, 0.0, -height], (count, 1)), limits))
+
+
+def keeps_rules(
+    path: JerkTrajectory,
+    release_time: Floats,
+    limits: MotionLimits,
+    roof: Floats,
+    rules: HandRules,
+    floor: tuple[Floats, Floats],
+) -> Bools:
+    """Which motions (N,) keep limits and rules; `floor` is the least height before and after the release (N,) [m].
+
+    Limits are read where their peaks are: jerks, accelerations at the borders, and the Bernstein coefficients of the
+    speed. Positions are sampled at eight points of every piece.
+    """
+    bounds = limits.arrays(len(release_time))
+    moving = path.durations > 0.0
+    middle = path.knots.velocity[:, :-1] + 0.5 * path.durations[..., None] * path.knots.acceleration[:, :-1]
+    ratios = np.stack(
+        [
+            np.maximum(length(path.knots.velocity).max(axis=1), length(middle).max(axis=1)) / bounds[0],
+            length(path.knots.acceleration).max(axis=1) / bounds[1],
+            np.where(moving, length(path.jerks), 0.0).max(axis=1) / bounds[2],
+        ]
+    )
+    times, place = _fine(path)
+    at = path.sample(release_time[:, None])
+    since = times - release_time[:, None]
+    gap = least_gap(place, since, at.position[:, 0], at.velocity[:, 0], rules)
+    low = np.where(since <= 0.0, floor[0][:, None], floor[1][:, None]) - SINK
+    good = (ratios.max(axis=0) <= 1.0 + TOLERANCE) & (gap >= -TOLERANCE)
+    good &= (place[..., 2] <= roof[:, None] + TOLERANCE).all(axis=1) & (place[..., 2] >= low).all(axis=1)
+    if rules.workspace is not None:
+        good &= rules.workspace.contains(place).all(axis=1)
+    return np.asarray(good, dtype=np.bool_)
+
+
+def _fine(path: JerkTrajectory) -> tuple[Floats, Floats]:
+    """Times (N, 8 K) [s] and places (N, 8 K, 3) [m] at eight points of every piece."""
+    count, columns = path.durations.shape
+    after = path.durations[:, :, None] * (np.arange(8) / 8.0)
+    t = after[..., None]
+    position, velocity, acceleration = (part[:, :-1, None] for part in path.knots)
+    place = position + t * (velocity + 0.5 * t * (acceleration + t * path.jerks[:, :, None] / 3.0))
+    times = path.knot_times[:, :-1, None] + after
+    return times.reshape(count, 8 * columns), place.reshape(count, 8 * columns, 3)
+
+
+def _only(moves: Transfers, rows: Bools) -> Transfers:
+    good = moves.feasible & rows
+    return Transfers(np.where(good, moves.duration, np.nan), moves.jerks * good[:, None, None], good)

@@ -1,0 +1,284 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad
+from scipy.special import ellipe
+
+from pnt_gym.planning.paths import (
+    EllipseArc,
+    EllipsePath,
+    Joint,
+    LameCorner,
+    Line,
+    MeasuredCurve,
+    PlanePath,
+    SpacePath,
+    approximate_half_circumference,
+    half_circumference,
+    lame_path,
+    line_ellipse_line,
+    rectangle,
+)
+
+EXAMPLE = EllipsePath.paper(half_width=0.15, half_rise=0.025)
+widths = st.floats(0.05, 1.0)
+shares = st.floats(-0.99, 0.99)
+tops = st.floats(0.02, 1.0)
+
+
+def test_published_example_to_all_printed_digits():
+    assert np.degrees(EXAMPLE.angle) == pytest.approx(10.0, abs=1e-9)
+    assert round(EXAMPLE.semi_major, 5) == 0.15219
+    assert round(EXAMPLE.semi_minor, 5) == 0.03511
+    assert round(EXAMPLE.approximate_length, 5) == 0.32058
+    assert [round(x, 5) for x in EXAMPLE.top] == [0.08617, 0.04352]
+    assert round(EXAMPLE.height, 5) == 0.06852
+    # The printed values with their labels the right way round.
+    assert round(float(np.degrees(EXAMPLE.theta_t1)), 3) == 177.671
+    assert round(float(np.degrees(EXAMPLE.theta_t2)), 3) == -2.329
+
+
+def test_exact_length_of_the_example_by_two_other_ways():
+    a, b = EXAMPLE.semi_major, EXAMPLE.semi_minor
+    assert EXAMPLE.length == pytest.approx(2.0 * a * ellipe(1.0 - (b / a) ** 2), rel=1e-14)
+    thetas = np.linspace(EXAMPLE.theta_t1, EXAMPLE.theta_t2, 200_001)
+    chords = np.linalg.norm(np.diff(EXAMPLE.point(thetas), axis=0), axis=1)
+    assert EXAMPLE.length == pytest.approx(chords.sum(), rel=1e-9)
+    assert EXAMPLE.length == pytest.approx(0.323730, abs=5e-7)
+
+
+@given(st.floats(1e-6, 1.0))
+def test_half_circumference_is_the_elliptic_integral(ratio):
+    for major, minor in ((2.0, 2.0 * ratio), (2.0 * ratio, 2.0)):
+        assert half_circumference(major, minor) == pytest.approx(4.0 * ellipe(1.0 - ratio**2), rel=1e-13)
+
+
+def test_mean_error_of_the_printed_approximation():
+    a, b = np.meshgrid(np.arange(5.0, 21.0), np.arange(2.0, 21.0), indexing="ij")
+    m = 1.0 - (np.minimum(a, b) / np.maximum(a, b)) ** 2
+    exact = 2.0 * np.maximum(a, b) * ellipe(m)
+    error = np.abs(approximate_half_circumference(a, b) - exact)
+    assert error.mean() == pytest.approx(0.0786, abs=5e-5)
+    assert (error / exact).mean() == pytest.approx(0.002315, abs=5e-7)
+
+
+@given(widths, shares, tops)
+def test_an_ellipse_by_its_top_is_vertical_at_both_ends_and_has_that_top(width, share, top):
+    e = EllipsePath.with_top(width, share * top, top)
+    ends = e.point([e.theta_t1, e.theta_t2])
+    np.testing.assert_allclose(ends, [[-width, -share * top], [width, share * top]], rtol=0, atol=1e-12)
+    theta = np.linspace(e.theta_t1, e.theta_t2, 20_001)
+    points = e.point(theta)
+    assert points[:, 1].max() == pytest.approx(top, rel=1e-6)
+    assert points[np.argmax(points[:, 1]), 0] == pytest.approx(e.top[0], abs=2e-3 * (width + top))
+    np.testing.assert_allclose(np.abs(points[:, 0]).max(), width, rtol=1e-12)
+    assert e.semi_major >= e.semi_minor > 0.0
+    # A third point fixes a centred ellipse with two vertical tangents: both forms are the same curve.
+    arc = e.arc().derivatives(np.linspace(0.0, 1.0, 9)).position
+    cos, sin = np.cos(e.angle), np.sin(e.angle)
+    x, y = arc[:, 0] * cos + arc[:, 1] * sin, arc[:, 1] * cos - arc[:, 0] * sin
+    np.testing.assert_allclose((x / e.semi_major) ** 2 + (y / e.semi_minor) ** 2, 1.0, rtol=1e-7)
+    # Monotone in x: the upper half and nothing else.
+    assert (np.diff(points[:, 0]) >= -1e-12).all()
+
+
+@given(widths, st.floats(0.01, 5.0), st.floats(0.001, 0.999))
+def test_angle_and_top_are_two_names_of_one_ellipse(width, slope, share):
+    rise = slope * width
+    critical = np.arctan(slope)
+    angle = critical + share * (0.5 * np.pi - critical)
+    e = EllipsePath.with_angle(width, rise, float(angle))
+    again = EllipsePath.with_top(width, rise, e.top_height)
+    assert again.angle == pytest.approx(angle, abs=1e-6)
+    # Eqs. 21 and 23 as printed.
+    sin2, cos, sin = np.sin(2 * angle), np.cos(angle), np.sin(angle)
+    d, f = width * sin2 + 2 * rise * sin**2, width * sin2 - 2 * rise * cos**2
+    big, small = (width * sin) ** 2 - (rise * cos) ** 2, (width * cos) ** 2 - (rise * sin) ** 2
+    assert e.semi_major**2 == pytest.approx(d * big / f + small, rel=1e-5)
+    assert e.semi_minor**2 == pytest.approx(big + f * small / d, rel=1e-5)
+    mirrored = EllipsePath.with_angle(width, -rise, float(-angle))
+    assert mirrored.length == pytest.approx(e.length, rel=1e-12)
+
+
+def test_length_grows_with_the_angle_everywhere():
+    angles = np.radians(np.linspace(9.463, 89.9, 400))
+    lengths = [EllipsePath.with_angle(0.15, 0.025, float(a)).length for a in angles]
+    assert (np.diff(lengths) > 0.0).all()
+    assert lengths[0] == pytest.approx(2.0 * np.hypot(0.15, 0.025), rel=1e-3)
+
+
+def test_curvature_radius_agrees_with_the_curve():
+    curve = MeasuredCurve(EXAMPLE.arc())
+    s = np.linspace(0.0, curve.length, 50)
+    points = curve.at(s)
+    local = points.position @ np.array([[np.cos(EXAMPLE.angle), -np.sin(EXAMPLE.angle)], [np.sin(EXAMPLE.angle), 0.0]])
+    local[:, 1] = points.position @ [-np.sin(EXAMPLE.angle), np.cos(EXAMPLE.angle)]
+    theta = np.arctan2(local[:, 1] / EXAMPLE.semi_minor, local[:, 0] / EXAMPLE.semi_major)
+    np.testing.assert_allclose(-1.0 / points.curvature, EXAMPLE.radius_of_curvature(theta), rtol=1e-9)
+
+
+def test_node_list_of_the_example():
+    printed = EXAMPLE.nodes(0.77, clip=False)
+    assert len(printed.theta) == 80
+    assert np.degrees(printed.theta[-1]) == pytest.approx(-2.530, abs=5e-4)
+    assert printed.steps.min() == pytest.approx(0.219e-3, abs=5e-7)
+    assert printed.steps.max() == pytest.approx(74.2e-3, abs=5e-5)
+    steps = -np.diff(printed.theta)
+    np.testing.assert_allclose(steps, 0.77 * EXAMPLE.radius_of_curvature(printed.theta[:-1]), rtol=1e-12)
+    clipped = EXAMPLE.nodes(0.77)
+    np.testing.assert_allclose(clipped.points[[0, -1]], [[-0.15, -0.025], [0.15, 0.025]], atol=1e-12)
+    np.testing.assert_array_equal(clipped.theta[:-1], printed.theta[:-1])
+    with pytest.raises(ValueError, match="rate"):
+        EXAMPLE.nodes(0.0)
+    with pytest.raises(ValueError, match="rate must be at least"):
+        EXAMPLE.nodes(1e-9)
+
+
+@pytest.mark.parametrize("rise", [0.0, -0.01, np.nan, np.inf])
+def test_the_papers_rule_refuses_level_and_falling_paths(rise):
+    with pytest.raises(ValueError, match="half_rise"):
+        EllipsePath.paper(half_width=0.15, half_rise=rise)
+
+
+@pytest.mark.parametrize("degrees", [1, 5, 10, 22, 45, 60, 88, 89, 89.5])
+def test_the_papers_rule_refuses_whole_critical_angles(degrees):
+    with pytest.raises(ValueError, match="critical angle"):
+        EllipsePath.paper(half_width=0.15, half_rise=0.15 * np.tan(np.radians(degrees)))
+
+
+@given(st.floats(0.01, 1.0), st.floats(0.001, 2.0))
+def test_the_papers_rule_gives_an_ellipse_or_a_reason(width, rise):
+    try:
+        e = EllipsePath.paper(width, rise)
+    except ValueError as error:
+        critical = np.degrees(np.arctan(rise / width))
+        assert critical > 89.0 or abs(critical - round(critical)) < 1e-6
+        assert "critical angle" in str(error) or "top" in str(error)
+        return
+    assert np.degrees(e.angle) == pytest.approx(np.ceil(np.degrees(np.arctan(rise / width))), abs=1e-5)
+    assert e.length > 2.0 * np.hypot(width, rise)
+
+
+@pytest.mark.parametrize(
+    ("make", "word"),
+    [
+        (lambda: EllipsePath.with_top(0.0, 0.0, 0.1), "half_width"),
+        (lambda: EllipsePath.with_top(0.1, np.nan, 0.1), "half_rise"),
+        (lambda: EllipsePath.with_top(0.1, 0.0, np.inf), "top"),
+        (lambda: EllipsePath.with_top(0.1, 0.1, 0.1), "top"),
+        (lambda: EllipsePath.with_top(0.1, -0.2, 0.1), "top"),
+        (lambda: EllipsePath.with_angle(0.1, 0.0, 0.3), "with_top"),
+        (lambda: EllipsePath.with_angle(0.1, 0.1, 0.5), "angle"),
+        (lambda: EllipsePath.with_angle(0.1, 0.1, np.nan), "angle"),
+        (lambda: EllipsePath.with_angle(0.1, 0.1, 0.5 * np.pi), "angle"),
+        (lambda: half_circumference(1.0, 0.0), "semi_minor"),
+        (lambda: rectangle(0.0, 0.1, 0.1), "width"),
+        (lambda: rectangle(0.1, -0.1, 0.1), "lift"),
+        (lambda: line_ellipse_line(EXAMPLE, 0.1, np.nan), "drop"),
+        (lambda: lame_path(0.1, 0.1, 0.1, (0.06, 0.01)), "fit"),
+        (lambda: lame_path(0.1, 0.1, 0.1, (0.05, 0.0)), "height"),
+        (lambda: lame_path(0.1, 0.1, 0.1, (0.05, 0.01), 2.5), "exponent"),
+        (lambda: PlanePath(()), "piece"),
+        (lambda: PlanePath((Line((0.0, 0.0), (0.0, 0.0)),)), "length"),
+        (lambda: PlanePath((Line((0.0, 0.0), (0.0, 1.0)), Line((0.0, 1.1), (0.0, 2.0)))), "meet"),
+    ],
+)
+def test_bad_paths_are_refused(make, word):
+    with pytest.raises(ValueError, match=word):
+        make()
+
+
+CURVES = [
+    Line((0.1, 0.2), (0.4, -0.1)),
+    EXAMPLE.arc((0.2, 0.1)),
+    EllipseArc((0.0, 0.0), (-0.1, 0.02), (0.0, 0.05), 0.3, 2.0),
+    LameCorner((0.1, 0.0), (-0.1, 0.0), (0.0, 0.05), 3.0),
+    LameCorner((0.1, 0.0), (0.0, 0.05), (0.2, 0.0), 4.5),
+]
+
+
+@pytest.mark.parametrize("curve", CURVES)
+def test_derivatives_agree_with_differences(curve):
+    u, step = np.linspace(0.05, 0.95, 31), 1e-5
+    before, here, after = (curve.derivatives(x) for x in (u - step, u, u + step))
+    for order in range(3):
+        slope = (after[order] - before[order]) / (2.0 * step)
+        scale = np.abs(here[order + 1]).max() + 1e-6
+        np.testing.assert_allclose(here[order + 1], slope, rtol=0, atol=1e-7 * scale)
+
+
+@pytest.mark.parametrize("curve", CURVES)
+def test_arc_length_and_curvature_agree_with_differences(curve):
+    measured = MeasuredCurve(curve)
+    whole = quad(lambda u: np.linalg.norm(curve.derivatives(np.array([u])).first), 0.0, 1.0, epsabs=1e-13)[0]
+    assert measured.length == pytest.approx(whole, rel=1e-9)
+    s, step = np.linspace(0.01, 0.99, 41) * measured.length, 1e-6 * measured.length
+    before, here, after = (measured.at(x) for x in (s - step, s, s + step))
+    np.testing.assert_allclose(here.tangent, (after.position - before.position) / (2 * step), rtol=0, atol=1e-7)
+    turn = np.unwrap(np.arctan2(after.tangent[:, 1], after.tangent[:, 0]))
+    turn -= np.unwrap(np.arctan2(before.tangent[:, 1], before.tangent[:, 0]))
+    scale = np.abs(here.curvature).max() + 1.0
+    np.testing.assert_allclose(here.curvature, turn / (2 * step), rtol=0, atol=1e-6 * scale)
+    slope = (after.curvature - before.curvature) / (2 * step)
+    np.testing.assert_allclose(here.slope, slope, rtol=0, atol=1e-5 * (np.abs(slope).max() + 1.0))
+
+
+@given(st.floats(3.0, 8.0), st.floats(0.01, 0.3), st.floats(0.01, 0.3))
+def test_a_lame_corner_lies_on_its_curve_and_is_straight_at_its_ends(exponent, width, height):
+    curve = LameCorner((0.0, 0.0), (-width, 0.0), (0.0, height), exponent)
+    points = curve.derivatives(np.linspace(0.0, 1.0, 101)).position
+    on = np.abs(points[:, 0] / width) ** exponent + np.abs(points[:, 1] / height) ** exponent
+    np.testing.assert_allclose(on, 1.0, rtol=1e-12)
+    measured = MeasuredCurve(curve)
+    ends = measured.at(np.array([0.0, measured.length]))
+    np.testing.assert_allclose(ends.curvature, 0.0, atol=1e-9 / min(width, height))
+    np.testing.assert_allclose(ends.tangent, [[0.0, 1.0], [1.0, 0.0]], atol=1e-12)
+
+
+def test_how_the_pieces_of_each_path_join():
+    assert rectangle(0.8, 0.1, 0.05).joints == (Joint.CORNER, Joint.CORNER)
+    assert line_ellipse_line(EXAMPLE, 0.05, 0.05).joints == (Joint.TANGENT, Joint.TANGENT)
+    assert lame_path(0.8, 0.05, 0.05, (0.1, 0.05)).joints == (Joint.CURVED,) * 4
+    assert lame_path(0.8, 0.05, 0.05, (0.1, 0.05), 2.0).joints == (Joint.TANGENT,) * 4
+    assert len(lame_path(0.8, 0.0, 0.0, (0.4, 0.05)).pieces) == 2
+
+
+def test_published_comparison_of_lengths_under_stated_definitions():
+    # Choe et al. 2023, Fig. 8: same end points, 50 mm of vertical at the pick, crest 25 mm above the end.
+    level = EllipsePath.with_top(0.15, 0.0, 0.025)
+    assert line_ellipse_line(level, 0.05, 0.0).length == pytest.approx(0.3613, abs=5e-5)
+    assert lame_path(0.3, 0.05, 0.0, (0.05, 0.025)).length == pytest.approx(0.3786, abs=5e-5)
+    assert lame_path(0.3, 0.05, 0.0, (0.15, 0.025)).length == pytest.approx(0.3698, abs=5e-5)
+    # An exponent of 2 makes the wide corners the symmetric ellipse.
+    assert lame_path(0.3, 0.05, 0.0, (0.15, 0.025), 2.0).length == pytest.approx(0.3613, abs=5e-5)
+
+
+@settings(max_examples=25)
+@given(widths, st.floats(0.0, 0.2), st.floats(0.0, 0.2), st.floats(0.01, 0.2))
+def test_ends_lengths_and_tops_of_pick_and_place_paths(width, lift, drop, height):
+    paths = [
+        lame_path(width, lift, drop, (0.3 * width, height)),
+        line_ellipse_line(EllipsePath.with_top(0.5 * width, 0.0, height), lift, drop),
+        rectangle(width, lift + height, drop + height),
+    ]
+    for path in paths:
+        np.testing.assert_allclose(path.start, [0.0, 0.0], atol=2e-9)
+        np.testing.assert_allclose(path.end, [width, lift - drop], atol=2e-9)
+        assert path.top == pytest.approx(lift + height, rel=1e-6)
+        walked = np.linalg.norm(np.diff(path.points(5001), axis=0), axis=1).sum()
+        assert path.length == pytest.approx(walked, rel=1e-3)
+    assert paths[2].length == pytest.approx(width + lift + drop + 2 * height)
+    assert paths[2].length > paths[0].length > paths[1].length
+
+
+def test_a_path_between_two_points_in_space():
+    path = lame_path(0.5, 0.1, 0.2, (0.1, 0.05))
+    pick, place = np.array([0.1, -0.2, -0.8]), np.array([0.4, 0.2, -0.9])
+    space = SpacePath.between(path, pick, place)
+    points = space.positions(path.points(11))
+    np.testing.assert_allclose(points[[0, -1]], [pick, place], atol=1e-9)
+    np.testing.assert_allclose(np.cross(points - pick, place - pick)[:, 2], 0.0, atol=1e-12)
+    for bad in ((0.4, 0.2, -0.8), (0.1, -0.2, -0.9), (np.nan, 0.0, 0.0)):
+        with pytest.raises(ValueError, match=r"apart|straight above|finite"):
+            SpacePath.between(path, pick, bad)
