@@ -125,7 +125,8 @@ def test_an_infeasible_residual_is_shortened_as_little_as_possible_and_reported(
     def feasible(part):
         scaled = np.ones((COUNT, 2))
         scaled[clipped] = part
-        wanted = corrected_release("release_point", scaled, core.context, core.config.action, 0.03, core.cell.planner.mover)
+        mover = core.cell.planner.mover
+        wanted = corrected_release("release_point", scaled, core.context, core.config.action, 0.03, mover)
         return core.cell.is_feasible(wanted)[clipped]
 
     assert feasible(share[:, :1] - 1e-6).all()

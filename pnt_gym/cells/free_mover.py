@@ -18,8 +18,9 @@ from pnt_gym.config import CellConfig
 from pnt_gym.planning.approach import approach_entry
 from pnt_gym.planning.arrays import Bools, Floats, length
 from pnt_gym.planning.ballistics import flight_time
-from pnt_gym.planning.free_legs import keeps_rules, return_leg, throw_leg
-from pnt_gym.planning.free_release import free_releases, turning_point
+from pnt_gym.planning.free_check import keeps_rules
+from pnt_gym.planning.free_legs import return_leg, throw_leg
+from pnt_gym.planning.free_release import CAUTIOUS, free_releases, top, turning_point
 from pnt_gym.planning.free_rules import HandRules
 from pnt_gym.planning.intercept import plan_intercept
 from pnt_gym.planning.limits import MotionLimits
@@ -60,7 +61,8 @@ class FreeMover:
 
     def plan(self, pick: Floats, target: Floats, limits: MotionLimits, ceiling: Floats) -> ReleaseBatch:
         """The quickest release of a grid of choices, or the straight throw where there is none."""
-        free = free_releases(pick, target, limits, ceiling=ceiling, rules=self.rules)
+        # The next pick is not known yet, so the release must leave room for any return.
+        free = free_releases(pick, target, limits, ceiling=ceiling, rules=self.rules, caution=CAUTIOUS)
         release = self._released(pick, free.position, free.velocity, free.flight_time, limits, ceiling)
         rows = np.flatnonzero(~self.is_feasible(pick, release, limits))
         if rows.size > 0:
@@ -266,7 +268,7 @@ class FreeMover:
         )
 
     def _roof(self, ceiling: Floats) -> Floats:
-        return ceiling + self.rules.hand_cap
+        return top(ceiling, self.rules)
 
 
 def _greatest(parts: Segments) -> Floats:

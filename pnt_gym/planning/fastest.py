@@ -26,6 +26,10 @@ FREE: Final = 40
 """Intervals of the free part."""
 STRAIGHT: Final = 10
 """Intervals of a vertical part."""
+ROUNDING: Final = 1e-9
+"""Excess of a height over a bound that counts as rounding [m]."""
+SOLVER: Final = {**QUIET, "ipopt.max_iter": 500, "ipopt.diverging_iterates_tol": 1e3}
+"""Options of a solve. Counts rather than seconds end the hopeless ones, so that every machine gives the same answer."""
 
 
 class NoMotionFound(PntGymError):
@@ -42,6 +46,17 @@ class _Task(NamedTuple):
     roof: float | None
     workspace: EllipticWorkspace | None
     limits: tuple[float, float, float]
+
+    @property
+    def above(self) -> dict[str, Floats]:
+        """Where the free part begins and ends (3,) [m]."""
+        up = np.array([0.0, 0.0, 1.0])
+        return {"start": self.start + self.lift * up, "end": self.end + self.drop * up}
+
+    @property
+    def still(self) -> bool:
+        """Whether there is nothing to do."""
+        return not (self.lift or self.drop or self.velocity.any() or (self.start != self.end).any())
 
 
 def fastest_motion(
@@ -65,22 +80,29 @@ def fastest_motion(
         lift: vertical part at the start [m].
         drop: vertical part at the end [m], entered without stopping.
         start_velocity: velocity at the start (3,) [m/s], with no acceleration; rest when not given.
-        floor: least height of the free part [m]; the lower of its two ends when not given.
+        floor: least height of the free part [m], at most that of its two ends; the lower of these when not given.
         roof: greatest height of the whole motion [m].
         workspace: where the hand may be; None for no bound.
 
+    From rest to the same point without lift and drop the motion takes no time.
+
     Raises:
-        ValueError: an input is not finite, lift or drop is negative, both a lift and a velocity are given, or an end
-            lies outside the workspace or above the roof.
+        ValueError: a point, lift or drop is not finite, floor or roof is not a number, lift or drop is negative, both
+            a lift and a velocity are given, or an end of the motion or of its free part lies outside the workspace,
+            above the roof or below the floor.
         NoMotionFound: the solver found nothing that keeps the bounds.
         PntGymError: casadi is not installed.
     """
     task = _checked(start, end, limits, lift, drop, start_velocity, floor, roof, workspace)
+    if task.still:
+        return JerkTrajectory(task.start[None], np.zeros((1, FREE)), np.zeros((1, FREE, 3)))
     found = [path for guess in _guesses(task) if (path := _solve(task, guess)) is not None]
     if not found:
+        bounds = [f"above {task.floor:.3f} m"]
+        bounds += [] if task.roof is None else [f"below {task.roof:.3f} m"]
+        bounds += [] if task.workspace is None else ["inside the workspace"]
         raise NoMotionFound(
-            f"no motion from {task.start.tolist()} to {task.end.tolist()} was found that stays above {task.floor:.3f} m"
-            + ("" if task.roof is None else f" and below {task.roof:.3f} m")
+            f"no motion from {task.start.tolist()} to {task.end.tolist()} was found that stays {' and '.join(bounds)}"
         )
     return min(found, key=lambda path: float(path.duration[0]))
 
@@ -109,13 +131,27 @@ def _checked(
     speed = float(np.sqrt(velocity @ velocity))
     if speed > numbers[0] * (1.0 + 1e-9):
         raise ValueError(f"start_velocity is {speed:.4g} m/s; the limit is {numbers[0]:.4g} m/s")
-    for name, point in (("start", first), ("end", last)):
-        if workspace is not None and not workspace.contains(point):
+    for name, height in (("floor", floor), ("roof", roof)):
+        if height is not None and np.isnan(height):
+            raise ValueError(f"{name} must be a height [m], got {height}")
+    low = min(first[2] + lift, last[2] + drop)
+    task = _Task(first, last, velocity, lift, drop, low if floor is None else floor, roof, workspace, numbers)
+    _check_room(task)
+    return task._replace(floor=float(min(low, task.floor)))
+
+
+def _check_room(task: _Task) -> None:
+    """Compare both ends, and those of the free part, with workspace, roof and floor."""
+    ends = {"start": task.start, "end": task.end}
+    free = {f"{name} + {way}": task.above[name] for name, way in (("start", "lift"), ("end", "drop"))}
+    for name, point in (ends | free).items():
+        if task.workspace is not None and task.workspace.margin(point) < -ROUNDING:
             raise ValueError(f"{name} {point.tolist()} lies outside the workspace")
-        if roof is not None and point[2] > roof:
-            raise ValueError(f"{name} lies at z = {point[2]:.4g} m, above the roof at {roof:.4g} m")
-    low = min(first[2] + lift, last[2] + drop) if floor is None else float(floor)
-    return _Task(first, last, velocity, lift, drop, low, roof, workspace, numbers)
+        if task.roof is not None and point[2] > task.roof + ROUNDING:
+            raise ValueError(f"{name} lies at z = {point[2]:.4g} m, above the roof at {task.roof:.4g} m")
+    if any(point[2] < task.floor - ROUNDING for point in free.values()):
+        heights = " and ".join(f"{name} at z = {point[2]:.4g} m" for name, point in free.items())
+        raise ValueError(f"floor {task.floor:.4g} m must not lie above either end of the free part: {heights}")
 
 
 def _guesses(task: _Task) -> list[float]:
@@ -135,7 +171,7 @@ def _solve(task: _Task, duration: float) -> JerkTrajectory | None:
     _bound(opti, task, legs)
     _start(opti, task, legs, duration)
     opti.minimize(sum(leg.duration for leg in legs.values()))
-    opti.solver("ipopt", {**QUIET, "ipopt.max_iter": 500})
+    opti.solver("ipopt", SOLVER)
     try:
         solution = opti.solve()
     except RuntimeError:
@@ -169,9 +205,9 @@ def _bound(opti: Any, task: _Task, legs: dict[str, Leg]) -> None:
     """Heights and workspace; the borders between vertical and free parts."""
     free = legs["free"]
     if task.lift > 0.0:
-        opti.subject_to(free.position[2, 0] == task.start[2] + task.lift)
+        opti.subject_to(free.position[2, 0] == task.above["start"][2])
     if task.drop > 0.0:
-        opti.subject_to(free.position[2, -1] == task.end[2] + task.drop)
+        opti.subject_to(free.position[2, -1] == task.above["end"][2])
     opti.subject_to(task.floor <= free.control_points(2).T)
     for leg in legs.values():
         if task.roof is not None:
@@ -182,8 +218,7 @@ def _bound(opti: Any, task: _Task, legs: dict[str, Leg]) -> None:
 
 def _start(opti: Any, task: _Task, legs: dict[str, Leg], duration: float) -> None:
     """First guess: straight vertical parts and a cubic between them that has the start's velocity."""
-    above = task.end + np.array([0.0, 0.0, task.drop])
-    below = task.start + np.array([0.0, 0.0, task.lift])
+    below, above = task.above["start"], task.above["end"]
     zero = np.zeros(3)
     times = {"lift": 0.4 * duration, "free": duration, "drop": 0.4 * duration}
     paths = {

@@ -2,7 +2,8 @@
 
 Per pick: choose a release, plan the throw to it and the return from it as two fast transfers, and check the whole
 motion against limits and rules. A pick without such a motion is thrown straight, as Hassan et al. 2022 do. The optimum
-of `free_optimum` is 2 to 4 % faster and ten thousand times slower to find.
+of `free_optimum` is a few percent faster and a thousand times slower to find; `benchmarks/bench_free_direction.py`
+measures both.
 """
 
 from __future__ import annotations
@@ -14,8 +15,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pnt_gym.planning.arrays import Bools, Floats, Ints, finite_points, finite_rows, same_count
-from pnt_gym.planning.free_legs import keeps_rules, return_leg, throw_leg
-from pnt_gym.planning.free_release import FreeReleases, free_releases
+from pnt_gym.planning.free_check import keeps_rules
+from pnt_gym.planning.free_legs import return_leg, throw_leg
+from pnt_gym.planning.free_release import BOLD, CAUTIOUS, free_releases, top
 from pnt_gym.planning.free_rules import HandRules
 from pnt_gym.planning.limits import MotionLimits
 from pnt_gym.planning.plan import ReleaseBatch
@@ -86,13 +88,16 @@ def plan_free_throws(
             row = int(np.argmin(rules.workspace.contains(points)))
             raise ValueError(f"{name} row {row}, {points[row].tolist()}, lies outside the workspace")
     task = _Task(start, goal, limits, finite_rows(ceiling, len(start), "ceiling"), rules)
-    release = free_releases(
-        start, targets, limits, ceiling=task.ceiling, tolerance=tolerance, next_picks=goal, rules=rules
-    )
-    rows = _free(task, release)
+    rows = _chosen(task, targets, tolerance, BOLD)
     left = np.flatnonzero(~rows.good)
     if left.size > 0:
-        plan = plan_release_batch(start, targets, limits, ceiling=task.ceiling, tolerance=tolerance)
+        aims, slack = np.asarray(targets, dtype=np.float64)[left], finite_rows(tolerance, len(start), "tolerance")[left]
+        _replace(rows, left, _chosen(task.take(left), aims, slack, CAUTIOUS))
+        left = np.flatnonzero(~rows.good)
+    if left.size > 0:
+        plan = plan_release_batch(
+            start, targets, limits, ceiling=task.ceiling, tolerance=tolerance, workspace=rules.workspace
+        )
         for extra in STRAIGHT_WINDOWS:
             _replace(rows, left, _straight(task.take(left), take(plan, left), rules.window + extra))
             left = np.flatnonzero(~rows.good)
@@ -111,11 +116,16 @@ class _Task(NamedTuple):
     def take(self, rows: Ints) -> _Task:
         return _Task(self.picks[rows], self.goal[rows], self.limits.take(rows), self.ceiling[rows], self.rules)
 
+    @property
+    def roof(self) -> Floats:
+        """Greatest height of the hand (N,) [m]."""
+        return top(self.ceiling, self.rules)
+
     def keeps(self, durations: Floats, jerks: Floats, time: Floats) -> Bools:
         """Which motions keep limits and rules."""
         path = JerkTrajectory(self.picks, durations, jerks)
         floor = self.picks[:, 2], np.minimum(self.goal[:, 2], self.picks[:, 2])
-        return keeps_rules(path, time, self.limits, self.ceiling + self.rules.hand_cap, self.rules, floor)
+        return keeps_rules(path, time, self.limits, self.roof, self.rules, floor)
 
 
 class _Rows(NamedTuple):
@@ -149,10 +159,19 @@ def _replace(rows: _Rows, index: Ints, other: _Rows) -> None:
         old[index] = new
 
 
-def _free(task: _Task, release: FreeReleases) -> _Rows:
+def _chosen(task: _Task, targets: ArrayLike, tolerance: ArrayLike, caution: float) -> _Rows:
     """Throw, window, return and approach joined and checked."""
-    count, rules = len(task.picks), task.rules
-    roof = task.ceiling + rules.hand_cap
+    count, rules, roof = len(task.picks), task.rules, task.roof
+    release = free_releases(
+        task.picks,
+        targets,
+        task.limits,
+        ceiling=task.ceiling,
+        tolerance=tolerance,
+        next_picks=task.goal,
+        rules=rules,
+        caution=caution,
+    )
     first = throw_leg(task.picks, release.position, release.velocity, task.limits, roof)
     start = release.position + rules.window * release.velocity
     second, down = return_leg(start, release.velocity, task.goal, task.limits, roof, rules)

@@ -7,12 +7,13 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from pnt_gym.planning.approach import Entry, approach_entry
-from pnt_gym.planning.arrays import Bools, Floats, length
+from pnt_gym.planning.arrays import Bools, Floats
 from pnt_gym.planning.ballistics import GRAVITY
-from pnt_gym.planning.free_rules import TOLERANCE, HandRules, least_gap
+from pnt_gym.planning.free_release import clearing_time
+from pnt_gym.planning.free_rules import HandRules
 from pnt_gym.planning.limits import MotionLimits
 from pnt_gym.planning.segments import rest_to_rest
-from pnt_gym.planning.trajectory import JerkTrajectory, Segments
+from pnt_gym.planning.trajectory import Segments
 from pnt_gym.planning.transfer import Band, Transfers, fast_transfer
 
 ROOM: Final = 0.002
@@ -23,8 +24,6 @@ CLEARER: Final = 1.02
 """Share of the clear distance that is planned, for the same reason."""
 SLOWER: Final = 1.15
 """Share of the least clearing time after which the hand has to be clear."""
-SINK: Final = 0.002
-"""How far the hand may sink below a floor between two borders [m]."""
 
 
 def throw_leg(picks: Floats, position: Floats, velocity: Floats, limits: MotionLimits, roof: Floats) -> Transfers:
@@ -86,7 +85,7 @@ def return_leg(
         high=np.maximum(top, 0.0),
         fall=np.full(count, margin),
         clear=np.full(count, rules.clear_distance * CLEARER),
-        by=SLOWER * clearing_time(limits, count, rules),
+        by=SLOWER * clearing_time(limits, count, rules.clear_distance),
     )
     before = np.where(known[:, None], velocity, 0.0)
     turn = _Turn.of(before)
@@ -102,12 +101,6 @@ def return_leg(
     )
     moves = Transfers(moves.duration, turn.out_of(moves.jerks), moves.feasible)
     return _only(moves, known), down
-
-
-def clearing_time(limits: MotionLimits, count: int, rules: HandRules) -> Floats:
-    """Return about the least time (N,) [s] in which a braking hand falls `clear_distance` behind the object."""
-    _, acceleration, jerk = limits.arrays(count)
-    return np.sqrt(2.0 * rules.clear_distance / acceleration) + 0.5 * acceleration / jerk
 
 
 class _Turn(NamedTuple):
@@ -139,52 +132,6 @@ def stop_above(limits: MotionLimits, count: int, height: float) -> Entry:
     """Return approaches over `height` [m] that begin at rest."""
     still = np.zeros((count, 3))
     return Entry(still, still, rest_to_rest(np.tile([0.0, 0.0, -height], (count, 1)), limits))
-
-
-def keeps_rules(
-    path: JerkTrajectory,
-    release_time: Floats,
-    limits: MotionLimits,
-    roof: Floats,
-    rules: HandRules,
-    floor: tuple[Floats, Floats],
-) -> Bools:
-    """Which motions (N,) keep limits and rules; `floor` is the least height before and after the release (N,) [m].
-
-    Limits are read where their peaks are: jerks, accelerations at the borders, and the Bernstein coefficients of the
-    speed. Positions are sampled at eight points of every piece.
-    """
-    bounds = limits.arrays(len(release_time))
-    moving = path.durations > 0.0
-    middle = path.knots.velocity[:, :-1] + 0.5 * path.durations[..., None] * path.knots.acceleration[:, :-1]
-    ratios = np.stack(
-        [
-            np.maximum(length(path.knots.velocity).max(axis=1), length(middle).max(axis=1)) / bounds[0],
-            length(path.knots.acceleration).max(axis=1) / bounds[1],
-            np.where(moving, length(path.jerks), 0.0).max(axis=1) / bounds[2],
-        ]
-    )
-    times, place = _fine(path)
-    at = path.sample(release_time[:, None])
-    since = times - release_time[:, None]
-    gap = least_gap(place, since, at.position[:, 0], at.velocity[:, 0], rules)
-    low = np.where(since <= 0.0, floor[0][:, None], floor[1][:, None]) - SINK
-    good = (ratios.max(axis=0) <= 1.0 + TOLERANCE) & (gap >= -TOLERANCE)
-    good &= (place[..., 2] <= roof[:, None] + TOLERANCE).all(axis=1) & (place[..., 2] >= low).all(axis=1)
-    if rules.workspace is not None:
-        good &= rules.workspace.contains(place).all(axis=1)
-    return np.asarray(good, dtype=np.bool_)
-
-
-def _fine(path: JerkTrajectory) -> tuple[Floats, Floats]:
-    """Times (N, 8 K) [s] and places (N, 8 K, 3) [m] at eight points of every piece."""
-    count, columns = path.durations.shape
-    after = path.durations[:, :, None] * (np.arange(8) / 8.0)
-    t = after[..., None]
-    position, velocity, acceleration = (part[:, :-1, None] for part in path.knots)
-    place = position + t * (velocity + 0.5 * t * (acceleration + t * path.jerks[:, :, None] / 3.0))
-    times = path.knot_times[:, :-1, None] + after
-    return times.reshape(count, 8 * columns), place.reshape(count, 8 * columns, 3)
 
 
 def _only(moves: Transfers, rows: Bools) -> Transfers:

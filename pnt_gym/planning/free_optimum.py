@@ -17,13 +17,15 @@ from pnt_gym.planning._frame import Frame
 from pnt_gym.planning._legs import Guess, Leg, add_leg, hermite, inside, join, rest, set_guess
 from pnt_gym.planning.arrays import Floats, Point, vector
 from pnt_gym.planning.ballistics import GRAVITY
-from pnt_gym.planning.fastest import NoMotionFound
+from pnt_gym.planning.fastest import ROUNDING, NoMotionFound
 from pnt_gym.planning.free_rules import HandRules
 from pnt_gym.planning.limits import MotionLimits
 from pnt_gym.planning.trajectory import JerkTrajectory, Segments
 
 INTERVALS: Final = {"throw": 28, "clearing": 16, "return": 30, "approach": 10}
 """Pieces of constant jerk per leg; twice as many of them gain less than 0.5 %."""
+SOLVER: Final = {**QUIET, "ipopt.max_iter": 300, "ipopt.diverging_iterates_tol": 1e3}
+"""Options of a solve. Counts rather than seconds end the hopeless ones, so that every machine gives the same answer."""
 STARTS: Final = ((0.62, 1.0), (0.74, 1.0), (0.35, 0.9))
 """First guesses: elevation of the release velocity [rad] and its share of the speed limit."""
 
@@ -85,12 +87,14 @@ def fastest_throw(
         target: where the object has to come down (3,) [m].
         next_pick: where the hand comes to rest (3,) [m].
         limits: one set of limits, kept as norms.
-        ceiling: greatest height of the release [m].
+        ceiling: greatest height of the release [m]. After the release the hand stays above the top of the approach,
+            or above the middle between pick and ceiling where that is lower.
         tolerance: delta of Hassan et al. 2022, Eqs. 16-17: the throw is aimed that much short of the target [m].
         rules: what binds the hand; the defaults when not given.
 
     Raises:
-        ValueError: an input is not finite, the pick is above the ceiling, or a pick is outside the workspace.
+        ValueError: an input is not finite, the pick is not below the ceiling, the next pick or the top of its approach
+            is above the greatest height of the hand, or one of the three is outside the workspace.
         NoMotionFound: the solver found nothing that keeps every bound.
         PntGymError: casadi is not installed.
     """
@@ -114,11 +118,20 @@ def _checked(
     rules: HandRules,
 ) -> _Task:
     first, last = vector(pick, "pick"), vector(next_pick, "next_pick")
+    if not np.isfinite(ceiling):
+        raise ValueError(f"ceiling must be finite [m], got {ceiling}")
     if not first[2] <= ceiling:
         raise ValueError(f"pick lies at z = {first[2]:.4g} m, above the ceiling at {ceiling:.4g} m")
-    for name, point in (("pick", first), ("next_pick", last)):
-        if rules.workspace is not None and not rules.workspace.contains(point):
+    above = last + np.array([0.0, 0.0, rules.approach])
+    roof = ceiling + rules.hand_cap
+    for name, point in (("pick", first), ("next_pick", last), ("next_pick + approach", above)):
+        if rules.workspace is not None and rules.workspace.margin(point) < -ROUNDING:
             raise ValueError(f"{name} {point.tolist()} lies outside the workspace")
+        if point[2] > roof + ROUNDING:
+            raise ValueError(
+                f"{name} lies at z = {point[2]:.4g} m, above ceiling + hand_cap, where the hand may be at most: "
+                f"{roof:.4g} m"
+            )
     frame = Frame.of(first[None], vector(target, "target")[None], limits, tolerance)
     reach = float(frame.plane.reach[0])
     if reach <= 0.0:
@@ -140,7 +153,7 @@ def _solve(task: _Task, elevation: float, share: float) -> FreeThrow | None:
     _heights(opti, task, legs)
     opti.set_initial(flight, _start(opti, task, legs, elevation, share))
     opti.minimize(sum(leg.duration for leg in legs.values()))
-    opti.solver("ipopt", {**QUIET, "ipopt.max_iter": 300})
+    opti.solver("ipopt", SOLVER)
     try:
         solution = opti.solve()
     except RuntimeError:
@@ -197,9 +210,14 @@ def _clearing(opti: Any, task: _Task, legs: dict[str, Leg]) -> None:
 
 
 def _heights(opti: Any, task: _Task, legs: dict[str, Leg]) -> None:
-    """Floor before the release and on the return, roof everywhere, workspace."""
+    """Floor before the release and after it, roof everywhere, workspace.
+
+    The floor after the release is the top of the approach, or the middle between pick and ceiling where that is lower:
+    a hand that lets go below the top of the approach could not be above it at once.
+    """
     opti.subject_to(task.pick[2] <= legs["throw"].control_points(2)[:, 1:].T)
-    low = task.following[2] + task.rules.approach
+    top, middle = task.following[2] + task.rules.approach, 0.5 * (task.pick[2] + task.ceiling)
+    low = middle if middle < top - ROUNDING else top
     opti.subject_to(low <= legs["return"].control_points(2)[:, :-1].T)
     opti.subject_to(low <= legs["clearing"].control_points(2).T)
     for name in ("throw", "clearing", "return"):

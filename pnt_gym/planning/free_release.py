@@ -27,11 +27,16 @@ TURN: Final = 1.6
 """Way of a hand that turns back, as a multiple of the shortest stop."""
 RUN_UP: Final = 1.15
 """Share of the shortest vertical run-up, which would leave no acceleration for the horizontal one."""
-_ELEVATIONS: Final = np.deg2rad(np.arange(10.0, 66.0, 4.0))
-_SHARES: Final = np.array([SPEEDING, 0.9, 0.8, 0.7, 0.6, 0.5])
-_HEIGHTS: Final = np.array([1.0, 0.5])
+_ELEVATIONS: Final = np.deg2rad(np.arange(10.0, 66.0, 5.0))
+_SHARES: Final = np.array([SPEEDING, 0.95, 0.9, 0.85, 0.8, 0.7, 0.6, 0.5])
+_HEIGHTS: Final = np.array([1.0, 0.85, 0.7, 0.5])
 """Release heights as shares of the way from the pick to the ceiling."""
 CHOICES: Final = np.stack(np.meshgrid(_ELEVATIONS, _SHARES, _HEIGHTS, indexing="ij")).reshape(3, -1)
+CHUNK: Final = 512
+"""Rows whose choices are compared together, to bound memory."""
+BOLD: Final = 0.9
+CAUTIOUS: Final = 1.15
+"""Shares of the estimated rise after the release that a choice allows for: at first, and where that fails."""
 
 
 @final
@@ -61,6 +66,7 @@ def free_releases(
     tolerance: ArrayLike = 0.0,
     next_picks: ArrayLike | None = None,
     rules: HandRules | None = None,
+    caution: float = BOLD,
 ) -> FreeReleases:
     """Choose releases in the vertical planes of picks (N, 3) and targets (N, 3) [m].
 
@@ -71,7 +77,8 @@ def free_releases(
         ceiling: greatest height of the release [m], one number or (N,).
         tolerance: the throw is aimed that much short of the target, as in `plan_release` [m].
         next_picks: where the hands go afterwards (N, 3) [m]; back to their pick when not given.
-        rules: approach, window and workspace.
+        rules: approach, window, cap and workspace.
+        caution: share of the estimated rise of the hand that has to fit below the cap.
 
     Raises:
         ValueError: an input is NaN or infinite, a tolerance is negative, or shapes disagree.
@@ -81,16 +88,32 @@ def free_releases(
     count = frame.size
     roof = finite_rows(ceiling, count, "ceiling")
     goal = frame.picks if next_picks is None else finite_points(next_picks, "next_picks")
-    # All choices of all rows at once: row i, choice c is row i C + c.
-    each = np.repeat(np.arange(count), CHOICES.shape[1])
-    tried = _release(_rows(frame, each), np.tile(CHOICES, count), roof[each])
-    cost = _cost(frame.picks[each], tried, goal[each], limits.take(each), rules).reshape(count, -1)
-    best = cost.argmin(axis=1)
-    chosen = best + CHOICES.shape[1] * np.arange(count)
-    position, velocity, flight = (value[chosen] for value in tried)
-    feasible = np.isfinite(cost[np.arange(count), best]) & (frame.plane.reach > MIN_REACH) & (frame.picks[:, 2] <= roof)
+    chosen, cost = np.zeros(count, dtype=np.int64), np.full(count, np.inf)
+    for begin in range(0, count, CHUNK):
+        part = np.arange(begin, min(begin + CHUNK, count))
+        task = (_rows(frame, part), goal[part], limits.take(part), roof[part])
+        chosen[part], cost[part] = _best(*task, rules, caution)
+    position, velocity, flight = _release(frame, CHOICES[:, chosen], roof)
+    feasible = np.isfinite(cost) & (frame.plane.reach > MIN_REACH) & (frame.picks[:, 2] <= roof)
     gap = np.where(feasible, 0.0, np.nan)
     return FreeReleases(position + gap[:, None], velocity + gap[:, None], flight + gap, feasible)
+
+
+def _best(
+    frame: Frame, goal: Floats, limits: MotionLimits, roof: Floats, rules: HandRules, caution: float
+) -> tuple[Ints, Floats]:
+    """Quickest choice of each row (N,) and its estimated time [s]; all choices of all rows at once."""
+    count, choices = frame.size, CHOICES.shape[1]
+    # Row i, choice c is row i C + c.
+    each = np.repeat(np.arange(count), choices)
+    tried = _release(_rows(frame, each), np.tile(CHOICES, count), roof[each])
+    room = top(roof, rules)[each] - tried[0][:, 2]
+    good = (tried[2] > 0.0) & (caution * _rise(tried[1], limits.take(each), rules) <= room)
+    falling = approach_entry(limits, count, rules.approach).velocity
+    cost = _cost(frame.picks[each], tried, goal[each], falling[each], limits.take(each), rules, good)
+    cost = cost.reshape(count, choices)
+    best = cost.argmin(axis=1)
+    return best, cost[np.arange(count), best]
 
 
 def turning_point(start: Floats, velocity: Floats, limits: MotionLimits) -> Floats:
@@ -125,22 +148,43 @@ def _release(frame: Frame, choice: Floats, roof: Floats) -> tuple[Floats, Floats
 
 
 def _cost(
-    picks: Floats, release: tuple[Floats, Floats, Floats], goal: Floats, limits: MotionLimits, rules: HandRules
+    picks: Floats,
+    release: tuple[Floats, Floats, Floats],
+    goal: Floats,
+    falling: Floats,
+    limits: MotionLimits,
+    rules: HandRules,
+    good: Bools,
 ) -> Floats:
     """Estimated time (N,) of throw and return [s]; infinite where no object or no hand can go."""
-    position, velocity, flight = release
-    falling = approach_entry(limits, len(picks), rules.approach).velocity
+    position, velocity, _ = release
     above = goal + np.array([0.0, 0.0, rules.approach])
     start = position + rules.window * velocity
     cost = estimate(position - picks, np.zeros_like(picks), velocity, limits)
     cost = cost + estimate(above - start, velocity, falling, limits)
-    good = (flight > 0.0) & (_rise(velocity, limits, rules) <= rules.hand_cap)
     # Without going below the pick, the hand needs this much height to gain its upward speed.
-    good &= position[:, 2] - picks[:, 2] >= RUN_UP * brake_distance(np.maximum(velocity[:, 2], 0.0), limits)
+    run_up = RUN_UP * brake_distance(np.maximum(velocity[:, 2], 0.0), limits)
+    good = good & (position[:, 2] - picks[:, 2] >= run_up)
     if rules.workspace is not None:
         turn = turning_point(start, velocity, limits)
         good &= rules.workspace.contains(position) & rules.workspace.contains(turn)
     return np.where(good, cost, np.inf)
+
+
+def top(ceiling: Floats, rules: HandRules) -> Floats:
+    """Return the greatest height of the hand (N,) [m]: cap and workspace."""
+    most = np.inf if rules.workspace is None else rules.workspace.z_max
+    return np.minimum(ceiling + rules.hand_cap, most)
+
+
+def clearing_time(limits: MotionLimits, count: int, distance: float) -> Floats:
+    """Return about the least time (N,) [s] in which a hand that brakes and turns falls ``distance`` [m] behind."""
+    velocity, acceleration, jerk = limits.arrays(count)
+    # The hand cannot move away from the object faster than both do together.
+    apart = 1.8 * velocity
+    growing = np.minimum(np.sqrt(2.0 * distance / acceleration), apart / acceleration)
+    left = distance - 0.5 * acceleration * growing**2
+    return growing + np.maximum(left, 0.0) / apart + 0.5 * acceleration / jerk
 
 
 def _rise(velocity: Floats, limits: MotionLimits, rules: HandRules) -> Floats:
@@ -149,7 +193,7 @@ def _rise(velocity: Floats, limits: MotionLimits, rules: HandRules) -> Floats:
     Until it is clear sideways it must not fall faster than the margin allows; then it brakes.
     """
     _, acceleration, jerk = limits.arrays(len(velocity))
-    clear = np.sqrt(2.0 * rules.clear_distance / acceleration) + 0.5 * acceleration / jerk
+    clear = clearing_time(limits, len(velocity), rules.clear_distance)
     fall = (1.0 - rules.margin) * GRAVITY
     up = np.maximum(velocity[:, 2], 0.0)
     still = np.minimum(clear, up / fall)

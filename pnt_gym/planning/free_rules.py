@@ -32,7 +32,7 @@ class HandRules:
     """What the hand has to keep to before and after the release.
 
     Attributes:
-        approach: height of the vertical approach to the next pick, Z_off [m].
+        approach: height of the vertical approach to the next pick, Z_off [m], above 0.
         window: constant velocity after the release [s].
         hand_cap: how far the hand may rise above the release ceiling [m]; inf for no bound.
         clear_distance: sideways distance from the object at which the hand may move freely [m].
@@ -41,7 +41,7 @@ class HandRules:
         workspace: where the hand may be; None for no bound.
 
     Raises:
-        ValueError: a value is negative or not a number, or the margin is not below 1.
+        ValueError: a value is negative or not a number, the approach is 0, or the margin is not below 1.
     """
 
     approach: float = 0.05
@@ -52,7 +52,9 @@ class HandRules:
     workspace: EllipticWorkspace | None = None
 
     def __post_init__(self) -> None:
-        for name in ("approach", "window", "clear_distance", "hand_cap"):
+        if not (math.isfinite(self.approach) and self.approach > 0.0):
+            raise ValueError(f"approach must be finite and above 0 [m], got {self.approach}")
+        for name in ("window", "clear_distance", "hand_cap"):
             value = getattr(self, name)
             if math.isnan(value) or value < 0.0 or (math.isinf(value) and name != "hand_cap"):
                 raise ValueError(f"{name} must be finite and not negative, got {value}")
@@ -152,9 +154,12 @@ def least_gap(position: Floats, since: Floats, start: Floats, velocity: Floats, 
 
 
 def miss(start: Floats, velocity: Floats, targets: Floats) -> Floats:
-    """Horizontal distance (N,) [m] of the drag-free landing from the target; inf where it never comes down there."""
+    """Horizontal distance (N,) [m] of the drag-free landing from the target; inf where it never comes down there.
+
+    From below the target's height an object that rises comes down through it, one that falls never does.
+    """
     drop = start[:, 2] - targets[:, 2]
     square = velocity[:, 2] ** 2 + 2.0 * GRAVITY * drop
     flight = (velocity[:, 2] + np.sqrt(np.maximum(square, 0.0))) / GRAVITY
     off = start[:, :2] + flight[:, None] * velocity[:, :2] - targets[:, :2]
-    return np.where(square >= 0.0, np.sqrt(off[:, 0] ** 2 + off[:, 1] ** 2), np.inf)
+    return np.where((square >= 0.0) & (flight >= 0.0), np.sqrt(off[:, 0] ** 2 + off[:, 1] ** 2), np.inf)

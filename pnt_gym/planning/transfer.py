@@ -26,13 +26,15 @@ PIECES: Final = 24
 """Pieces of constant jerk per motion."""
 BLOCK: Final = 32
 """Rows solved together. Matrix products of one shape give a row the same bits whatever the other rows are."""
-STAGE: Final = 40
-STAGES: Final = 8
+STAGE: Final = 16
+STAGES: Final = 20
 """Iterations per stage, and most stages per motion; after each, the rows not solved yet are put together anew."""
 HOPELESS: Final = 3.0
 """A motion not found within this multiple of its first duration is given up."""
 PATIENCE: Final = 8
-"""Iterations between two changes of the duration."""
+"""Iterations between two changes of the duration, a multiple of `LOOK`."""
+LOOK: Final = 2
+"""Iterations between two looks at the violation."""
 FIRST: Final = 0.97
 """First duration as a share of the estimate."""
 GROWTH: Final = 0.08
@@ -40,7 +42,7 @@ GROWTH: Final = 0.08
 LEAST: Final = 0.003
 MOST: Final = 0.08
 """Bounds of one growth; the lower one rises by `IMPATIENCE` with every stage."""
-IMPATIENCE: Final = 1.2
+IMPATIENCE: Final = 1.076
 INSIDE: Final = 0.9985
 """The balls are shrunk to this share of the limits: an iterate that converges to them gets inside after finite time."""
 HEIGHT: Final = 4.0
@@ -281,22 +283,27 @@ def _iterate(m: _Matrices, problem: _Problem, state: _State, stage: int) -> tupl
         # Begin with the motion of least jerk.
         iterate = block.row.copy()
     least = LEAST * IMPATIENCE**stage
+    violation = np.ones(BLOCK)
     for step in range(1, STAGE + 1):
         inner = _product(iterate - block.row, m.back)
         point = block.row + _product(inner, m.reach)
-        violation = _violation(m, block, point)
-        new = (violation <= 1.0) & np.isnan(found)
-        if new.any():
-            found[new] = time[new]
-            total = (block.jerk + _product(inner, m.null))[new] / time[new, None, None] ** 3
-            jerks[new] = total.transpose(0, 2, 1)
-            if not np.isnan(found).any():
-                break
-        iterate = iterate + _projected(m, block, 2.0 * point - iterate) - point
+        if step % LOOK == 0:
+            violation = _violation(m, block, point)
+            new = (violation <= 1.0) & np.isnan(found)
+            if new.any():
+                found[new] = time[new]
+                total = (block.jerk + _product(inner, m.null))[new] / time[new, None, None] ** 3
+                jerks[new] = total.transpose(0, 2, 1)
+                if not np.isnan(found).any():
+                    break
+        reflected = 2.0 * point
+        reflected -= iterate
+        iterate -= point
+        iterate += _projected(m, block, reflected)
         if step % PATIENCE == 0:
             growth = 1.0 + np.clip(GROWTH * (violation - 1.0), least, MOST)
             time = time * growth
-            iterate = iterate * (growth[:, None] ** (3.0 - np.minimum(m.kind, 3)))[:, None]
+            iterate *= (growth[:, None] ** (3.0 - np.minimum(m.kind, 3)))[:, None]
             block = _scaled(m, problem, time)
     return found, jerks, _State(time, iterate)
 

@@ -1,4 +1,4 @@
-"""The free release direction in the cell: legal motion, exact meetings, no second contact, the same bits in any batch."""
+"""The free release direction in the cell: legal motion, exact meetings, no second contact, the same bits in a batch."""
 
 import gymnasium as gym
 import numpy as np
@@ -109,7 +109,7 @@ def test_a_correction_moves_the_drag_free_landing_and_zero_is_the_plan(mode):
 
 
 def test_an_impossible_correction_is_shortened_and_stays_legal():
-    core = core_of(level="waste", picks="independent", mode="release_xyz")
+    core = core_of(level="waste", picks="independent", mode="release_xyz", action={"xyz": [0.6, 0.6, 0.4]})
     action = np.random.default_rng(0).uniform(-1.0, 1.0, (COUNT, 3))
     release, clipped = core.plan(action)
     assert clipped.any()
@@ -128,11 +128,12 @@ def test_a_row_alone_gives_the_bits_it_gives_in_a_batch():
             assert same_bits(a.info[name][:1], b.info[name]), name
 
 
-def test_a_bin_that_no_free_throw_reaches_is_thrown_to_straight():
-    """Next to the ceiling there is no height to gain an upward speed in, so only the straight throw is left."""
-    core = core_of(motion={"ceiling": 0.02, "follow_through": {"window": 0.08}})
+def test_picks_without_a_free_throw_are_thrown_straight_beside_the_others():
+    """Little height below the ceiling and a wide margin leave some picks no free release."""
+    tight = {"ceiling": 0.05, "follow_through": {"window": 0.0, "margin": 0.9, "hand_cap": 0.0}}
+    core = core_of(picks="independent", motion=tight)
     straight = core.context.plan.straight
-    assert straight.any()
+    assert straight.any() and not straight.all()
     pick, limits = core.context.pick, core.context.limits
     plain = StraightMover(core.config, core.cell.planner.workspace)
     expected = plain.plan(pick, core.context.target, limits, core.context.ceiling)
