@@ -28,8 +28,9 @@ STRAIGHT: Final = 10
 """Intervals of a vertical part."""
 ROUNDING: Final = 1e-9
 """Excess of a height over a bound that counts as rounding [m]."""
-SOLVER: Final = {**QUIET, "ipopt.max_iter": 500, "ipopt.diverging_iterates_tol": 1e3}
-"""Options of a solve. Counts rather than seconds end the hopeless ones, so that every machine gives the same answer."""
+SOLVER: Final = {**QUIET, "ipopt.max_iter": 500, "ipopt.diverging_iterates_tol": 1e3, "ipopt.max_cpu_time": 20.0}
+"""Options of a solve. Unknowns are of the order of one: what runs away from that is given up, and so is what takes far
+longer than the solves that succeed (below 2 s)."""
 
 
 class NoMotionFound(PntGymError):

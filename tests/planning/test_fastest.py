@@ -31,6 +31,28 @@ def motion(name):
     }[name]()
 
 
+@pytest.mark.parametrize("bounds", [{}, {"floor": -1.0, "roof": -0.85, "workspace": AREA}])
+def test_no_way_takes_no_time(bounds):
+    path = fastest_motion(HERE, HERE, T40, **bounds)
+    assert path.duration.tolist() == [0.0]
+    assert path.durations.shape[0] == 1
+    read = path.sample(np.array([-1.0, 0.0, 1.0]))
+    np.testing.assert_array_equal(read.position, np.tile(HERE, (1, 3, 1)))
+    assert not (read.velocity.any() or read.acceleration.any())
+
+
+def test_no_way_still_takes_time_with_a_lift_or_a_velocity():
+    up = fastest_motion(HERE, HERE, T40, lift=0.02, drop=0.02)
+    # Jerk J for a time t, -J for (1 + sqrt 2) t until the hand turns at the top, and the same backwards.
+    share = 1.0 + np.sqrt(2.0)
+    rise = 1.0 / 6.0 + share / 2.0 + share**2 / 2.0 - share**3 / 6.0
+    known = 2.0 * (1.0 + share) * np.cbrt(0.02 / (1200.0 * rise))
+    assert known * (1.0 - 1e-6) <= float(up.duration[0]) <= known * (1.0 + 3e-3)
+    loop = fastest_motion(HERE, HERE, T40, start_velocity=(0.1, 0.0, 0.0))
+    assert loop.sample(np.linspace(0.0, float(loop.duration[0]), 99)).position[0, :, 0].max() > HERE[0] + 1e-4
+    np.testing.assert_allclose(loop.end[0], HERE, rtol=0, atol=1e-8)
+
+
 def test_a_straight_way_takes_as_long_as_the_s_curve():
     for name, way in (("line", 0.5), ("short", 0.02)):
         closed = float(min_time_scurve(way, T40).duration)
@@ -157,6 +179,15 @@ def test_a_longer_way_or_a_tighter_bound_is_never_faster():
         ({"start_velocity": (2.0, 2.0, 0.0)}, r"start_velocity is 2\.828 m/s; the limit is 2\.4 m/s"),
         ({"workspace": EllipticWorkspace(0.1, 0.8)}, r"start \[-0\.15, 0\.0, -0\.85\] lies outside the workspace"),
         ({"start": (0.0, 0.0, -0.85), "workspace": EllipticWorkspace(0.1, 0.8)}, "end .* lies outside the workspace"),
+        ({"floor": np.nan}, r"floor must be a height \[m\], got nan"),
+        ({"roof": np.nan}, r"roof must be a height \[m\], got nan"),
+        ({"end": HERE, "floor": np.nan}, r"floor must be a height"),
+        ({"floor": -0.84}, r"floor -0\.84 m .*: start \+ lift at z = -0\.85 m and end \+ drop at z = -0\.83 m"),
+        ({"floor": -0.82, "lift": 0.05}, r"floor -0\.82 m .*: start \+ lift at z = -0\.8 m and end \+ drop at z = -0"),
+        ({"floor": np.inf}, "floor inf m must not lie above"),
+        ({"lift": 0.06, "roof": -0.80}, r"start \+ lift lies at z = -0\.79 m, above the roof at -0\.8 m"),
+        ({"drop": 0.06, "roof": -0.80}, r"end \+ drop lies at z = -0\.77 m, above the roof at -0\.8 m"),
+        ({"lift": 0.1, "workspace": EllipticWorkspace(z_max=-0.8)}, r"start \+ lift .* lies outside the workspace"),
         ({"roof": -0.84}, r"end lies at z = -0\.83 m, above the roof"),
         ({"start": (0.0, 0.0, -0.80), "roof": -0.81}, r"start lies at z = -0\.8 m, above the roof at -0\.81 m"),
         ({"limits": MotionLimits.t3kr(np.array([30.0, 40.0]))}, "one set of limits"),
@@ -168,6 +199,21 @@ def test_bad_inputs_are_refused_in_one_sentence(changes, sentence):
         fastest_motion(given.pop("start"), given.pop("end"), given.pop("limits"), **given)
     assert "\n" not in str(caught.value)
     assert not isinstance(caught.value, NoMotionFound)
+
+
+def test_a_floor_and_a_roof_that_touch_the_ends_are_no_error():
+    touching = fastest_motion(HERE, THERE, T40, lift=0.05, floor=-0.85 + 0.05 - 0.03, roof=-0.85 + 0.05)
+    assert float(touching.duration[0]) > float(motion("lift only").duration[0])
+    # -0.88 + 0.05 is -0.83 but for a rounding.
+    raised = fastest_motion((-0.15, 0.0, -0.88), THERE, T40, lift=0.05, floor=THERE[2], roof=THERE[2])
+    np.testing.assert_allclose(raised.end[0], THERE, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("limits", [T40, MotionLimits(1.0, 5.0, 20.0)])
+def test_a_hand_that_cannot_turn_inside_the_workspace_is_told_so(limits):
+    start, velocity = (0.40, 0.0, -0.8), (limits.numbers()[0], 0.0, 0.0)
+    with pytest.raises(NoMotionFound, match=r"stays above -0\.900 m and below -0\.600 m and inside the workspace$"):
+        fastest_motion(start, THERE, limits, start_velocity=velocity, floor=-0.9, roof=-0.6, workspace=AREA)
 
 
 def test_a_stop_without_room_is_told_as_such():

@@ -133,6 +133,21 @@ def test_a_lower_cap_costs_time():
     assert times[0] * 1.1 < times[1] * 1.05 < times[2]
 
 
+@pytest.mark.parametrize(("ceiling", "height"), [(-0.82, -0.85), (-0.75, -0.72)])
+def test_an_approach_that_begins_above_the_ceiling_forces_no_detour(ceiling, height):
+    """A ceiling 3 cm above the pick, and a next pick 3 cm above the ceiling."""
+    following, target = (*PICKS[1][:2], height), (0.3, 0.4, -0.85)
+    found = fastest_throw(PICKS[0], target, following, MotionLimits.t3kr(40), ceiling=ceiling, rules=RULES)
+    place = np.array([target])
+    check = check_throw(found.path, np.array([found.release_time]), place, MotionLimits.t3kr(40), ceiling, RULES)
+    assert check.good().tolist() == [True], check
+    assert found.duration < 1.5 * known("in 40").duration
+    times = np.linspace(found.release_time, found.duration - found.legs["approach"], 4001)
+    heights = found.path.sample(times).position[0, :, 2]
+    assert heights.min() >= 0.5 * (PICKS[0][2] + ceiling) - 1e-7
+    assert heights[-1] == pytest.approx(height + RULES.approach, abs=1e-7)
+
+
 def test_the_same_task_gives_the_same_bits():
     once, again = known("in 40"), throw("in 40")
     np.testing.assert_array_equal(once.path.jerks, again.path.jerks)
@@ -151,7 +166,16 @@ def test_a_target_out_of_reach_is_told_in_one_sentence():
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
-        ({"ceiling": -0.9}, r"pick lies at z = -0\.85 m, above the ceiling at -0\.9 m"),
+        ({"ceiling": -0.9}, r"pick lies at z = -0\.85 m; it must lie below the ceiling at -0\.9 m"),
+        ({"ceiling": -0.85}, r"pick lies at z = -0\.85 m; it must lie below the ceiling at -0\.85 m"),
+        ({"ceiling": np.nan}, r"ceiling must be finite \[m\], got nan"),
+        ({"ceiling": np.inf}, r"ceiling must be finite \[m\], got inf"),
+        ({"next_pick": (-0.2, -0.35, -0.5)}, r"next_pick lies at z = -0\.5 m, above ceiling \+ hand_cap, .*: -0\.6 m"),
+        ({"next_pick": (-0.2, -0.35, -0.62)}, r"next_pick \+ approach lies at z = -0\.57 m, above ceiling \+ hand_cap"),
+        (
+            {"rules": HandRules(workspace=EllipticWorkspace(z_max=-0.81))},
+            r"next_pick \+ approach \[.*\] lies outside the workspace",
+        ),
         ({"pick": (-0.46, 0.0, -0.85)}, r"pick \[-0\.46, 0\.0, -0\.85\] lies outside the workspace"),
         ({"next_pick": (0.0, 0.81, -0.85)}, r"next_pick \[0\.0, 0\.81, -0\.85\] lies outside the workspace"),
         ({"target": (-0.2, -0.246, -0.85)}, "lies within the tolerance of the pick"),

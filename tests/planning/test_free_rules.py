@@ -175,6 +175,21 @@ def test_the_miss_is_measured_where_the_object_comes_down():
     assert (~known).any()
 
 
+def test_what_falls_from_below_the_target_never_comes_down_on_it():
+    start = np.array([[0.0, 0.0, -0.1], [0.0, 0.0, -0.1], [0.0, 0.0, 0.1]])
+    velocity = np.array([[1.0, 0.0, -3.0], [1.0, 0.0, 3.0], [1.0, 0.0, -3.0]])
+    # Each would be above the origin at the time that solves its flight, the first one in the past.
+    root = np.sqrt(9.0 + 2.0 * GRAVITY * start[:, 2])
+    start[:, 0] = -(velocity[:, 2] + root) / GRAVITY
+    assert start[0, 0] > 0.0
+    np.testing.assert_allclose(miss(start, velocity, np.zeros((3, 3))), [np.inf, 0.0, 0.0], rtol=0, atol=1e-12)
+
+
+def test_an_approach_of_no_height_is_refused():
+    with pytest.raises(ValueError, match=r"approach must be finite and above 0 \[m\], got 0"):
+        HandRules(approach=0.0)
+
+
 @pytest.mark.parametrize("name", ["approach", "window", "clear_distance", "hand_cap", "margin"])
 @pytest.mark.parametrize("value", [-0.01, np.nan, np.inf])
 def test_bad_rules_are_refused(name, value):
