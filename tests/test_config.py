@@ -9,7 +9,7 @@ from pnt_gym.cells.items import CATALOGUE, HELD_OUT_ITEMS, PAPER_ITEMS, SEEN_ITE
 from pnt_gym.config import CellConfig, level_names, load
 from pnt_gym.errors import ConfigError
 
-LEVELS = ("ideal", "nominal", "tight", "unseen", "waste")
+LEVELS = ("fast", "ideal", "nominal", "tight", "unseen", "waste")
 BIN = {"name": "box", "x": 0.3, "y": 0.4}
 SMALLEST = {"bins": {"fixed": [BIN]}}
 
@@ -125,7 +125,7 @@ def test_neighbouring_bins_may_share_a_wall():
 
 
 def test_unknown_levels_and_missing_files():
-    with pytest.raises(ConfigError, match="unknown level 'nowhere'; shipped levels are ideal, nominal"):
+    with pytest.raises(ConfigError, match="unknown level 'nowhere'; shipped levels are fast, ideal, nominal"):
         load("nowhere")
     with pytest.raises(ConfigError, match=r"level file 'nowhere\.yaml' does not exist"):
         load("nowhere.yaml")
