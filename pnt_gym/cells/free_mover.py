@@ -47,7 +47,6 @@ class FreeMover:
     def __init__(self, config: CellConfig, workspace: EllipticWorkspace) -> None:
         follow = config.motion.follow_through
         self._belt = config.belt
-        self._ceiling = config.motion.ceiling
         self._straight = StraightMover(config, workspace)
         self._workspace = workspace
         self.rules = HandRules(
@@ -185,7 +184,8 @@ class FreeMover:
 
     def _with_stop(self, motion: ThrowMotion, place: Floats, limits: MotionLimits) -> Meeting:
         """Meetings of hands that brake, move straight above the pick, wait, and go down."""
-        stop, time = self._stop(motion, limits)
+        halt, stop = self._halt(motion, limits)
+        time = halt.durations.sum(axis=1)
         belt = np.array([self._belt.speed, 0.0, 0.0])
         found = plan_intercept(
             stop,
@@ -202,20 +202,15 @@ class FreeMover:
 
     def _stopping(self, motion: ThrowMotion, next_pick: Floats, wait: Floats, limits: MotionLimits) -> Return:
         """Brake along the release velocity, then back on straight lines."""
-        speed = length(motion.velocity)
-        ahead = motion.velocity / np.maximum(speed, 1e-12)[:, None]
-        stop, _ = self._stop(motion, limits)
+        halt, stop = self._halt(motion, limits)
         way = straight_back(stop, next_pick, wait, limits, self.rules.approach)
-        found = Return.joined([brake(ahead, speed, limits), way.segments])
-        spare = COLUMNS - found.durations.shape[1]
-        return Return(np.pad(found.durations, ((0, 0), (0, spare))), np.pad(found.jerks, ((0, 0), (0, spare), (0, 0))))
+        return _padded([halt, way.segments])
 
-    def _stop(self, motion: ThrowMotion, limits: MotionLimits) -> tuple[Floats, Floats]:
-        """Where a hand that brakes at once comes to rest (N, 3) [m], and when (N,) [s]."""
+    def _halt(self, motion: ThrowMotion, limits: MotionLimits) -> tuple[Segments, Floats]:
+        """Braking at once along the release velocity, and where the hand then is (N, 3) [m]."""
         speed = length(motion.velocity)
         ahead = motion.velocity / np.maximum(speed, 1e-12)[:, None]
-        time = brake(ahead, speed, limits).durations.sum(axis=1)
-        return motion.stop + ahead * brake_distance(speed, limits)[:, None], time
+        return brake(ahead, speed, limits), motion.stop + ahead * brake_distance(speed, limits)[:, None]
 
     def _keeps(self, motion: ThrowMotion, back: Return, next_pick: Floats, limits: MotionLimits) -> Bools:
         """Which returns keep limits and rules."""

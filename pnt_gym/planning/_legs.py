@@ -8,12 +8,13 @@ constant in an interval, so their ends are enough.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Final, TypeAlias, final
 
 import numpy as np
 
-from pnt_gym.planning._casadi import load_casadi
+from pnt_gym.planning._casadi import QUIET, load_casadi
 from pnt_gym.planning.arrays import Floats, length
 from pnt_gym.planning.trajectory import Segments
 from pnt_gym.planning.workspace import EllipticWorkspace
@@ -147,6 +148,21 @@ def inside(opti: Any, leg: Leg, workspace: EllipticWorkspace) -> None:
         opti.subject_to(z >= workspace.z_min)
     if np.isfinite(workspace.z_max):
         opti.subject_to(z <= workspace.z_max)
+
+
+def solved(opti: Any, legs: Iterable[Leg], iterations: int) -> Any | None:
+    """Minimise the time of all legs; the solution, or None where the solver finds none.
+
+    Unknowns are of the order of one; what runs away from that, or takes far longer than any solve that succeeds, is
+    given up.
+    """
+    opti.minimize(sum(leg.duration for leg in legs))
+    limits = {"ipopt.max_iter": iterations, "ipopt.diverging_iterates_tol": 1e3, "ipopt.max_cpu_time": 20.0}
+    opti.solver("ipopt", {**QUIET, **limits})
+    try:
+        return opti.solve()
+    except RuntimeError:
+        return None
 
 
 def hermite(

@@ -14,8 +14,8 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from pnt_gym.errors import PntGymError
-from pnt_gym.planning._casadi import QUIET, load_casadi
-from pnt_gym.planning._legs import Guess, Leg, add_leg, hermite, inside, join, rest, set_guess
+from pnt_gym.planning._casadi import load_casadi
+from pnt_gym.planning._legs import Guess, Leg, add_leg, hermite, inside, join, rest, set_guess, solved
 from pnt_gym.planning.arrays import Floats, Point, vector
 from pnt_gym.planning.limits import MotionLimits
 from pnt_gym.planning.scurve import stroke_time
@@ -28,9 +28,8 @@ STRAIGHT: Final = 10
 """Intervals of a vertical part."""
 ROUNDING: Final = 1e-9
 """Excess of a height over a bound that counts as rounding [m]."""
-SOLVER: Final = {**QUIET, "ipopt.max_iter": 500, "ipopt.diverging_iterates_tol": 1e3, "ipopt.max_cpu_time": 20.0}
-"""Options of a solve. Unknowns are of the order of one: what runs away from that is given up, and so is what takes far
-longer than the solves that succeed (below 2 s)."""
+ITERATIONS: Final = 500
+"""Most iterations of a solve."""
 
 
 class NoMotionFound(PntGymError):
@@ -171,11 +170,8 @@ def _solve(task: _Task, duration: float) -> JerkTrajectory | None:
     legs = _legs(opti, task)
     _bound(opti, task, legs)
     _start(opti, task, legs, duration)
-    opti.minimize(sum(leg.duration for leg in legs.values()))
-    opti.solver("ipopt", SOLVER)
-    try:
-        solution = opti.solve()
-    except RuntimeError:
+    solution = solved(opti, legs.values(), ITERATIONS)
+    if solution is None:
         return None
     parts = [leg.values(solution) for leg in legs.values()]
     return JerkTrajectory.concatenate(task.start[None], parts, task.velocity[None])

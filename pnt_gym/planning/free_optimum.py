@@ -12,9 +12,9 @@ from typing import Any, Final, NamedTuple, final
 
 import numpy as np
 
-from pnt_gym.planning._casadi import QUIET, load_casadi
+from pnt_gym.planning._casadi import load_casadi
 from pnt_gym.planning._frame import Frame
-from pnt_gym.planning._legs import Guess, Leg, add_leg, hermite, inside, join, rest, set_guess
+from pnt_gym.planning._legs import Guess, Leg, add_leg, hermite, inside, join, rest, set_guess, solved
 from pnt_gym.planning.arrays import Floats, Point, vector
 from pnt_gym.planning.ballistics import GRAVITY
 from pnt_gym.planning.fastest import ROUNDING, NoMotionFound
@@ -24,9 +24,8 @@ from pnt_gym.planning.trajectory import JerkTrajectory, Segments
 
 INTERVALS: Final = {"throw": 28, "clearing": 16, "return": 30, "approach": 10}
 """Pieces of constant jerk per leg; twice as many of them gain less than 0.5 %."""
-SOLVER: Final = {**QUIET, "ipopt.max_iter": 300, "ipopt.diverging_iterates_tol": 1e3, "ipopt.max_cpu_time": 20.0}
-"""Options of a solve. Unknowns are of the order of one: what runs away from that is given up, and so is what takes far
-longer than the solves that succeed (below 2 s)."""
+ITERATIONS: Final = 300
+"""Most iterations of a solve."""
 STARTS: Final = ((0.62, 1.0), (0.74, 1.0), (0.35, 0.9))
 """First guesses: elevation of the release velocity [rad] and its share of the speed limit."""
 
@@ -153,11 +152,8 @@ def _solve(task: _Task, elevation: float, share: float) -> FreeThrow | None:
     _clearing(opti, task, legs)
     _heights(opti, task, legs)
     opti.set_initial(flight, _start(opti, task, legs, elevation, share))
-    opti.minimize(sum(leg.duration for leg in legs.values()))
-    opti.solver("ipopt", SOLVER)
-    try:
-        solution = opti.solve()
-    except RuntimeError:
+    solution = solved(opti, legs.values(), ITERATIONS)
+    if solution is None:
         return None
     return _read(task, legs, solution, flight)
 
