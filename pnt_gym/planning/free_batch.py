@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from pnt_gym.planning.arrays import Bools, Floats, Ints, finite_points, finite_rows, same_count
 from pnt_gym.planning.free_check import keeps_rules
 from pnt_gym.planning.free_legs import return_leg, throw_leg
-from pnt_gym.planning.free_release import BOLD, CAUTIOUS, free_releases, top
+from pnt_gym.planning.free_release import BOLD, CAUTIOUS, TIMID, free_releases, top
 from pnt_gym.planning.free_rules import HandRules
 from pnt_gym.planning.limits import MotionLimits
 from pnt_gym.planning.plan import ReleaseBatch
@@ -90,10 +90,12 @@ def plan_free_throws(
     task = _Task(start, goal, limits, finite_rows(ceiling, len(start), "ceiling"), rules)
     rows = _chosen(task, targets, tolerance, BOLD)
     left = np.flatnonzero(~rows.good)
-    if left.size > 0:
-        aims, slack = np.asarray(targets, dtype=np.float64)[left], finite_rows(tolerance, len(start), "tolerance")[left]
-        _replace(rows, left, _chosen(task.take(left), aims, slack, CAUTIOUS))
-        left = np.flatnonzero(~rows.good)
+    for caution in (CAUTIOUS, TIMID):
+        if left.size > 0:
+            aims = np.asarray(targets, dtype=np.float64)[left]
+            slack = finite_rows(tolerance, len(start), "tolerance")[left]
+            _replace(rows, left, _chosen(task.take(left), aims, slack, caution))
+            left = np.flatnonzero(~rows.good)
     if left.size > 0:
         plan = plan_release_batch(
             start, targets, limits, ceiling=task.ceiling, tolerance=tolerance, workspace=rules.workspace

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -99,7 +100,7 @@ def return_leg(
         band=band,
         shortest=shortest,
     )
-    moves = Transfers(moves.duration, turn.out_of(moves.jerks), moves.feasible)
+    moves = replace(moves, jerks=turn.out_of(moves.jerks))
     return _only(moves, known), down
 
 
@@ -136,4 +137,5 @@ def stop_above(limits: MotionLimits, count: int, height: float) -> Entry:
 
 def _only(moves: Transfers, rows: Bools) -> Transfers:
     good = moves.feasible & rows
-    return Transfers(np.where(good, moves.duration, np.nan), moves.jerks * good[:, None, None], good)
+    duration = np.where(good, moves.duration, np.nan)
+    return replace(moves, duration=duration, jerks=moves.jerks * good[:, None, None], feasible=good)

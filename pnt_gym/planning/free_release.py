@@ -1,8 +1,9 @@
 """Where and how fast to let go when hand and object may part in any direction.
 
 For a given velocity the drag-free flight to the target fixes the release point. Elevation, speed and height are left to
-choose; a grid of them is compared by the estimated time of the two motions they join, which is a formula. The best
-choice is flat: a few degrees cost less than one percent.
+choose; a coarse grid of them, and then a finer one around its best at each of two heights, is compared by the
+estimated time of the two motions they join, which is a formula. The best choice is flat: a few degrees cost less than
+one percent.
 """
 
 from __future__ import annotations
@@ -27,15 +28,25 @@ TURN: Final = 1.6
 """Way of a hand that turns back, as a multiple of the shortest stop."""
 RUN_UP: Final = 1.15
 """Share of the shortest vertical run-up, which would leave no acceleration for the horizontal one."""
-_ELEVATIONS: Final = np.deg2rad(np.arange(10.0, 66.0, 5.0))
-_SHARES: Final = np.array([SPEEDING, 0.95, 0.9, 0.85, 0.8, 0.7, 0.6, 0.5])
-_HEIGHTS: Final = np.array([1.0, 0.85, 0.7, 0.5])
-"""Release heights as shares of the way from the pick to the ceiling."""
-CHOICES: Final = np.stack(np.meshgrid(_ELEVATIONS, _SHARES, _HEIGHTS, indexing="ij")).reshape(3, -1)
+
+
+def _grid(*axes: list[float]) -> Floats:
+    """All combinations (3, C)."""
+    return np.stack(np.meshgrid(*(np.array(axis) for axis in axes), indexing="ij")).reshape(3, -1)
+
+
+COARSE: Final = tuple(
+    _grid([float(np.deg2rad(e)) for e in range(10, 61, 10)], [SPEEDING, 0.9, 0.8, 0.6], [height])
+    for height in (1.0, 0.7)
+)
+"""Elevation [rad], share of the speed limit, and release height as a share of the way from the pick to the ceiling."""
+FINE: Final = _grid([-0.087, 0.0, 0.087], [-0.05, 0.0, 0.05], [-0.15, 0.0, 0.15])
+"""Steps around the best of each."""
 CHUNK: Final = 512
 """Rows whose choices are compared together, to bound memory."""
 BOLD: Final = 0.9
 CAUTIOUS: Final = 1.15
+TIMID: Final = 1.6
 """Shares of the estimated rise after the release that a choice allows for: at first, and where that fails."""
 
 
@@ -88,32 +99,53 @@ def free_releases(
     count = frame.size
     roof = finite_rows(ceiling, count, "ceiling")
     goal = frame.picks if next_picks is None else finite_points(next_picks, "next_picks")
-    chosen, cost = np.zeros(count, dtype=np.int64), np.full(count, np.inf)
+    chosen, cost = np.zeros((3, count)), np.full(count, np.inf)
     for begin in range(0, count, CHUNK):
         part = np.arange(begin, min(begin + CHUNK, count))
         task = (_rows(frame, part), goal[part], limits.take(part), roof[part])
-        chosen[part], cost[part] = _best(*task, rules, caution)
-    position, velocity, flight = _release(frame, CHOICES[:, chosen], roof)
+        chosen[:, part], cost[part] = _refined(*task, rules, caution)
+    position, velocity, flight = _release(frame, chosen, roof)
     feasible = np.isfinite(cost) & (frame.plane.reach > MIN_REACH) & (frame.picks[:, 2] <= roof)
     gap = np.where(feasible, 0.0, np.nan)
     return FreeReleases(position + gap[:, None], velocity + gap[:, None], flight + gap, feasible)
 
 
-def _best(
+def _refined(
     frame: Frame, goal: Floats, limits: MotionLimits, roof: Floats, rules: HandRules, caution: float
-) -> tuple[Ints, Floats]:
-    """Quickest choice of each row (N,) and its estimated time [s]; all choices of all rows at once."""
-    count, choices = frame.size, CHOICES.shape[1]
+) -> tuple[Floats, Floats]:
+    """Quickest choice of each row (3, N) and its estimated time (N,) [s]."""
+    task = (frame, goal, limits, roof)
+    around: list[Floats] = []
+    for coarse in COARSE:
+        first, _ = _best(*task, np.repeat(coarse[:, None], frame.size, axis=1), rules, caution)
+        around.append(first[:, :, None] + FINE[:, None])
+    fine = np.concatenate(around, axis=2)
+    fine[1:] = np.minimum(fine[1:], np.array([SPEEDING, 1.0])[:, None, None])
+    return _best(*task, fine, rules, caution)
+
+
+def _best(
+    frame: Frame,
+    goal: Floats,
+    limits: MotionLimits,
+    roof: Floats,
+    choices: Floats,
+    rules: HandRules,
+    caution: float,
+) -> tuple[Floats, Floats]:
+    """Quickest of each row's choices (3, N, C), and its estimated time [s]; all choices of all rows at once."""
+    _, count, each = choices.shape
     # Row i, choice c is row i C + c.
-    each = np.repeat(np.arange(count), choices)
-    tried = _release(_rows(frame, each), np.tile(CHOICES, count), roof[each])
-    room = top(roof, rules)[each] - tried[0][:, 2]
-    good = (tried[2] > 0.0) & (caution * _rise(tried[1], limits.take(each), rules) <= room)
+    index = np.arange(count, dtype=np.int64)
+    rows = np.repeat(index, each)
+    tried = _release(_rows(frame, rows), choices.reshape(3, -1), roof[rows])
+    room = top(roof, rules)[rows] - tried[0][:, 2]
+    own = limits.take(rows)
+    good = (tried[2] > 0.0) & (caution * _rise(tried[1], own, rules) <= room)
     falling = approach_entry(limits, count, rules.approach).velocity
-    cost = _cost(frame.picks[each], tried, goal[each], falling[each], limits.take(each), rules, good)
-    cost = cost.reshape(count, choices)
+    cost = _cost(frame.picks[rows], tried, goal[rows], falling[rows], own, rules, good).reshape(count, each)
     best = cost.argmin(axis=1)
-    return best, cost[np.arange(count), best]
+    return choices[:, index, best], cost[index, best]
 
 
 def turning_point(start: Floats, velocity: Floats, limits: MotionLimits) -> Floats:
