@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import warnings
 import zlib
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any, Literal
 
 import gymnasium as gym
@@ -12,8 +14,8 @@ from gymnasium.vector import VectorEnv
 
 import pnt_gym
 from agents.cli import UsageError
-from pnt_gym.config import CellConfig, load
-from pnt_gym.residual import ActionMode
+from pnt_gym.correction import Correction
+from pnt_gym.levels import LevelConfig
 
 Role = Literal["train", "practice", "evaluate"]
 
@@ -35,23 +37,49 @@ def check_environment(env_id: str) -> None:
 
 def make_vector(
     env_id: str,
-    level: str | CellConfig = "nominal",
+    level: str | Path | LevelConfig | Mapping[str, Any] = "nominal",
     num_envs: int = 16,
     threads: int = 2,
-    action_mode: ActionMode = "release_point",
+    action_mode: str | None = None,
 ) -> VectorEnv[Any, Any, Any]:
     """Open a vector environment.
+
+    Args:
+        env_id: id of the environment.
+        level: one of the environment's own levels, or a YAML file, a mapping or a config for its kind of cell.
+        num_envs: cells simulated side by side.
+        threads: threads that simulate.
+        action_mode: one of the environment's own modes; None for its default.
+
+    Raises:
+        UsageError: no such environment.
+        ConfigError: no such level or action mode, or a level that describes no working cell.
+    """
+    check_environment(env_id)
+    mode = {} if action_mode is None else {"action_mode": action_mode}
+    with warnings.catch_warnings():
+        # Gymnasium announces Box bounds and precision that are meant here.
+        warnings.filterwarnings("ignore", category=UserWarning, module="gymnasium")
+        return gym.make_vec(env_id, num_envs=num_envs, level=level, threads=threads, **mode)
+
+
+def level_in_full(env_id: str, level: str) -> LevelConfig:
+    """A level in full, as an environment reads it.
 
     Raises:
         UsageError: no such environment.
         ConfigError: no such level, or one that describes no working cell.
     """
-    check_environment(env_id)
-    config = load(level)
-    with warnings.catch_warnings():
-        # Gymnasium announces Box bounds and precision that are meant here.
-        warnings.filterwarnings("ignore", category=UserWarning, module="gymnasium")
-        return gym.make_vec(env_id, num_envs=num_envs, level=config, action_mode=action_mode, threads=threads)
+    env = make_vector(env_id, level, num_envs=1, threads=1)
+    try:
+        return env.unwrapped.core.config
+    finally:
+        env.close()
+
+
+def correction_of(env: VectorEnv[Any, Any, Any]) -> Correction | None:
+    """What an action of the environment means to a controller that learns from errors."""
+    return getattr(getattr(env.unwrapped, "core", None), "correction", None)
 
 
 def stream_seed(role: Role, seed: int, start: int = 0) -> int:

@@ -17,7 +17,6 @@ from agents.evaluation import NUM_ENVS, PRACTICE, Env, Throws, evaluate, practis
 from agents.files import check_writable, write_json
 from agents.tables import console, summary_table, throws_bar
 from agents.versions import versions
-from pnt_gym.residual import ACTION_MODES, ActionMode
 
 
 @dataclass(frozen=True)
@@ -45,10 +44,8 @@ class Arguments:
     """Throws before the evaluation for a controller that learns; others throw none."""
     online: bool = False
     """Go on learning during the evaluation."""
-    action_mode: Annotated[
-        ActionMode | None, option("release_point, or that of the run folder", "|".join(ACTION_MODES))
-    ] = None
-    """What an action means."""
+    action_mode: Annotated[str | None, option("the environment's own, or that of the run folder", "MODE")] = None
+    """What an action means: one of the environment's action modes, e.g. release_point, release_xyz, virtual_goal."""
     load: Annotated[Path | None, option("nothing learned", "FILE.npz")] = None
     """Start from what a learning controller saved to this .npz file."""
     save: Annotated[Path | None, option("none", "FILE.npz")] = None
@@ -63,28 +60,28 @@ def main(arguments: Arguments) -> None:
     try:
         controller = make_controller(arguments.controller, env)
         throws, practised = throw(controller, env, arguments)
-        config = env.unwrapped.core.config
+        core = env.unwrapped.core
     finally:
         env.close()
     figures = summary(throws)
-    title = f"{controller.name} on {env_id}, level {config.name}, {len(throws)} throws, seed {arguments.seed}"
+    title = f"{controller.name} on {env_id}, level {core.config.name}, {len(throws)} throws, seed {arguments.seed}"
     title += f", after {practised} practice throws" if practised else ""
     console().print(summary_table(title, figures))
     if arguments.json is not None:
         head = {
             "env": env_id,
             "controller": arguments.controller,
-            "level": config.name,
+            "level": core.config.name,
             "seed": arguments.seed,
         }
         tail = {
-            "dwell_s": config.motion.dwell,
+            "dwell_s": core.dwell,
             "practice": practised,
             "online": arguments.online,
             "num_envs": arguments.num_envs,
-            "action_mode": mode,
+            "action_mode": core.action_mode,
             "versions": versions(),
-            "throws": throw_records(throws, config),
+            "throws": throw_records(throws, core.item_names, core.correction),
         }
         write_json(arguments.json, {**head, **figures, **tail})
         console().print(f"every throw is in {arguments.json}")
@@ -104,9 +101,12 @@ def check(arguments: Arguments) -> None:
             check_writable(path)
 
 
-def setting(arguments: Arguments) -> tuple[str, Any, ActionMode]:
-    """Environment id, level and action mode: as asked for, else the run folder's, else the defaults."""
-    known: dict[str, Any] = {"env": "PnTConveyor-v0", "level": "nominal", "action_mode": "release_point"}
+def setting(arguments: Arguments) -> tuple[str, Any, str | None]:
+    """Environment id, level and action mode: as asked for, else the run folder's, else the defaults.
+
+    A mode of None is the environment's own.
+    """
+    known: dict[str, Any] = {"env": "PnTConveyor-v0", "level": "nominal", "action_mode": None}
     folder = Path(arguments.controller)
     if folder.is_dir():
         known.update(runs.read_arguments(folder), level=str(folder / "env.yaml"))

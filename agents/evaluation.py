@@ -7,7 +7,7 @@ different controllers.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, Self, final
 
@@ -15,9 +15,9 @@ import numpy as np
 from gymnasium.vector import VectorEnv
 
 from agents.controllers.protocol import Actions, Controller, Learner, Observation, Outcome
-from agents.environments import stream_seed
+from agents.environments import correction_of, stream_seed
 from pnt_gym import metrics
-from pnt_gym.config import CellConfig
+from pnt_gym.correction import Correction
 from pnt_gym.planning.arrays import Bools, Floats, Ints
 
 NUM_ENVS = 16
@@ -34,12 +34,14 @@ class Throws:
     """N throws in the order they are counted, one array entry each."""
 
     item: Ints
-    """Index into the level's items."""
+    """Index into the core's `item_names`."""
     target: Floats
-    """x, y of the bin's opening (N, 2) [m]."""
+    """x, y of the place thrown to, e.g. of the bin's opening (N, 2) [m]."""
     landing_error: Floats
     landing_along: Floats
     landing_across: Floats
+    error: Floats
+    """Errors in the coordinates that actions shift (N, E), in the order of the core's correction."""
     is_success: Bools
     cycle_time: Floats
     recontact: Bools
@@ -93,13 +95,14 @@ def practise(controller: Controller, env: Env, throws: int, seed: int, *, progre
 
 def thrown(controller: Controller, env: Env, picks: int, env_seed: int, *, learn: bool = False) -> Iterator[Throws]:
     """Carry out throws and yield each batch of them; the last batch is cut to `picks` in all."""
+    correction = correction_of(env)
     features, info = env.reset(seed=env_seed)
     done = 0
     while done < picks:
         seen = Observation(np.array(features, dtype=np.float32), _kinds(info, env.num_envs))
         action = controller.act(seen)
         features, reward, _, _, info = env.step(action)
-        part = _throws(info, np.asarray(reward)).head(picks - done)
+        part = _throws(info, np.asarray(reward), correction).head(picks - done)
         if learn:
             controller.learn(_outcome(seen, action, part))
         done += len(part)
@@ -119,13 +122,15 @@ def _kinds(info: Mapping[str, Any], count: int) -> Ints:
     return np.array(info.get("kind", np.zeros(count)), dtype=np.int64)
 
 
-def _throws(info: Mapping[str, Any], reward: Floats) -> Throws:
+def _throws(info: Mapping[str, Any], reward: Floats, correction: Correction | None) -> Throws:
+    errors = [] if correction is None else [np.array(info[name], dtype=np.float64) for name in correction.errors]
     return Throws(
         item=np.array(info["item"], dtype=np.int64),
         target=np.stack([info["target_x"], info["target_y"]], axis=-1).astype(np.float64),
         landing_error=np.array(info["landing_error"], dtype=np.float64),
         landing_along=np.array(info["landing_along"], dtype=np.float64),
         landing_across=np.array(info["landing_across"], dtype=np.float64),
+        error=np.stack(errors, axis=-1) if errors else np.zeros((len(reward), 0)),
         is_success=np.array(info["is_success"], dtype=np.bool_),
         cycle_time=np.array(info["cycle_time"], dtype=np.float64),
         recontact=np.array(info["recontact"], dtype=np.bool_),
@@ -140,8 +145,7 @@ def _outcome(seen: Observation, action: Actions, part: Throws) -> Outcome:
     return Outcome(
         observation=Observation(seen.features[:count], seen.kind[:count]),
         action=action[:count],
-        landing_along=part.landing_along,
-        landing_across=part.landing_across,
+        error=part.error,
         is_success=part.is_success,
         cycle_time=part.cycle_time,
         clipped=part.clipped,
@@ -192,11 +196,25 @@ def failures(throws: Throws) -> dict[str, float]:
     }
 
 
-def throw_records(throws: Throws, config: CellConfig) -> list[dict[str, Any]]:
-    """One JSON object per throw."""
+RECORDED = ("landing_along", "landing_across")
+"""Errors that every record has under names of its own."""
+
+
+def throw_records(
+    throws: Throws, item_names: Sequence[str], correction: Correction | None = None
+) -> list[dict[str, Any]]:
+    """One JSON object per throw.
+
+    Args:
+        throws: as evaluated.
+        item_names: of the core.
+        correction: of the core; errors it has beyond the landing are recorded by their names.
+    """
+    names = () if correction is None else correction.errors
+    more = [(name, column) for column, name in enumerate(names) if name not in RECORDED]
     return [
         {
-            "item": config.items[throws.item[i]],
+            "item": item_names[throws.item[i]],
             "target": [float(v) for v in throws.target[i]],
             "landing_error_m": _number(throws.landing_error[i]),
             "landing_along_m": _number(throws.landing_along[i]),
@@ -206,6 +224,7 @@ def throw_records(throws: Throws, config: CellConfig) -> list[dict[str, Any]]:
             "recontact": bool(throws.recontact[i]),
             "rim": bool(throws.rim[i]),
             "clipped": bool(throws.clipped[i]),
+            **{name: _number(throws.error[i, column]) for name, column in more},
         }
         for i in range(len(throws))
     ]

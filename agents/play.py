@@ -15,7 +15,7 @@ from agents.environments import make_vector, stream_seed
 from agents.evaluation import PRACTICE, Throws, practise, thrown
 from agents.files import check_writable
 from agents.tables import console
-from pnt_gym.render import CellView, record_video
+from pnt_gym.render import View, record_video
 
 
 @dataclass(frozen=True)
@@ -66,11 +66,10 @@ def main(arguments: Arguments) -> None:
 
 def show(arguments: Arguments, env: Any, throw: Iterator[Throws]) -> None:
     """Carry the throws out into a video, a picture or a window."""
-    cell = env.unwrapped.core.cell
+    view = env.unwrapped.core.view()
     if arguments.video is not None:
-        console().print(f"video of {arguments.picks} throws in {record_video(cell, throw, arguments.video)}")
+        console().print(f"video of {arguments.picks} throws in {record_video(view, throw, arguments.video)}")
         return
-    view = CellView(cell)
     try:
         if arguments.picture is not None:
             next(throw)
@@ -82,7 +81,7 @@ def show(arguments: Arguments, env: Any, throw: Iterator[Throws]) -> None:
         view.close()
 
 
-def save_picture(view: CellView, path: Path) -> None:
+def save_picture(view: View, path: Path) -> None:
     """The moment in which the object is in flight: halfway through its trail."""
     from PIL import Image  # noqa: PLC0415 - only pictures need it
 

@@ -12,7 +12,7 @@ import tyro
 import yaml
 
 from agents import runs
-from agents.cli import UsageError, at_least, run
+from agents.cli import UsageError, at_least, option, run
 from agents.controllers import make_controller
 from agents.environments import make_vector
 from agents.evaluation import evaluate, summary
@@ -23,6 +23,8 @@ from agents.versions import ROOT
 
 FILES = ("model.zip", "args.yml", "config.yml", "env.yaml", "versions.json", "git.txt")
 """What of a run folder a user of the policy needs: all but the replay buffer and the checkpoints."""
+LEVELS = dict.fromkeys(("PnTConveyor-v0", "PnTRelease-v0"), ("waste", "unseen"))
+"""Levels that a policy is judged on unless others are named, by environment; the second has items it never saw."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,10 @@ class Arguments:
     """The run folder."""
     to: Path = ROOT / "results" / "policies"
     """Where policies are kept; the copy gets a folder of its own in it."""
-    levels: tuple[str, ...] = ("waste", "unseen")
+    levels: Annotated[
+        tuple[str, ...] | None,
+        option("waste unseen on the conveyor, elsewhere the level trained on", "LEVEL ..."),
+    ] = None
     """Levels to evaluate on."""
     picks: int = 1000
     """Held-out throws per level."""
@@ -53,7 +58,9 @@ def main(arguments: Arguments) -> None:
     target = arguments.to / f"{asked['env']}-{trained_on}-{asked['algo']}-seed{asked['seed']}"
     if target.exists():
         raise UsageError(f"{str(target)!r} exists already; remove it first")
-    figures = {level: figures_on(level, arguments, asked) for level in arguments.levels}
+    levels = {level: level for level in arguments.levels or LEVELS.get(asked["env"], ())}
+    levels = levels or {trained_on: str(arguments.folder / "env.yaml")}
+    figures = {name: figures_on(level, arguments, asked) for name, level in levels.items()}
     target.mkdir(parents=True)
     for name in FILES:
         if (arguments.folder / name).is_file():

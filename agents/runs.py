@@ -28,7 +28,7 @@ import yaml
 from agents.cli import UsageError
 from agents.files import write_json, write_text
 from agents.versions import git_state, versions
-from pnt_gym.config import CellConfig
+from pnt_gym.levels import LevelConfig
 
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
@@ -44,7 +44,7 @@ def create(
     folder: Path,
     arguments: Mapping[str, Any],
     settings: Mapping[str, Any],
-    config: CellConfig,
+    config: LevelConfig,
     model: BaseAlgorithm,
 ) -> None:
     """Write a new run folder with its checkpoint 0.

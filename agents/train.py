@@ -11,13 +11,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from agents import runs
 from agents.cli import INTERRUPTED, UsageError, at_least, option, run
-from agents.environments import check_environment, make_vector, stream_seed
+from agents.environments import check_environment, correction_of, make_vector, stream_seed
 from agents.evaluation import NUM_ENVS, PRACTICE
 from agents.files import write_json
 from agents.hyperparameters import hyperparameters
 from agents.runs import ALGORITHMS, Algorithm
 from agents.tables import comparison_table, console, throws_bar
-from pnt_gym.residual import ACTION_MODES, ActionMode
 
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
@@ -53,8 +52,8 @@ class Arguments:
     """Cells simulated side by side."""
     threads: int = 2
     """Threads that simulate; results do not depend on it."""
-    action_mode: Annotated[ActionMode | None, option("release_point", "|".join(ACTION_MODES))] = None
-    """What an action means."""
+    action_mode: Annotated[str | None, option("the environment's own", "MODE")] = None
+    """What an action means: one of the environment's action modes, e.g. release_point, release_xyz, virtual_goal."""
     checkpoint_every: Annotated[int | None, option("2000", "N")] = None
     """Throws between checkpoints, from which the run can be continued."""
     config: Annotated[Path | None, option("configs/rl/ALGO.yml", "FILE.yml")] = None
@@ -72,7 +71,7 @@ DEFAULTS: Mapping[str, Any] = {
     "steps": STEPS,
     "seed": 0,
     "num_envs": NUM_ENVS,
-    "action_mode": "release_point",
+    "action_mode": None,
     "checkpoint_every": CHECKPOINT_EVERY,
 }
 
@@ -85,6 +84,7 @@ def main(arguments: Arguments) -> None:
         settings = hyperparameters(asked["algo"], asked["env"], arguments.config)
     level = str(arguments.resume / "env.yaml") if arguments.resume is not None else asked["level"]
     cell = make_vector(asked["env"], level, asked["num_envs"], arguments.threads, asked["action_mode"])
+    asked["action_mode"] = cell.unwrapped.core.action_mode
 
     import torch  # noqa: PLC0415 - bad usage is answered without waiting for it
 
@@ -219,14 +219,13 @@ def say_how_to_resume(folder: Path, throws: int) -> None:
 
 def compare(folder: Path, model: BaseAlgorithm, env: SameStepVecEnv, seed: int, picks: int) -> None:
     """Analytic, virtual goal and learned on the same held-out seeds; also kept in the run folder."""
-    from agents.controllers import NAMES, Learner, action_count, make_controller  # noqa: PLC0415
+    from agents.controllers import Learner, make_controller  # noqa: PLC0415
     from agents.controllers.sb3 import Sb3  # noqa: PLC0415
     from agents.evaluation import evaluate, practise, summary  # noqa: PLC0415
 
     cell = env.env
-    peers = [name for name in ("analytic", "virtual_goal") if name in NAMES]
-    if action_count(cell) != 2:
-        peers = ["analytic"]  # a virtual goal has two numbers
+    # A virtual goal is for actions that shift what the throw is judged by.
+    peers = ["analytic"] if correction_of(cell) is None else ["analytic", "virtual_goal"]
     controllers = [
         *(make_controller(name, cell) for name in peers),
         Sb3(model, f"learned ({read_algo(folder)})"),

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from pnt_gym.config import CellConfig, load
-from pnt_gym.envs.core import ThrowCore
+from pnt_gym.envs.conveyor_core import ConveyorCore
 from pnt_gym.metrics import landing, throughput, wilson
 
 LEVELS = ("nominal", "waste", "unseen", "tight")
@@ -32,15 +32,15 @@ PREVIEWS = 3
 BATCH = 100
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
-Controller = Callable[[ThrowCore], Floats]
+Controller = Callable[[ConveyorCore], Floats]
 
 
-def analytic(core: ThrowCore) -> Floats:
+def analytic(core: ConveyorCore) -> Floats:
     """The planner as it is."""
     return np.zeros((core.count, 2))
 
 
-def oracle(core: ThrowCore) -> Floats:
+def oracle(core: ConveyorCore) -> Floats:
     """The best of a few corrections, each simulated beforehand with the hidden values (but not the jitter)."""
     scale = np.array([core.config.action.along, core.config.action.across])
     action = best = np.zeros((core.count, 2))
@@ -61,7 +61,7 @@ CONTROLLERS: dict[str, Controller] = {"analytic": analytic, "oracle": oracle}
 def throws(config: CellConfig, controller: Controller, count: int, seed: int, threads: int) -> dict[str, Floats]:
     """Infos of `count` independent throws; controllers get the same throws at the same seed."""
     cells = min(BATCH, count)
-    core = ThrowCore(config, "independent", "release_point", cells, threads)
+    core = ConveyorCore(config, "independent", "release_point", cells, threads)
     core.reset(np.arange(cells), [np.random.default_rng([seed, i]) for i in range(cells)], seeded=True)
     infos = [core.step(controller(core)).info for _ in range(-(-count // cells))]
     return {name: np.concatenate([info[name] for info in infos])[:count] for name in infos[0]}

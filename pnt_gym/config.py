@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, cast
+from typing import Annotated, Any, Literal, Self
 
-import yaml
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
+from pnt_gym import levels
 from pnt_gym.cells.items import CATALOGUE, Item
 from pnt_gym.errors import ConfigError
 from pnt_gym.sections import (
@@ -38,6 +38,7 @@ __all__ = [
     "Bin",
     "Bins",
     "CellConfig",
+    "ConfigError",
     "FollowThrough",
     "Limits",
     "Motion",
@@ -141,8 +142,8 @@ def _overlap(a: Bin, b: Bin, wall: float) -> bool:
 
 
 def level_names() -> tuple[str, ...]:
-    """Names of the shipped levels."""
-    return tuple(sorted(path.stem for path in _level_folder().glob("*.yaml")))
+    """Names of the conveyor's shipped levels."""
+    return levels.level_names()
 
 
 def load(level: str | Path | CellConfig | Mapping[str, Any] = "nominal", **changes: Any) -> CellConfig:
@@ -155,59 +156,4 @@ def load(level: str | Path | CellConfig | Mapping[str, Any] = "nominal", **chang
     Raises:
         ConfigError: no such level or file, unknown key, or a value out of its range.
     """
-    if isinstance(level, CellConfig):
-        data, source = level.model_dump(exclude_unset=True), f"config {level.name!r}"
-    elif isinstance(level, Mapping):
-        data, source = dict(level), "config"
-    else:
-        path = _find(level)
-        data, source = _read(path), f"level file {str(level)!r}"
-        data.setdefault("name", path.stem)
-    data.update(changes)
-    try:
-        return CellConfig.model_validate(data)
-    except ValidationError as error:
-        raise ConfigError(f"{source}: {_first_problem(error)}") from None
-
-
-def _level_folder() -> Path:
-    """The folder of the shipped levels: inside an installed wheel, or beside the package in a checkout."""
-    package = Path(__file__).resolve().parent
-    installed = package / "levels"
-    return installed if installed.is_dir() else package.parent / "configs" / "cells"
-
-
-def _find(level: str | Path) -> Path:
-    text = str(level)
-    if text in level_names():
-        return _level_folder() / f"{text}.yaml"
-    path = Path(level)
-    if not path.suffix:
-        raise ConfigError(f"unknown level {text!r}; shipped levels are {', '.join(level_names())}, or give a YAML file")
-    if not path.is_file():
-        raise ConfigError(f"level file {text!r} does not exist")
-    return path
-
-
-def _read(path: Path) -> dict[str, Any]:
-    try:
-        data: Any = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ConfigError(f"level file {str(path)!r} is not valid YAML: {str(error).splitlines()[0]}") from None
-    if not isinstance(data, dict):
-        raise ConfigError(f"level file {str(path)!r} must hold a mapping of settings, it holds {type(data).__name__}")
-    return cast("dict[str, Any]", data)
-
-
-def _first_problem(error: ValidationError) -> str:
-    """The first complaint of pydantic as one sentence."""
-    problem = error.errors()[0]
-    where = ".".join(str(part) for part in problem["loc"])
-    message = problem["msg"].removeprefix("Value error, ")
-    if problem["type"] == "extra_forbidden":
-        return f"unknown key {where!r}"
-    if problem["type"] == "value_error":
-        return message
-    if problem["type"] == "missing":
-        return f"key {where!r} is missing"
-    return f"{where} is {problem['input']!r}: {message[0].lower()}{message[1:]}"
+    return levels.read_level("", CellConfig, level, changes)

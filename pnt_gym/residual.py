@@ -1,4 +1,4 @@
-"""Residual: an action in [-1, 1] corrects the release of a plan; zero is the plan itself.
+"""The conveyor's residual: an action in [-1, 1] corrects the release of a plan; zero is the plan itself.
 
 Three modes, all on the same planner:
 
@@ -13,24 +13,29 @@ Three modes, all on the same planner:
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import partial
 from typing import Final, Literal, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pnt_gym.cells.context import Context
 from pnt_gym.cells.movers import Mover
-from pnt_gym.config import ActionScale
-from pnt_gym.errors import ActionError
-from pnt_gym.planning.arrays import Bools, Floats
+from pnt_gym.cells.observation import decode
+from pnt_gym.config import ActionScale, CellConfig
+from pnt_gym.correction import Correction, limited_actions
+from pnt_gym.planning.arrays import Floats, Ints
 from pnt_gym.planning.plan import ReleaseBatch
 
 ActionMode: TypeAlias = Literal["release_point", "release_xyz", "virtual_goal"]
 ACTION_MODES: Final[tuple[ActionMode, ...]] = ("release_point", "release_xyz", "virtual_goal")
 ACTION_SIZE: Final = {"release_point": 2, "release_xyz": 3, "virtual_goal": 2}
 
-_HALVINGS: Final = 12
-"""Bisection of a residual that must shrink: to 1/4096 of its length."""
+SHIFT_MODES: Final[tuple[ActionMode, ...]] = ("release_point", "virtual_goal")
+"""Modes in which an action moves the drag-free landing one to one."""
+
+_EXPLORATION: Final = (0.015, 0.0075)
+"""Standard deviation of the shift that a learner adds in practice, along and across [m]."""
 
 
 def check_actions(actions: object, count: int, mode: ActionMode) -> Floats:
@@ -39,24 +44,13 @@ def check_actions(actions: object, count: int, mode: ActionMode) -> Floats:
     Raises:
         ActionError: wrong shape, or NaN or infinite values.
     """
-    try:
-        array = np.asarray(actions, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ActionError(f"action is {actions!r}; it must be an array of numbers") from None
-    expected = (count, ACTION_SIZE[mode])
-    if array.shape != expected:
-        raise ActionError(f"action has shape {array.shape}; {mode!r} with {count} cells needs {expected}")
-    bad = ~np.isfinite(array)
-    if bad.any():
-        row = int(np.argwhere(bad)[0][0])
-        raise ActionError(f"action of cell {row} is {array[row].tolist()}; it must be finite and within [-1, 1]")
-    return np.clip(array, -1.0, 1.0)
+    return limited_actions(actions, count, ACTION_SIZE[mode], mode)
 
 
 def corrected_release(
     mode: ActionMode, actions: Floats, context: Context, scale: ActionScale, ceiling_slack: float, mover: Mover
 ) -> ReleaseBatch:
-    """The releases that actions ask for, feasible or not (see `nearest_feasible`).
+    """The releases that actions ask for, feasible or not (see `correction.nearest_feasible`).
 
     Args:
         mode: how an action is read.
@@ -75,29 +69,32 @@ def corrected_release(
     return mover.aimed(context, goal, ceiling_slack)
 
 
-def nearest_feasible(
-    plan: Callable[[Floats], ReleaseBatch], is_feasible: Callable[[ReleaseBatch], Bools], actions: Floats
-) -> tuple[ReleaseBatch, Bools]:
-    """The releases of the longest feasible part of each residual, and which residuals had to be shortened (N,).
+def shift_correction(config: CellConfig, mode: ActionMode) -> Correction | None:
+    """How an action shifts the landing along and across the throw; None where it has no such meaning."""
+    if mode not in SHIFT_MODES:
+        return None
+    return Correction(
+        errors=("landing_along", "landing_across"),
+        scale=np.array([config.action.along, config.action.across]),
+        exploration=np.array(_EXPLORATION),
+        tolerance=np.ones(2),
+        cells=partial(_table_cells, config),
+    )
 
-    The nominal plan (zero) is feasible by construction, so shortening towards it ends at a feasible plan.
 
-    Args:
-        plan: actions (N, size) to releases.
-        is_feasible: the plan check, (N,).
-        actions: (N, size).
-    """
-    wanted = plan(actions)
-    clipped = ~is_feasible(wanted)
-    if not clipped.any():
-        return wanted, clipped
-    low, high = np.zeros(len(actions)), np.ones(len(actions))
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        good = is_feasible(plan(actions * middle[:, None]))
-        low, high = np.where(good, middle, low), np.where(good, high, middle)
-    share = np.where(clipped, low, 1.0)
-    return plan(actions * share[:, None]), clipped
+def _table_cells(config: CellConfig, features: NDArray[np.float32], kind: Ints) -> list[tuple[str, str]]:
+    """Item and bin of each throw: the bin's name, or the quarter that a random bin is drawn in."""
+    seen = decode(features)
+    x, y = seen["target_x"], seen["target_y"]
+    if config.bins.random is not None:
+        area = config.bins.random
+        right, far = x > np.mean(area.x), y > np.mean(area.y)
+        places = [f"{'right' if r else 'left'}-{'far' if f else 'near'}" for r, f in zip(right, far, strict=True)]
+    else:
+        bins = config.bins.fixed
+        gap = np.hypot(x[:, None] - [b.x for b in bins], y[:, None] - [b.y for b in bins])
+        places = [bins[int(i)].name for i in gap.argmin(axis=1)]
+    return [(config.items[k], place) for k, place in zip(kind, places, strict=True)]
 
 
 def _moved_point(shift: Floats, context: Context) -> Floats:

@@ -9,9 +9,8 @@ import pytest
 
 from pnt_gym.cells.observation import CLIP, FEATURES
 from pnt_gym.config import ActionScale, Belt, CellConfig, Motion, Reward
-from pnt_gym.envs.base import ThrowEnv, ThrowVectorEnv
-from pnt_gym.envs.conveyor import PnTConveyorEnv, PnTReleaseEnv
-from pnt_gym.envs.core import REWARD_TERMS
+from pnt_gym.envs.conveyor import ConveyorEnv, ConveyorVectorEnv, PnTConveyorEnv, PnTReleaseEnv
+from pnt_gym.envs.conveyor_core import REWARD_TERMS
 from pnt_gym.render import RENDER_MODES
 from pnt_gym.residual import ACTION_MODES, ACTION_SIZE
 
@@ -124,8 +123,8 @@ def test_the_infos_are_the_written_ones(env_class):
 
 def test_arguments_are_those_of_the_constructors(env_class):
     rows = {row[0].strip("`"): row for row in table(section(env_class, "Arguments"))}
-    single = inspect.signature(ThrowEnv.__init__).parameters
-    vector = inspect.signature(ThrowVectorEnv.__init__).parameters
+    single = inspect.signature(ConveyorEnv.__init__).parameters
+    vector = inspect.signature(ConveyorVectorEnv.__init__).parameters
     assert set(rows) == (set(single) | set(vector)) - {"self"}
     for name, (_, _, default, _) in rows.items():
         own = (single if name in single else vector)[name].default

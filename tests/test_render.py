@@ -1,6 +1,5 @@
 """Pictures show the cell, a recording is the throw it was made of, and a video has the length of its throws."""
 
-from functools import partial
 from itertools import pairwise
 
 import gymnasium as gym
@@ -185,8 +184,7 @@ def count_frames(path):
     return sum(1 for _ in iio.imiter(path, plugin="FFMPEG"))
 
 
-def test_a_video_has_as_many_frames_as_its_throws_take(tmp_path, monkeypatch):
-    monkeypatch.setattr("pnt_gym.render.CellView", partial(CellView, size=SMALL))
+def test_a_video_has_as_many_frames_as_its_throws_take(tmp_path):
     core = belt_core(seed=1)
     steps = []
 
@@ -196,7 +194,7 @@ def test_a_video_has_as_many_frames_as_its_throws_take(tmp_path, monkeypatch):
             steps.append(len(core.cell.plant.recording.control))
             yield
 
-    path = record_video(core.cell, throws(), tmp_path / "deep" / "throws.mp4", fps=20)
+    path = record_video(CellView(core.cell, SMALL), throws(), tmp_path / "deep" / "throws.mp4", fps=20)
     assert path == tmp_path / "deep" / "throws.mp4"
     expected = sum(-(-count // 50) for count in steps)  # a frame every 50 steps of 1 ms
     assert count_frames(path) == pytest.approx(expected, abs=2)
@@ -204,5 +202,5 @@ def test_a_video_has_as_many_frames_as_its_throws_take(tmp_path, monkeypatch):
 
 def test_a_video_of_nothing_is_refused_and_leaves_no_file(tmp_path):
     with pytest.raises(ConfigError, match="at least one throw"):
-        record_video(belt_core().cell, [], tmp_path / "none.mp4")
+        record_video(belt_core().view(), [], tmp_path / "none.mp4")
     assert not list(tmp_path.iterdir())

@@ -6,9 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from throw_tools import make_core, same_bits, vary
 
+from pnt_gym.correction import nearest_feasible
 from pnt_gym.errors import ActionError
 from pnt_gym.planning.ballistics import landing_point
-from pnt_gym.residual import ACTION_MODES, ACTION_SIZE, check_actions, corrected_release, nearest_feasible
+from pnt_gym.residual import ACTION_MODES, ACTION_SIZE, check_actions, corrected_release
 
 COUNT = 120
 LEVELS = ("ideal", "nominal", "waste")

@@ -13,7 +13,7 @@ from pnt_gym.cells.movers import straight_back
 from pnt_gym.cells.objects import Objects
 from pnt_gym.cells.picks import PickPlanner
 from pnt_gym.config import CellConfig, load
-from pnt_gym.envs.core import ThrowCore
+from pnt_gym.envs.conveyor_core import ConveyorCore
 from pnt_gym.planning.trajectory import JerkTrajectory
 
 # Spread and suction without any effect; what is left of the mismatch at m = 1 is the air.
@@ -50,14 +50,14 @@ def make_core(
     mode: str = "release_point",
     seed: int = 0,
     threads: int = 1,
-) -> ThrowCore:
+) -> ConveyorCore:
     """Cells with their first picks drawn; row i has its own generator of seed + i."""
-    core = ThrowCore(level, picks, mode, count, threads)
+    core = ConveyorCore(level, picks, mode, count, threads)
     core.reset(np.arange(count), [np.random.default_rng(seed + i) for i in range(count)], seeded=True)
     return core
 
 
-def with_objects(core: ThrowCore, **fields: Any) -> None:
+def with_objects(core: ConveyorCore, **fields: Any) -> None:
     """Overwrite hidden values of the objects under the cups."""
     context = core.context
     core.cell.context = replace(context, objects=replace(context.objects, **fields))

@@ -20,7 +20,6 @@ from agents.files import write_json
 from agents.hyperparameters import hyperparameters
 from agents.runs import ALGORITHMS
 from agents.workers import quiet_interrupt
-from pnt_gym.config import load
 
 OUTCOMES = {"sorted": "s", "recontact": "t", "rim": "r", "missed": "m"}
 """Letter of each outcome: sorted, touched again by the cup, crossed the opening only, missed it."""
@@ -99,6 +98,7 @@ def _train(cell: Cell, work: Path) -> Iterator[tuple[int, float, Controller]]:
 
     algo, folder = cell.entry.controller, work / f"{cell.name}-run"
     env = SameStepVecEnv(make_vector(cell.env, cell.train_level, cell.num_envs, threads=1))
+    core = env.env.unwrapped.core
     asked = {
         "env": cell.env,
         "level": cell.train_level,
@@ -106,7 +106,7 @@ def _train(cell: Cell, work: Path) -> Iterator[tuple[int, float, Controller]]:
         "steps": max(cell.throws),
         "seed": cell.seed,
         "num_envs": cell.num_envs,
-        "action_mode": "release_point",
+        "action_mode": core.action_mode,
         "checkpoint_every": max(cell.throws),
     }
     if runs.checkpoints(folder):
@@ -114,7 +114,7 @@ def _train(cell: Cell, work: Path) -> Iterator[tuple[int, float, Controller]]:
     else:
         settings = {**hyperparameters(algo, cell.env), **cell.entry.options}
         model = build(algo, env, settings, cell.seed)
-        runs.create(folder, asked, settings, load(cell.train_level), model)
+        runs.create(folder, asked, settings, core.config, model)
     for throws in cell.throws:
         began = time.perf_counter()
         if model.num_timesteps < throws:

@@ -15,9 +15,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from agents.cli import UsageError
 from agents.controllers import NAMES
+from agents.environments import level_in_full
 from agents.runs import ALGORITHMS
 from agents.versions import ROOT, versions
-from pnt_gym.config import load
 
 Count = Annotated[int, Field(ge=0)]
 LEARNERS = ("mean_shift", "virtual_goal", "ridge", "mlp", *ALGORITHMS)
@@ -29,7 +29,7 @@ _CODE = (
     "agents/sb3.py",
     "agents/train.py",
 )
-_NO_EFFECT = ("render.py", "metrics.py")
+_NO_EFFECT = ("pnt_gym/render/", "pnt_gym/metrics.py")
 """Code that changes no throw."""
 
 
@@ -156,6 +156,7 @@ def cells(plan: Plan) -> list[Cell]:
     """The plan's work, longest first.
 
     Raises:
+        UsageError: the environment does not exist.
         ConfigError: a level does not exist.
     """
     code = _code_digest()
@@ -176,8 +177,8 @@ def _cell(plan: Plan, entry: Entry, throws: tuple[int, ...], seed: int, code: st
         "entry": entry.model_dump(mode="json", include={"controller", "options"}),
         "throws": throws,
         "seed": seed,
-        "levels": [_level(level) for level in levels],
-        "train_level": _level(train_level),
+        "levels": [_level(plan.env, level) for level in levels],
+        "train_level": _level(plan.env, train_level),
         "settings": _settings_text(entry.controller),
         "plan": plan.model_dump(mode="json", include={"env", "picks", "seed", "num_envs"}),
         "versions": versions(),
@@ -188,9 +189,9 @@ def _cell(plan: Plan, entry: Entry, throws: tuple[int, ...], seed: int, code: st
 
 
 @cache
-def _level(name: str) -> dict[str, Any]:
+def _level(env_id: str, name: str) -> dict[str, Any]:
     """A level in full."""
-    return load(name).model_dump(mode="json")
+    return level_in_full(env_id, name).model_dump(mode="json")
 
 
 def _settings_text(controller: str) -> str:
@@ -204,6 +205,7 @@ def _code_digest() -> str:
     digest = hashlib.sha256()
     for pattern in _CODE:
         for path in sorted(ROOT.glob(pattern)):
-            if path.name not in _NO_EFFECT:
-                digest.update(path.relative_to(ROOT).as_posix().encode() + path.read_bytes())
+            name = path.relative_to(ROOT).as_posix()
+            if not name.startswith(_NO_EFFECT):
+                digest.update(name.encode() + path.read_bytes())
     return digest.hexdigest()

@@ -18,10 +18,12 @@ from agents.controllers.mlp import Mlp
 from agents.controllers.oracle import Oracle
 from agents.controllers.protocol import Controller, Learner, Observation, Outcome
 from agents.controllers.random import Random
-from agents.controllers.regression import OnPolicyRegression
+from agents.controllers.regression import OnPolicyRegression, Regressor
 from agents.controllers.ridge import Ridge
 from agents.controllers.sb3 import Sb3
 from agents.files import replace_file
+from pnt_gym.config import CellConfig
+from pnt_gym.correction import Correction
 
 Env = VectorEnv[Any, Any, Any]
 
@@ -29,14 +31,17 @@ _ANY_ACTIONS: Mapping[str, Callable[..., Controller]] = {
     "analytic": lambda env: Analytic(action_count(env)),
     "random": lambda env: Random(action_count(env)),
 }
+_CONVEYOR: Mapping[str, Callable[..., Controller]] = {
+    "analytic_height": lambda env, correction: AnalyticHeight(_conveyor(env, "analytic_height"), correction),
+    "mean_lead": lambda env, correction: MeanLead(_conveyor(env, "mean_lead"), correction),
+}
 _SHIFTS: Mapping[str, Callable[..., Controller]] = {
-    "analytic_height": lambda env: AnalyticHeight(env.unwrapped.core.config),
-    "mean_lead": lambda env: MeanLead(env.unwrapped.core.config),
-    "mean_shift": lambda env: mean_shift(env.unwrapped.core.config),
-    "virtual_goal": lambda env, **options: virtual_goal(env.unwrapped.core.config, **options),
-    "ridge": lambda env: OnPolicyRegression("ridge", env.unwrapped.core.config, Ridge()),
-    "mlp": lambda env, **options: OnPolicyRegression("mlp", env.unwrapped.core.config, Mlp(**options)),
-    "oracle": lambda env, **options: Oracle(env.unwrapped.core, **options),
+    **_CONVEYOR,
+    "mean_shift": lambda env, correction: mean_shift(correction),
+    "virtual_goal": lambda env, correction, **options: virtual_goal(correction, **options),
+    "ridge": lambda env, correction: _regression("ridge", env, correction, Ridge()),
+    "mlp": lambda env, correction, **options: _regression("mlp", env, correction, Mlp(**options)),
+    "oracle": lambda env, correction, **options: Oracle(env.unwrapped.core, correction, **options),
 }
 NAMES = (*_ANY_ACTIONS, *_SHIFTS)
 
@@ -57,6 +62,11 @@ def action_count(env: Env) -> int:
     return int(np.prod(env.single_action_space.shape or (1,)))
 
 
+def observation_count(env: Env) -> int:
+    """Entries of one observation."""
+    return int(np.prod(env.single_observation_space.shape or (1,)))
+
+
 def make_controller(name: str, env: Env, **options: Any) -> Controller:
     """The controller of a name or of a run folder, fitted to an environment.
 
@@ -71,20 +81,49 @@ def make_controller(name: str, env: Env, **options: Any) -> Controller:
     if name in _ANY_ACTIONS:
         return _ANY_ACTIONS[name](env, **options)
     if name in _SHIFTS:
-        if not hasattr(env.unwrapped, "core"):
-            raise UsageError(f"controller {name!r} needs a cell it can ask, which this environment does not offer")
-        if action_count(env) != 2:
-            raise UsageError(
-                f"controller {name!r} shifts the landing and needs an action of 2 numbers, "
-                f"not {action_count(env)}; use the action mode release_point or virtual_goal"
-            )
-        return _SHIFTS[name](env, **options)
+        return _SHIFTS[name](env, _needed_correction(name, env), **options)
     if Path(name).is_dir():
-        return Sb3.load(Path(name), int(np.prod(env.single_observation_space.shape or (1,))), action_count(env))
+        return Sb3.load(Path(name), observation_count(env), action_count(env))
     raise UsageError(
         f"{name!r} is neither a controller nor a run folder; controllers are {', '.join(NAMES)}, "
         "and a run folder is what `python -m agents.train` leaves in runs/"
     )
+
+
+def _needed_correction(name: str, env: Env) -> Correction:
+    """The correction of an environment.
+
+    Raises:
+        UsageError: it has none in its action mode.
+    """
+    core = getattr(env.unwrapped, "core", None)
+    if core is None:
+        raise UsageError(f"controller {name!r} needs a cell it can ask, which this environment does not offer")
+    if core.correction is not None:
+        return core.correction
+    if not core.shift_modes:
+        raise UsageError(f"controller {name!r} shifts the landing, which no action mode of this environment does")
+    sizes = sorted({core.action_sizes[mode] for mode in core.shift_modes})
+    raise UsageError(
+        f"controller {name!r} shifts the landing and needs an action of {' or '.join(map(str, sizes))} numbers, "
+        f"not {action_count(env)}; use the action mode {' or '.join(core.shift_modes)}"
+    )
+
+
+def _conveyor(env: Env, name: str) -> CellConfig:
+    """The level of a conveyor environment.
+
+    Raises:
+        UsageError: the environment is another one.
+    """
+    config = env.unwrapped.core.config
+    if not isinstance(config, CellConfig):
+        raise UsageError(f"controller {name!r} knows the physics of the conveyor only; choose another one here")
+    return config
+
+
+def _regression(name: str, env: Env, correction: Correction, regressor: Regressor) -> OnPolicyRegression:
+    return OnPolicyRegression(name, correction, observation_count(env), regressor)
 
 
 def save_state(controller: Learner, path: Path) -> None:

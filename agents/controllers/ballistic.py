@@ -1,4 +1,4 @@
-"""Two corrections from a pencil and paper: the object's height, and the mean delay of the valve.
+"""Two corrections of the conveyor from a pencil and paper: the object's height, and the mean delay of the valve.
 
 Both use the nominal plan in the observation and drag-free flight; neither learns anything.
 """
@@ -15,6 +15,7 @@ from pnt_gym.cells.items import item_arrays
 from pnt_gym.cells.observation import decode
 from pnt_gym.cells.suction import release_delay
 from pnt_gym.config import CellConfig
+from pnt_gym.correction import Correction
 from pnt_gym.planning.arrays import Floats
 from pnt_gym.planning.ballistics import GRAVITY
 
@@ -41,8 +42,8 @@ def mean_delay(config: CellConfig) -> float:
     return config.mismatch * float(np.mean(release_delay(table.seal_force, table.mass, config.suction)))
 
 
-def _along(shift: Floats, config: CellConfig) -> Actions:
-    return to_action(np.stack([shift, np.zeros_like(shift)], axis=-1), config)
+def _along(shift: Floats, correction: Correction) -> Actions:
+    return to_action(np.stack([shift, np.zeros_like(shift)], axis=-1), correction)
 
 
 @final
@@ -54,8 +55,8 @@ class AnalyticHeight:
 
     name = "analytic_height"
 
-    def __init__(self, config: CellConfig) -> None:
-        self._config = config
+    def __init__(self, config: CellConfig, correction: Correction) -> None:
+        self._config, self._correction = config, correction
 
     def reset(self, seed: int) -> None:
         """Nothing to forget."""
@@ -64,7 +65,7 @@ class AnalyticHeight:
         """Take back the landing change of the lower release, (N, 2)."""
         plan = decode(observation.features)
         lower = -0.5 * self._config.mismatch * plan["height"]
-        return _along(-landing_change(plan, 0.0, lower), self._config)
+        return _along(-landing_change(plan, 0.0, lower), self._correction)
 
     def learn(self, outcome: Outcome) -> None:
         """Learns nothing."""
@@ -76,8 +77,8 @@ class MeanLead:
 
     name = "mean_lead"
 
-    def __init__(self, config: CellConfig) -> None:
-        self._config = config
+    def __init__(self, config: CellConfig, correction: Correction) -> None:
+        self._correction = correction
         self.delay = mean_delay(config)
 
     def reset(self, seed: int) -> None:
@@ -88,7 +89,7 @@ class MeanLead:
         plan = decode(observation.features)
         late = plan["release_speed"] * self.delay
         change = landing_change(plan, late * np.cos(plan["elevation"]), late * np.sin(plan["elevation"]))
-        return _along(-change, self._config)
+        return _along(-change, self._correction)
 
     def learn(self, outcome: Outcome) -> None:
         """Learns nothing."""

@@ -1,4 +1,4 @@
-"""Corrections kept per item kind and bin cell: the running mean, and the virtual goal of iterative learning.
+"""Corrections kept per item kind and place: the running mean, and the virtual goal of iterative learning.
 
 Both forget everything but kind and place; what differs from throw to throw (seal, mass, speed, grasp) is
 noise to them. Cells are named, so a table learned on one level serves another that shares its items.
@@ -11,10 +11,10 @@ from typing import final
 
 import numpy as np
 
+from agents.cli import UsageError
 from agents.controllers.protocol import Actions, Observation, Outcome, State
 from agents.controllers.shift import ideal_shift, instructive, to_action
-from pnt_gym.cells.observation import decode
-from pnt_gym.config import CellConfig
+from pnt_gym.correction import Correction
 from pnt_gym.errors import PntGymError
 from pnt_gym.planning.arrays import Floats
 
@@ -24,35 +24,20 @@ Step = Callable[[int], float]
 ANY = "*"
 
 
-def cell_names(observation: Observation, config: CellConfig) -> list[tuple[str, str]]:
-    """Item and bin cell of each throw: the bin's name, or the quarter that a random bin is drawn in."""
-    seen = decode(observation.features)
-    x, y = seen["target_x"], seen["target_y"]
-    if config.bins.random is not None:
-        area = config.bins.random
-        right, far = x > np.mean(area.x), y > np.mean(area.y)
-        places = [f"{'right' if r else 'left'}-{'far' if f else 'near'}" for r, f in zip(right, far, strict=True)]
-    else:
-        bins = config.bins.fixed
-        gap = np.hypot(x[:, None] - [b.x for b in bins], y[:, None] - [b.y for b in bins])
-        places = [bins[i].name for i in gap.argmin(axis=1)]
-    return [(config.items[k], place) for k, place in zip(observation.kind, places, strict=True)]
-
-
 @final
 class CellTable:
-    """Shift (2,) [m] per item and bin cell, with coarser cells to fall back on.
+    """Shift (E,) per item and place, with coarser cells to fall back on.
 
     Args:
         name: name of the controller.
-        config: the level.
+        correction: what an action means, and which cell a throw belongs to.
         step: weight of the newest throw.
         share_all: an item never thrown gets the correction over all items; otherwise none.
     """
 
-    def __init__(self, name: str, config: CellConfig, step: Step, *, share_all: bool) -> None:
+    def __init__(self, name: str, correction: Correction, step: Step, *, share_all: bool) -> None:
         self.name = name
-        self._config = config
+        self._correction = correction
         self._step = step
         self._share_all = share_all
         self.reset(0)
@@ -69,9 +54,10 @@ class CellTable:
         """Nothing to settle."""
 
     def act(self, observation: Observation) -> Actions:
-        """The shift of each throw's cell, else of its item, else of all items, else zero: (N, 2)."""
-        shift = [self._find(self._chain(*cell)) for cell in cell_names(observation, self._config)]
-        return to_action(np.array(shift).reshape(-1, 2), self._config)
+        """The shift of each throw's cell, else of its item, else of all items, else zero: (N, E)."""
+        cells = self._correction.cells(observation.features, observation.kind)
+        shift = [self._find(self._chain(*cell)) for cell in cells]
+        return to_action(np.array(shift).reshape(-1, self._correction.count), self._correction)
 
     def learn(self, outcome: Outcome) -> None:
         """Move each throw's cell, and the coarser ones around it, towards the shift that was right.
@@ -79,9 +65,10 @@ class CellTable:
         For a batch this is the update that the same throws one after another would have made: with the
         shift s in force, s + K (d - z) = s + K (ideal - s).
         """
-        ideal = ideal_shift(outcome, self._config)
+        ideal = ideal_shift(outcome, self._correction)
         usable = instructive(outcome)
-        for row, cell in enumerate(cell_names(outcome.observation, self._config)):
+        seen = outcome.observation
+        for row, cell in enumerate(self._correction.cells(seen.features, seen.kind)):
             if usable[row]:
                 self._update(self._chain(*cell), ideal[row])
 
@@ -90,12 +77,19 @@ class CellTable:
         names = list(self._shift)
         return {
             "cells": np.array(names, dtype=np.str_),
-            "shift": np.array([self._shift[n] for n in names]).reshape(-1, 2),
+            "shift": np.array([self._shift[n] for n in names]).reshape(-1, self._correction.count),
             "count": np.array([self._count[n] for n in names], dtype=np.int64),
         }
 
     def restore(self, state: State) -> None:
-        """Take over cells."""
+        """Take over cells.
+
+        Raises:
+            UsageError: their shifts have another number of coordinates.
+        """
+        found, needed = state["shift"].shape[1], self._correction.count
+        if found != needed:
+            raise UsageError(f"what {self.name!r} learned are shifts of {found} numbers; here they have {needed}")
         names = [str(n) for n in state["cells"]]
         self._shift = {n: np.asarray(s, dtype=np.float64) for n, s in zip(names, state["shift"], strict=True)}
         self._count = {n: int(c) for n, c in zip(names, state["count"], strict=True)}
@@ -106,7 +100,7 @@ class CellTable:
         return [*chain, f"{ANY}|{ANY}"] if self._share_all else chain
 
     def _find(self, chain: Sequence[str]) -> Floats:
-        return next((self._shift[cell] for cell in chain if cell in self._shift), np.zeros(2))
+        return next((self._shift[cell] for cell in chain if cell in self._shift), np.zeros(self._correction.count))
 
     def _update(self, chain: Sequence[str], ideal: Floats) -> None:
         for depth, cell in enumerate(chain):
@@ -116,17 +110,17 @@ class CellTable:
             self._shift[cell] = before + self._step(self._count[cell]) * (ideal - before)
 
 
-def mean_shift(config: CellConfig) -> CellTable:
-    """The mean of the shifts that would have been right, per item and bin cell."""
-    return CellTable("mean_shift", config, lambda count: 1.0 / count, share_all=True)
+def mean_shift(correction: Correction) -> CellTable:
+    """The mean of the shifts that would have been right, per item and place."""
+    return CellTable("mean_shift", correction, lambda count: 1.0 / count, share_all=True)
 
 
-def virtual_goal(config: CellConfig, gain: float = 0.5) -> CellTable:
-    """Iterative learning of a virtual goal, z_hat += K (z_d - z), per item and bin cell (Miyashita 2010).
+def virtual_goal(correction: Correction, gain: float = 0.5) -> CellTable:
+    """Iterative learning of a virtual goal, z_hat += K (z_d - z), per item and place (Miyashita 2010).
 
     Raises:
         PntGymError: a gain outside (0, 2), where the update cannot converge.
     """
     if not 0.0 < gain < 2.0:
         raise PntGymError(f"virtual_goal: gain is {gain}; it must lie between 0 and 2")
-    return CellTable("virtual_goal", config, lambda count: gain, share_all=False)
+    return CellTable("virtual_goal", correction, lambda count: gain, share_all=False)

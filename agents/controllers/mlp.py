@@ -34,10 +34,10 @@ class Mlp:
         self._width, self._steps = width, steps
         self._learning_rate, self._weight_decay = learning_rate, weight_decay
         self._layers: list[tuple[Floats, Floats]] = []
-        self._centre, self._scale = np.zeros(2), np.ones(2)
+        self._centre, self._scale = np.zeros(0), np.ones(0)
 
     def fit(self, features: Floats, shift: Floats, seed: int) -> None:
-        """Fit to features (N, D) and shifts (N, 2) [m]."""
+        """Fit to features (N, D) and shifts (N, E)."""
         import torch  # noqa: PLC0415 - a second to import, needed for fitting only
 
         self._centre, self._scale = shift.mean(axis=0), shift.std(axis=0) + 1e-6
@@ -45,13 +45,13 @@ class Mlp:
         y = torch.as_tensor((shift - self._centre) / self._scale, dtype=torch.float32)
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(seed)
-            network = _network(torch, features.shape[1], self._width)
+            network = _network(torch, features.shape[1], self._width, shift.shape[1])
             self._train(torch, network, x, y)
         arrays = [p.detach().numpy().astype(np.float64) for p in network.parameters()]
         self._layers = list(zip(arrays[0::2], arrays[1::2], strict=True))
 
     def predict(self, features: Floats) -> Floats:
-        """Shifts (N, 2) [m]."""
+        """Shifts (N, E)."""
         value = features
         for i, (weight, bias) in enumerate(self._layers):
             value = value @ weight.T + bias
@@ -86,8 +86,8 @@ class Mlp:
             schedule.step()
 
 
-def _network(torch: Any, inputs: int, width: int) -> Any:
-    sizes = [inputs, width, width, 2]
+def _network(torch: Any, inputs: int, width: int, outputs: int) -> Any:
+    sizes = [inputs, width, width, outputs]
     layers: list[Any] = []
     for before, after in pairwise(sizes):
         layers += [torch.nn.Linear(before, after), torch.nn.SiLU()]

@@ -1,6 +1,6 @@
 """A controller that cheats: it simulates each throw with its hidden values before throwing it.
 
-It bounds what any learner can reach; only the jitter of the valve is unknown to it.
+It bounds what any learner can reach; only what is drawn anew in every throw is unknown to it.
 """
 
 from __future__ import annotations
@@ -10,34 +10,41 @@ from typing import final
 import numpy as np
 
 from agents.controllers.protocol import Actions, Core, Observation, Outcome
-from agents.controllers.shift import action_scale
+from pnt_gym.correction import Correction
 from pnt_gym.planning.arrays import Floats
 
 
 @final
 class Oracle:
-    """Fixed-point iteration on the simulated landing: action <- action - error / scale."""
+    """Fixed-point iteration on the simulated outcome: action <- action - error / scale.
+
+    Args:
+        core: simulates the coming throws.
+        correction: what an action means.
+        iterations: simulations after the first.
+    """
 
     name = "oracle"
 
-    def __init__(self, core: Core, iterations: int = 3) -> None:
+    def __init__(self, core: Core, correction: Correction, iterations: int = 3) -> None:
         self._core = core
+        self._correction = correction
         self._iterations = iterations
 
     def reset(self, seed: int) -> None:
         """Nothing to forget."""
 
     def act(self, observation: Observation) -> Actions:
-        """The best of the actions tried for each throw, (N, 2)."""
-        scale = action_scale(self._core.config)
-        action = np.zeros((len(observation.kind), 2))
+        """The best of the actions tried for each throw, (N, E)."""
+        scale = self._correction.scale
+        action = np.zeros((len(observation.kind), self._correction.count))
         error = self._error(action)
-        best, smallest = action, _size(error)
+        best, smallest = action, self._size(error)
         for _ in range(self._iterations):
-            # An unmeasured landing says nothing about where to go.
+            # An unmeasured throw says nothing about where to go.
             action = np.clip(action - np.nan_to_num(error, nan=0.0) / scale, -1.0, 1.0)
             error = self._error(action)
-            size = _size(error)
+            size = self._size(error)
             best = np.where(size < smallest, action, best)
             smallest = np.minimum(size, smallest)
         return best.astype(np.float32)
@@ -47,9 +54,9 @@ class Oracle:
 
     def _error(self, action: Floats) -> Floats:
         seen = self._core.preview(action.astype(np.float32), jitter=False)
-        return np.stack([seen.landing_along, seen.landing_across], axis=-1)
+        return np.stack([getattr(seen, name) for name in self._correction.errors], axis=-1)
 
-
-def _size(error: Floats) -> Floats:
-    """Length of the error (N, 1); infinite where nothing landed."""
-    return np.nan_to_num(np.hypot(error[:, :1], error[:, 1:]), nan=np.inf)
+    def _size(self, error: Floats) -> Floats:
+        """Length of the error in tolerances (N, 1); infinite where it was not measured."""
+        length = np.hypot.reduce(error / self._correction.tolerance, axis=1, keepdims=True)
+        return np.nan_to_num(length, nan=np.inf)

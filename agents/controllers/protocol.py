@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol, final, runtime_checkable
+from typing import Any, Protocol, final, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.config import CellConfig
+from pnt_gym.correction import Correction
 from pnt_gym.planning.arrays import Bools, Floats, Ints
 
 Actions = NDArray[np.float32]
@@ -28,20 +28,19 @@ class Observation:
     features: NDArray[np.float32]
     """What the environment returned, (N, D)."""
     kind: Ints
-    """What the cell's classifier says the object is: index into the level's items (N,)."""
+    """What the cell's classifier says the object is: index into the core's `item_names` (N,)."""
 
 
 @final
 @dataclass(frozen=True)
 class Outcome:
-    """N throws and what became of them; landing is measured against the target, in the throw's frame."""
+    """N throws and what became of them."""
 
     observation: Observation
     action: Actions
-    landing_along: Floats
-    """Landed this much too far [m]."""
-    landing_across: Floats
-    """Landed this much too far left [m]."""
+    error: Floats
+    """Errors in the coordinates that actions shift (N, E), by the names of the core's `Correction`; on the conveyor the
+    landing against the target, along and across the throw [m]. E is 0 where the core has no correction."""
     is_success: Bools
     cycle_time: Floats
     """Pick to pick, with dwell [s]."""
@@ -91,28 +90,18 @@ class Learner(Controller, Protocol):
         ...
 
 
-class Preview(Protocol):
-    """Where throws would land."""
-
-    @property
-    def landing_along(self) -> Floats:
-        """(N,) [m]."""
-        ...
-
-    @property
-    def landing_across(self) -> Floats:
-        """(N,) [m]."""
-        ...
-
-
 class Core(Protocol):
     """What controllers may ask of the cell behind an environment."""
 
     @property
-    def config(self) -> CellConfig:
-        """The level."""
+    def correction(self) -> Correction | None:
+        """What an action means."""
         ...
 
-    def preview(self, actions: Actions, *, jitter: bool = False) -> Preview:
-        """Simulate the coming throws with their hidden values, without advancing."""
+    def preview(self, actions: Actions, *, jitter: bool = False) -> Any:
+        """Simulate the coming throws with their hidden values, without advancing.
+
+        Returns:
+            An outcome with the errors of the correction among its attributes, (N,) each.
+        """
         ...

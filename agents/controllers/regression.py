@@ -10,15 +10,14 @@ from typing import Protocol, final
 
 import numpy as np
 
+from agents.cli import UsageError
 from agents.controllers.protocol import Actions, Observation, Outcome, State
-from agents.controllers.shift import action_scale, ideal_shift, instructive, to_action
-from pnt_gym.config import CellConfig
+from agents.controllers.shift import ideal_shift, instructive, to_action
+from pnt_gym.correction import Correction
 from pnt_gym.planning.arrays import Floats
 
 ROUNDS = (0.25, 0.60, 1.0)
 """Shares of the practice after which the fit is renewed: rounds of 25, 35 and 40 %."""
-EXPLORATION = np.array([0.015, 0.0075])
-"""Standard deviation of the shift added in practice, along and across [m]."""
 FEWEST_THROWS = 8
 """A fit on fewer throws would follow their noise."""
 REFIT_GROWTH = 1.1
@@ -26,14 +25,14 @@ REFIT_GROWTH = 1.1
 
 
 class Regressor(Protocol):
-    """Predicts shifts (N, 2) [m] from features (N, D)."""
+    """Predicts shifts (N, E) from features (N, D)."""
 
     def fit(self, features: Floats, shift: Floats, seed: int) -> None:
         """Fit anew to all data."""
         ...
 
     def predict(self, features: Floats) -> Floats:
-        """Shifts (N, 2) [m]."""
+        """Shifts (N, E)."""
         ...
 
     def state(self) -> State:
@@ -51,13 +50,15 @@ class OnPolicyRegression:
 
     Args:
         name: name of the controller.
-        config: the level.
+        correction: what an action means.
+        features: entries of an observation D.
         regressor: the model.
     """
 
-    def __init__(self, name: str, config: CellConfig, regressor: Regressor) -> None:
+    def __init__(self, name: str, correction: Correction, features: int, regressor: Regressor) -> None:
         self.name = name
-        self._config = config
+        self._correction = correction
+        self._width = features
         self._regressor = regressor
         self.reset(0)
 
@@ -83,18 +84,19 @@ class OnPolicyRegression:
         self._fit()
 
     def act(self, observation: Observation) -> Actions:
-        """Predicted shift, in practice with exploration around it: (N, 2)."""
+        """Predicted shift, in practice with exploration around it: (N, E)."""
         count = len(observation.kind)
         shift = self._predict(observation)
         if self._exploring:
-            shift = shift + EXPLORATION * self._random.standard_normal((count, 2))
-        return to_action(shift, self._config)
+            noise = self._random.standard_normal((count, self._correction.count))
+            shift = shift + self._correction.exploration * noise
+        return to_action(shift, self._correction)
 
     def learn(self, outcome: Outcome) -> None:
         """Remember the throws; renew the fit when a round is over."""
         usable = instructive(outcome)
         self._features.append(outcome.observation.features[usable].astype(np.float64))
-        self._shifts.append(ideal_shift(outcome, self._config)[usable])
+        self._shifts.append(ideal_shift(outcome, self._correction)[usable])
         self._count += int(usable.sum())
         if self._exploring:
             due = bool(self._rounds) and self._count >= self._rounds[0]
@@ -109,15 +111,29 @@ class OnPolicyRegression:
         return self._regressor.state() if self._fitted else {}
 
     def restore(self, state: State) -> None:
-        """Take over a fit; the data behind it are not part of it."""
+        """Take over a fit; the data behind it are not part of it.
+
+        Raises:
+            UsageError: it is a fit to other observations, or to another number of coordinates.
+        """
         self._fitted = bool(state)
-        if state:
-            self._regressor.restore(state)
+        if not state:
+            return
+        self._regressor.restore(state)
+        try:
+            found = self._regressor.predict(np.zeros((1, self._width))).shape
+        except ValueError:  # numpy's word for shapes that do not go together
+            found = None
+        if found != (1, self._correction.count):
+            raise UsageError(
+                f"what {self.name!r} learned does not fit: here an observation has {self._width} entries and a shift "
+                f"{self._correction.count} numbers"
+            )
 
     def _predict(self, observation: Observation) -> Floats:
         if not self._fitted:
-            return np.zeros((len(observation.kind), 2))
-        scale = action_scale(self._config)
+            return np.zeros((len(observation.kind), self._correction.count))
+        scale = self._correction.scale
         return np.clip(self._regressor.predict(observation.features.astype(np.float64)), -scale, scale)
 
     def _fit(self) -> None:

@@ -35,10 +35,10 @@ class Ridge:
 
     def __init__(self) -> None:
         self._fits: list[_Candidate] = []
-        self._offset = np.zeros(2)
+        self._offset = np.zeros(0)
 
     def fit(self, features: Floats, shift: Floats, seed: int) -> None:
-        """Fit to features (N, D) and shifts (N, 2) [m]; nothing in it is random."""
+        """Fit to features (N, D) and shifts (N, E); nothing in it is random."""
         self._offset = shift.mean(axis=0)
         targets = shift - self._offset
         best: list[_Candidate | None] = [None] * targets.shape[1]
@@ -50,7 +50,7 @@ class Ridge:
         self._fits = [fit for fit in best if fit is not None]
 
     def predict(self, features: Floats) -> Floats:
-        """Shifts (N, 2) [m]."""
+        """Shifts (N, E)."""
         columns = [(expand(features, fit.gain) - fit.centre) @ fit.weights for fit in self._fits]
         return np.stack(columns, axis=-1) + self._offset
 

@@ -6,30 +6,18 @@ made from it. Nothing hidden enters: `Context` hands over measurements only.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Final, final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.cells.context import Context
+from pnt_gym.cells.features import CLIP, Feature, FeatureTable
 from pnt_gym.planning.arrays import Floats
 from pnt_gym.planning.ballistics import GRAVITY
 
+__all__ = ["CLIP", "FEATURES", "Feature", "decode", "observe"]
 
-@final
-@dataclass(frozen=True)
-class Feature:
-    """One entry of the observation: (value - centre) / scale, clipped to [-CLIP, CLIP]."""
-
-    name: str
-    unit: str
-    centre: float
-    scale: float
-    meaning: str
-
-
-CLIP: Final = 5.0
 FEATURES: Final = (
     Feature("pick_x", "m", 0.0, 0.30, "pick point, cup centre"),
     Feature("pick_y", "m", -0.33, 0.15, "pick point, cup centre"),
@@ -58,21 +46,17 @@ FEATURES: Final = (
     Feature("grasp_along", "m", 0.0, 0.010, "measured centre of mass from the cup, along the throw"),
     Feature("grasp_across", "m", 0.0, 0.010, "measured centre of mass from the cup, left of the throw"),
 )
-_CENTRE = np.array([f.centre for f in FEATURES])
-_SCALE = np.array([f.scale for f in FEATURES])
-_INDEX = {f.name: i for i, f in enumerate(FEATURES)}
+_TABLE: Final = FeatureTable(FEATURES)
 
 
 def observe(context: Context) -> NDArray[np.float32]:
     """Observations (N, 26) of the coming picks, float32 within [-CLIP, CLIP]."""
-    values = np.stack([*_geometry(context), *_plan(context), *_object(context)], axis=-1)
-    return np.clip((values - _CENTRE) / _SCALE, -CLIP, CLIP).astype(np.float32)
+    return _TABLE.encode([*_geometry(context), *_plan(context), *_object(context)])
 
 
 def decode(observation: NDArray[np.floating]) -> dict[str, Floats]:
     """Physical values by feature name from observations (..., 26); clipped entries stay clipped."""
-    values = np.asarray(observation, dtype=np.float64) * _SCALE + _CENTRE
-    return {name: values[..., i] for name, i in _INDEX.items()}
+    return _TABLE.decode(observation)
 
 
 def _geometry(context: Context) -> list[Floats]:

@@ -1,4 +1,4 @@
-"""Gymnasium facades over the core: one environment is one cell, a vector environment is N."""
+"""Gymnasium facades over a core: one environment is one cell, a vector environment is N."""
 
 from __future__ import annotations
 
@@ -12,11 +12,9 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from pnt_gym.cells.conveyor import Picks
-from pnt_gym.envs.core import Level, ThrowCore, scalars
+from pnt_gym.envs.core import Core, scalars
 from pnt_gym.errors import ActionError, ConfigError
-from pnt_gym.render import FPS, RENDER_MODES, CellView
-from pnt_gym.residual import ActionMode
+from pnt_gym.render import FPS, RENDER_MODES, View
 
 Observation = NDArray[np.float32]
 
@@ -27,24 +25,25 @@ def _check_render_mode(mode: str | None) -> None:
 
 
 class ThrowEnv(gym.Env[Observation, NDArray[np.floating]]):
-    """Abstract: one cell, one throw a step. Subclasses say where picks come from."""
+    """Abstract: one cell, one throw a step. Subclasses bring the core.
+
+    Args:
+        core: one cell.
+        render_mode: one of `RENDER_MODES`, or None.
+
+    Raises:
+        ConfigError: an unknown render mode.
+    """
 
     metadata: ClassVar[dict[str, Any]] = {"render_modes": list(RENDER_MODES), "render_fps": FPS}  # pyright: ignore[reportIncompatibleVariableOverride]
-    picks: ClassVar[Picks]
 
-    def __init__(
-        self,
-        level: Level = "nominal",
-        action_mode: ActionMode = "release_point",
-        threads: int = 1,
-        render_mode: str | None = None,
-    ) -> None:
+    def __init__(self, core: Core, render_mode: str | None) -> None:
         _check_render_mode(render_mode)
-        self.core = ThrowCore(level, self.picks, action_mode, 1, threads)
+        self.core = core
         self.observation_space = self.core.observation_space
         self.action_space = self.core.action_space
         self.render_mode = render_mode
-        self._view: CellView | None = None
+        self._view: View | None = None
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -66,12 +65,12 @@ class ThrowEnv(gym.Env[Observation, NDArray[np.floating]]):
             raise ActionError(f"action has shape {array.shape}; this environment needs {self.action_space.shape}")
         result = self.core.step(array[None])
         self._show()
-        over, single = bool(result.ended[0]), self.picks == "independent"
+        over, terminates = bool(result.ended[0]), self.core.terminates
         return (
             result.observation[0],
             float(result.reward[0]),
-            over and single,
-            over and not single,
+            over and terminates,
+            over and not terminates,
             scalars(result.info, 0),
         )
 
@@ -87,9 +86,9 @@ class ThrowEnv(gym.Env[Observation, NDArray[np.floating]]):
             self._view.close()
             self._view = None
 
-    def _opened_view(self) -> CellView:
+    def _opened_view(self) -> View:
         if self._view is None:
-            self._view = CellView(self.core.cell)
+            self._view = self.core.view()
         return self._view
 
     def _show(self) -> None:
@@ -101,34 +100,34 @@ class ThrowEnv(gym.Env[Observation, NDArray[np.floating]]):
 
 
 class ThrowVectorEnv(VectorEnv[Observation, NDArray[np.floating], NDArray[Any]]):
-    """Abstract: N cells on one batch of simulations, autoreset in the same step."""
+    """Abstract: N cells on one batch of simulations, autoreset in the same step. Subclasses bring the core.
+
+    Args:
+        core: the N cells.
+        render_mode: "rgb_array" or None.
+
+    Raises:
+        ConfigError: another render mode.
+    """
 
     metadata: ClassVar[dict[str, Any]] = {  # pyright: ignore[reportIncompatibleVariableOverride]
         "render_modes": ["rgb_array"],
         "render_fps": FPS,
         "autoreset_mode": AutoresetMode.SAME_STEP,
     }
-    picks: ClassVar[Picks]
 
-    def __init__(
-        self,
-        num_envs: int = 1,
-        level: Level = "nominal",
-        action_mode: ActionMode = "release_point",
-        threads: int = 2,
-        render_mode: str | None = None,
-    ) -> None:
+    def __init__(self, core: Core, render_mode: str | None) -> None:
         if render_mode not in (None, "rgb_array"):
             raise ConfigError(f"render_mode is {render_mode!r}; a vector environment takes 'rgb_array' or None")
-        self.core = ThrowCore(level, self.picks, action_mode, num_envs, threads)
-        self.num_envs = num_envs
+        self.core = core
+        self.num_envs = num_envs = core.count
         self.single_observation_space = self.core.observation_space
         self.single_action_space = self.core.action_space
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.render_mode = render_mode
         self._generators = [seeding.np_random(None)[0] for _ in range(num_envs)]
-        self._view: CellView | None = None
+        self._view: View | None = None
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -178,17 +177,17 @@ class ThrowVectorEnv(VectorEnv[Observation, NDArray[np.floating], NDArray[Any]])
             self.core.reset(rows, [self._generators[r] for r in rows], seeded=False)
             observation = self.core.observe()
             info |= self._masked(self.core.kinds())
-        single = self.picks == "independent"
+        terminates = self.core.terminates
         none = np.zeros(self.num_envs, dtype=np.bool_)
         over = result.ended
-        return observation, result.reward, over if single else none, none if single else over, info
+        return observation, result.reward, over if terminates else none, none if terminates else over, info
 
     def render(self) -> tuple[Any, ...] | None:
         """One frame of every cell's coming pick."""
         if self.render_mode is None:
             return None
         if self._view is None:
-            self._view = CellView(self.core.cell)
+            self._view = self.core.view()
         return tuple(self._view.frame(row) for row in range(self.num_envs))
 
     def close_extras(self, **kwargs: Any) -> None:

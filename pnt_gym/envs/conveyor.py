@@ -6,10 +6,43 @@ from typing import ClassVar, final
 
 from pnt_gym.cells.conveyor import Picks
 from pnt_gym.envs.base import ThrowEnv, ThrowVectorEnv
+from pnt_gym.envs.conveyor_core import ConveyorCore, Level
+from pnt_gym.residual import ActionMode
+
+
+class ConveyorEnv(ThrowEnv):
+    """Abstract: one conveyor cell. Subclasses say where picks come from."""
+
+    picks: ClassVar[Picks]
+
+    def __init__(
+        self,
+        level: Level = "nominal",
+        action_mode: ActionMode = "release_point",
+        threads: int = 1,
+        render_mode: str | None = None,
+    ) -> None:
+        super().__init__(ConveyorCore(level, self.picks, action_mode, 1, threads), render_mode)
+
+
+class ConveyorVectorEnv(ThrowVectorEnv):
+    """Abstract: N conveyor cells. Subclasses say where picks come from."""
+
+    picks: ClassVar[Picks]
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        level: Level = "nominal",
+        action_mode: ActionMode = "release_point",
+        threads: int = 2,
+        render_mode: str | None = None,
+    ) -> None:
+        super().__init__(ConveyorCore(level, self.picks, action_mode, num_envs, threads), render_mode)
 
 
 @final
-class PnTConveyorEnv(ThrowEnv):
+class PnTConveyorEnv(ConveyorEnv):
     """A shift at the conveyor: a parallel robot throws objects off a moving belt into bins.
 
     ## Description
@@ -118,14 +151,14 @@ class PnTConveyorEnv(ThrowEnv):
 
 
 @final
-class PnTConveyorVectorEnv(ThrowVectorEnv):
+class PnTConveyorVectorEnv(ConveyorVectorEnv):
     """N cells of `PnTConveyorEnv` on one batch of simulations; row i of seed s is the single form of seed s + i."""
 
     picks: ClassVar[Picks] = "belt"
 
 
 @final
-class PnTReleaseEnv(ThrowEnv):
+class PnTReleaseEnv(ConveyorEnv):
     """One throw per episode: the release correction as a contextual bandit.
 
     ## Description
@@ -228,7 +261,7 @@ class PnTReleaseEnv(ThrowEnv):
 
 
 @final
-class PnTReleaseVectorEnv(ThrowVectorEnv):
+class PnTReleaseVectorEnv(ConveyorVectorEnv):
     """N cells of `PnTReleaseEnv` on one batch of simulations; row i of seed s is the single form of seed s + i."""
 
     picks: ClassVar[Picks] = "independent"

@@ -1,28 +1,20 @@
-"""One batched core for single and vector environments: N cells, one throw a step."""
+"""What stands behind every environment: N cells that throw in step, actions in, observations and rewards out."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, Final, final, get_args
+from typing import Any, Final, Protocol, final
 
 import numpy as np
 from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
-from pnt_gym.cells.context import Context
-from pnt_gym.cells.conveyor import ConveyorCell, Picks
-from pnt_gym.cells.observation import CLIP, FEATURES, observe
-from pnt_gym.cells.outcome import Outcome
-from pnt_gym.config import CellConfig, Reward, load
+from pnt_gym.correction import Correction
 from pnt_gym.errors import ConfigError
+from pnt_gym.levels import LevelConfig
 from pnt_gym.planning.arrays import Bools, Floats, Ints
-from pnt_gym.planning.plan import ReleaseBatch
-from pnt_gym.residual import ACTION_SIZE, ActionMode, check_actions, corrected_release, nearest_feasible
-
-Level = str | Path | CellConfig | Mapping[str, Any]
-REWARD_TERMS: Final = ("landing", "sorted", "time")
+from pnt_gym.render import View
 
 
 @final
@@ -31,51 +23,128 @@ class Step:
     """What one throw in every cell gave."""
 
     observation: NDArray[np.float32]
-    """Of the next picks (N, 26)."""
+    """Of the next throws (N, D)."""
     reward: Floats
     """(N,)"""
     ended: Bools
     """Episodes that are over (N,)."""
     info: dict[str, NDArray[Any]]
-    """Named results, (N,) each."""
+    """Named results, (N,) each; every core has those of `COMMON_INFO`."""
+
+
+COMMON_INFO: Final = (
+    "is_success",
+    "landing_error",
+    "landing_along",
+    "landing_across",
+    "cycle_time",
+    "recontact",
+    "rim",
+    "residual_clipped",
+    "item",
+    "target_x",
+    "target_y",
+    "kind",
+)
+"""What every core tells of a throw; the errors of its `Correction` come on top."""
 
 
 @final
-class ThrowCore:
-    """N cells behind the environments: actions in, observations, rewards and infos out.
+class Episodes:
+    """Counts the throws of N cells, and knows which of them need a new draw when their episode begins.
 
     Args:
-        level: a shipped level's name, a YAML file, a mapping or a config.
-        picks: "belt" for shifts on the moving belt, "independent" for one pick per episode.
-        action_mode: how an action is read.
         count: number of cells N.
-        threads: worker threads of the physics; results do not depend on it.
-
-    Raises:
-        ConfigError: no such level, a level that describes no working cell, or an unknown action mode.
+        length: throws in an episode.
+        drawn: whether the cell draws the next episode's first throw by itself after the last one of an episode.
     """
 
-    def __init__(self, level: Level, picks: Picks, action_mode: ActionMode, count: int, threads: int) -> None:
-        if action_mode not in get_args(ActionMode):
-            raise ConfigError(f"action_mode is {action_mode!r}; it must be one of {', '.join(get_args(ActionMode))}")
-        for name, value in (("num_envs", count), ("threads", threads)):
-            if value < 1:
-                raise ConfigError(f"{name} is {value}; it must be at least 1")
-        self.config = load(level)
-        self.action_mode: ActionMode = action_mode
-        self.count = count
-        self.cell = ConveyorCell(self.config, count, picks, threads)
-        self.observation_space = Box(-CLIP, CLIP, (len(FEATURES),), np.float32)
-        self.action_space = Box(-1.0, 1.0, (ACTION_SIZE[action_mode],), np.float32)
-        self._independent = picks == "independent"
-        self._episode = 1 if self._independent else self.config.picks_per_shift
-        self._picks = np.zeros(count, dtype=np.int64)
+    def __init__(self, count: int, length: int, drawn: bool) -> None:
+        self._length, self._drawn = length, drawn
+        self._throws = np.zeros(count, dtype=np.int64)
         self._fresh = np.zeros(count, dtype=np.bool_)
 
+    def begin(self, rows: Ints, seeded: bool) -> Ints:
+        """Begin new episodes in some rows; returns the positions in `rows` of those that must be drawn anew."""
+        self._throws[rows] = 0
+        draw = np.full(len(rows), True) if seeded else ~self._fresh[rows]
+        self._fresh[rows] = False
+        return np.flatnonzero(draw)
+
+    def thrown(self, early: Bools | None = None) -> Bools:
+        """Count one throw in every cell; returns the episodes that are over (N,).
+
+        Args:
+            early: episodes that this throw ends before their length (N,); None for none.
+        """
+        self._throws += 1
+        ended = self._throws >= self._length
+        if early is not None:
+            ended = ended | early
+        self._fresh = ended & self._drawn
+        return ended
+
+
+class Core(Protocol):
+    """N cells behind the environments.
+
+    A new cell is one class of this form; environments, evaluation, training and benchmark need no more than it.
+    """
+
     @property
-    def context(self) -> Context:
-        """The coming picks."""
-        return self.cell.context
+    def config(self) -> LevelConfig:
+        """The level in full."""
+        ...
+
+    @property
+    def count(self) -> int:
+        """Number of cells N."""
+        ...
+
+    @property
+    def observation_space(self) -> Box[np.float32]:
+        """Of one cell, (D,)."""
+        ...
+
+    @property
+    def action_space(self) -> Box[np.float32]:
+        """Of one cell, (A,) within [-1, 1]."""
+        ...
+
+    @property
+    def action_mode(self) -> str:
+        """How actions are read."""
+        ...
+
+    @property
+    def action_sizes(self) -> Mapping[str, int]:
+        """All action modes of this kind of cell, with the numbers in one action."""
+        ...
+
+    @property
+    def shift_modes(self) -> Sequence[str]:
+        """Those of the modes that have a correction."""
+        ...
+
+    @property
+    def correction(self) -> Correction | None:
+        """What an action means to a controller that learns from errors; None where that is not one to one."""
+        ...
+
+    @property
+    def terminates(self) -> bool:
+        """Whether an episode that is over terminates, its task being done or lost; others are truncated."""
+        ...
+
+    @property
+    def item_names(self) -> Sequence[str]:
+        """What `kind` and `item` of the info are indices into."""
+        ...
+
+    @property
+    def dwell(self) -> float:
+        """Part of the cycle time in which the hand holds still to grip [s]."""
+        ...
 
     def reset(self, rows: Ints, generators: list[np.random.Generator], seeded: bool) -> None:
         """Begin new episodes in some rows.
@@ -83,94 +152,67 @@ class ThrowCore:
         Args:
             rows: which cells.
             generators: one per row; the row keeps drawing from it.
-            seeded: whether the generators are new; if not, a pick that is already drawn is kept.
+            seeded: whether the generators are new; if not, a throw that is already drawn is kept.
         """
-        self._picks[rows] = 0
-        begin = np.full(len(rows), True) if seeded else ~self._fresh[rows]
-        self._fresh[rows] = False
-        if begin.any():
-            chosen = np.flatnonzero(begin)
-            self.cell.reset(rows[chosen], [generators[i] for i in chosen])
+        ...
 
     def observe(self) -> NDArray[np.float32]:
-        """Observations of the coming picks (N, 26)."""
-        return observe(self.context)
+        """Observations of the coming throws (N, D)."""
+        ...
 
     def kinds(self) -> dict[str, NDArray[Any]]:
-        """What the cell's classifier says of the objects under the cups: index into `config.items`, (N,)."""
-        return {"kind": self.context.objects.kind.copy()}
+        """`kind`: what the cell's classifier says of the coming things to throw, index into `item_names`, (N,)."""
+        ...
 
     def step(self, actions: object) -> Step:
         """Throw in every cell.
 
         Args:
-            actions: (N, size) within [-1, 1]; values outside are clipped.
+            actions: (N, A) within [-1, 1]; values outside are clipped.
 
         Raises:
             ActionError: wrong shape, NaN or infinite values.
         """
-        context = self.context
-        release, clipped = self.plan(check_actions(actions, self.count, self.action_mode))
-        outcome = self.cell.throw(release, clipped)
-        terms = reward_terms(outcome, self.config.reward)
-        self._picks += 1
-        ended = self._picks >= self._episode
-        self._fresh = ended & self._independent
-        info = _info(outcome, context) | {f"reward_{name}": term for name, term in terms.items()} | self.kinds()
-        return Step(self.observe(), sum(terms.values(), np.zeros(self.count)), ended, info)
+        ...
 
-    def plan(self, actions: Floats) -> tuple[ReleaseBatch, Bools]:
-        """Releases that actions (N, size) ask for, made feasible, and which had to be shortened (N,)."""
-        context, config = self.context, self.config
+    def preview(self, actions: object, jitter: bool = False) -> Any:
+        """What actions would do to the coming throws, hidden values included, without advancing.
 
-        def corrected(part: Floats) -> ReleaseBatch:
-            slack, mover = config.motion.ceiling_slack, self.cell.planner.mover
-            return corrected_release(self.action_mode, part, context, config.action, slack, mover)
+        Args:
+            actions: (N, A).
+            jitter: whether what is drawn anew in every throw takes part.
 
-        return nearest_feasible(corrected, self.cell.is_feasible, actions)
-
-    def preview(self, actions: object, jitter: bool = False) -> Outcome:
-        """What actions would do to the coming picks, hidden values included, without advancing.
-
-        This is privileged: the oracle uses it, and figures do. The random part of the release delay is left out
-        unless `jitter` is set.
+        Returns:
+            An outcome with the errors of `correction` among its attributes, (N,) each.
         """
-        release, _ = self.plan(check_actions(actions, self.count, self.action_mode))
-        return self.cell.preview(release, jitter)
+        ...
+
+    def view(self) -> View:
+        """Pictures of the cells; row 0 is recorded from now on."""
+        ...
 
 
-def reward_terms(outcome: Outcome, weights: Reward) -> dict[str, Floats]:
-    """Weighted reward terms by name, each (N,); before weighting every term lies in [0, 1]."""
-    landing = np.maximum(1.0 - outcome.landing_error / weights.landing_scale, 0.0)
-    time = np.maximum(1.0 - outcome.cycle_time / weights.time_scale, 0.0)
-    return {
-        "landing": weights.landing * landing,
-        "sorted": weights.sorted * outcome.sorted.astype(np.float64),
-        "time": weights.time * time,
-    }
+def check_counts(count: int, threads: int) -> None:
+    """Make sure that there is a cell and a thread to simulate it.
+
+    Raises:
+        ConfigError: there is not.
+    """
+    for name, value in (("num_envs", count), ("threads", threads)):
+        if value < 1:
+            raise ConfigError(f"{name} is {value}; it must be at least 1")
+
+
+def check_mode(mode: str, modes: Mapping[str, int]) -> None:
+    """Make sure that an environment has an action mode.
+
+    Raises:
+        ConfigError: it does not.
+    """
+    if mode not in modes:
+        raise ConfigError(f"action_mode is {mode!r}; it must be one of {', '.join(modes)}")
 
 
 def scalars(info: dict[str, NDArray[Any]], row: int) -> dict[str, Any]:
     """One row of a step's info as plain Python values."""
     return {name: values[row].item() for name, values in info.items()}
-
-
-def _info(outcome: Outcome, context: Context) -> dict[str, NDArray[Any]]:
-    return {
-        "is_success": outcome.sorted,
-        "landing_error": outcome.landing_error,
-        "landing_along": outcome.landing_along,
-        "landing_across": outcome.landing_across,
-        "cycle_time": outcome.cycle_time,
-        "wait_time": outcome.wait_time,
-        "in_opening": outcome.in_opening,
-        "in_bin": outcome.in_bin,
-        "rim": outcome.rim,
-        "recontact": outcome.recontact,
-        "residual_clipped": outcome.clipped,
-        "peak_torque": outcome.peak_torque,
-        "item": context.objects.kind.copy(),
-        "bin": context.bin.copy(),
-        "target_x": context.target[:, 0].copy(),
-        "target_y": context.target[:, 1].copy(),
-    }

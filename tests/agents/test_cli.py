@@ -95,6 +95,10 @@ def test_own_level_file(tmp_path: Path) -> None:
         (("--controller", "analytic", "--picks", "0"), "--picks is 0; it must be at least 1"),
         (("--controller", "ridge", "--practice", "-1"), "--practice is -1"),
         (("--controller", "ridge", "--action-mode", "release_xyz"), "needs an action of 2 numbers, not 3"),
+        (
+            ("--controller", "analytic", "--action-mode", "telepathy"),
+            "action_mode is 'telepathy'; it must be one of rel",
+        ),
         (("--controller", "analytic", "--json", "."), "cannot write '.': it is a folder"),
         (("--controller", "ridge", "--load", "none.npz"), "'none.npz' does not exist"),
         (("--controller", "analytic", "--save", "a.npz"), "learns nothing that could be kept"),
@@ -149,6 +153,7 @@ def test_train_explains_mistakes(tmp_path: Path) -> None:
     for arguments, said in (
         (("--env", "Nowhere-v0"), "unknown environment"),
         (("--level", "nowhere"), "unknown level"),
+        (("--action-mode", "telepathy"), "action_mode is 'telepathy'; it must be one of release_point, release_xyz"),
         (("--steps", "0"), "--steps is 0"),
         (("--resume", "none"), "run folder 'none' does not exist"),
         (("--config", "none.yml"), "cannot read hyperparameters 'none.yml'"),

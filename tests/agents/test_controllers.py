@@ -3,25 +3,29 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from toy_cell import ToyVectorEnv, observation_of, outcome_of
+from toy_cell import POSE, POSE_BIAS, PoseVectorEnv, ToyVectorEnv, observation_of, outcome_of
 
 from agents.cli import UsageError
 from agents.controllers import NAMES, Learner, load_state, make_controller, save_state
 from agents.controllers.ballistic import AnalyticHeight, MeanLead, landing_change, mean_delay
-from agents.controllers.cell_table import cell_names, mean_shift, virtual_goal
+from agents.controllers.cell_table import mean_shift, virtual_goal
+from agents.controllers.oracle import Oracle
 from agents.controllers.ridge import Ridge
 from agents.controllers.shift import ideal_shift, to_action
 from agents.evaluation import evaluate, practise, summary
 from pnt_gym.cells.observation import FEATURES
 from pnt_gym.config import load
 from pnt_gym.errors import PntGymError
+from pnt_gym.residual import shift_correction
 
 WASTE, NOMINAL, IDEAL = load("waste"), load("nominal"), load("ideal")
+ON_WASTE, ON_NOMINAL = shift_correction(WASTE, "release_point"), shift_correction(NOMINAL, "release_point")
 LEARNERS = ("mean_shift", "virtual_goal", "ridge", "mlp")
 
 
@@ -69,7 +73,7 @@ def test_landing_change_equals_integrated_flight(
 
 def test_mean_lead_takes_back_a_late_release() -> None:
     height, speed, angle = 0.08, 2.1, 0.5
-    controller = MeanLead(WASTE)
+    controller = MeanLead(WASTE, ON_WASTE)
     late = speed * controller.delay
     seen = encode(release_speed=speed, elevation=angle, flight_time=flight_time(height, speed, angle))
     too_far = late * np.cos(angle) + fall(height + late * np.sin(angle), speed, angle) - fall(height, speed, angle)
@@ -88,10 +92,10 @@ def test_analytic_height_takes_back_a_low_centre_of_mass() -> None:
     height, speed, angle, tall = 0.10, 2.1, 0.4, 0.07
     seen = encode(release_speed=speed, elevation=angle, flight_time=flight_time(height, speed, angle), height=tall)
     short = fall(height - tall / 2, speed, angle) - fall(height, speed, angle)
-    action = AnalyticHeight(WASTE).act(observation_of(seen))
+    action = AnalyticHeight(WASTE, ON_WASTE).act(observation_of(seen))
     assert short < 0
     assert action[0, 0] * WASTE.action.along == pytest.approx(-short, abs=1e-4)
-    assert not AnalyticHeight(IDEAL).act(observation_of(seen)).any()
+    assert not AnalyticHeight(IDEAL, ON_WASTE).act(observation_of(seen)).any()
 
 
 def test_analytic_is_zero_in_every_action_mode() -> None:
@@ -105,7 +109,7 @@ def test_analytic_is_zero_in_every_action_mode() -> None:
 
 @pytest.mark.parametrize("gain", [0.3, 0.5, 1.0, 1.5])
 def test_virtual_goal_converges_on_a_constant_error(gain: float) -> None:
-    controller = virtual_goal(NOMINAL, gain)
+    controller = virtual_goal(ON_NOMINAL, gain)
     bias, seen = np.array([[0.07, -0.02]]), observation_of(encode())
     scale = np.array([NOMINAL.action.along, NOMINAL.action.across])
     for _ in range(30):
@@ -115,7 +119,7 @@ def test_virtual_goal_converges_on_a_constant_error(gain: float) -> None:
 
 
 def test_virtual_goal_is_the_papers_update() -> None:
-    controller = virtual_goal(NOMINAL, 0.5)
+    controller = virtual_goal(ON_NOMINAL, 0.5)
     seen, error = observation_of(encode()), np.array([[0.08, 0.01]])
     controller.learn(outcome_of(seen, controller.act(seen), error))
     scale = np.array([NOMINAL.action.along, NOMINAL.action.across])
@@ -124,7 +128,7 @@ def test_virtual_goal_is_the_papers_update() -> None:
 
 def test_a_batch_of_throws_teaches_what_the_same_throws_one_by_one_do() -> None:
     errors = np.array([[0.05, 0.01], [0.03, -0.02], [0.08, 0.0]])
-    together, apart = virtual_goal(NOMINAL), virtual_goal(NOMINAL)
+    together, apart = virtual_goal(ON_NOMINAL), virtual_goal(ON_NOMINAL)
     three, one = observation_of(np.repeat(encode(), 3, axis=0)), observation_of(encode())
     together.learn(outcome_of(three, np.zeros((3, 2)), errors))
     scale = np.array([NOMINAL.action.along, NOMINAL.action.across])
@@ -137,11 +141,11 @@ def test_a_batch_of_throws_teaches_what_the_same_throws_one_by_one_do() -> None:
 @pytest.mark.parametrize("gain", [0.0, 2.0, -1.0, float("nan")])
 def test_virtual_goal_refuses_a_gain_that_cannot_converge(gain: float) -> None:
     with pytest.raises(PntGymError, match="between 0 and 2"):
-        virtual_goal(NOMINAL, gain)
+        virtual_goal(ON_NOMINAL, gain)
 
 
 def test_mean_shift_is_the_mean_and_keeps_cells_apart() -> None:
-    controller = mean_shift(NOMINAL)
+    controller = mean_shift(ON_NOMINAL)
     bins = NOMINAL.bins.fixed
     here, there = (encode(target_x=b.x, target_y=b.y) for b in bins)
     for error in (0.02, 0.04, 0.06):
@@ -153,7 +157,7 @@ def test_mean_shift_is_the_mean_and_keeps_cells_apart() -> None:
 
 def test_an_item_never_thrown_gets_the_mean_over_all_items_or_no_virtual_goal() -> None:
     other = observation_of(encode(), np.array([2]))
-    for controller, expected in ((mean_shift(NOMINAL), -0.05), (virtual_goal(NOMINAL), 0.0)):
+    for controller, expected in ((mean_shift(ON_NOMINAL), -0.05), (virtual_goal(ON_NOMINAL), 0.0)):
         seen = observation_of(encode())
         controller.learn(outcome_of(seen, np.zeros((1, 2)), np.array([[0.05, 0.0]])))
         assert controller.act(other)[0, 0] * NOMINAL.action.along == pytest.approx(expected, abs=1e-6)
@@ -161,27 +165,32 @@ def test_an_item_never_thrown_gets_the_mean_over_all_items_or_no_virtual_goal() 
 
 def test_cells_are_bins_or_quarters() -> None:
     fixed = observation_of(np.concatenate([encode(target_x=b.x, target_y=b.y) for b in NOMINAL.bins.fixed]))
-    assert [place for _, place in cell_names(fixed, NOMINAL)] == ["inside", "outside"]
+    assert [place for _, place in ON_NOMINAL.cells(fixed.features, fixed.kind)] == ["inside", "outside"]
     corners = [(-0.4, 0.3), (0.4, 0.3), (-0.4, 0.7), (0.4, 0.7)]
     drawn = observation_of(np.concatenate([encode(target_x=x, target_y=y) for x, y in corners]))
-    assert [p for _, p in cell_names(drawn, WASTE)] == ["left-near", "right-near", "left-far", "right-far"]
+    assert [p for _, p in ON_WASTE.cells(drawn.features, drawn.kind)] == [
+        "left-near",
+        "right-near",
+        "left-far",
+        "right-far",
+    ]
 
 
 def test_clipped_and_unmeasured_throws_teach_nothing() -> None:
     seen = observation_of(np.repeat(encode(), 2, axis=0))
     outcome = outcome_of(seen, np.zeros((2, 2)), np.array([[0.1, 0.0], [np.nan, 0.0]]))
     outcome.clipped[0] = True
-    controller = mean_shift(NOMINAL)
+    controller = mean_shift(ON_NOMINAL)
     controller.learn(outcome)
     assert not controller.act(seen).any()
 
 
 @given(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5))
 def test_shifts_and_actions_agree_inside_the_range(along: float, across: float) -> None:
-    action = to_action(np.array([[along, across]]), WASTE)
+    action = to_action(np.array([[along, across]]), ON_WASTE)
     assert (np.abs(action) <= 1.0).all()
     seen = observation_of(encode())
-    back = ideal_shift(outcome_of(seen, action, np.zeros((1, 2))), WASTE)
+    back = ideal_shift(outcome_of(seen, action, np.zeros((1, 2))), ON_WASTE)
     inside = np.clip([along, across], [-0.2, -0.06], [0.2, 0.06])
     assert back[0] == pytest.approx(inside, abs=1e-6)
 
@@ -271,6 +280,19 @@ def test_state_of_another_controller_or_a_damaged_file_is_refused(tmp_path: Path
         load_state(ridge, tmp_path / "bad.npz")
 
 
+def test_a_table_saved_with_two_numbers_per_cell_is_read(tmp_path: Path) -> None:
+    """The form of the files on disk: names of the cells, their shifts in metres, their counts."""
+    cells = np.array(["paper|inside", "paper|*"])
+    shift, count = np.array([[-0.05, 0.012], [0.02, 0.0]]), np.array([4, 9])
+    np.savez(tmp_path / "old.npz", controller=np.array("virtual_goal"), cells=cells, shift=shift, count=count)
+    controller = virtual_goal(ON_NOMINAL)
+    load_state(controller, tmp_path / "old.npz")
+    places = {b.name: encode(target_x=b.x, target_y=b.y) for b in NOMINAL.bins.fixed}
+    for place, expected in (("inside", shift[0]), ("outside", shift[1])):
+        seen = observation_of(places[place])
+        assert controller.act(seen)[0] * ON_NOMINAL.scale == pytest.approx(expected, abs=1e-6)
+
+
 @pytest.mark.parametrize("name", LEARNERS)
 def test_reset_forgets_everything(name: str) -> None:
     env = ToyVectorEnv(8)
@@ -291,3 +313,67 @@ def test_unknown_names_are_answered_with_the_known_ones() -> None:
 def test_controllers_of_shifts_say_that_xyz_is_not_theirs(name: str) -> None:
     with pytest.raises(UsageError, match="action of 2 numbers, not 3"):
         make_controller(name, ToyVectorEnv(2, action_mode="release_xyz"))
+
+
+# A cell of another kind: four numbers, of which none is along or across a throw.
+
+
+@pytest.mark.parametrize("name", [*LEARNERS, "oracle"])
+def test_four_numbers_are_learned_as_two_are(name: str) -> None:
+    env = PoseVectorEnv()
+    base = evaluate(make_controller("analytic", env), env, 80, 0)
+    np.testing.assert_allclose(base.error.mean(axis=0), POSE_BIAS, atol=0.02 * POSE.tolerance.max())
+    controller = make_controller(name, env)
+    practise(controller, env, 160, 0)
+    left = evaluate(controller, env, 160, 0)
+    assert left.error.shape == (160, 4)
+    # What is left of the bias is small against the tolerance, in every coordinate.
+    assert (np.abs(left.error.mean(axis=0)) < 0.2 * POSE.tolerance).all()
+    assert base.is_success.mean() == 0.0
+    assert left.is_success.mean() > 0.99
+
+
+@pytest.mark.parametrize("name", LEARNERS)
+def test_state_of_four_numbers_survives_a_file(name: str, tmp_path: Path) -> None:
+    env = PoseVectorEnv()
+    first, second = make_controller(name, env), make_controller(name, env)
+    practise(first, env, 40, 0)
+    save_state(first, tmp_path / "state.npz")
+    load_state(second, tmp_path / "state.npz")
+    features, info = env.reset(seed=3)
+    seen = observation_of(features, info["kind"])
+    assert first.act(seen).shape == (8, 4)
+    assert np.array_equal(first.act(seen), second.act(seen))
+
+
+@pytest.mark.parametrize("name", LEARNERS)
+def test_state_of_another_cell_is_refused(name: str, tmp_path: Path) -> None:
+    two, four = ToyVectorEnv(8), PoseVectorEnv()
+    for one, other in ((two, four), (four, two)):
+        learned = make_controller(name, one)
+        practise(learned, one, 40, 0)
+        save_state(learned, tmp_path / "state.npz")
+        with pytest.raises(UsageError, match=f"'{name}' learned") as refused:
+            load_state(make_controller(name, other), tmp_path / "state.npz")
+        assert "\n" not in str(refused.value)
+
+
+def test_the_oracle_weighs_errors_by_their_tolerances() -> None:
+    """Its second action halves the error in plain numbers, but is worse in tolerances: the first one is kept."""
+    first, second = [0.004, 0.0, 0.0, 0.2], [0.030, 0.0, 0.0, 0.1]
+
+    class Stubborn:
+        correction = POSE
+
+        def preview(self, actions: np.ndarray, *, jitter: bool = False) -> SimpleNamespace:
+            error = np.where(actions.any(axis=1, keepdims=True), second, first)
+            return SimpleNamespace(**dict(zip(POSE.errors, error.T, strict=True)))
+
+    action = Oracle(Stubborn(), POSE, iterations=1).act(observation_of(np.zeros((2, 5))))
+    assert not action.any()
+
+
+@pytest.mark.parametrize("name", ["analytic_height", "mean_lead"])
+def test_controllers_of_the_conveyor_say_so_elsewhere(name: str) -> None:
+    with pytest.raises(UsageError, match=f"controller '{name}' knows the physics of the conveyor only"):
+        make_controller(name, PoseVectorEnv())

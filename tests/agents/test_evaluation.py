@@ -6,7 +6,7 @@ import json
 
 import numpy as np
 import pytest
-from toy_cell import ToyVectorEnv
+from toy_cell import PoseVectorEnv, ToyVectorEnv
 
 from agents.controllers import Observation, Outcome, make_controller
 from agents.environments import make_vector, stream_seed
@@ -100,11 +100,11 @@ def test_practice_is_announced_and_learned_from_but_evaluation_is_frozen() -> No
     practise(student, env, 10, 0)
     assert student.announced == 10
     assert student.ended
-    assert sum(len(o.landing_along) for o in student.learned) == 10
+    assert sum(len(o.error) for o in student.learned) == 10
     evaluate(student, env, 8, 0)
-    assert sum(len(o.landing_along) for o in student.learned) == 10
+    assert sum(len(o.error) for o in student.learned) == 10
     evaluate(student, env, 8, 0, online=True)
-    assert sum(len(o.landing_along) for o in student.learned) == 18
+    assert sum(len(o.error) for o in student.learned) == 18
 
 
 def test_those_who_do_not_learn_do_not_practise() -> None:
@@ -123,7 +123,7 @@ def test_summary_agrees_with_the_throws() -> None:
     )
     assert figures["picks_per_min"] == pytest.approx(100.0)  # the toy needs 0.6 s a pick
     assert figures["sorted_per_min"] == pytest.approx(100.0 * throws.is_success.mean())
-    records = throw_records(throws, ToyVectorEnv(4).core.config)
+    records = throw_records(throws, ToyVectorEnv(4).core.item_names)
     assert len(records) == 60
     json.dumps({**figures, "throws": records}, allow_nan=False)
 
@@ -138,6 +138,7 @@ def test_failures_sum_to_what_failed() -> None:
         landing_error=zeros,
         landing_along=zeros,
         landing_across=zeros,
+        error=np.zeros((count, 2)),
         is_success=flags[0],
         cycle_time=zeros + 1,
         recontact=flags[1],
@@ -151,8 +152,29 @@ def test_failures_sum_to_what_failed() -> None:
 def test_unmeasured_landings_become_null_not_nan() -> None:
     throws = evaluate(Recorder(), ToyVectorEnv(4), 4, 0)
     throws.landing_error[1] = throws.landing_along[1] = np.nan
-    assert throw_records(throws, ToyVectorEnv(4).core.config)[1]["landing_error_m"] is None
+    assert throw_records(throws, ToyVectorEnv(4).core.item_names)[1]["landing_error_m"] is None
     assert summary(throws)["unmeasured"] == 1
+
+
+def test_errors_beyond_the_landing_are_recorded_by_their_names() -> None:
+    env = PoseVectorEnv(4)
+    throws = evaluate(make_controller("analytic", env), env, 6, 0)
+    throws.error[2, 3] = np.nan
+    records = throw_records(throws, env.core.item_names, env.core.correction)
+    assert [r["error_phi"] for r in records] == throws.error[:, 2].tolist()
+    assert records[2]["error_dy"] is None
+    plain = throw_records(throws, env.core.item_names)
+    assert set(records[0]) - set(plain[0]) == set(env.core.correction.errors)
+    toy = ToyVectorEnv(4)
+    (record,) = throw_records(evaluate(Recorder(), toy, 1, 0), toy.core.item_names, toy.core.correction)
+    assert set(record) == set(plain[0])
+
+
+def test_an_action_mode_without_a_correction_has_no_errors_to_learn_from() -> None:
+    env = ToyVectorEnv(4, action_mode="release_xyz")
+    throws = evaluate(make_controller("random", env), env, 10, 0)
+    assert throws.error.shape == (10, 0)
+    assert np.isfinite(throws.landing_error).all()
 
 
 def test_unknown_environment_is_named() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 import gymnasium as gym
@@ -12,6 +13,8 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from agents.controllers.protocol import Observation, Outcome
 from pnt_gym.cells.observation import CLIP, FEATURES
 from pnt_gym.config import CellConfig, load
+from pnt_gym.correction import Correction
+from pnt_gym.residual import ACTION_SIZE, SHIFT_MODES, shift_correction
 
 FEATURE_INDEX = {feature.name: i for i, feature in enumerate(FEATURES)}
 SHIFT_NOISE = 0.002
@@ -24,10 +27,17 @@ class ToyPreview:
 
 
 class ToyCore:
-    """Stands where the cell stands: config, and a preview of the coming throws."""
+    """Stands where the cell stands: config, what actions mean, and a preview of the coming throws."""
 
-    def __init__(self, config: CellConfig) -> None:
+    action_sizes = ACTION_SIZE
+    shift_modes = SHIFT_MODES
+    dwell = 0.1
+
+    def __init__(self, config: CellConfig, action_mode: Any = "release_point") -> None:
         self.config = config
+        self.action_mode = action_mode
+        self.item_names = config.items
+        self.correction = shift_correction(config, action_mode)
         self.features = np.zeros((0, len(FEATURES)), dtype=np.float32)
 
     def preview(self, actions: np.ndarray, *, jitter: bool = False) -> ToyPreview:
@@ -62,9 +72,9 @@ class ToyVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         steps: int = 1,
     ) -> None:
         self.num_envs = num_envs
-        self.core = ToyCore(load(level))
+        self.core = ToyCore(load(level), action_mode)
         self.steps = steps
-        count = 3 if action_mode == "release_xyz" else 2
+        count = ACTION_SIZE[action_mode]
         self.single_observation_space = gym.spaces.Box(-CLIP, CLIP, (len(FEATURES),), np.float32)
         self.single_action_space = gym.spaces.Box(-1.0, 1.0, (count,), np.float32)
         self.observation_space = gym.vector.utils.batch_space(self.single_observation_space, num_envs)
@@ -116,6 +126,84 @@ class ToyVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         self._kind = (np.abs(normals[:, -1]) * 7).astype(np.int64) % len(self.core.config.items)
 
 
+POSE = Correction(
+    errors=("error_x", "error_y", "error_phi", "error_dy"),
+    scale=np.array([0.10, 0.10, 0.8, 0.5]),
+    exploration=np.array([0.004, 0.004, 0.03, 0.04]),
+    tolerance=np.array([0.005, 0.005, 0.035, 0.05]),
+    cells=lambda features, kind: [("block", f"pallet-{k}") for k in kind],
+)
+POSE_BIAS = np.array([0.031, -0.022, 0.25, -0.11])
+"""Error of every uncorrected throw: x, y [m], phi [rad], dy [m/s]."""
+POSE_NOISE = 0.02
+"""Standard deviation of what no observation tells, in tolerances."""
+
+
+@dataclass(frozen=True)
+class PoseConfig:
+    name: str = "pose"
+
+
+class PoseCore:
+    """A cell whose throws are judged by four numbers, each shifted by one number of the action."""
+
+    config = PoseConfig()
+    action_mode = "virtual_goal"
+    action_sizes = {"virtual_goal": 4}  # noqa: RUF012 - never changed
+    shift_modes = ("virtual_goal",)
+    item_names = ("block",)
+    correction = POSE
+    dwell = 0.0
+
+    def preview(self, actions: np.ndarray, *, jitter: bool = False) -> Any:
+        return SimpleNamespace(**dict(zip(POSE.errors, (POSE_BIAS + actions * POSE.scale).T, strict=True)))
+
+
+class PoseVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
+    """One throw per episode, three kinds of pallet, observations of no worth."""
+
+    metadata = {"autoreset_mode": AutoresetMode.SAME_STEP}  # noqa: RUF012 - Gymnasium's own form
+    render_mode = None
+
+    def __init__(self, num_envs: int = 8) -> None:
+        self.num_envs = num_envs
+        self.core = PoseCore()
+        self.single_observation_space = gym.spaces.Box(-CLIP, CLIP, (5,), np.float32)
+        self.single_action_space = gym.spaces.Box(-1.0, 1.0, (4,), np.float32)
+        self._random = np.random.default_rng(0)
+
+    def reset(self, *, seed: int | None = None, options: Any = None) -> tuple[np.ndarray, dict[str, Any]]:
+        self._random = np.random.default_rng(seed)
+        return self._draw()
+
+    def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        seen = self.core.preview(actions)
+        noise = POSE_NOISE * self._random.standard_normal((self.num_envs, 4)) * POSE.tolerance
+        error = np.stack([getattr(seen, name) for name in POSE.errors], axis=-1) + noise
+        over = np.ones(self.num_envs, dtype=bool)
+        none = ~over
+        info: dict[str, Any] = {
+            **dict(zip(POSE.errors, error.T, strict=True)),
+            "is_success": (np.abs(error) <= POSE.tolerance).all(axis=1),
+            "landing_error": np.hypot(error[:, 0], error[:, 1]),
+            "landing_along": error[:, 0],
+            "landing_across": error[:, 1],
+            "cycle_time": np.ones(self.num_envs),
+            "recontact": none,
+            "rim": none,
+            "residual_clipped": none,
+            "item": np.zeros(self.num_envs, dtype=np.int64),
+            "target_x": np.zeros(self.num_envs),
+            "target_y": np.zeros(self.num_envs),
+        }
+        features, kind = self._draw()
+        return features, -info["landing_error"], over, none, {**info, **kind, "final_obs": features}
+
+    def _draw(self) -> tuple[np.ndarray, dict[str, Any]]:
+        kind = self._random.integers(3, size=self.num_envs)
+        return self._random.standard_normal((self.num_envs, 5)).astype(np.float32), {"kind": kind}
+
+
 def observation_of(features: np.ndarray, kind: np.ndarray | None = None) -> Observation:
     features = np.asarray(features, dtype=np.float32)
     return Observation(features, np.zeros(len(features), dtype=np.int64) if kind is None else kind)
@@ -126,8 +214,7 @@ def outcome_of(observation: Observation, action: np.ndarray, error: np.ndarray) 
     return Outcome(
         observation=observation,
         action=np.asarray(action, dtype=np.float32),
-        landing_along=error[:, 0],
-        landing_across=error[:, 1],
+        error=error,
         is_success=np.ones(count, dtype=bool),
         cycle_time=np.ones(count),
         clipped=np.zeros(count, dtype=bool),

@@ -11,6 +11,7 @@ from throw_tools import vary
 
 import pnt_gym
 from pnt_gym.cells.observation import decode
+from pnt_gym.envs.core import COMMON_INFO
 from pnt_gym.residual import ACTION_MODES, ACTION_SIZE
 
 SHORT = vary("nominal", picks_per_shift=4)
@@ -131,6 +132,26 @@ def test_the_info_is_of_plain_values_and_agrees_with_itself():
         assert info["target_y"] == pytest.approx(float(seen["target_y"]), abs=1e-5)
         assert info["cycle_time"] > info["wait_time"] >= 0.0
         assert 0.0 < info["peak_torque"] < 530.0
+
+
+@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
+def test_every_environment_tells_what_controllers_and_figures_need(env_id):
+    env = gym.make_vec(env_id, num_envs=2)
+    _, first = env.reset(seed=0)
+    *_, info = env.step(np.zeros(env.action_space.shape, dtype=np.float32))
+    core = env.unwrapped.core
+    assert set(COMMON_INFO) | set(core.correction.errors) <= set(info)
+    assert (first["kind"] < len(core.item_names)).all()
+    assert core.action_mode in core.shift_modes
+    assert set(core.shift_modes) <= set(core.action_sizes)
+    assert core.action_sizes[core.action_mode] == core.correction.count == env.single_action_space.shape[0]
+    for values in (core.correction.scale, core.correction.exploration, core.correction.tolerance):
+        assert values.shape == (core.correction.count,)
+        assert (values > 0.0).all()
+    env.reset(seed=0)
+    seen = core.preview(np.zeros(env.action_space.shape), jitter=True)
+    for name in core.correction.errors:
+        np.testing.assert_allclose(getattr(seen, name), info[name], atol=1e-6)
 
 
 def test_contexts_of_single_throws_do_not_depend_on_actions():
