@@ -15,6 +15,9 @@ except PackageNotFoundError:  # a source tree on the path, not installed
 _ENTRY_POINTS: Final = {
     "PnTConveyor-v0": "pnt_gym.envs.conveyor:PnTConveyor",
     "PnTRelease-v0": "pnt_gym.envs.conveyor:PnTRelease",
+    "OneJointThrow-v0": "pnt_gym.envs.one_joint:OneJointThrow",
+    "OneJointSort-v0": "pnt_gym.envs.one_joint:OneJointSort",
+    "OneJointAssembly-v0": "pnt_gym.envs.one_joint:OneJointAssembly",
 }
 ENV_IDS: Final = tuple(_ENTRY_POINTS)
 """Ids of the environments, each with a single and a vector form."""

@@ -2,22 +2,57 @@
 
 import inspect
 import re
+from dataclasses import dataclass
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
 import pytest
 
+from pnt_gym import goal_residual, residual
 from pnt_gym.cells.observation import CLIP, FEATURES
+from pnt_gym.cells.pallet import config as pallet
+from pnt_gym.cells.pallet.observation import FEATURES as GOAL_FEATURES
 from pnt_gym.config import ActionScale, Belt, CellConfig, Motion, Reward
 from pnt_gym.envs.conveyor import ConveyorEnv, ConveyorVectorEnv, PnTConveyorEnv, PnTReleaseEnv
 from pnt_gym.envs.conveyor_core import REWARD_TERMS
+from pnt_gym.envs.one_joint import (
+    OneJointAssemblyEnv,
+    OneJointEnv,
+    OneJointSortEnv,
+    OneJointThrowEnv,
+    OneJointVectorEnv,
+)
+from pnt_gym.envs.one_joint_core import REWARD_TERMS as GOAL_REWARD_TERMS
 from pnt_gym.render import RENDER_MODES
-from pnt_gym.residual import ACTION_MODES, ACTION_SIZE
-
-ENVS = (PnTConveyorEnv, PnTReleaseEnv)
+from pnt_gym.residual import ACTION_SIZE
 
 
-@pytest.fixture(params=ENVS, ids=lambda env: env.__name__)
+@dataclass(frozen=True)
+class Family:
+    """Environments on one kind of cell."""
+
+    envs: tuple[type, ...]
+    single: type
+    vector: type
+    features: tuple[Any, ...]
+    modes: dict[str, int]
+    reward_terms: tuple[str, ...]
+    reward: Any
+
+
+BELT = Family(
+    (PnTConveyorEnv, PnTReleaseEnv), ConveyorEnv, ConveyorVectorEnv, FEATURES, residual.ACTION_SIZE, REWARD_TERMS,
+    Reward(),
+)  # fmt: skip
+ARM = Family(
+    (OneJointThrowEnv, OneJointSortEnv, OneJointAssemblyEnv), OneJointEnv, OneJointVectorEnv, GOAL_FEATURES,
+    goal_residual.ACTION_SIZE, GOAL_REWARD_TERMS, pallet.Reward(),
+)  # fmt: skip
+FAMILY = {env: family for family in (BELT, ARM) for env in family.envs}
+
+
+@pytest.fixture(params=FAMILY, ids=lambda env: env.__name__)
 def env_class(request):
     return request.param
 
@@ -55,8 +90,9 @@ def test_the_sections_are_gymnasiums(env_class):
 
 def test_observation_rows(env_class):
     rows = table(section(env_class, "Observation Space"))
-    assert len(rows) == len(FEATURES) == 26
-    for index, (row, feature) in enumerate(zip(rows, FEATURES, strict=True)):
+    features = FAMILY[env_class].features
+    assert len(rows) == len(features)
+    for index, (row, feature) in enumerate(zip(rows, features, strict=True)):
         number, name, low, high, centre, scale, unit, meaning = row
         assert (int(number), name, unit, meaning) == (index, feature.name, feature.unit, feature.meaning)
         assert (float(low), float(high)) == (-CLIP, CLIP)
@@ -77,13 +113,15 @@ def test_the_action_spaces_are_the_written_ones(env_class):
     for clause in clauses:
         (box,) = re.findall(r"`Box\((\S+), (\S+), \((\d),\), (\w+)\)`", clause)
         written |= {mode: box for mode in re.findall(r"`(\w+)`", clause)}
-    assert set(written) == set(ACTION_MODES)
+    sizes = FAMILY[env_class].modes
+    assert set(written) == set(sizes)
     for mode, (low, high, size, dtype) in written.items():
         space = gym.spaces.Box(float(low), float(high), (int(size),), np.dtype(dtype).type)
         assert env_class(action_mode=mode).action_space == space
-        assert ACTION_SIZE[mode] == int(size)
+        assert sizes[mode] == int(size)
 
 
+@pytest.mark.parametrize("env_class", BELT.envs)
 def test_action_rows(env_class):
     rows = table(section(env_class, "Action Space"))
     assert [int(row[0]) for row in rows] == list(range(ACTION_SIZE["release_point"]))
@@ -93,6 +131,22 @@ def test_action_rows(env_class):
         assert f"{metres:.2f} m" in row[4]
 
 
+@pytest.mark.parametrize("env_class", ARM.envs)
+def test_goal_rows_and_raw_amounts_are_the_configs(env_class):
+    rows = table(section(env_class, "Action Space"))
+    action = pallet.Action()
+    said = (
+        f"{action.position:.2f} m", f"{action.position:.2f} m", f"{action.angle_deg:g} deg", f"{action.speed:g} m/s",
+    )  # fmt: skip
+    assert [int(row[0]) for row in rows] == list(range(4))
+    for row, amount in zip(rows, said, strict=True):
+        assert (float(row[2]), float(row[3])) == (-1.0, 1.0)
+        assert amount in row[4]
+    raw = f"{action.release_angle_deg:g} deg of the arm, {action.release_speed:g} rad/s of its speed, "
+    assert raw + f"{action.release_radius:g} m" in words(env_class, "Action Space")
+
+
+@pytest.mark.parametrize("env_class", BELT.envs)
 def test_raw_metres_are_the_configs(env_class):
     along, sideways, up = ActionScale().xyz
     assert f"{along:g} along, {sideways:g} sideways, {up:g} up" in words(env_class, "Action Space")
@@ -100,12 +154,27 @@ def test_raw_metres_are_the_configs(env_class):
 
 def test_reward_rows(env_class):
     rows = {row[0]: row for row in table(section(env_class, "Rewards"))}
-    reward = Reward()
-    assert tuple(rows) == REWARD_TERMS
+    family = FAMILY[env_class]
+    assert tuple(rows) == family.reward_terms
     for name, (_, _, weight) in rows.items():
-        assert float(weight) == getattr(reward, name)
+        assert float(weight) == getattr(family.reward, name)
+
+
+@pytest.mark.parametrize("env_class", BELT.envs)
+def test_scales_of_the_reward(env_class):
+    rows = {row[0]: row for row in table(section(env_class, "Rewards"))}
+    reward = Reward()
     assert f"landing error / {reward.landing_scale:g} m" in rows["landing"][1]
     assert f"cycle time / {reward.time_scale:g} s" in rows["time"][1]
+
+
+@pytest.mark.parametrize("env_class", ARM.envs)
+def test_scales_of_a_goals_reward(env_class):
+    rows = {row[0]: row for row in table(section(env_class, "Rewards"))}
+    reward = pallet.Reward()
+    assert f"landing error / {reward.position_scale:g} m" in rows["position"][1]
+    assert f"angle error / {reward.angle_scale_deg:g} deg" in rows["angle"][1]
+    assert f"speed error / {reward.speed_scale:g} m/s" in rows["speed"][1]
 
 
 def test_the_infos_are_the_written_ones(env_class):
@@ -116,15 +185,16 @@ def test_the_infos_are_the_written_ones(env_class):
     named = set(re.findall(r"`(\w+)`", listed)) - {"info", "items"} | terms
     env = env_class()
     _, first = env.reset(seed=0)
-    *_, info = env.step(np.zeros(2))
+    *_, info = env.step(np.zeros(env.action_space.shape))
     assert named == set(info)
     assert set(first) <= named
 
 
 def test_arguments_are_those_of_the_constructors(env_class):
     rows = {row[0].strip("`"): row for row in table(section(env_class, "Arguments"))}
-    single = inspect.signature(ConveyorEnv.__init__).parameters
-    vector = inspect.signature(ConveyorVectorEnv.__init__).parameters
+    family = FAMILY[env_class]
+    single = inspect.signature(family.single.__init__).parameters
+    vector = inspect.signature(family.vector.__init__).parameters
     assert set(rows) == (set(single) | set(vector)) - {"self"}
     for name, (_, _, default, _) in rows.items():
         own = (single if name in single else vector)[name].default
@@ -138,7 +208,7 @@ def test_arguments_are_those_of_the_constructors(env_class):
 
 def test_modes_and_views_are_all_named(env_class):
     rows = {row[0].strip("`"): row[3] for row in table(section(env_class, "Arguments"))}
-    assert set(re.findall(r"`(\w+)`", rows["action_mode"])) == set(ACTION_MODES)
+    assert set(re.findall(r"`(\w+)`", rows["action_mode"])) == set(FAMILY[env_class].modes)
     assert set(re.findall(r"`(\w+)`", rows["render_mode"])) == set(RENDER_MODES)
 
 
@@ -157,3 +227,17 @@ def test_nothing_is_said_of_a_mode_twice_differently():
     """The shared sections are the same text in both environments."""
     for title in ("Action Space", "Observation Space", "Rewards", "Arguments"):
         assert words(PnTConveyorEnv, title) == words(PnTReleaseEnv, title)
+    for title in ("Action Space", "Observation Space"):
+        assert len({words(env, title) for env in ARM.envs}) == 1
+
+
+def test_numbers_of_the_one_joint_text_are_the_configs():
+    near = pallet.Tolerance()
+    said = f"{1000 * near.position:g} mm, {near.angle_deg:g} deg, {near.speed:g} m/s"
+    assert said in words(OneJointThrowEnv, "Rewards")
+    for env in ARM.envs:
+        levels = re.search(r"shipped level \(([^)]*)\)", section(env, "Arguments"))[1].split(", ")
+        assert set(levels) <= set(pallet.level_names())
+    assert set(pallet.level_names()) == set(
+        re.search(r"shipped level \(([^)]*)\)", section(OneJointThrowEnv, "Arguments"))[1].split(", ")
+    )

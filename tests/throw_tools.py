@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from pnt_gym import goal_residual, residual
 from pnt_gym.cells.context import Context
 from pnt_gym.cells.movers import straight_back
 from pnt_gym.cells.objects import Objects
@@ -15,6 +16,24 @@ from pnt_gym.cells.picks import PickPlanner
 from pnt_gym.config import CellConfig, load
 from pnt_gym.envs.conveyor_core import ConveyorCore
 from pnt_gym.planning.trajectory import JerkTrajectory
+
+CONVEYOR = ("PnTConveyor-v0", "PnTRelease-v0")
+ONE_JOINT = ("OneJointThrow-v0", "OneJointSort-v0", "OneJointAssembly-v0")
+MODES = {
+    **{env_id: residual.ACTION_SIZE for env_id in CONVEYOR},
+    **{env_id: goal_residual.ACTION_SIZE for env_id in ONE_JOINT},
+}
+"""Action modes of every environment, with the numbers in one action; the first is the default."""
+FEATURES = {**dict.fromkeys(CONVEYOR, 26), **dict.fromkeys(ONE_JOINT, 14)}
+"""Numbers in one observation."""
+HARD = {**dict.fromkeys(CONVEYOR, "waste"), **dict.fromkeys(ONE_JOINT, "late")}
+"""A level of every environment in which much is drawn or unknown."""
+
+
+def zeros(env_id: str, *shape: int) -> np.ndarray:
+    """Actions of zero in the default mode."""
+    return np.zeros((*shape, next(iter(MODES[env_id].values()))), dtype=np.float32)
+
 
 # Spread and suction without any effect; what is left of the mismatch at m = 1 is the air.
 NO_DELAY = {"valve": 0.0, "tau": 0.0, "jitter": 0.0}

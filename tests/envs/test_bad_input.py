@@ -3,6 +3,7 @@
 import gymnasium as gym
 import numpy as np
 import pytest
+from throw_tools import CONVEYOR, MODES, zeros
 
 import pnt_gym
 from pnt_gym.envs.conveyor import PnTConveyorEnv, PnTConveyorVectorEnv
@@ -33,7 +34,7 @@ def test_a_rejected_action_changes_nothing(env_id, action):
     with pytest.raises(ActionError) as caught:
         hurt.step(action)
     sentence(caught, "action")
-    a, b = hurt.step(np.zeros(2)), unhurt.step(np.zeros(2))
+    a, b = hurt.step(zeros(env_id)), unhurt.step(zeros(env_id))
     assert np.array_equal(a[0], b[0])
     assert a[1:] == b[1:]
 
@@ -59,14 +60,18 @@ def test_unknown_settings(env_id):
         gym.make(env_id, level="nowhere")
     sentence(caught, "unknown level 'nowhere'", "nominal")
     with pytest.raises(ConfigError) as caught:
-        gym.make(env_id, level={"bins": {"fixed": [{"name": "b", "x": 0.3, "y": -0.3}]}})
-    sentence(caught, "bin 'b'", "lies on the belt")
-    with pytest.raises(ConfigError) as caught:
         gym.make(env_id, action_mode="telepathy")
-    sentence(caught, "action_mode is 'telepathy'", "release_point", "release_xyz", "virtual_goal")
+    sentence(caught, "action_mode is 'telepathy'", *MODES[env_id])
     with pytest.raises(ConfigError) as caught:
         gym.make_vec(env_id, num_envs=2, action_mode="telepathy")
     sentence(caught, "action_mode is 'telepathy'")
+
+
+@pytest.mark.parametrize("env_id", CONVEYOR)
+def test_a_cell_that_cannot_be(env_id):
+    with pytest.raises(ConfigError) as caught:
+        gym.make(env_id, level={"bins": {"fixed": [{"name": "b", "x": 0.3, "y": -0.3}]}})
+    sentence(caught, "bin 'b'", "lies on the belt")
 
 
 @pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)

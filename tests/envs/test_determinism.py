@@ -8,18 +8,18 @@ import sys
 import gymnasium as gym
 import numpy as np
 import pytest
-from throw_tools import same_bits
+from throw_tools import HARD, same_bits, zeros
 
 import pnt_gym
 
 SCRIPT = """
 import hashlib, sys
 import gymnasium as gym, numpy as np, pnt_gym
-env = gym.make_vec(sys.argv[1], num_envs=3, level="waste", threads=int(sys.argv[2]))
+env = gym.make_vec(sys.argv[1], num_envs=3, level=sys.argv[3], threads=int(sys.argv[2]))
 rng, digest = np.random.default_rng(0), hashlib.sha256()
 digest.update(env.reset(seed=4)[0].tobytes())
 for _ in range(3):
-    observation, reward, *_, info = env.step(rng.uniform(-1, 1, (3, 2)).astype(np.float32))
+    observation, reward, *_, info = env.step(rng.uniform(-1, 1, env.action_space.shape).astype(np.float32))
     for array in (observation, reward, info["landing_error"], info["cycle_time"], info["peak_torque"]):
         digest.update(np.ascontiguousarray(array).tobytes())
 print(digest.hexdigest())
@@ -27,11 +27,11 @@ print(digest.hexdigest())
 
 
 def throws(env_id, threads, seed=4):
-    env = gym.make_vec(env_id, num_envs=3, level="waste", threads=threads)
+    env = gym.make_vec(env_id, num_envs=3, level=HARD[env_id], threads=threads)
     rng, digest = np.random.default_rng(0), hashlib.sha256()
     digest.update(env.reset(seed=seed)[0].tobytes())
     for _ in range(3):
-        observation, reward, *_, info = env.step(rng.uniform(-1, 1, (3, 2)).astype(np.float32))
+        observation, reward, *_, info = env.step(rng.uniform(-1, 1, env.action_space.shape).astype(np.float32))
         for array in (observation, reward, info["landing_error"], info["cycle_time"], info["peak_torque"]):
             digest.update(np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()
@@ -44,22 +44,26 @@ def test_threads_processes_and_repetition_give_the_same_bits(env_id):
     assert throws(env_id, 2) == here
     assert throws(env_id, 1, seed=5) != here
     other = subprocess.run(
-        [sys.executable, "-c", SCRIPT, env_id, "2"], capture_output=True, text=True, check=True, timeout=120
+        [sys.executable, "-c", SCRIPT, env_id, "2", HARD[env_id]],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=120,
     )
     assert other.stdout.strip() == here
 
 
 @pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
 def test_a_reset_with_a_seed_forgets_everything_before(env_id):
-    fresh, used = (gym.make(env_id, level="waste") for _ in range(2))
+    fresh, used = (gym.make(env_id, level=HARD[env_id]) for _ in range(2))
     used.reset(seed=1)
     for _ in range(3):
-        used.step(np.full(2, 0.5, dtype=np.float32))
+        used.step(zeros(env_id) + np.float32(0.3))
         used.reset()
     a, b = fresh.reset(seed=9)[0], used.reset(seed=9)[0]
     assert same_bits(a, b)
     for _ in range(3):
-        a, b = (env.step(np.zeros(2, dtype=np.float32)) for env in (fresh, used))
+        a, b = (env.step(zeros(env_id)) for env in (fresh, used))
         assert same_bits(a[0], b[0])
         assert a[1:] == b[1:]
         if a[2]:

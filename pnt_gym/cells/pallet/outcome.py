@@ -1,0 +1,131 @@
+"""What became of throws, and whether they did what they should."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from pnt_gym.cells.pallet.capture import are_joined, lies_in_pocket
+from pnt_gym.cells.pallet.config import Tolerance
+from pnt_gym.cells.pallet.flight import Flight
+from pnt_gym.cells.pallet.tasks import Job
+from pnt_gym.planning.arrays import Bools, Floats, Ints
+
+
+@final
+@dataclass(frozen=True)
+class Outcome:
+    """N throws; every field has shape (N,) unless noted.
+
+    States are x, y [m], phi [rad] and dy [m/s] where the flight passes nearest to the goal (Appendix).
+    """
+
+    goal: Floats
+    """(N, 4)"""
+    measured: Floats
+    """State estimated from the camera (N, 4)."""
+    true: Floats
+    """State of the simulated flight (N, 4)."""
+    is_success: Bools
+    """Within the tolerance; with pallets: at rest in the right one, and no other was touched."""
+    in_pallet: Bools
+    """At rest in its pallet, or on the part before; always False where there is none."""
+    touched_other: Bools
+    """The part touched a pallet that it was not thrown at."""
+    cycle_time: Floats
+    """From the start of the arm until both the part has arrived and the arm is back [s]."""
+    peak_torque: Floats
+    """Largest motor torque [N m]."""
+    release_speed_error: Floats
+    """Speed of the arm at the release, true minus planned [rad/s]."""
+    clipped: Bools
+    """The correction was infeasible and was shortened."""
+    final: Floats
+    """Poses x, y, phi of every part at the end (N, P, 3)."""
+
+    @property
+    def error(self) -> Floats:
+        """Measured minus goal (N, 4)."""
+        return self.measured - self.goal
+
+    @property
+    def true_error(self) -> Floats:
+        """True minus goal (N, 4)."""
+        return self.true - self.goal
+
+    @property
+    def error_x(self) -> Floats:
+        """Along x, measured minus goal (N,) [m]."""
+        return self.error[:, 0]
+
+    @property
+    def error_y(self) -> Floats:
+        """Up, measured minus goal (N,) [m]."""
+        return self.error[:, 1]
+
+    @property
+    def error_phi(self) -> Floats:
+        """Of the angle, measured minus goal (N,) [rad]."""
+        return self.error[:, 2]
+
+    @property
+    def error_dy(self) -> Floats:
+        """Of the vertical speed, measured minus goal (N,) [m/s]."""
+        return self.error[:, 3]
+
+    @property
+    def landing_error(self) -> Floats:
+        """True distance of the centre of mass from the goal [m]."""
+        return np.hypot(self.true_error[:, 0], self.true_error[:, 1])
+
+
+@final
+@dataclass(frozen=True)
+class Verdict:
+    """How throws ended, (N,) each; see `Outcome`."""
+
+    is_success: Bools
+    in_pallet: Bools
+    touched_other: Bools
+
+
+def is_within(true_error: Floats, tolerance: Tolerance) -> Bools:
+    """Whether states pass their goals near enough (N,).
+
+    Args:
+        true_error: state minus goal (N, 4).
+        tolerance: what counts.
+    """
+    near = np.hypot(true_error[:, 0], true_error[:, 1]) <= tolerance.position
+    turned = np.abs(true_error[:, 2]) <= np.deg2rad(tolerance.angle_deg)
+    return near & turned & (np.abs(true_error[:, 3]) <= tolerance.speed)
+
+
+def judge(job: Job, kind: Ints, flight: Flight, true_error: Floats, tolerance: Tolerance) -> Verdict:
+    """How N throws of kinds (N,) ended."""
+    nowhere = np.zeros(len(kind), dtype=np.bool_)
+    if not job.pallets:
+        return Verdict(is_within(true_error, tolerance), nowhere, nowhere)
+    return _assembled(job, kind, flight) if job.in_order else _sorted(job, kind, flight)
+
+
+def _sorted(job: Job, kind: Ints, flight: Flight) -> Verdict:
+    pose, velocity = flight.final_pose[:, 0], flight.final_velocity[:, 0]
+    inside = np.stack([lies_in_pocket(pose, velocity, pallet) for pallet in job.pallets], axis=1)
+    touched = flight.touched()
+    aimed = np.arange(len(job.pallets)) == kind[:, None]
+    in_pallet, other = (inside & aimed).any(axis=1), (touched & ~aimed).any(axis=1)
+    return Verdict(in_pallet & ~other, in_pallet, other)
+
+
+def _assembled(job: Job, kind: Ints, flight: Flight) -> Verdict:
+    """The first part on its stand; then also the second on the first."""
+    pose, velocity = flight.final_pose, flight.final_velocity
+    first = lies_in_pocket(pose[:, 0], velocity[:, 0], job.pallets[0])
+    second = first & are_joined(pose[:, 0], pose[:, 1], velocity[:, 1])
+    in_pallet = np.where(kind == 0, first, second)
+    # The stand is what the first part is thrown at; the second has no business there.
+    other = (kind == 1) & flight.touched()[:, 0]
+    return Verdict(in_pallet & ~other, in_pallet, other)

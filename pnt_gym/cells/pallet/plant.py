@@ -1,0 +1,241 @@
+"""The physics of N throws of the one-joint arm: references, one `Batch.rollout`, and what came of it.
+
+Each throw starts at rest with the part on the arm, so its outcome is a pure function of the plan and the hidden values:
+the same alone, in a batch, and again later.
+
+With an ideal release the part is held rigidly until it comes free, at the planned release plus a delay. Until then the
+arm already brakes: the delay is that of the object, which clings to the arm that slows down, not one of the motor's
+command (which would let the object go on at constant speed and miss less).
+"""
+
+from __future__ import annotations
+
+from typing import Final, Protocol, final
+
+import numpy as np
+
+from pnt_gym.cells.outcome import TOUCH
+from pnt_gym.cells.pallet.config import PalletConfig
+from pnt_gym.cells.pallet.flight import Flight
+from pnt_gym.cells.pallet.hidden import Hidden
+from pnt_gym.cells.pallet.parts import Part
+from pnt_gym.cells.pallet.recording import ThrowRecording
+from pnt_gym.cells.pallet.scene import TORQUE, Scene, build_scene, contact_columns
+from pnt_gym.cells.pallet.tasks import Job
+from pnt_gym.cells.plant import PhysicsError
+from pnt_gym.engine import Batch, MjData, MjModel, mujoco
+from pnt_gym.planning.arrays import Bools, Floats, Ints
+from pnt_gym.planning.ballistics import GRAVITY
+from pnt_gym.planning.one_joint.motion import ArmMotion
+from pnt_gym.robots.one_joint.model import STOPPER_GAP, STOPPER_WIDTH
+from pnt_gym.robots.one_joint.references import Clock, Load, motor_references
+
+LATEST_FLIGHT: Final = 1.15
+"""A flight that misses may take this much longer than planned to pass its goal."""
+MARGIN: Final = 0.010
+"""And this much more [s]."""
+SETTLE: Final = 0.45
+"""Simulated after the planned arrival where there are pallets, so that the part comes to lie [s]."""
+STAGES: Final = (0.25, 0.5, 0.75, 1.0)
+"""Shares of the throws that are over after each stage of a rollout."""
+PARKED: Final = 4.0
+"""Parts that wait for their turn float this far away [m]."""
+_INPUTS = int(mujoco.mjtState.mjSTATE_CTRL.value) | int(mujoco.mjtState.mjSTATE_EQ_ACTIVE.value)
+
+
+class Plans(Protocol):
+    """N planned throws."""
+
+    @property
+    def u(self) -> Floats:
+        """theta_t, omega_t, l_t, t_f (N, 4)."""
+        ...
+
+    @property
+    def motion(self) -> ArmMotion:
+        """The arm's motions."""
+        ...
+
+
+@final
+class PalletPlant:
+    """N copies of the cell's physics on one `mujoco.batch.Batch`.
+
+    Args:
+        config: the cell.
+        job: the parts that are thrown and the pallets that stand there.
+        count: simulations N.
+        threads: worker threads; results do not depend on it.
+    """
+
+    def __init__(self, config: PalletConfig, job: Job, count: int, threads: int = 1) -> None:
+        self.config = config
+        self.arm = config.arm.arm()
+        self.scene: Scene = build_scene(config, job.parts, job.pallets)
+        self.batch = Batch(self.scene.model, nsim=count, nthread=threads)
+        self._loads = _loads(job.parts)
+        self.record_row: int | None = None
+        """The simulation whose throws are kept in `recording`, for pictures; None keeps nothing."""
+        self.recording: ThrowRecording | None = None
+
+    def throw(self, plans: Plans, part: Ints, lying: Floats, hidden: Hidden, goal: Floats | None = None) -> Flight:
+        """Simulate one throw in every simulation.
+
+        Args:
+            plans: the N throws.
+            part: which part is thrown (N,).
+            lying: poses x, y, phi of the parts that lie in a pallet already (N, P, 3); NaN where a part is not there.
+            hidden: what the planner does not know.
+            goal: of each throw (N, 4), drawn in recordings only.
+
+        Raises:
+            PhysicsError: the engine warned, or stopped a simulation.
+        """
+        step, load = self.config.timestep, self._load(part, plans.u[:, 2])
+        motion, flight_time = plans.motion, plans.u[:, 3]
+        delay = hidden.delay if self.scene.stoppers is None else np.zeros_like(hidden.delay)
+        release = motion.duration + delay
+        clock = Clock.releasing_at(release, step)
+        settle = SETTLE if self.scene.pallets else 0.0
+        end = release + LATEST_FLIGHT * flight_time + MARGIN + settle
+        steps = np.ceil((end - clock.start) / step).astype(np.int64)
+        radius = load.radius + hidden.radius
+        self.write(motion.sample(clock.start[:, None]).angle[:, 0], part, radius, lying)
+        control = self._controls(motion, load, clock, part, int(steps.max()))
+        if self.record_row is not None:
+            self.recording = self._record(self.record_row, control, plans, steps, part, goal)
+        record = self._rollout(control, steps)
+        return self._flight(record, clock, steps, part)
+
+    def write(self, angle: Floats, part: Ints, radius: Floats, lying: Floats) -> None:
+        """Set the simulations up: arm at rest at `angle` (N,), part on it at `radius` (N,), other parts `lying`."""
+        scene, batch, rows = self.scene, self.batch, np.arange(len(part))
+        height = self._loads.height[part]
+        weight = ~np.isnan(lying[..., 0])
+        poses = np.where(weight[..., None], lying, 0.0)
+        poses[..., 0] += np.where(weight, 0.0, PARKED + np.arange(len(scene.parts)))
+        cos, sin = np.cos(angle), np.sin(angle)
+        poses[rows, part] = np.stack([radius * cos - height * sin, radius * sin + height * cos, angle], axis=-1)
+        weight[rows, part] = True
+        batch.state[:] = 0.0
+        qpos = batch.bind("qpos")
+        qpos[:, 0] = angle
+        qpos[:, scene.first_qpos[:, None] + np.arange(3)] = poses
+        batch.expand("body_gravcomp")[:, scene.bodies] = np.where(weight, 0.0, 1.0)
+        batch.expand("site_pos")[rows, scene.seats[part]] = np.stack([radius, np.zeros_like(radius), height], axis=-1)
+        self._place_stoppers(part, radius)
+        batch.set_const()
+
+    def pose(self, row: int) -> tuple[MjModel, MjData]:
+        """Model and data of one simulation as it stands, for a picture."""
+        model, data = self.batch.get_model(row), self.batch.get_data(row)
+        mujoco.mj_forward(model, data)
+        return model, data
+
+    def _load(self, part: Ints, reach: Floats) -> Load:
+        """What each arm carries, with the part's centre of mass at a distance l_t (N,) from the pivot."""
+        height = self._loads.height[part]
+        radius = np.sqrt(reach**2 - height**2)
+        return Load(self._loads.mass[part], self._loads.inertia[part], radius, height)
+
+    def _place_stoppers(self, part: Ints, radius: Floats) -> None:
+        if self.scene.stoppers is None:
+            return
+        out = np.array([p.support for p in self.scene.parts])[part] + STOPPER_GAP + STOPPER_WIDTH / 2
+        place = self.batch.expand("body_pos")
+        inner, outer = self.scene.stoppers
+        place[:, inner, 0] = radius - out[:, 1]
+        place[:, outer, 0] = radius + out[:, 0]
+
+    def _controls(self, motion: ArmMotion, load: Load, clock: Clock, part: Ints, steps: int) -> Floats:
+        """References and grips (N, steps, nu + neq)."""
+        model, count = self.scene.model, len(part)
+        control = np.zeros((count, steps, int(model.nu) + int(model.neq)))
+        control[..., :3] = motor_references(motion, load, clock, self.arm, self.config.timestep, steps)
+        if self.scene.stoppers is None:
+            held = np.arange(steps) <= clock.release_step[:, None]
+            for column in np.moveaxis(int(model.nu) + self.scene.grips[part], -1, 0):
+                control[np.arange(count), :, column] = held
+        return control
+
+    def _rollout(self, control: Floats, steps: Ints) -> dict[str, Floats]:
+        """Recorded qpos, qvel and sensordata (N, M, columns); rows are zero after their last step.
+
+        The batch runs in stages, each with the throws that are not over yet, which changes no result.
+        """
+        model = self.scene.model
+        widths = {"qpos": int(model.nq), "qvel": int(model.nv), "sensordata": int(model.nsensordata)}
+        record = {name: np.zeros((*control.shape[:2], width)) for name, width in widths.items()}
+        self.batch.warning[:] = 0
+        start = 0
+        for end in np.unique(np.quantile(steps, STAGES, method="higher")):
+            rows = np.flatnonzero(steps > start)
+            part = self.batch.rollout(
+                int(end) - start, control[rows, start:end], control_spec=_INPUTS, record=tuple(widths), ids=rows
+            )
+            for name, values in part.items():
+                record[name][rows, start:end] = values
+            start = int(end)
+        if self.batch.warning.any():
+            row, kind = (int(i) for i in np.argwhere(self.batch.warning)[0][:2])
+            raise PhysicsError(f"MuJoCo warned in simulation {row}: {mujoco.mjtWarning(kind).name}")
+        return record
+
+    def _flight(self, record: dict[str, Floats], clock: Clock, steps: Ints, part: Ints) -> Flight:
+        scene, rows = self.scene, np.arange(len(part))
+        first = scene.first_qpos[part][:, None] + np.arange(3)
+        last = steps - 1
+        touch, pushed = self._touches(record["sensordata"], part)
+        columns = scene.first_qpos[:, None] + np.arange(3)
+        return Flight(
+            pose=np.take_along_axis(record["qpos"], first[:, None, :], axis=2),
+            velocity=np.take_along_axis(record["qvel"], first[:, None, :], axis=2),
+            arm_angle=record["qpos"][..., 0],
+            arm_speed=record["qvel"][..., 0],
+            torque=record["sensordata"][..., TORQUE],
+            touch=touch,
+            pushed=pushed,
+            clock=clock,
+            last_step=last,
+            step=self.config.timestep,
+            final_pose=record["qpos"][rows, last][:, columns],
+            final_velocity=record["qvel"][rows, last][:, columns],
+        )
+
+    def _touches(self, sensordata: Floats, part: Ints) -> tuple[Bools, Bools]:
+        """Contacts of the thrown part: with each pallet and other part after each step, and any during it.
+
+        Returns:
+            (N, M, Q + P - 1) and (N, M).
+        """
+        columns = [contact_columns(self.scene, p) for p in range(len(self.scene.parts))]
+        found = np.take_along_axis(sensordata, np.array([c[0] for c in columns])[part][:, None, :], axis=2) > 0.0
+        distance = np.take_along_axis(sensordata, np.array([c[1] for c in columns])[part][:, None, :], axis=2)
+        touch = np.zeros_like(found)
+        # A sensor tells of the beginning of its step, the pose of the end.
+        touch[:, :-1] = found[:, 1:] & (distance[:, 1:] < TOUCH)
+        return touch, np.asarray(found.any(axis=2))
+
+    def _record(
+        self, row: int, control: Floats, plans: Plans, steps: Ints, part: Ints, goal: Floats | None
+    ) -> ThrowRecording:
+        angle, speed, reach, duration = plans.u[row]
+        height = self.scene.parts[int(part[row])].half_height
+        angle = angle + np.arcsin(height / reach)
+        time = np.linspace(0.0, float(duration), 40)
+        x = reach * (np.cos(angle) - speed * np.sin(angle) * time)
+        z = reach * (np.sin(angle) + speed * np.cos(angle) * time) - 0.5 * GRAVITY * time**2
+        return ThrowRecording(
+            model=self.batch.get_model(row),
+            body=int(self.scene.bodies[part[row]]),
+            state=self.batch.state[row].copy(),
+            control=control[row, : steps[row]].copy(),
+            plan=np.stack([x, np.zeros_like(x), z], axis=-1),
+            target=np.zeros(3) if goal is None else np.array([goal[row, 0], 0.0, goal[row, 1]]),
+        )
+
+
+def _loads(parts: tuple[Part, ...]) -> Load:
+    """Mass, inertia and height of every part (P,); the radius is the plan's."""
+    values = np.array([(p.mass, p.inertia, 0.0, p.half_height) for p in parts])
+    return Load(*values.T)

@@ -1,0 +1,91 @@
+"""What is thrown where: the three tasks as data.
+
+* throw: the block passes a state in the air; nothing stands there.
+* sort: the block is thrown into one of three pallets, drawn anew for each throw.
+* assembly: an H is thrown onto a fixed T, and then a T onto the H.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+
+from pnt_gym.cells.pallet.config import BlockSection, GoalRegion, PalletConfig
+from pnt_gym.cells.pallet.pallets import ASSEMBLY, SORTING, STAND, Pallet, pocket
+from pnt_gym.cells.pallet.parts import Part
+from pnt_gym.errors import ConfigError
+from pnt_gym.planning.arrays import Floats
+
+
+@final
+@dataclass(frozen=True)
+class Target:
+    """One kind of throw."""
+
+    name: str
+    state: Floats
+    """x, y [m], phi [rad], dy [m/s] (4,)."""
+    part: int
+    """Which part is thrown."""
+
+
+@final
+@dataclass(frozen=True)
+class Job:
+    """The parts and pallets of a task, and the kinds of throw that occur."""
+
+    parts: tuple[Part, ...]
+    pallets: tuple[Pallet, ...]
+    targets: tuple[Target, ...]
+    """One per kind; with a region, the one entry stands at its middle."""
+    region: GoalRegion | None = None
+    """Goals are drawn from here instead."""
+    in_order: bool = False
+    """The kinds follow each other, each on what the one before has left; if not, they are drawn."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the kinds."""
+        return tuple(target.name for target in self.targets)
+
+
+def block_part(block: BlockSection) -> Part:
+    """The config's block as a part."""
+    h, d = block.half_length, block.half_height
+    return Part(
+        name="block",
+        outline=((-h, -d), (h, -d), (h, d), (-h, d)),
+        boxes=((0.0, 0.0, h, d, 0.0),),
+        depth=block.depth,
+        density=block.mass / (4.0 * h * d * block.depth),
+    )
+
+
+def job_of(config: PalletConfig) -> Job:
+    """The task of a config.
+
+    Raises:
+        ConfigError: `sort` or `assembly` with goals of their own: their goals are the pallets'.
+    """
+    if config.task != "throw" and (config.goals.fixed or config.goals.region is not None):
+        raise ConfigError(f"task {config.task!r} throws at its own pallets; leave `goals` empty")
+    if config.task == "sort":
+        part = block_part(config.block)
+        pallets = tuple(replace(pallet, boxes=pocket(part)) for pallet in SORTING)
+        return Job((part,), pallets, tuple(Target(p.name, p.state, 0) for p in pallets))
+    if config.task == "assembly":
+        parts = tuple(part for part, _ in ASSEMBLY)
+        targets = tuple(Target(part.name, np.array(goal), k) for k, (part, goal) in enumerate(ASSEMBLY))
+        return Job(parts, (STAND,), targets, in_order=True)
+    return _throwing(config)
+
+
+def _throwing(config: PalletConfig) -> Job:
+    part = block_part(config.block)
+    if config.goals.fixed:
+        return Job((part,), (), tuple(Target(g.name, g.state(), 0) for g in config.goals.fixed))
+    region = config.goals.region or GoalRegion()
+    low, high = region.bounds()
+    return Job((part,), (), (Target("goal", 0.5 * (low + high), 0),), region)

@@ -1,0 +1,153 @@
+"""Plans of many throws at once, from a family of simple motions.
+
+A release fixes angle and speed at the end of a motion from rest. What is left to choose is the duration and the shape
+of the acceleration, which is linear between the borders of the spline's n intervals: a motion of the family is a
+spline of Miyashita et al. 2010, Eq. 13, exactly. The shapes rise from the static start to an acceleration that is
+constant, grows or falls; where none of these can do it, shapes are tried that swing back first. Of all of them the
+motion with the best margins is taken and its duration refined.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pnt_gym.planning.arrays import Bools, Floats, Ints
+from pnt_gym.planning.one_joint._family import Objective, Task, best_motions, kept
+from pnt_gym.planning.one_joint._flight import land
+from pnt_gym.planning.one_joint.feasibility import ThrowReason, arm_radius, first_reason
+from pnt_gym.planning.one_joint.landing import four, release_states_batch
+from pnt_gym.planning.one_joint.motion import ArmMotion
+from pnt_gym.planning.one_joint.parameters import Arm, Block
+from pnt_gym.planning.one_joint.weights import WeightName, weights_of
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class ThrowPlans:
+    """Plans of N throws; rows that have none hold NaN.
+
+    Attributes:
+        goal: landing states (N, 4) = x, y [m], phi [rad], dy [m/s].
+        u: releases (N, 4) = theta_t [rad], omega_t [rad/s], l_t [m], t_f [s].
+        motion: motions of the arm, N rows.
+        feasible: whether there is a plan (N,).
+        reason: `ThrowReason` (N,).
+        margins: smallest margins of each motion at 1 kHz (N, 6), as shares (see `margins`).
+        radius: r, of the block along the arm (N,) [m].
+    """
+
+    goal: Floats
+    u: Floats
+    motion: ArmMotion
+    feasible: Bools
+    reason: Ints
+    margins: Floats
+    radius: Floats
+
+    def take(self, index: Ints | Bools) -> ThrowPlans:
+        """Return the plans at ``index``, an integer array or a mask."""
+        return ThrowPlans(
+            self.goal[index],
+            self.u[index],
+            self.motion.take(index),
+            self.feasible[index],
+            self.reason[index],
+            self.margins[index],
+            self.radius[index],
+        )
+
+
+def plan_throws(
+    goals: ArrayLike,
+    *,
+    arm: Arm | None = None,
+    block: Block | None = None,
+    objective: Objective = "max_min",
+    weights: WeightName | ArrayLike = "balanced",
+    static_start: bool = True,
+) -> ThrowPlans:
+    """Return a plan for each goal (N, 4), all at once; a row comes out the same whatever else is planned with it.
+
+    Args:
+        goals: x, y [m], phi [rad], dy [m/s].
+        arm: the paper's when not given.
+        block: the paper's when not given.
+        objective: what the motion of each plan is chosen by.
+        weights: a name or six numbers, for the objective "squares".
+        static_start: whether the block must rest by itself before the throw.
+
+    Raises:
+        ValueError: the shape is not (N, 4), a number is not finite, or the weights are not known.
+    """
+    arm, block = arm or Arm(), block or Block()
+    found = release_states_batch(goals, arm=arm, block=block)
+    return _plan(found.goal, found.u, found.reason, arm, block, objective, weights, static_start)
+
+
+def plan_releases(
+    u: ArrayLike,
+    *,
+    arm: Arm | None = None,
+    block: Block | None = None,
+    objective: Objective = "max_min",
+    weights: WeightName | ArrayLike = "balanced",
+    static_start: bool = True,
+) -> ThrowPlans:
+    """Return a plan for each release (N, 4) = theta_t, omega_t, l_t, t_f, as `plan_throws` does for goals.
+
+    Raises:
+        ValueError: the shape is not (N, 4), a number is not finite, or the weights are not known.
+    """
+    arm, block = arm or Arm(), block or Block()
+    releases = four(u, "u")
+    if releases.ndim != 2:
+        raise ValueError(f"u must have shape (N, 4), got {releases.shape}")
+    reason, _ = first_reason(releases, arm, block)
+    whole = releases[:, 2] > block.half_height
+    goal = np.full_like(releases, np.nan)
+    goal[whole] = land(releases[whole], block.half_height)
+    return _plan(goal, releases, reason, arm, block, objective, weights, static_start)
+
+
+def _plan(
+    goal: Floats,
+    u: Floats,
+    reason: Ints,
+    arm: Arm,
+    block: Block,
+    objective: Objective,
+    weights: WeightName | ArrayLike,
+    static_start: bool,
+) -> ThrowPlans:
+    rows = np.nonzero(reason == ThrowReason.FEASIBLE)[0]
+    task = Task(
+        u[rows], arm_radius(u[rows], block.half_height), arm, block, objective, weights_of(weights), static_start
+    )
+    motion, margins = best_motions(task)
+    good = kept(margins)
+    reason = reason.copy()
+    reason[rows[~good]] = int(ThrowReason.NO_MOTION)
+    return ThrowPlans(
+        goal,
+        np.where((reason == ThrowReason.FEASIBLE)[:, None], u, np.nan),
+        _spread(motion, rows, good, u.shape[0]),
+        reason == ThrowReason.FEASIBLE,
+        reason,
+        _scatter(margins[good], rows[good], u.shape[0]),
+        _scatter(task.radius[good], rows[good], u.shape[0]),
+    )
+
+
+def _spread(motion: ArmMotion, rows: Ints, good: Bools, count: int) -> ArmMotion:
+    parts = (motion.knots, motion.time_step, motion.braking)
+    return ArmMotion(*(_scatter(part[good], rows[good], count) for part in parts))
+
+
+def _scatter(values: Floats, rows: Ints, count: int) -> Floats:
+    every = np.full((count, *values.shape[1:]), np.nan)
+    every[rows] = values
+    return every

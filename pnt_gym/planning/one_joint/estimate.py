@@ -1,0 +1,178 @@
+"""From what a camera saw to the state in which an object arrived (Miyashita et al. 2010, section 5.2 and appendix)."""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pnt_gym.planning.arrays import Bools, Floats
+from pnt_gym.planning.ballistics import GRAVITY
+
+SCALES: Final = (1.0, 1.0, 0.1, 0.1)
+"""Diagonal of T for x, y [1/m], phi [1/rad] and dy [s/m]; the paper gives none."""
+POLISHES: Final = 3
+
+
+class Flight(NamedTuple):
+    """N ballistic flights: their motion at time zero, each (N,) [m, m/s, rad, rad/s]."""
+
+    x: Floats
+    y: Floats
+    phi: Floats
+    vx: Floats
+    vy: Floats
+    spin: Floats
+
+    def state(self, time: Floats) -> Floats:
+        """Return the landing states (N, 4) = x, y, phi, dy at ``time`` (N,) [s]."""
+        return np.stack(
+            [
+                self.x + self.vx * time,
+                self.y + time * (self.vy - 0.5 * GRAVITY * time),
+                self.phi + self.spin * time,
+                self.vy - GRAVITY * time,
+            ],
+            axis=1,
+        )
+
+
+class Arrival(NamedTuple):
+    """Landing states z (N, 4) of N flights and when they were reached (N,) [s]."""
+
+    z: Floats
+    time: Floats
+
+
+def fit_flight(times: ArrayLike, x: ArrayLike, y: ArrayLike, phi: ArrayLike, mask: ArrayLike | None = None) -> Flight:
+    """Return the ballistic flights that fit the measured places and angles best in the least-squares sense.
+
+    Args:
+        times: of the pictures [s], (M,) for all rows or (N, M).
+        x: measured (N, M) [m].
+        y: measured (N, M) [m].
+        phi: measured (N, M), unwrapped [rad].
+        mask: which samples count (N, M); all of them when not given. The others may hold anything, NaN too.
+
+    Raises:
+        ValueError: shapes disagree, a sample that counts is not finite, or a row has fewer than two distinct times.
+    """
+    columns = [np.asarray(value, dtype=np.float64) for value in (x, y, phi)]
+    shape = columns[0].shape
+    if len(shape) != 2 or any(column.shape != shape for column in columns):
+        raise ValueError(f"x, y and phi must have one shape (N, M), got {[column.shape for column in columns]}")
+    counts = _mask(mask, shape)
+    time = np.asarray(times, dtype=np.float64)
+    if time.shape not in (shape, shape[1:]):
+        raise ValueError(f"times must have shape ({shape[1]},) or {shape}, got {time.shape}")
+    time = np.broadcast_to(time, shape)
+    for name, column in (("times", time), ("x", columns[0]), ("y", columns[1]), ("phi", columns[2])):
+        if not np.isfinite(column[counts]).all():
+            raise ValueError(f"{name} must be finite where the mask counts it")
+    time = np.where(counts, time, 0.0)
+    columns[1] = columns[1] + 0.5 * GRAVITY * time * time
+    (x0, vx), (y0, vy), (phi0, spin) = _lines(time, columns, counts)
+    return Flight(x0, y0, phi0, vx, vy, spin)
+
+
+def arrival(flight: Flight, goal: ArrayLike, scales: ArrayLike = SCALES, earliest: ArrayLike | None = None) -> Arrival:
+    """Return the states of the flights that are nearest to their goals (appendix, Eq. 35).
+
+    The derivative of the squared distance is a cubic in time, whose inflection is the apex of the flight. It has
+    three real roots only where the goal lies within the parabola.
+
+    Args:
+        flight: N flights.
+        goal: landing states (N, 4).
+        scales: diagonal of T (4,) [1/m, 1/m, 1/rad, s/m]; that of y must be positive, or there is no cubic.
+        earliest: no state before this time counts (N,) [s], as the release; the whole parabola when not given.
+
+    Raises:
+        ValueError: a scale is negative or not finite, or that of y is 0, or the goals have another shape.
+    """
+    weights, target = _squares(scales), np.asarray(goal, dtype=np.float64)
+    if target.shape != (flight.x.size, 4):
+        raise ValueError(f"goal must have shape ({flight.x.size}, 4), got {target.shape}")
+    candidates = _nearest_times(flight, target, weights)
+    if earliest is not None:
+        candidates = np.maximum(candidates, np.broadcast_to(np.asarray(earliest, dtype=np.float64), flight.x.shape))
+    distance = np.stack([_distance(flight, time, target, weights) for time in candidates])
+    time = candidates[distance.argmin(axis=0), np.arange(flight.x.size)]
+    return Arrival(flight.state(time), time)
+
+
+def _mask(mask: ArrayLike | None, shape: tuple[int, ...]) -> Bools:
+    if mask is None:
+        return np.ones(shape, dtype=np.bool_)
+    counts = np.asarray(mask, dtype=np.bool_)
+    if counts.shape != shape:
+        raise ValueError(f"mask must have shape {shape}, got {counts.shape}")
+    return counts
+
+
+def _lines(time: Floats, columns: list[Floats], counts: Bools) -> list[tuple[Floats, Floats]]:
+    """Intercept and slope (N,) of the straight lines through each column."""
+    number = counts.sum(axis=1)
+    middle = time.sum(axis=1) / np.maximum(number, 1)
+    away = np.where(counts, time - middle[:, None], 0.0)
+    spread = (away * away).sum(axis=1)
+    short = (number < 2) | (spread <= 0.0)
+    if short.any():
+        row = int(np.argmax(short))
+        raise ValueError(f"row {row} has {number[row]} samples at fewer than two distinct times; a line needs two")
+    lines: list[tuple[Floats, Floats]] = []
+    for column in columns:
+        value = np.where(counts, column, 0.0)
+        mean = value.sum(axis=1) / number
+        slope = (away * (value - mean[:, None])).sum(axis=1) / spread
+        lines.append((mean - slope * middle, slope))
+    return lines
+
+
+def _squares(scales: ArrayLike) -> Floats:
+    values = np.asarray(scales, dtype=np.float64)
+    if values.shape != (4,) or not np.isfinite(values).all() or (values < 0.0).any():
+        raise ValueError(f"scales must be four finite numbers of at least 0, got {scales!r}")
+    if values[1] == 0.0:
+        raise ValueError("the scale of y is 0; it must be positive, or no point of the flight is nearest")
+    return values * values
+
+
+def _distance(flight: Flight, time: Floats, goal: Floats, weights: Floats) -> Floats:
+    away = flight.state(time) - goal
+    square = weights * away * away
+    return square[:, 0] + square[:, 1] + square[:, 2] + square[:, 3]
+
+
+def _nearest_times(flight: Flight, goal: Floats, weights: Floats) -> Floats:
+    """Candidates (3, N): the real roots of s^3 + p s + q = 0 in the time s from the apex; one repeated where alone."""
+    apex = flight.vy / GRAVITY
+    top = flight.state(apex)
+    wx, wy, wp, wd = weights
+    unit = wy * 0.5 * GRAVITY * GRAVITY
+    drop = goal[:, 1] - top[:, 1]
+    linear = (wx * flight.vx**2 + wp * flight.spin**2 + wd * GRAVITY**2 + wy * GRAVITY * drop) / unit
+    constant = wx * flight.vx * (top[:, 0] - goal[:, 0]) + wp * flight.spin * (top[:, 2] - goal[:, 2])
+    constant = (constant + wd * GRAVITY * goal[:, 3]) / unit
+    return apex + _cubic_roots(linear, constant)
+
+
+def _cubic_roots(p: Floats, q: Floats) -> Floats:
+    """Real roots (3, N) of s^3 + p s + q, polished by Newton's method."""
+    third, half = p / 3.0, 0.5 * q
+    inside = half * half + third**3
+    # One root: the larger of the two cube roots first, the other from their product, without cancellation.
+    large = -np.where(half < 0.0, -1.0, 1.0) * np.cbrt(np.abs(half) + np.sqrt(np.maximum(inside, 0.0)))
+    alone = large - third / np.where(large == 0.0, 1.0, large)
+    radius = np.sqrt(np.maximum(-third, 0.0))
+    cube = np.where(radius > 0.0, radius**3, 1.0)
+    angle = np.arccos(np.clip(-half / cube, -1.0, 1.0)) / 3.0
+    turns = 2.0 * np.pi / 3.0 * np.arange(3.0)[:, None]
+    roots = np.where(inside > 0.0, alone, 2.0 * radius * np.cos(angle - turns))
+    for _ in range(POLISHES):
+        value, slope = (roots * roots + p) * roots + q, 3.0 * roots * roots + p
+        better = roots - value / np.where(slope == 0.0, 1.0, slope)
+        gain = np.abs((better * better + p) * better + q) < np.abs(value)
+        roots = np.where(gain, better, roots)
+    return roots

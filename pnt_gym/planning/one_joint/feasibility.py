@@ -1,0 +1,123 @@
+"""Whether arm, motor and grasp can do a release, and in words why not."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import final
+
+import numpy as np
+
+from pnt_gym.planning.arrays import Bools, Floats, Ints
+from pnt_gym.planning.one_joint.grasp import Window, acceleration_window, braking, reactions
+from pnt_gym.planning.one_joint.parameters import Arm, Block
+
+
+@final
+class ThrowReason(IntEnum):
+    """Why a goal has no throw; from farthest to nearest to one."""
+
+    FEASIBLE = 0
+    NO_RELEASE = 1
+    SPEED = 2
+    ANGLE = 3
+    RADIUS = 4
+    WINDOW = 5
+    HELD = 6
+    NO_MOTION = 7
+
+
+_SENTENCES = {
+    ThrowReason.FEASIBLE: "a throw exists",
+    ThrowReason.NO_RELEASE: "no release within the arm's range of angles reaches the goal",
+    ThrowReason.SPEED: "the speed of the release is outside the arm's limits",
+    ThrowReason.ANGLE: "the angle of the release is outside the arm's range",
+    ThrowReason.RADIUS: "the block would lie beyond the arm's end",
+    ThrowReason.WINDOW: "no acceleration at the release keeps both grasp and torque limit",
+    ThrowReason.HELD: "the motor cannot brake hard enough to let the block go",
+    ThrowReason.NO_MOTION: "no motion from rest to the release keeps grasp and limits",
+}
+
+
+def explain(reason: int) -> str:
+    """Return the sentence that belongs to a reason code."""
+    return _SENTENCES[ThrowReason(reason)]
+
+
+@final
+class UnreachableGoal(ValueError):
+    """No throw reaches the goal; ``reasons`` says in words what each release that would cannot keep."""
+
+    def __init__(self, goal: Floats, reasons: tuple[str, ...]) -> None:
+        self.reasons = reasons
+        x, y, phi, dy = (float(v) for v in goal)
+        super().__init__(
+            f"no throw reaches x = {x:.4g} m, y = {y:.4g} m, phi = {np.rad2deg(phi):.4g} deg, dy = {dy:.4g} m/s: "
+            + "; ".join(reasons)
+        )
+
+
+def arm_radius(u: Floats, half_height: float) -> Floats:
+    """Return r (...,) along the arm for l_t of the releases ``u`` (..., 4) (Eq. 26)."""
+    return np.sqrt(np.maximum(u[..., 2] ** 2 - half_height**2, 0.0))
+
+
+def first_reason(u: Floats, arm: Arm, block: Block) -> tuple[Ints, Floats]:
+    """Return the first `ThrowReason` that rules out each release (N, 4), and the width of its window [rad/s2]."""
+    radius = arm_radius(u, block.half_height)
+    window = _window(u, radius, arm, block)
+    checks = (
+        (ThrowReason.SPEED, (u[:, 1] > 0.0) & (u[:, 1] < arm.speed)),
+        (ThrowReason.ANGLE, (u[:, 0] > arm.angle[0]) & (u[:, 0] < arm.angle[1])),
+        (ThrowReason.RADIUS, (radius > 0.0) & (radius <= arm.largest_radius(block))),
+        (ThrowReason.WINDOW, window.is_open),
+        (ThrowReason.HELD, _lets_go(u, radius, arm, block)),
+    )
+    reason = np.full(u.shape[0], int(ThrowReason.FEASIBLE), dtype=np.int64)
+    for code, holds in reversed(checks):
+        reason = np.where(holds, reason, int(code))
+    return reason, window.high - window.low
+
+
+def reasons_of(u: Floats, arm: Arm, block: Block) -> tuple[str, ...]:
+    """Return everything that rules out one release (4,), each with value and limit; empty where it is feasible."""
+    angle, speed, _, _ = (float(v) for v in u)
+    radius, longest = float(arm_radius(u, block.half_height)), arm.largest_radius(block)
+    low, high = arm.angle
+    said: list[str] = []
+    if speed <= 0.0:
+        said.append(f"speed {speed:.4g} rad/s is not positive; the arm throws anticlockwise")
+    if abs(speed) >= arm.speed:
+        said.append(f"speed {speed:.4g} rad/s is not below the limit of {arm.speed:.4g} rad/s")
+    if not low < angle < high:
+        degrees = np.rad2deg([angle, low, high])
+        said.append(f"angle {degrees[0]:.4g} deg is out of the range {degrees[1]:.4g} to {degrees[2]:.4g} deg")
+    if radius <= 0.0:
+        said.append("radius r is 0 m, too short; the block must lie to the right of the pivot")
+    if radius > longest:
+        said.append(f"radius r = {radius:.4g} m is too long; the block is whole on the arm up to {longest:.4g} m")
+    if said:
+        return tuple(said)
+    return _force_reasons(u, np.array(radius), arm, block)
+
+
+def _force_reasons(u: Floats, radius: Floats, arm: Arm, block: Block) -> tuple[str, ...]:
+    window = _window(u, radius, arm, block)
+    if not window.is_open:
+        return (
+            f"no acceleration window: the grasp needs more than {float(window.low):.4g} rad/s2 at the release, "
+            f"the motor gives less than {float(window.high):.4g} rad/s2",
+        )
+    if not _lets_go(u, radius, arm, block):
+        brake = float(braking(u[1], arm))
+        return (f"the motor brakes with at most {-brake:.4g} rad/s2, too little to let the block go",)
+    return ()
+
+
+def _window(u: Floats, radius: Floats, arm: Arm, block: Block) -> Window:
+    # A radius of zero is ruled out by itself.
+    return acceleration_window(u[..., 0], u[..., 1], np.where(radius > 0.0, radius, 1.0), arm, block)
+
+
+def _lets_go(u: Floats, radius: Floats, arm: Arm, block: Block) -> Bools:
+    """Whether the surface falls away from the block once the arm brakes: N <= 0 there."""
+    return reactions(u[..., 0], u[..., 1], braking(u[..., 1], arm), radius, block).normal < 0.0

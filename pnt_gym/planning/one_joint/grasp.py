@@ -1,0 +1,148 @@
+"""What holds the block on the moving arm and what the motor has to give (Miyashita et al. 2010, section 3.1).
+
+All functions take arrays that broadcast: angle [rad], speed [rad/s], acceleration [rad/s2] of the arm, and the
+distance r of the block's centre of mass from the pivot along the arm [m].
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pnt_gym.planning.arrays import Bools, Floats
+from pnt_gym.planning.ballistics import GRAVITY
+from pnt_gym.planning.one_joint.parameters import Arm, Block
+
+
+class Reactions(NamedTuple):
+    """What the arm's surface gives the block.
+
+    Attributes:
+        normal: N [N], positive while they touch (Eq. 1).
+        moment_a: M_A about the outer vertex [N m], negative while the inner one stays down (Eq. 2).
+        moment_b: M_B about the inner vertex [N m], positive while the outer one stays down (Eq. 3).
+    """
+
+    normal: Floats
+    moment_a: Floats
+    moment_b: Floats
+
+
+class Window(NamedTuple):
+    """Accelerations of the arm between ``low`` and ``high`` [rad/s2] keep grasp and torque; none if low >= high."""
+
+    low: Floats
+    high: Floats
+
+    @property
+    def is_open(self) -> Bools:
+        """Whether there is such an acceleration."""
+        return self.low < self.high
+
+
+def reactions(angle: Floats, speed: Floats, acceleration: Floats, radius: Floats, block: Block) -> Reactions:
+    """Return normal force and moments about both vertices (Eqs. 1-3)."""
+    return _reactions((np.cos(angle), np.sin(angle)), speed, acceleration, radius, block)
+
+
+def joint_torque(angle: Floats, speed: Floats, acceleration: Floats, radius: Floats, arm: Arm, block: Block) -> Floats:
+    """Return the motor torque with the block on the arm [N m] (Eq. 21).
+
+    The plate is balanced about the pivot. Coulomb friction acts against the motion, and at rest against the way up.
+    """
+    inertia, rest = _load((np.cos(angle), np.sin(angle)), speed, radius, arm, block)
+    return inertia * acceleration + rest
+
+
+def loads(
+    angle: Floats, speed: Floats, acceleration: Floats, radius: Floats, arm: Arm, block: Block
+) -> tuple[Reactions, Floats]:
+    """Return `reactions` and `joint_torque` together, for less."""
+    direction = np.cos(angle), np.sin(angle)
+    inertia, rest = _load(direction, speed, radius, arm, block)
+    return _reactions(direction, speed, acceleration, radius, block), inertia * acceleration + rest
+
+
+def torque_limit(speed: Floats, arm: Arm) -> Floats:
+    """Return the largest torque the motor gives at ``speed`` [N m] (Eq. 10, Fig. 3); 0 where the curve ends."""
+    last = min(arm.torque_at_speed, arm.torque)
+    beyond = np.maximum(np.abs(speed) / arm.speed - arm.knee, 0.0) / (1.0 - arm.knee)
+    return np.maximum(arm.torque - (arm.torque - last) * beyond, 0.0)
+
+
+def acceleration_window(angle: Floats, speed: Floats, radius: Floats, arm: Arm, block: Block) -> Window:
+    """Return the accelerations at a state of the arm that keep the dynamic grasp and the torque limits.
+
+    Eqs. 1-3 and 21 are linear in the acceleration, so each of Eqs. 4-6 and 9 bounds it on one side.
+    """
+    direction = np.cos(angle), np.sin(angle)
+    normal, moment_a, moment_b = _per_mass(*direction, speed, radius, block)
+    lever, spin = block.half_length * radius, _spin(block)
+    inertia, rest = _load(direction, speed, radius, arm, block)
+    limit = torque_limit(speed, arm)
+    low = np.maximum(-normal / radius, -moment_b / (spin + lever))
+    low = np.maximum(low, (-limit - rest) / inertia)
+    high = (limit - rest) / inertia
+    # Near the pivot the block's own inertia turns the sense of the moment about A; in between it does not depend
+    # on the acceleration, and the bound is far off on one side.
+    slope = np.where(lever == spin, 1e-300, lever - spin)
+    low = np.where(slope > 0.0, np.maximum(low, moment_a / slope), low)
+    high = np.where(slope < 0.0, np.minimum(high, moment_a / slope), high)
+    return Window(low, high)
+
+
+def braking(speed: Floats, arm: Arm) -> Floats:
+    """Return the acceleration of the empty arm that brakes from ``speed`` with the torque allowed there [rad/s2].
+
+    The torque limit only grows as the speed falls, so this constant value holds until the arm stands.
+    """
+    return -np.where(speed < 0.0, -1.0, 1.0) * (torque_limit(speed, arm) + arm.friction) / arm.inertia
+
+
+def rests(angle: Floats, block: Block) -> Floats:
+    """Return how far the block on the resting arm is from tipping over a vertex; positive: it rests.
+
+    The unit is its weight times the half length: 1 on a horizontal arm, 0 where the centre of mass is above a vertex.
+    """
+    return np.cos(angle) - block.half_height / block.half_length * np.abs(np.sin(angle))
+
+
+def _spin(block: Block) -> float:
+    """J / m + d^2 [m2]."""
+    return block.inertia / block.mass + block.half_height**2
+
+
+def _reactions(
+    direction: tuple[Floats, Floats], speed: Floats, acceleration: Floats, radius: Floats, block: Block
+) -> Reactions:
+    normal, moment_a, moment_b = _per_mass(*direction, speed, radius, block)
+    lever, spin = block.half_length * radius, _spin(block)
+    return Reactions(
+        block.mass * (normal + radius * acceleration),
+        block.mass * (moment_a + (spin - lever) * acceleration),
+        block.mass * (moment_b + (spin + lever) * acceleration),
+    )
+
+
+def _per_mass(
+    cosine: Floats, sine: Floats, speed: Floats, radius: Floats, block: Block
+) -> tuple[Floats, Floats, Floats]:
+    """N, M_A and M_B per mass without acceleration."""
+    d, side = block.half_height, block.half_length
+    pull, weight = speed * speed, GRAVITY * cosine
+    common = d * (radius * pull - GRAVITY * sine)
+    across = side * (d * pull - weight)
+    return weight - d * pull, common + across, common - across
+
+
+def _load(
+    direction: tuple[Floats, Floats], speed: Floats, radius: Floats, arm: Arm, block: Block
+) -> tuple[Floats, Floats]:
+    """Inertia of arm and block about the pivot [kg m2], and the torque without acceleration [N m]."""
+    d, mass = block.half_height, block.mass
+    inertia = arm.inertia + block.inertia + mass * (radius * radius + d * d)
+    weight = mass * GRAVITY * (radius * direction[0] - d * direction[1])
+    if arm.friction > 0.0:
+        weight = weight + arm.friction * np.where(speed < 0.0, -1.0, 1.0)
+    return inertia, weight

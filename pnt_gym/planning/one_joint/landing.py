@@ -1,0 +1,165 @@
+"""From a release to the state at the goal and back (Miyashita et al. 2010, section 3.2).
+
+A release u is (theta_t, omega_t, l_t, t_f) in [rad, rad/s, m, s], a landing state z is (x, y, phi, dy) in
+[m, m, rad, m/s]; the pivot is the origin and phi is never wrapped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final, final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pnt_gym.planning.arrays import Bools, Floats, Ints
+from pnt_gym.planning.one_joint._flight import land
+from pnt_gym.planning.one_joint._releases import find_releases
+from pnt_gym.planning.one_joint.feasibility import ThrowReason, first_reason, reasons_of
+from pnt_gym.planning.one_joint.parameters import Arm, Block
+
+TURNS: Final = (-2, -1, 0, 1, 2)
+"""Extra whole turns of the block that `release_states` looks for."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class ReleaseStates:
+    """Every release that reaches one landing state, K of them, by turns and then flight time.
+
+    Attributes:
+        u: releases (K, 4) = theta_t [rad], omega_t [rad/s], l_t [m], t_f [s], with theta_t within half a turn.
+        turns: extra whole turns of the block in flight (K,): it arrives at phi + 2 pi turns.
+        feasible: whether arm, motor and grasp can do it (K,).
+        reasons: why not, one tuple of sentences per release; empty where feasible.
+    """
+
+    u: Floats
+    turns: Ints
+    feasible: Bools
+    reasons: tuple[tuple[str, ...], ...]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class ReleaseBatch:
+    """The release for each of N landing states.
+
+    Attributes:
+        goal: landing states (N, 4).
+        u: the feasible release with the most room in its acceleration window (N, 4); NaN where there is none.
+        feasible: whether there is one (N,).
+        reason: `ThrowReason` (N,): of the release that comes nearest to being feasible.
+    """
+
+    goal: Floats
+    u: Floats
+    feasible: Bools
+    reason: Ints
+
+
+def landing_state(u: ArrayLike, half_height: float = 0.015) -> Floats:
+    """Return the landing states z (..., 4) of the releases ``u`` (..., 4) (Eq. 11).
+
+    Args:
+        u: theta_t [rad], omega_t [rad/s], l_t [m], t_f [s].
+        half_height: d, from the arm's surface to the centre of mass [m].
+
+    Raises:
+        ValueError: the shape is not (..., 4), a number is not finite, or l_t is less than half_height.
+    """
+    release = four(u, "u")
+    half_height = _checked_height(half_height)
+    radius = release[..., 2]
+    if (radius < half_height).any() or (radius <= 0.0).any():
+        raise ValueError(
+            f"l_t is {radius.min():.6g} m; it is the distance of the centre of mass from the pivot and must be "
+            f"positive and at least half_height = {half_height:.6g} m"
+        )
+    return land(release, half_height)
+
+
+def release_states(
+    z: ArrayLike, half_height: float = 0.015, *, arm: Arm | None = None, block: Block | None = None
+) -> ReleaseStates:
+    """Return every release that reaches the landing state ``z`` (4,), with -2 to 2 extra whole turns.
+
+    Args:
+        z: x, y [m], phi [rad], dy [m/s].
+        half_height: d, from the arm's surface to the centre of mass [m]; replaces the block's own.
+        arm: whose limits decide what is feasible; the paper's when not given.
+        block: what is thrown; the paper's when not given.
+
+    Raises:
+        ValueError: z is not four finite numbers, or half_height is negative.
+    """
+    goal = four(z, "z")
+    if goal.shape != (4,):
+        raise ValueError(f"z must have shape (4,), got {goal.shape}; release_states_batch takes many")
+    arm, block = arm or Arm(), replace(block or Block(), half_height=_checked_height(half_height))
+    found = find_releases(goal[None], block.half_height, (-np.pi, np.pi), TURNS)
+    order = np.lexsort((found.u[:, 3], found.turns))
+    u, turns = found.u[order], found.turns[order]
+    reasons = tuple(reasons_of(row, arm, block) for row in u)
+    return ReleaseStates(u, turns, np.array([not r for r in reasons], dtype=np.bool_), reasons)
+
+
+def release_states_batch(
+    z: ArrayLike, *, arm: Arm | None = None, block: Block | None = None, turns: Sequence[int] = (0,)
+) -> ReleaseBatch:
+    """Return the best feasible release for each landing state ``z`` (N, 4), all at once.
+
+    Only releases within the arm's range of angles are looked for, so a landing state whose every release lies
+    outside is reported as having none there.
+
+    Args:
+        z: x, y [m], phi [rad], dy [m/s].
+        arm: whose limits decide; the paper's when not given.
+        block: what is thrown; the paper's when not given.
+        turns: extra whole turns that the block may make; without any it arrives at phi itself.
+
+    Raises:
+        ValueError: the shape is not (N, 4) or a number is not finite.
+    """
+    goal = four(z, "z")
+    if goal.ndim != 2:
+        raise ValueError(f"z must have shape (N, 4), got {goal.shape}")
+    arm, block = arm or Arm(), block or Block()
+    found = find_releases(goal, block.half_height, arm.angle, turns)
+    reason, room = first_reason(found.u, arm, block)
+    count = goal.shape[0]
+    u = np.full((count, 4), np.nan)
+    code = np.full(count, int(ThrowReason.NO_RELEASE), dtype=np.int64)
+    # Feasible ones last, the widest window at the very end: a later entry of a row overwrites the earlier ones.
+    order = np.lexsort((room, np.where(reason == ThrowReason.FEASIBLE, np.inf, reason)))
+    row = found.row[order]
+    u[row], code[row] = found.u[order], reason[order]
+    feasible = code == ThrowReason.FEASIBLE
+    u[~feasible] = np.nan
+    return ReleaseBatch(goal, u, feasible, code)
+
+
+def four(values: ArrayLike, name: str) -> Floats:
+    """Return ``values`` as a float64 array of shape (..., 4).
+
+    Raises:
+        ValueError: another shape, or a number that is not finite.
+    """
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} must be numbers of shape (..., 4), got {values!r}") from None
+    if array.ndim < 1 or array.shape[-1] != 4:
+        raise ValueError(f"{name} must have shape (..., 4), got {array.shape}")
+    bad = ~np.isfinite(array)
+    if bad.any():
+        where = tuple(int(i) for i in np.argwhere(bad)[0])
+        raise ValueError(f"{name} must be finite, got {array[bad][0]} at index {where}")
+    return array
+
+
+def _checked_height(half_height: float) -> float:
+    if not (np.isfinite(half_height) and half_height >= 0.0):
+        raise ValueError(f"half_height is {half_height}; it must be finite and at least 0 m")
+    return float(half_height)

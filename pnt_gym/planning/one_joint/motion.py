@@ -1,0 +1,190 @@
+"""Motions of the arm up to the release and until it stands again, N at a time (Miyashita et al. 2010, section 4.1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple, final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pnt_gym.planning.arrays import Bools, Floats, Ints
+
+
+class ArmSample(NamedTuple):
+    """Angle [rad], speed [rad/s] and acceleration [rad/s2] of the arm, each (N, M)."""
+
+    angle: Floats
+    speed: Floats
+    acceleration: Floats
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class ArmMotion:
+    """N throws of the arm: rest, a uniform cubic B-spline up to the release, constant braking, rest.
+
+    A row of NaN stands for a throw that has no motion; its samples are NaN.
+
+    Attributes:
+        knots: control points (N, n + 3) of the spline's n intervals [rad] (Eqs. 13, 14).
+        time_step: length of an interval (N,) [s].
+        braking: acceleration after the release (N,), against the speed of the release [rad/s2].
+
+    Raises:
+        ValueError: shapes disagree, a time step is not positive, or a braking does not stop the arm.
+    """
+
+    knots: Floats
+    time_step: Floats
+    braking: Floats
+
+    def __post_init__(self) -> None:
+        _check_shapes(self.knots, self.time_step, self.braking)
+        if (self.time_step <= 0.0).any():
+            raise ValueError(f"time_step must be positive [s], got {np.nanmin(self.time_step)}")
+        wrong = (self.braking * self.release_speed >= 0.0) & (self.release_speed != 0.0)
+        if wrong.any():
+            row = int(np.argmax(wrong))
+            raise ValueError(
+                f"braking is {self.braking[row]:.4g} rad/s2 at a release speed of {self.release_speed[row]:.4g} rad/s; "
+                "it must point the other way"
+            )
+
+    @classmethod
+    def from_accelerations(cls, start: Floats, time_step: Floats, accelerations: Floats, braking: Floats) -> ArmMotion:
+        """Return the motions from rest with accelerations that are linear between the borders of the intervals.
+
+        Args:
+            start: angles at rest (N,) [rad].
+            time_step: length of an interval (N,) [s].
+            accelerations: at the borders (N, n + 1) [rad/s2].
+            braking: after the release (N,) [rad/s2].
+        """
+        return cls(spline_knots(start, time_step, accelerations), time_step, braking)
+
+    @property
+    def intervals(self) -> int:
+        """The number n of the spline's intervals."""
+        return self.knots.shape[1] - 3
+
+    @property
+    def duration(self) -> Floats:
+        """Release time t_t = n Delta t (N,) [s] (Eq. 23, which prints t_f)."""
+        return self.intervals * self.time_step
+
+    @property
+    def start_angle(self) -> Floats:
+        """Angle at which the arm rests before the throw (N,) [rad]."""
+        return _mean(self.knots[:, :3])
+
+    @property
+    def release_angle(self) -> Floats:
+        """theta_t (N,) [rad]."""
+        return _mean(self.knots[:, -3:])
+
+    @property
+    def release_speed(self) -> Floats:
+        """Speed of the arm at the release (N,) [rad/s]."""
+        return (self.knots[:, -1] - self.knots[:, -3]) / (2.0 * self.time_step)
+
+    @property
+    def release_acceleration(self) -> Floats:
+        """Acceleration just before the release (N,) [rad/s2]."""
+        return (self.knots[:, -3] - 2.0 * self.knots[:, -2] + self.knots[:, -1]) / self.time_step**2
+
+    @property
+    def stop_time(self) -> Floats:
+        """When the arm stands again (N,) [s]."""
+        return self.duration + self._braking_time()
+
+    @property
+    def stop_angle(self) -> Floats:
+        """Where the arm stands again (N,) [rad]."""
+        return self.release_angle + 0.5 * self.release_speed * self._braking_time()
+
+    def sample(self, times: ArrayLike) -> ArmSample:
+        """Return the motion at ``times`` [s], shape (M,) for all rows or (N, M), each result (N, M).
+
+        Before 0 the arm rests at its first angle; the release itself belongs to the spline.
+        """
+        time = self._times(times)
+        spline, brake = self._spline(time), self._brake(time)
+        after = time > self.duration[:, None]
+        angle, speed, acceleration = (np.where(after, b, s) for b, s in zip(brake, spline, strict=True))
+        # Rows without a motion compare as False everywhere and keep their NaN.
+        return ArmSample(angle, speed, np.where(time < 0.0, 0.0 * acceleration, acceleration))
+
+    def take(self, index: Ints | Bools) -> ArmMotion:
+        """Return the motions at ``index``, an integer array or a mask."""
+        return ArmMotion(self.knots[index], self.time_step[index], self.braking[index])
+
+    def _braking_time(self) -> Floats:
+        speed = self.release_speed
+        return np.where(speed == 0.0, 0.0, -speed / np.where(speed == 0.0, 1.0, self.braking))
+
+    def _times(self, times: ArrayLike) -> Floats:
+        time = np.asarray(times, dtype=np.float64)
+        count = self.knots.shape[0]
+        if time.ndim not in (1, 2) or (time.ndim == 2 and time.shape[0] != count):
+            raise ValueError(f"times must have shape (M,) or ({count}, M), got {time.shape}")
+        return np.broadcast_to(time, (count, time.shape[-1]))
+
+    def _spline(self, time: Floats) -> ArmSample:
+        """Eq. 13, held at its ends."""
+        count, intervals = self.knots.shape[0], self.intervals
+        step = self.time_step[:, None]
+        x = np.clip(np.where(np.isnan(step), 0.0, time / step), 0.0, float(intervals))
+        index = np.minimum(x.astype(np.int64), intervals - 1)
+        s = x - index
+        rows = index + intervals * np.arange(count, dtype=np.int64)[:, None]
+        c = np.take(_cubics(self.knots).reshape(count * intervals, 4), rows, axis=0)
+        c0, c1, c2, c3 = c[..., 0], c[..., 1], c[..., 2], c[..., 3]
+        return ArmSample(
+            c0 + s * (c1 + s * (c2 + s * c3)),
+            (c1 + s * (2.0 * c2 + s * (3.0 * c3))) / step * (time >= 0.0),
+            (2.0 * c2 + s * (6.0 * c3)) / (step * step),
+        )
+
+    def _brake(self, time: Floats) -> ArmSample:
+        """Constant braking from the release on, then rest."""
+        left = self._braking_time()[:, None]
+        speed, braking = self.release_speed[:, None], self.braking[:, None]
+        spent = np.clip(time - self.duration[:, None], 0.0, left)
+        moving = spent < left
+        angle = self.release_angle[:, None] + spent * (speed + 0.5 * spent * braking)
+        return ArmSample(
+            angle, np.where(moving, speed + spent * braking, 0.0 * left), np.where(moving, braking, 0.0 * left)
+        )
+
+
+def spline_knots(start: Floats, time_step: Floats, accelerations: Floats) -> Floats:
+    """Control points (N, n + 3) of the motions from rest at ``start`` with accelerations linear between borders.
+
+    The second differences of the control points are the accelerations at the borders times the squared time step.
+    """
+    bends = accelerations * (time_step * time_step)[:, None]
+    middle = start - bends[:, 0] / 6.0
+    slopes = np.cumsum(bends, axis=1) - 0.5 * bends[:, :1]
+    later = middle[:, None] + np.cumsum(slopes, axis=1)
+    return np.concatenate([(middle + 0.5 * bends[:, 0])[:, None], middle[:, None], later], axis=1)
+
+
+def _mean(three: Floats) -> Floats:
+    return (three[:, 0] + 4.0 * three[:, 1] + three[:, 2]) / 6.0
+
+
+def _cubics(knots: Floats) -> Floats:
+    """Coefficients (N, n, 4) of each interval's cubic in s from 0 to 1, constant first."""
+    a, b, c, d = knots[:, :-3], knots[:, 1:-2], knots[:, 2:-1], knots[:, 3:]
+    return np.stack(
+        [(a + 4.0 * b + c) / 6.0, 0.5 * (c - a), 0.5 * (a - 2.0 * b + c), (d - a + 3.0 * (b - c)) / 6.0], axis=2
+    )
+
+
+def _check_shapes(knots: Floats, time_step: Floats, braking: Floats) -> None:
+    if knots.ndim != 2 or knots.shape[1] < 4:
+        raise ValueError(f"knots must have shape (N, n + 3) with n >= 1, got {knots.shape}")
+    for name, value in (("time_step", time_step), ("braking", braking)):
+        if value.shape != (knots.shape[0],):
+            raise ValueError(f"{name} must have shape ({knots.shape[0]},), got {value.shape}")

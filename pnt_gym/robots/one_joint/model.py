@@ -1,0 +1,230 @@
+"""The one-joint thrower in a MuJoCo model specification.
+
+The plane of the throw is the world's x and z; the paper's y is the world's z. The arm is a plate on a hinge about the
+world's -y through the origin, so that angles count anticlockwise with x to the right and z up, and its upper surface
+passes through the pivot. A thrown part is a body with two slides and a hinge about -y: its angle is never wrapped.
+
+What of the actuator's limits (Eqs. 8-10) is in the engine: the torque bound tau_max on the whole motor torque, position
+and speed feedback and feed-forward together. The bound falls with speed beyond the knee of the torque-speed curve and
+the speed is bounded; those two the plan keeps, and a plant that saturates shows it in its torque.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.engine import MjsBody, MjSpec, mujoco
+from pnt_gym.errors import ConfigError
+from pnt_gym.planning.ballistics import GRAVITY
+from pnt_gym.planning.one_joint.parameters import Arm
+from pnt_gym.robots.one_joint.visuals import dress_arm, dress_stand
+
+GRIP_SOLREF: Final = (0.002, 1.0)
+"""Time constant [s] and damping ratio of the grip: two steps of 1 ms, the stiffest that MuJoCo allows there."""
+GRIP_SOLIMP: Final = (0.999, 0.9999, 0.001, 0.5, 2.0)
+"""Impedance of the grip: nearly rigid from the first micrometre on."""
+STOPPER_HEIGHT: Final = 0.002
+"""Of the two stoppers that keep the object from sliding (Miyashita et al. 2010, section 6) [m]."""
+STOPPER_WIDTH: Final = 0.004
+"""Along the arm [m]; drawn, and of no effect as long as the object does not pass over it."""
+STOPPER_GAP: Final = 5e-5
+"""Clearance between a stopper and the object, so that laying it down is not a collision [m]."""
+SURFACE_FRICTION: Final = 0.4
+"""Wood on aluminium, assumed."""
+PART_BIT: Final = 1
+"""Contact bit of thrown parts and of everything that catches them."""
+ARM_BIT: Final = 2
+"""Contact bit of the arm, for parts that lie on it."""
+LONGEST_STEP: Final = 0.002
+"""Beyond this the release is placed worse than the thrower repeats [s]."""
+
+_CONTACT_SOLREF = (0.002, 1.0)
+_CONTACT_SOLIMP = (0.99, 0.999, 0.0001, 0.5, 2.0)
+_LONG_AXIS_INERTIA = 0.0025
+"""Of the plate about its long axis, which never turns [kg m2]."""
+
+
+@final
+@dataclass(frozen=True)
+class Drive:
+    """The joint's controller, and what the joint is in truth.
+
+    Attributes:
+        kp: position feedback [N m/rad].
+        kv: speed feedback [N m s/rad].
+        inertia_factor: true inertia of plate and actuator over the planned one.
+        friction: true Coulomb friction [N m].
+        viscous: true viscous friction [N m s/rad].
+    """
+
+    kp: float
+    kv: float
+    inertia_factor: float = 1.0
+    friction: float = 0.0
+    viscous: float = 0.0
+
+
+@final
+@dataclass(frozen=True)
+class GripNames:
+    """What holds one part on the arm: names of the site on the arm and of the two equalities."""
+
+    seat: str
+    equalities: tuple[str, str]
+
+
+def add_one_joint(spec: MjSpec, arm: Arm, drive: Drive, touches: bool) -> MjsBody:
+    """Add stand, arm and motor; names are "arm" for body and joint, "motor" for the actuator.
+
+    The motor takes three consecutive controls: angle, speed and feed-forward torque.
+
+    Args:
+        spec: a mujoco.MjSpec.
+        arm: what the planner knows.
+        drive: controller and true joint.
+        touches: whether a part lies on the arm by contact, between two stoppers named "stopper_inner" and
+            "stopper_outer"; if not, the arm touches nothing.
+
+    Returns:
+        The arm's body.
+    """
+    dress_stand(spec, arm)
+    body = spec.worldbody.add_body(name="arm")
+    factor = drive.inertia_factor
+    body.add_joint(
+        name="arm",
+        axis=[0, -1, 0],
+        armature=arm.actuator_inertia * factor,
+        frictionloss=drive.friction,
+        damping=np.array([drive.viscous, 0.0, 0.0]),
+    )
+    # The plate is balanced on the shaft: its centre of mass is taken to be the pivot, as in the planner.
+    plate = (arm.inertia - arm.actuator_inertia) * factor
+    body.explicitinertial = True
+    body.mass = arm.density * arm.length * arm.width * arm.thickness
+    body.ipos, body.inertia = np.zeros(3), np.array([_LONG_AXIS_INERTIA, plate, plate])
+    dress_arm(body, arm)
+    if touches:
+        _add_surface(body, arm)
+    _add_motor(spec, arm, drive)
+    return body
+
+
+def add_plane_joints(body: MjsBody, name: str) -> None:
+    """Let a body move in the plane: slides "NAME_x" and "NAME_z", and the hinge "NAME_phi" [m, m, rad]."""
+    body.add_joint(name=f"{name}_x", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[1, 0, 0])
+    body.add_joint(name=f"{name}_z", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[0, 0, 1])
+    body.add_joint(name=f"{name}_phi", axis=[0, -1, 0])
+
+
+def add_grip(spec: MjSpec, arm: MjsBody, body: MjsBody, name: str) -> GripNames:
+    """Hold a part rigidly on the arm, with its centre of mass at a site of the arm and turned as the arm is.
+
+    A point and an angle are coupled instead of a weld: the angle's row is then exact over whole turns.
+
+    Args:
+        spec: the specification.
+        arm: the arm's body.
+        body: the part's body, with the joints of `add_plane_joints`.
+        name: of the part.
+    """
+    names = GripNames(f"seat_{name}", (f"hold_{name}", f"turn_{name}"))
+    arm.add_site(name=names.seat, size=[0.003] * 3, group=4)
+    body.add_site(name=f"centre_{name}", size=[0.003] * 3, group=4)
+    soft = {"solref": GRIP_SOLREF, "solimp": GRIP_SOLIMP}
+    spec.add_equality(
+        name=names.equalities[0],
+        type=mujoco.mjtEq.mjEQ_CONNECT,
+        objtype=mujoco.mjtObj.mjOBJ_SITE,
+        name1=names.seat,
+        name2=f"centre_{name}",
+        **soft,
+    )
+    spec.add_equality(
+        name=names.equalities[1],
+        type=mujoco.mjtEq.mjEQ_JOINT,
+        objtype=mujoco.mjtObj.mjOBJ_JOINT,
+        name1=f"{name}_phi",
+        name2="arm",
+        data=np.eye(12)[1],
+        **soft,
+    )
+    return names
+
+
+def set_options(spec: MjSpec, timestep: float, density: float, viscosity: float) -> None:
+    """Set the physics options of the thrower.
+
+    Semi-implicit Euler is a leapfrog: its velocities belong to the middle of the step before. The references and the
+    release count on it (see `references`), and then it is of second order.
+
+    Args:
+        spec: a mujoco.MjSpec.
+        timestep: physics step, at most 2 ms [s].
+        density: of the air, 0 for free flight [kg/m3].
+        viscosity: of the air [Pa s].
+
+    Raises:
+        ConfigError: the timestep is outside (0, 2 ms].
+    """
+    if not 0.0 < timestep <= LONGEST_STEP:
+        raise ConfigError(f"timestep must be above 0 and at most {LONGEST_STEP} s, got {timestep}")
+    option = spec.option
+    option.timestep, option.density, option.viscosity = timestep, density, viscosity
+    option.gravity = np.array([0.0, 0.0, -GRAVITY])
+    option.integrator = mujoco.mjtIntegrator.mjINT_EULER
+    option.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    option.tolerance, option.iterations = 1e-10, 50
+    option.cone, option.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, 10.0
+    option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+    option.enableflags = int(option.enableflags) | int(mujoco.mjtEnableBit.mjENBL_SPECULATIVE.value)
+    option.disableflags = int(option.disableflags) | int(mujoco.mjtDisableBit.mjDSBL_AUTORESET.value)
+
+
+def _add_surface(body: MjsBody, arm: Arm) -> None:
+    """The plate as something to lie on, and its stoppers; the plant moves them to the object."""
+    shared = {
+        "type": mujoco.mjtGeom.mjGEOM_BOX,
+        "mass": 0,
+        "contype": ARM_BIT,
+        "conaffinity": 0,
+        "priority": 2,
+        "solref": _CONTACT_SOLREF,
+        "solimp": _CONTACT_SOLIMP,
+    }
+    body.add_geom(
+        name="surface",
+        size=[arm.length / 2, arm.width / 2, arm.thickness / 2],
+        pos=[0, 0, -arm.thickness / 2],
+        condim=3,
+        friction=[SURFACE_FRICTION, 0.005, 0.0001],
+        group=3,
+        **shared,
+    )
+    for name in ("stopper_inner", "stopper_outer"):
+        # Bodies of their own, because a body that is moved takes its collision tree along and a geom does not.
+        body.add_body(name=name).add_geom(
+            name=name,
+            size=[STOPPER_WIDTH / 2, arm.width / 2, STOPPER_HEIGHT / 2],
+            pos=[0, 0, STOPPER_HEIGHT / 2],
+            condim=1,  # no friction on the stoppers (section 2)
+            rgba=(0.95, 0.47, 0.09, 1.0),
+            group=2,
+            **shared,
+        )
+
+
+def _add_motor(spec: MjSpec, arm: Arm, drive: Drive) -> None:
+    """Joint PD with torque feed-forward inside the engine, so that a rollout needs no Python controller."""
+    inputs = mujoco.mjtCtrlInput.mjINPUT_POS, mujoco.mjtCtrlInput.mjINPUT_VEL, mujoco.mjtCtrlInput.mjINPUT_FF
+    motor = spec.add_actuator(
+        name="motor",
+        trntype=mujoco.mjtTrn.mjTRN_JOINT,
+        target="arm",
+        forcelimited=mujoco.mjtLimited.mjLIMITED_TRUE,
+        forcerange=[-arm.torque, arm.torque],
+    )
+    motor.set_to_pid(kp=drive.kp, kv=drive.kv, ctrlspec=sum(int(bit.value) for bit in inputs))

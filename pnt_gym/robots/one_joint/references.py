@@ -1,0 +1,81 @@
+"""Motor references of the thrower: angle, speed and feed-forward torque for every physics step.
+
+Semi-implicit Euler moves a joint by the speed at the middle of the step. References made of the planned speed at the
+middle of each step are therefore followed without error, and a release in the middle of a step lets go with exactly
+the planned speed, although the acceleration jumps there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from pnt_gym.planning.arrays import Bools, Floats, Ints
+from pnt_gym.planning.ballistics import GRAVITY
+from pnt_gym.planning.one_joint.motion import ArmMotion
+from pnt_gym.planning.one_joint.parameters import Arm
+
+
+@final
+@dataclass(frozen=True)
+class Load:
+    """What lies on the arm, as the controller knows it; every field is (N,)."""
+
+    mass: Floats
+    """[kg]"""
+    inertia: Floats
+    """About its centre of mass [kg m2]."""
+    radius: Floats
+    """r: from the pivot to the centre of mass, along the arm [m]."""
+    height: Floats
+    """d: of the centre of mass above the arm [m]."""
+
+
+@final
+@dataclass(frozen=True)
+class Clock:
+    """Where each simulation's steps lie on its motion's own clock."""
+
+    start: Floats
+    """Time of the beginning of step 0 (N,) [s]; at most one step before the motion begins."""
+    release_step: Ints
+    """The last step with grip (N,); the release is in its middle."""
+
+    @classmethod
+    def releasing_at(cls, release: Floats, step: float) -> Clock:
+        """The clock that puts releases (N,) [s] in the middle of a step."""
+        last = np.ceil(release / step - 0.5 - 1e-9).astype(np.int64)
+        return cls(release - (last + 0.5) * step, last)
+
+
+def motor_references(motion: ArmMotion, load: Load, clock: Clock, arm: Arm, step: float, steps: int) -> Floats:
+    """Angle [rad], speed [rad/s] and feed-forward torque [N m] at each step: (N, steps, 3).
+
+    Args:
+        motion: N motions.
+        load: what the arm carries until the planned release.
+        clock: where the steps lie.
+        arm: as the controller knows it.
+        step: physics step [s].
+        steps: how many.
+    """
+    begin = clock.start[:, None] + np.arange(-1, steps) * step
+    middle = motion.sample(begin + 0.5 * step).speed
+    before, during = middle[:, :-1], middle[:, 1:]
+    first = motion.sample(clock.start[:, None]).angle
+    angle = np.concatenate([first, first + step * np.cumsum(during[:, :-1], axis=1)], axis=1)
+    acceleration = (during - before) / step
+    carried = begin[:, 1:] + 0.5 * step <= motion.duration[:, None] + 1e-9
+    torque = _torque(angle, before, acceleration, carried, load, arm)
+    return np.stack([angle, before, torque], axis=-1)
+
+
+def _torque(angle: Floats, speed: Floats, acceleration: Floats, carried: Bools, load: Load, arm: Arm) -> Floats:
+    """Inverse dynamics of arm and load (Eq. 21); the arm itself is balanced."""
+    m, r, d = load.mass[:, None], load.radius[:, None], load.height[:, None]
+    inertia = load.inertia[:, None] + m * (r * r + d * d)
+    weight = m * GRAVITY * (r * np.cos(angle) - d * np.sin(angle))
+    own = arm.inertia * acceleration + arm.friction * np.sign(speed)
+    return own + np.where(carried, inertia * acceleration + weight, 0.0)
