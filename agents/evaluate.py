@@ -24,8 +24,8 @@ class Arguments:
     """Throw held-out objects with one controller and say what it is worth in picks per minute."""
 
     controller: Annotated[str, tyro.conf.arg(metavar="NAME|RUN_DIR")]
-    """A controller (analytic, analytic_height, mean_lead, mean_shift, virtual_goal, ridge, mlp, oracle, random) or
-    the folder of a training run."""
+    """A controller (analytic, analytic_height, mean_lead, mean_shift, virtual_goal, newton_goal, ridge, mlp, oracle,
+    random) or the folder of a training run."""
     env: Annotated[str | None, option("PnTConveyor-v0, or that of the run folder", "ID")] = None
     """Environment id."""
     level: Annotated[str | None, option("nominal, or that of the run folder", "NAME|FILE.yaml")] = None

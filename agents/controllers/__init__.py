@@ -15,6 +15,7 @@ from agents.controllers.analytic import Analytic
 from agents.controllers.ballistic import AnalyticHeight, MeanLead
 from agents.controllers.cell_table import mean_shift, virtual_goal
 from agents.controllers.mlp import Mlp
+from agents.controllers.newton import NewtonGoal
 from agents.controllers.oracle import Oracle
 from agents.controllers.protocol import Controller, Learner, Observation, Outcome
 from agents.controllers.random import Random
@@ -39,6 +40,7 @@ _SHIFTS: Mapping[str, Callable[..., Controller]] = {
     **_CONVEYOR,
     "mean_shift": lambda env, correction: mean_shift(correction),
     "virtual_goal": lambda env, correction, **options: virtual_goal(correction, **options),
+    "newton_goal": lambda env, correction: NewtonGoal(correction),
     "ridge": lambda env, correction: _regression("ridge", env, correction, Ridge()),
     "mlp": lambda env, correction, **options: _regression("mlp", env, correction, Mlp(**options)),
     "oracle": lambda env, correction, **options: Oracle(env.unwrapped.core, correction, **options),
