@@ -70,10 +70,12 @@ def planner_note(data: Data) -> str:
 
 def environment_table(data: Data) -> str:
     """Throws per second of the vector environments against bare physics and against single environments."""
-    header = ["environment", "cells", "threads", "throws/s", "share of bare physics", "over single environments"]
+    header = ["environment", "level", "cells", "threads", "throws/s"]
+    header += ["share of bare physics", "over single environments"]
     rows = [
         [
             f"`{env}`",
+            figures["level"],
             str(line["cells"]),
             str(line["threads"]),
             f"{line['env_throws_per_s']:.0f}",
@@ -89,7 +91,7 @@ def environment_table(data: Data) -> str:
 def environment_note(data: Data) -> str:
     """What was measured on what, and why the last column cannot be larger."""
     return (
-        f"Level {data['level']}, steps of {1000 * data['timestep']:g} ms, {data['cpus']} cores. Bare physics is "
+        f"Steps of {1000 * data['timestep']:g} ms, {data['cpus']} cores. Bare physics is "
         "`Batch.rollout` of the same steps with the same controls in the same run. A single environment spends most of "
         "its step in the same physics, so what a vector of them can gain is the cores plus the planning shared."
     )

@@ -17,7 +17,11 @@ from agents.reproduce.findings import Part
 from agents.versions import ROOT, versions
 from pnt_gym.errors import PntGymError
 
-PAPERS: Final = {"hassan": "agents.reproduce.hassan", "choe": "agents.reproduce.choe"}
+PAPERS: Final = {
+    "hassan": "agents.reproduce.hassan",
+    "choe": "agents.reproduce.choe",
+    "miyashita": "agents.reproduce.miyashita",
+}
 """Papers by the name on the command line; each module has `PARTS` and a docstring whose first line is its title."""
 
 _CODE: Final = (
@@ -29,6 +33,16 @@ _CODE: Final = (
     "agents/report/figures.py",
     "agents/reproduce/*.py",
 )
+_MORE_CODE: Final = {
+    "miyashita": (
+        "configs/cells/pallet/*.yaml",
+        "pnt_gym/envs/*.py",
+        "pnt_gym/render/*.py",
+        "agents/evaluation.py",
+        "agents/controllers/*.py",
+    )
+}
+"""What a paper depends on beyond that."""
 _NO_EFFECT: Final = ("render.py", "metrics.py", "papers.py", "__main__.py")
 """Code that changes no finding."""
 
@@ -92,7 +106,7 @@ def _key(paper: str) -> str:
     """Digest of versions and of the code of a paper; papers share no code but what belongs to none of them."""
     digest = hashlib.sha256(json.dumps(versions(), sort_keys=True).encode())
     others = tuple(name for name in PAPERS if name != paper)
-    for pattern in _CODE:
+    for pattern in (*_CODE, *_MORE_CODE.get(paper, ())):
         for path in sorted(ROOT.glob(pattern)):
             if path.name not in _NO_EFFECT and not path.name.startswith(others):
                 digest.update(path.relative_to(ROOT).as_posix().encode() + path.read_bytes())

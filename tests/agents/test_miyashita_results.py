@@ -1,0 +1,64 @@
+"""What the rows of Miyashita et al. 2010 in results/reproduction.json reach."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from agents.files import read_json
+from agents.versions import ROOT
+
+ROWS: dict[str, dict[str, Any]] = {
+    row["quantity"]: row
+    for row in read_json(ROOT / "results" / "reproduction.json")["rows"]
+    if row["paper"] == "miyashita"
+}
+DELAYS = (0, 5, 10)
+
+
+def value(name: str) -> Any:
+    return ROWS[f"miyashita/{name}"]["reproduced"]
+
+
+def test_the_paper_goal_has_the_known_release() -> None:
+    assert value("example/omega_t") == pytest.approx(9.3190, abs=1e-3)
+    assert value("example/l_t") == pytest.approx(0.27858, abs=1e-5)
+    assert value("example/ipopt/converged") == 100.0
+    assert value("example/slsqp/converged") >= 70.0
+
+
+@pytest.mark.parametrize("delay", DELAYS)
+def test_the_paper_goal_is_learned_within_the_published_bounds(delay: int) -> None:
+    row = ROWS[f"miyashita/learning/delay-{delay}ms/K-1"]
+    assert row["reproduced"] < 0.0025
+    assert row["speed"] < 0.01
+
+
+@pytest.mark.parametrize(("delay", "least", "with_reserve"), [(0, 98.0, 98.0), (5, 93.0, 93.0), (10, 85.0, 93.0)])
+def test_random_goals_are_learned_as_far_as_scatter_and_reach_allow(
+    delay: int, least: float, with_reserve: float
+) -> None:
+    rows = [ROWS[f"miyashita/acceptance/delay-{delay}ms/K-{gain}"] for gain in ("0.5", "0.75", "1", "falling")]
+    assert all(row["goals"] == 200 for row in rows)
+    assert max(row["reproduced"] for row in rows) >= least
+    assert max(row["share_with_reserve"] for row in rows) >= with_reserve
+
+
+def test_a_push_at_the_release_makes_the_paper_update_fail() -> None:
+    assert ROWS["miyashita/contact/paper-update"]["share_worse"] >= 50.0
+    assert value("contact/paper-update") > 0.02
+    assert 3.0 < value("contact/spin-lost-2mm") < 5.5
+
+
+@pytest.mark.parametrize("task", ["sorting", "assembly"])
+def test_every_run_of_sorting_and_assembly_succeeds_but_a_few(task: str) -> None:
+    row = ROWS[f"miyashita/{task}/success"]
+    assert row["runs"] == 100
+    assert row["reproduced"] >= 95.0
+
+
+def test_the_space_is_not_much_narrower_at_the_published_torque() -> None:
+    row = ROWS["miyashita/claim/accessible-space-much-narrower"]
+    assert 0.90 * row["kinematic"] < row["cells"] <= row["kinematic"]
+    assert value("accessible/torque-1.5") < value("accessible/torque-4.7") < value("accessible/torque-18")

@@ -1,0 +1,199 @@
+"""The reproduction of Miyashita et al. 2010: the example, its misprints, and small versions of the long studies."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+
+import numpy as np
+import pytest
+
+from agents.reproduce import (
+    miyashita_accessible,
+    miyashita_cases,
+    miyashita_contact,
+    miyashita_example,
+    miyashita_formulas,
+    miyashita_learning,
+    miyashita_tasks,
+)
+from agents.reproduce.findings import Findings, Row
+from agents.reproduce.miyashita import PARTS
+from pnt_gym.cells.pallet.config import load
+from pnt_gym.planning.one_joint import landing_state
+from pnt_gym.planning.one_joint.virtual_goal import release_jacobian
+
+SAMPLES = (48, 40, 24)
+
+
+@cache
+def findings(name: str) -> Findings:
+    """Small versions of the parts."""
+    small = {
+        "example": lambda: miyashita_example.example_findings(starts=4),
+        "accessible": lambda: miyashita_accessible.accessible_findings(SAMPLES),
+        "learning": lambda: miyashita_learning.example_findings(seeds=2),
+        "acceptance-5ms": lambda: miyashita_learning.acceptance_findings(0.005, goals=24, repeats=4),
+        "contact": lambda: miyashita_contact.contact_findings(goals=3, throws=2),
+        "sorting": lambda: miyashita_tasks.sorting_findings(runs=4, practice=64),
+        "assembly": lambda: miyashita_tasks.assembly_findings(runs=4, practice=120),
+        "formulas": miyashita_formulas.formula_findings,
+    }
+    return small[name]()
+
+
+ALL = (
+    "example", "accessible", "learning", "acceptance-5ms", "contact", "sorting", "assembly", "formulas",
+)  # fmt: skip
+
+
+def row(name: str, quantity: str) -> Row:
+    return next(r for r in findings(name).rows if r.quantity == f"miyashita/{quantity}")
+
+
+def test_the_parts_are_the_known_ones() -> None:
+    assert [part.name for part in PARTS] == [
+        "example", "accessible", "learning", "acceptance-0ms", "acceptance-5ms", "acceptance-10ms", "contact",
+        "contact-reach", "sorting", "assembly", "formulas",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_rows_and_data_are_plain_json_and_figures_are_drawings(name: str) -> None:
+    found = findings(name)
+    text = json.dumps({"rows": [r.as_json() for r in found.rows], "data": found.data}, allow_nan=False)
+    assert json.loads(text)["rows"]
+    quantities = [r.quantity for r in found.rows]
+    assert len(set(quantities)) == len(quantities)
+    assert all(quantity.startswith("miyashita/") for quantity in quantities)
+    assert all(drawing.lstrip().startswith("<?xml") and len(drawing) > 5000 for drawing in found.figures.values())
+    for r in found.rows:
+        assert r.note, r.quantity
+
+
+def test_the_example_has_five_releases_of_which_one_is_feasible() -> None:
+    for name, value in (("theta_t", np.deg2rad(20.835)), ("omega_t", 9.3190), ("l_t", 0.27858), ("t_f", 0.24191)):
+        assert row("example", f"example/{name}").reproduced == pytest.approx(value, rel=2e-4)
+    found = row("example", "claim/release-is-unique").details["releases"]
+    assert len(found) == 5
+    assert [one["turns"] for one in found] == [-2, -1, 0, 1, 2]
+    assert [not one["reasons"] for one in found] == [False, False, True, False, False]
+    assert row("example", "example/least-acceleration").reproduced == pytest.approx(9.56, abs=0.01)
+
+
+def test_both_solvers_find_the_same_plan_from_random_guesses() -> None:
+    assert row("example", "example/solvers-agree").reproduced < 1e-4
+    for solver in ("slsqp", "ipopt"):
+        assert row("example", f"example/{solver}/converged").reproduced >= 75.0
+
+
+def test_the_weights_choose_the_motion() -> None:
+    seconds = {name: row("example", f"weights/{name}").reproduced for name in ("bang", "balanced", "torque")}
+    assert seconds["bang"] < seconds["balanced"] < seconds["torque"]
+    assert seconds["bang"] == pytest.approx(0.049, abs=1e-3)
+    assert seconds["balanced"] == pytest.approx(0.156, abs=1e-3)
+
+
+def test_the_margin_is_wide_only_where_it_is_maximised() -> None:
+    assert row("example", "fig-7/with-margin").reproduced == pytest.approx(-11.3, abs=0.1)
+    largest = row("example", "fig-7/without-margin").details["largest"]
+    assert all(value < 0.0 for value in largest)
+    assert max(largest) > -2.0
+    assert row("example", "fig-7/without-margin").reproduced > -11.3
+
+
+def test_weaker_motors_reach_less_of_the_space() -> None:
+    counts = [row("accessible", f"accessible/torque-{torque:g}").reproduced for torque in (18.0, 4.7, 1.5)]
+    assert counts == sorted(counts, reverse=True)
+    claim = row("accessible", "claim/accessible-space-much-narrower")
+    assert 0.9 * claim.details["kinematic"] < claim.details["cells"] < claim.details["kinematic"]
+    assert row("accessible", "accessible/overhanging-block").reproduced > 1.2 * counts[0]
+
+
+def test_ten_throws_bring_the_block_to_the_paper_goal() -> None:
+    for delay in (0, 5, 10):
+        r = row("learning", f"learning/delay-{delay}ms/K-1")
+        assert r.reproduced < min(0.0025, r.details["position_first"])
+        assert r.details["speed"] < 0.01
+    slow, quick = (row("learning", f"learning/delay-10ms/K-{gain}").reproduced for gain in ("0.3", "0.7"))
+    assert slow > 2.0 * quick
+
+
+def test_random_goals_are_learned_and_the_scatter_is_what_its_causes_predict() -> None:
+    for gain in ("0.5", "0.75", "1", "falling"):
+        r = row("acceptance-5ms", f"acceptance/delay-5ms/K-{gain}")
+        assert r.reproduced >= 80.0
+        assert r.details["failed_out_of_reach"] <= r.details["failed"]
+    for name in ("position", "angle"):
+        r = row("acceptance-5ms", f"scatter/delay-5ms/{name}")
+        assert r.reproduced == pytest.approx(r.details["predicted"], rel=0.4)
+
+
+def test_rows_of_one_case_draw_the_same_and_others_do_not() -> None:
+    goal = np.tile(miyashita_cases.GOAL, (3, 1))
+    thrower = miyashita_cases.Thrower(load("nominal"), [5, 5, 6])
+    error = miyashita_cases.learn(thrower, goal, np.full(3, 0.5), trials=2).measured
+    assert (error[:, 0] == error[:, 1]).all()
+    assert (error[:, 0] != error[:, 2]).any()
+    alone = miyashita_cases.learn(miyashita_cases.Thrower(load("nominal"), [6]), goal[:1], np.array([0.5]), trials=2)
+    assert (alone.measured[:, 0] == error[:, 2]).all()
+
+
+def test_a_gain_of_zero_learns_nothing() -> None:
+    goal = np.tile(miyashita_cases.GOAL, (2, 1))
+    learned = miyashita_cases.learn(miyashita_cases.Thrower(load("late"), [0, 1]), goal, np.array([0.0, 1.0]), trials=3)
+    assert (learned.virtual[:, 0] == goal[0]).all()
+    away = miyashita_cases.misses(learned.true).position
+    assert away[2, 0] > 0.08
+    assert away[2, 1] < 0.3 * away[0, 1]
+
+
+def test_solid_stoppers_take_spin_the_more_the_higher_they_are() -> None:
+    lost = [row("contact", f"contact/spin-lost-{height}mm").reproduced for height in ("0.2", "0.5", "1", "2")]
+    assert lost == sorted(lost)
+    assert 1.0 < lost[0] < lost[-1] < 5.5
+    assert row("contact", "contact/paper-update").reproduced > 0.01
+
+
+def test_slopes_of_an_ideal_release_are_those_of_equation_11() -> None:
+    u = np.array([[0.36364, 9.319, 0.27858, 0.2419], [0.2, 8.0, 0.25, 0.30]])
+    goal = landing_state(u)
+    thrower = miyashita_cases.Thrower(load("ideal"), np.tile(np.arange(2), 4).tolist())
+    found = miyashita_contact.slopes(thrower, u.copy(), goal)
+    assert found.z == pytest.approx(goal, abs=2e-3)
+    wanted = miyashita_contact.scaled(release_jacobian(u))
+    assert miyashita_contact.scaled(found.jacobian) == pytest.approx(wanted, abs=0.05 * np.abs(wanted).max())
+
+
+def test_sorting_and_assembly_succeed_after_practice() -> None:
+    for name in ("sorting", "assembly"):
+        r = row(name, f"{name}/success")
+        assert r.reproduced >= 0.75 * r.details["runs"]
+        assert r.details["runs"] >= 3
+    for k in (2, 3):
+        assert row("sorting", f"sorting/clearance-{k}").reproduced > 0.005
+
+
+def test_complete_assemblies_are_counted_by_their_last_throw() -> None:
+    class Some:
+        item = np.array([0, 0, 1, 0, 1, 1])
+        is_success = np.array([True, False, True, True, False, True])
+
+    ended, whole = miyashita_tasks.assemblies(Some())  # type: ignore[arg-type]
+    assert ended == 4
+    assert whole.tolist() == [False, True, False, True]
+
+
+def test_formulas_agree_with_mechanics_and_misprints_are_shown() -> None:
+    assert row("formulas", "formula/eqs-1-3").reproduced < 1e-12
+    assert row("formulas", "formula/eq-11").reproduced < 1e-12
+    assert row("formulas", "inconsistency/phi-not-wrapped").reproduced == pytest.approx(31.8, abs=0.1)
+    assert row("formulas", "inconsistency/block-must-rest-before-the-throw").reproduced < -63.4
+    assert row("formulas", "inconsistency/limits-at-knots-only").reproduced > 0.0
+    odd = {r.quantity for r in findings("formulas").rows if r.verdict == "misprint"}
+    assert {f"miyashita/misprint/{name}" for name in ("eq-10", "eq-13", "eq-23", "eqs-16-28")} <= odd
+
+
+def test_the_objective_as_printed_rewards_a_margin_of_the_wrong_sign() -> None:
+    values = row("formulas", "misprint/eqs-16-28").details["objective_by_delta"]
+    assert values["100"] > values["1"] > min(values.values())
