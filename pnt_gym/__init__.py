@@ -18,6 +18,7 @@ _ENTRY_POINTS: Final = {
     "OneJointThrow-v0": "pnt_gym.envs.one_joint:OneJointThrow",
     "OneJointSort-v0": "pnt_gym.envs.one_joint:OneJointSort",
     "OneJointAssembly-v0": "pnt_gym.envs.one_joint:OneJointAssembly",
+    "GripperToss-v0": "pnt_gym.envs.gripper:GripperToss",
 }
 ENV_IDS: Final = tuple(_ENTRY_POINTS)
 """Ids of the environments, each with a single and a vector form."""

@@ -9,13 +9,17 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from pnt_gym import goal_residual, residual
+from pnt_gym import goal_residual, residual, toss_residual
 from pnt_gym.cells.observation import CLIP, FEATURES
 from pnt_gym.cells.pallet import config as pallet
 from pnt_gym.cells.pallet.observation import FEATURES as GOAL_FEATURES
+from pnt_gym.cells.tray import config as tray
+from pnt_gym.cells.tray.observation import FEATURES as TOSS_FEATURES
 from pnt_gym.config import ActionScale, Belt, CellConfig, Motion, Reward
 from pnt_gym.envs.conveyor import ConveyorEnv, ConveyorVectorEnv, PnTConveyorEnv, PnTReleaseEnv
 from pnt_gym.envs.conveyor_core import REWARD_TERMS
+from pnt_gym.envs.gripper import GripperTossEnv, GripperTossVectorEnv
+from pnt_gym.envs.gripper_core import REWARD_TERMS as TOSS_REWARD_TERMS
 from pnt_gym.envs.one_joint import (
     OneJointAssemblyEnv,
     OneJointEnv,
@@ -49,7 +53,11 @@ ARM = Family(
     (OneJointThrowEnv, OneJointSortEnv, OneJointAssemblyEnv), OneJointEnv, OneJointVectorEnv, GOAL_FEATURES,
     goal_residual.ACTION_SIZE, GOAL_REWARD_TERMS, pallet.Reward(),
 )  # fmt: skip
-FAMILY = {env: family for family in (BELT, ARM) for env in family.envs}
+GRIPPER = Family(
+    (GripperTossEnv,), GripperTossEnv, GripperTossVectorEnv, TOSS_FEATURES, toss_residual.ACTION_SIZE,
+    TOSS_REWARD_TERMS, tray.Reward(),
+)  # fmt: skip
+FAMILY = {env: family for family in (BELT, ARM, GRIPPER) for env in family.envs}
 
 
 @pytest.fixture(params=FAMILY, ids=lambda env: env.__name__)
@@ -241,3 +249,17 @@ def test_numbers_of_the_one_joint_text_are_the_configs():
     assert set(pallet.level_names()) == set(
         re.search(r"shipped level \(([^)]*)\)", section(OneJointThrowEnv, "Arguments"))[1].split(", ")
     )
+
+
+def test_numbers_of_the_grippers_text_are_the_configs():
+    action, reward = tray.Action(), tray.Reward()
+    rows = table(section(GripperTossEnv, "Action Space"))
+    for row, said in zip(
+        rows, (f"{action.along:.3f} m", f"{action.across:.3f} m", f"{action.opening:.3f} s"), strict=True
+    ):
+        assert said in row[4]
+    rows = {row[0]: row for row in table(section(GripperTossEnv, "Rewards"))}
+    assert f"landing error / {reward.landing_scale:g} m" in rows["landing"][1]
+    assert f"cycle time / {reward.time_scale:g} s" in rows["time"][1]
+    levels = re.search(r"shipped level \(([^)]*)\)", section(GripperTossEnv, "Arguments"))[1].split(", ")
+    assert set(levels) == set(tray.level_names())

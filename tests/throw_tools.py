@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pnt_gym import goal_residual, residual
+from pnt_gym import goal_residual, residual, toss_residual
 from pnt_gym.cells.context import Context
 from pnt_gym.cells.movers import straight_back
 from pnt_gym.cells.objects import Objects
@@ -19,14 +19,16 @@ from pnt_gym.planning.trajectory import JerkTrajectory
 
 CONVEYOR = ("PnTConveyor-v0", "PnTRelease-v0")
 ONE_JOINT = ("OneJointThrow-v0", "OneJointSort-v0", "OneJointAssembly-v0")
+GRIPPER = ("GripperToss-v0",)
 MODES = {
     **{env_id: residual.ACTION_SIZE for env_id in CONVEYOR},
     **{env_id: goal_residual.ACTION_SIZE for env_id in ONE_JOINT},
+    **{env_id: toss_residual.ACTION_SIZE for env_id in GRIPPER},
 }
 """Action modes of every environment, with the numbers in one action; the first is the default."""
-FEATURES = {**dict.fromkeys(CONVEYOR, 26), **dict.fromkeys(ONE_JOINT, 14)}
+FEATURES = {**dict.fromkeys(CONVEYOR, 26), **dict.fromkeys(ONE_JOINT, 14), **dict.fromkeys(GRIPPER, 15)}
 """Numbers in one observation."""
-HARD = {**dict.fromkeys(CONVEYOR, "waste"), **dict.fromkeys(ONE_JOINT, "late")}
+HARD = {**dict.fromkeys(CONVEYOR, "waste"), **dict.fromkeys((*ONE_JOINT, *GRIPPER), "late")}
 """A level of every environment in which much is drawn or unknown."""
 
 

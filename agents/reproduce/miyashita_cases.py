@@ -8,6 +8,7 @@ from typing import Any, Final, NamedTuple, final
 
 import numpy as np
 
+from pnt_gym.cells.pallet.cell import PalletCell
 from pnt_gym.cells.pallet.config import PalletConfig, load
 from pnt_gym.cells.pallet.hidden import Hidden, draw_hidden
 from pnt_gym.cells.pallet.measure import watch
@@ -169,6 +170,13 @@ def feasible_goals(count: int, seed: int = 0) -> tuple[Floats, ThrowPlans]:
     plans = plan_throws(goals)
     rows = np.flatnonzero(plans.feasible)[:count]
     return goals[rows], plans.take(rows)
+
+
+def drawn_goals(count: int) -> Floats:
+    """Random goals (count, 4) as OneJointThrow-v0 draws them, row i with a generator of seed i."""
+    cell = PalletCell(load("nominal"), count)
+    cell.reset(np.arange(count), [np.random.default_rng(row) for row in range(count)])
+    return cell.context.goal.copy()
 
 
 def late(delay: float) -> PalletConfig:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Final, final
+from typing import Any, ClassVar, Final, final
 
 import numpy as np
 
@@ -31,6 +31,8 @@ class PalletView(ThrowView):
         cell: the cells; row 0 is recorded from now on.
         size: height and width of a frame [pixels].
     """
+
+    dots: ClassVar[float] = 0.6
 
     def __init__(self, cell: PalletCell, size: tuple[int, int] = SIZE) -> None:
         self._cell = cell

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any, Final, Protocol
+from typing import Any, ClassVar, Final, Protocol
 
 import numpy as np
 
@@ -73,6 +73,9 @@ class ThrowView(ABC):
         camera: MuJoCo's camera.
         size: height and width of a frame [pixels].
     """
+
+    dots: ClassVar[float] = 1.0
+    """Size of the flights' dots, 1 for a cell some metres wide."""
 
     def __init__(self, camera: Any, size: tuple[int, int] = SIZE) -> None:
         self._canvas = Canvas(camera, size)
@@ -143,9 +146,9 @@ class ThrowView(ABC):
         self._record(None)
 
     def _frames(self, recording: Playable, interval: float) -> Iterator[Frame]:
-        planned = [Marker.dot(p, _PLANNED, 0.006) for p in recording.plan]
+        planned = [Marker.dot(p, _PLANNED, 0.006 * self.dots) for p in recording.plan]
         for data, trail in recording.play(interval):
-            flown = [Marker.dot(p, _FLOWN, 0.008) for p in trail]
+            flown = [Marker.dot(p, _FLOWN, 0.008 * self.dots) for p in trail]
             yield self._canvas.draw(recording.model, data, planned + flown + self._markers_at(float(data.time)))
 
 

@@ -35,14 +35,19 @@ def test_the_paper_goal_is_learned_within_the_published_bounds(delay: int) -> No
     assert row["speed"] < 0.01
 
 
-@pytest.mark.parametrize(("delay", "least", "with_reserve"), [(0, 98.0, 98.0), (5, 93.0, 93.0), (10, 85.0, 93.0)])
-def test_random_goals_are_learned_as_far_as_scatter_and_reach_allow(
-    delay: int, least: float, with_reserve: float
-) -> None:
-    rows = [ROWS[f"miyashita/acceptance/delay-{delay}ms/K-{gain}"] for gain in ("0.5", "0.75", "1", "falling")]
-    assert all(row["goals"] == 200 for row in rows)
-    assert max(row["reproduced"] for row in rows) >= least
-    assert max(row["share_with_reserve"] for row in rows) >= with_reserve
+@pytest.mark.parametrize("delay", DELAYS)
+def test_nearly_all_random_goals_are_learned_in_ten_throws(delay: int) -> None:
+    row = ROWS[f"miyashita/acceptance/delay-{delay}ms/K-1-to-0.5"]
+    assert row["goals"] == row["goals_with_reserve"] == 200
+    assert row["reproduced"] >= 95.0
+    assert row["share_at_least_once"] >= 99.0
+
+
+@pytest.mark.parametrize(("delay", "least"), [(0, 98.0), (5, 92.0), (10, 85.0)])
+def test_goals_at_the_edge_of_the_reach_are_learned_less_often(delay: int, least: float) -> None:
+    row = ROWS[f"miyashita/acceptance/delay-{delay}ms/any-release"]
+    assert row["goals"] == 200
+    assert row["reproduced"] >= least
 
 
 def test_a_push_at_the_release_makes_the_paper_update_fail() -> None:

@@ -20,7 +20,7 @@ def sentence(caught, *parts):
 
 
 BAD_ACTIONS = [
-    np.array([np.nan, 0.0]), np.array([0.0, np.inf]), np.array([-np.inf, 0.0]), np.zeros(3), np.zeros((1, 2)), 0.5,
+    np.array([np.nan, 0.0]), np.array([0.0, np.inf]), np.array([-np.inf, 0.0]), np.zeros(5), np.zeros((1, 2)), 0.5,
     np.zeros(0),
 ]  # fmt: skip
 

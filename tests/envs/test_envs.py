@@ -56,7 +56,7 @@ def test_the_default_shift_has_fifty_picks():
     assert gym.make("PnTConveyor-v0").unwrapped.core.config.picks_per_shift == 50
 
 
-SINGLE = ("PnTRelease-v0", "OneJointThrow-v0", "OneJointSort-v0")
+SINGLE = ("PnTRelease-v0", "OneJointThrow-v0", "OneJointSort-v0", "GripperToss-v0")
 
 
 @pytest.mark.parametrize("env_id", SINGLE)

@@ -7,13 +7,14 @@ import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
-from throw_tools import CONVEYOR, FEATURES, MODES, ONE_JOINT, same_bits, vary, zeros
+from throw_tools import CONVEYOR, FEATURES, GRIPPER, MODES, ONE_JOINT, same_bits, vary, zeros
 
 import pnt_gym
 
 N, STEPS, SEED = 3, 5, 21
 SHIFT = vary("waste", picks_per_shift=2)
-LEVELS = {**dict.fromkeys(CONVEYOR, SHIFT), **dict.fromkeys(ONE_JOINT, "late"), "OneJointAssembly-v0": "ideal"}
+LEVELS = dict.fromkeys(CONVEYOR, SHIFT) | dict.fromkeys((*ONE_JOINT, *GRIPPER), "late")
+LEVELS["OneJointAssembly-v0"] = "ideal"
 """An assembly goes on to its second throw only if the first succeeds."""
 SMALL = {"OneJointAssembly-v0": 0.005}
 """Share of the whole range that actions take up, where it is not all."""
@@ -154,11 +155,11 @@ def test_seeds_may_be_a_list(env_id):
     mixed, _ = one.reset(seed=[7, None, 9])
     again, _ = two.reset(seed=7)
     assert same_bits(mixed[[0, 2]], again[[0, 2]])
-    if env_id in (*CONVEYOR, "OneJointThrow-v0"):  # the others draw from two or three goals
+    if env_id in (*CONVEYOR, "OneJointThrow-v0", *GRIPPER):  # the others draw from two or three goals
         assert not same_bits(mixed[1], again[1])
 
 
-@pytest.mark.parametrize("drawn", [*CONVEYOR, "OneJointThrow-v0"])
+@pytest.mark.parametrize("drawn", [*CONVEYOR, "OneJointThrow-v0", *GRIPPER])
 def test_unseeded_rows_differ(drawn):
     """Where what is thrown, or where to, is drawn from a continuum."""
     observation, _ = gym.make_vec(drawn, num_envs=4, level=LEVELS[drawn]).reset()

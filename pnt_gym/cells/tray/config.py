@@ -1,0 +1,254 @@
+"""Every number that describes a cell of the gripper robot, once, with its unit and its reason.
+
+A level is a YAML file that holds only differences from these defaults: `load("drop")` reads one of the shipped levels,
+`load("my_cell.yaml")` a user's own. Unknown keys and impossible values raise `ConfigError`.
+
+The world's z = 0 is the plane of the robot's motor axes, as in Leveziel et al.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Final, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from pnt_gym.cells.items import Shape
+from pnt_gym.levels import level_names as shipped_names
+from pnt_gym.levels import read_level
+from pnt_gym.planning.arrays import Floats
+from pnt_gym.sections import Finite, NonNegative, Positive, Range, Section
+
+Task = Literal["toss", "drop"]
+
+FOLDER: Final = "tray"
+"""Sub-folder of the shipped levels."""
+
+_Share = Annotated[float, Field(gt=0, le=1)]
+
+
+class Thing(Section):
+    """One kind of object: how it is on average, and how it lies on the table. Masses and friction are assumed."""
+
+    name: str = Field(min_length=1)
+    shape: Shape
+    size: tuple[Positive, Positive, Positive] = Field(
+        description="Extents along its own axes [m]; the claws grip the second. A cylinder's axis is the first."
+    )
+    upright: bool = Field(default=False, description="Whether the first axis stands up instead of lying along x.")
+    mass: Positive = Field(description="[kg]")
+    friction: Positive = Field(description="Against the pads.")
+    drag: NonNegative = Field(default=1.0, description="Drag coefficient.")
+    delay: NonNegative = Field(
+        default=0.0, description="At m = 1 the claws start to open this much late when they hold such an object [s]."
+    )
+    width: Finite = Field(default=0.0, description="At m = 1 the true object is larger by this share.")
+
+    @property
+    def height(self) -> float:
+        """Extent upwards when it lies on the table [m]."""
+        return self.size[0] if self.upright else self.size[2]
+
+
+CORK: Final = Thing(
+    name="cork",
+    shape="cylinder",
+    size=(0.045, 0.024, 0.024),
+    mass=0.0045,
+    friction=0.8,
+    drag=1.1,
+    delay=0.018,
+    width=0.02,
+)
+"""Wine cork, 24 x 45 mm (Leveziel et al., section VI-B)."""
+CAP: Final = Thing(
+    name="cap",
+    shape="cylinder",
+    size=(0.014, 0.028, 0.028),
+    upright=True,
+    mass=0.0025,
+    friction=0.6,
+    drag=1.1,
+    delay=0.008,
+    width=-0.01,
+)
+"""Bottle cap; its size is not published, this is a common plastic one."""
+BLOCK: Final = Thing(
+    name="block",
+    shape="box",
+    size=(0.040, 0.020, 0.015),
+    mass=0.014,
+    friction=1.0,
+    drag=1.05,
+    delay=0.038,
+    width=0.03,
+)
+"""Rubber parallelepiped; its size is not published."""
+
+
+class Table(Section):
+    """Where the objects lie."""
+
+    height: Finite = Field(default=-0.321, description="z of the surface [m].")
+    x: Range = Field(default=(-0.110, 0.030), description="Extent along x [m].")
+    y: Range = Field(default=(-0.080, 0.080), description="Extent along y [m].")
+    pick_x: Range = Field(default=(-0.060, -0.020), description="Where objects are picked [m].")
+    pick_y: Range = Field(default=(-0.030, 0.030), description="[m]")
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        for name in ("x", "y", "pick_x", "pick_y"):
+            low, high = getattr(self, name)
+            if low > high:
+                raise ValueError(f"table.{name} runs from {low} to {high}; the first value must not be larger")
+        return self
+
+
+class Tray(Section):
+    """Compartments in a row along y, one for each kind of object, in the order of `things`."""
+
+    x: Finite = Field(default=0.185, description="Middle of the row [m].")
+    y: Finite = Field(default=0.0, description="Middle of the row [m].")
+    rim: Finite = Field(default=-0.430, description="z of the rim plane, where landing is measured [m].")
+    depth: Positive = Field(default=0.050, description="Of the compartments below the rim [m].")
+    opening: tuple[Positive, Positive] = Field(
+        default=(0.052, 0.052), description="Inner opening of a compartment along x and y [m]."
+    )
+    wall: Annotated[float, Field(ge=0.002, le=0.02)] = Field(default=0.004, description="[m]")
+
+    def centres(self, count: int) -> Floats:
+        """Middle of every compartment's opening (count, 3) [m]."""
+        pitch = self.opening[1] + self.wall
+        y = self.y + pitch * (np.arange(count) - (count - 1) / 2.0)
+        return np.stack([np.full(count, self.x), y, np.full(count, self.rim)], axis=-1)
+
+
+class Grip(Section):
+    """How the claws take hold and let go."""
+
+    open_deg: Finite = Field(default=-35.0, description="Angle of the halves above the object [deg].")
+    squeeze_deg: Positive = Field(
+        default=7.0, description="Closed beyond the first contact with the planned width; 4 N per pad [deg]."
+    )
+    release_deg: Positive = Field(default=10.0, description="Opened beyond that contact at the release [deg].")
+    closing: Positive = Field(default=0.070, description="Time to close [s].")
+    hold: NonNegative = Field(default=0.030, description="Standstill with closed claws before the lift [s].")
+    opening: Positive = Field(
+        default=0.060, description="Time to open; the prototype moves its halves by 15 deg in 60 ms (section VI-B) [s]."
+    )
+    clearance: Positive = Field(default=0.002, description="Lower edge of the pads above the table [m].")
+
+
+class Motion(Section):
+    """From the grip to the end of the toss."""
+
+    height: Finite = Field(default=-0.200, description="z of the platform at the release [m].")
+    release_x: tuple[Finite, ...] = Field(
+        default=(0.030, 0.045, 0.060, 0.070, 0.080), min_length=1, description="Release points that are tried [m]."
+    )
+    release_y: NonNegative = Field(default=0.6, description="Release at this share of the target's y.")
+    elevation_deg: tuple[Finite, ...] = Field(
+        default=(0.0, 8.0, 16.0, 24.0), min_length=1, description="Directions of the throw that are tried [deg]."
+    )
+    acceleration: Positive = Field(default=15.0, description="Largest on the throw's straight line [m/s2].")
+    before: NonNegative = Field(default=0.012, description="Constant velocity before the release [s].")
+    after: NonNegative = Field(
+        default=0.010,
+        description="Constant velocity after the release [s]; longer forgives a late opening and costs cycle time.",
+    )
+    speed_share: _Share = Field(
+        default=0.75, description="Motor speeds up to this share of the largest; the rest is left for accelerations."
+    )
+    line_speed_share: _Share = Field(default=0.85, description="The same on the throw's straight line.")
+    drop_height: Finite = Field(default=-0.215, description="z of the platform above a compartment to drop into [m].")
+    rest: NonNegative = Field(default=0.040, description="Standstill before the claws open for a drop [s].")
+
+
+class Errors(Section):
+    """What the planner does not know, at m = 1; every value is scaled by the mismatch m. All assumed."""
+
+    width: NonNegative = Field(default=0.02, description="Standard deviation of the size, relative.")
+    mass: NonNegative = Field(default=0.15, description="Lognormal.")
+    friction: NonNegative = Field(default=0.10, description="Lognormal.")
+    drag: NonNegative = Field(default=0.15, description="Lognormal.")
+    placement: NonNegative = Field(default=0.002, description="Standard deviation of the object's place per axis [m].")
+    yaw_deg: NonNegative = Field(default=3.0, description="Standard deviation of its direction [deg].")
+    delay: NonNegative = Field(default=1.0, description="Factor of every thing's own `delay`.")
+    timing: NonNegative = Field(default=0.002, description="Standard deviation of the opening's delay [s].")
+    feedforward: Annotated[float, Field(ge=0, le=1)] = Field(
+        default=0.30, description="The servos' feed-forward torque lacks this share, so they lag."
+    )
+    camera: NonNegative = Field(default=0.0003, description="Standard deviation of a measured extent [m].")
+
+
+class Action(Section):
+    """What an action of 1 means."""
+
+    along: Positive = Field(default=0.030, description="Release point along the throw, and so the landing [m].")
+    across: Positive = Field(default=0.015, description="Release point sideways [m].")
+    opening: Positive = Field(default=0.050, description="Opening earlier or later [s].")
+
+    def scale(self) -> Floats:
+        """The three as an array (3,) [m, m, s]."""
+        return np.array([self.along, self.across, self.opening])
+
+
+class Reward(Section):
+    """Weights of the reward's terms, each of which lies in [0, 1]."""
+
+    landing: NonNegative = Field(default=1.0, description="1 - landing error / landing_scale, not below 0.")
+    success: NonNegative = Field(default=0.5, description="1 if the object lies in its compartment.")
+    time: NonNegative = Field(default=0.1, description="1 - cycle time / time_scale, not below 0.")
+    landing_scale: Positive = Field(default=0.06, description="[m]")
+    time_scale: Positive = Field(default=2.0, description="[s]")
+
+
+class TrayConfig(Section):
+    """A cell of the gripper robot. The defaults are the level `nominal` of the task `toss`."""
+
+    name: str = Field(default="custom", min_length=1)
+    task: Task = Field(default="toss", description="Release in motion, or at rest above the tray as the paper did.")
+    mismatch: Annotated[float, Field(ge=0, le=3)] = Field(
+        default=1.0,
+        description="The dial m: 0 is the planner's own world, 1 is realistic; scales every unmodelled effect.",
+    )
+    timestep: Annotated[float, Field(ge=0.0001, le=0.001)] = Field(default=0.001, description="Physics step [s].")
+    things: tuple[Thing, ...] = Field(default=(CORK, CAP, BLOCK), min_length=1)
+    table: Table = Table()
+    tray: Tray = Tray()
+    grip: Grip = Grip()
+    motion: Motion = Motion()
+    errors: Errors = Errors()
+    action: Action = Action()
+    reward: Reward = Reward()
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        names = [t.name for t in self.things]
+        if len(set(names)) != len(names):
+            raise ValueError(f"things names {names} must differ from one another")
+        if self.tray.rim >= self.table.height:
+            raise ValueError(
+                f"tray.rim is {self.tray.rim} m; it must lie below the table, which is at {self.table.height} m"
+            )
+        return self
+
+
+def level_names() -> tuple[str, ...]:
+    """Names of the shipped levels."""
+    return shipped_names(FOLDER)
+
+
+def load(level: str | Path | TrayConfig | Mapping[str, Any] = "nominal", **changes: Any) -> TrayConfig:
+    """A cell from a shipped level's name, a YAML file, a mapping or a config.
+
+    Args:
+        level: "nominal", a path to a YAML file, a mapping in the file's form, or a config as it is.
+        changes: top-level values that replace those of the level, e.g. `mismatch=0.0`.
+
+    Raises:
+        ConfigError: no such level or file, unknown key, or a value out of its range.
+    """
+    return read_level(FOLDER, TrayConfig, level, changes)

@@ -1,0 +1,83 @@
+"""What differs from throw to throw, drawn before the throw from each row's generator."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.cells.items import shape_index
+from pnt_gym.cells.tray.config import TrayConfig
+from pnt_gym.planning.arrays import Floats, Ints
+
+_DRAWS: Final = 11
+
+
+@final
+@dataclass(frozen=True)
+class Hidden:
+    """N objects as they are, and what else no planner is told."""
+
+    shape: Ints
+    """Index in `items.SHAPES` (N,)."""
+    size: Floats
+    """Extents along the object's axes (N, 3) [m]."""
+    mass: Floats
+    """(N,) [kg]"""
+    friction: Floats
+    """Against the pads (N,)."""
+    drag: Floats
+    """(N,)"""
+    offset: Floats
+    """Place on the table, true minus seen (N, 2) [m]."""
+    yaw: Floats
+    """Direction about the vertical from that planned for (N,) [rad]."""
+    delay: Floats
+    """Of the claws' opening (N,) [s]."""
+
+
+def draw_hidden(generators: list[np.random.Generator], kind: Ints, config: TrayConfig) -> tuple[Hidden, Floats]:
+    """Hidden values of one throw per generator, each with the same number of draws, and what a camera sees of the size.
+
+    Args:
+        generators: one per row.
+        kind: which of the config's things (N,).
+        config: the cell.
+
+    Returns:
+        The hidden values, and the measured extents (N, 3) [m].
+    """
+    draws = np.stack([g.standard_normal(_DRAWS) for g in generators])
+    m, errors = config.mismatch, config.errors
+    expected = expected_hidden(kind, config)
+    spread = np.exp(m * draws[:, :3] * np.array([errors.mass, errors.friction, errors.drag]))
+    size = expected.size * np.maximum(1.0 + m * errors.width * draws[:, 3:4], 0.5)
+    hidden = replace(
+        expected,
+        size=size,
+        mass=expected.mass * spread[:, 0],
+        friction=expected.friction * spread[:, 1],
+        drag=expected.drag * spread[:, 2],
+        offset=m * errors.placement * draws[:, 4:6],
+        yaw=m * np.deg2rad(errors.yaw_deg) * draws[:, 6],
+        delay=np.maximum(expected.delay + m * errors.timing * draws[:, 7], 0.0),
+    )
+    return hidden, size + m * errors.camera * draws[:, 8:11]
+
+
+def expected_hidden(kind: Ints, config: TrayConfig) -> Hidden:
+    """The hidden values of each kind (N,) without their random part."""
+    m, things = config.mismatch, config.things
+    zero = np.zeros(len(kind))
+    width = np.array([t.width for t in things])[kind]
+    return Hidden(
+        shape=np.array([shape_index(t.shape) for t in things], dtype=np.int64)[kind],
+        size=np.array([t.size for t in things])[kind] * (1.0 + m * width)[:, None],
+        mass=np.array([t.mass for t in things])[kind],
+        friction=np.array([t.friction for t in things])[kind],
+        drag=np.array([t.drag for t in things])[kind],
+        offset=np.zeros((len(kind), 2)),
+        yaw=zero,
+        delay=m * config.errors.delay * np.array([t.delay for t in things])[kind],
+    )

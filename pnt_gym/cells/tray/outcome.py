@@ -1,0 +1,96 @@
+"""What became of throws, and whether they did what they should."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.cells.outcome import lies_in
+from pnt_gym.cells.tray.config import TrayConfig
+from pnt_gym.cells.tray.motion import TossPlans
+from pnt_gym.cells.tray.simulated import Simulated
+from pnt_gym.planning.arrays import Bools, Floats
+
+LIFT: Final = 0.5
+"""An object counts as picked that has been lifted by this share of the platform's own rise."""
+
+
+@final
+@dataclass(frozen=True)
+class Outcome:
+    """N throws; every field has shape (N,) unless noted."""
+
+    landing: Floats
+    """Where the free flight crosses the rim plane, x, y (N, 2) [m]; one that touches something first is carried on
+    ballistically from there."""
+    landing_along: Floats
+    """Landing from the target, along the throw [m]; along x for a drop."""
+    landing_across: Floats
+    """Landing from the target, to the left of the throw [m]."""
+    landing_error: Floats
+    """Distance of the landing from the target [m]."""
+    in_opening: Bools
+    """The landing lies inside the opening of its compartment."""
+    is_success: Bools
+    """At the end the object lies in its compartment, for good."""
+    rim: Bools
+    """In the opening, but at the end not in the compartment."""
+    picked: Bools
+    """The claws still held the object, lifted, when they were told to open."""
+    slip: Floats
+    """How far the object moved along the pads from leaving the table until they were told to open [m]."""
+    release_delay: Floats
+    """When the object came free, after the planned moment of an uncorrected throw [s]."""
+    recontact: Bools
+    """A pad met the object again after it had come free."""
+    cycle_time: Floats
+    """From closing until the object has passed the rim plane and the robot is back above the pick [s]."""
+    peak_torque: Floats
+    """Largest motor torque [N m]."""
+    clipped: Bools
+    """The correction was infeasible and was shortened."""
+    final: Floats
+    """Position of the object at the end (N, 3) [m]."""
+
+
+def judge(simulated: Simulated, plans: TossPlans, config: TrayConfig, return_time: Floats) -> Outcome:
+    """What became of N throws.
+
+    Args:
+        simulated: the throws.
+        plans: what was planned.
+        config: the cell.
+        return_time: from the end of the throw back above the pick (N,) [s].
+    """
+    flight, target, tray = simulated.flight, plans.target, config.tray
+    count = len(target)
+    landing = flight.landing(target[:, 2])
+    miss = landing - target[:, :2]
+    ahead = plans.heading
+    along = miss[:, 0] * ahead[:, 0] + miss[:, 1] * ahead[:, 1]
+    across = miss[:, 1] * ahead[:, 0] - miss[:, 0] * ahead[:, 1]
+    opening = np.broadcast_to(np.array(tray.opening), (count, 2))
+    in_opening = np.asarray((np.abs(miss) <= opening / 2.0).all(axis=1))
+    position, velocity = flight.final()
+    lies = lies_in(position, velocity, target[:, :2], opening, tray.rim, tray.rim - tray.depth)
+    rise = plans.release[:, 2] - plans.pick[:, 2]
+    arrival = simulated.release_time + plans.flight_time
+    return Outcome(
+        landing=landing,
+        landing_along=along,
+        landing_across=across,
+        landing_error=np.hypot(along, across),
+        in_opening=in_opening,
+        is_success=lies,
+        rim=in_opening & ~lies,
+        picked=simulated.lifted >= LIFT * rise,
+        slip=simulated.slip,
+        release_delay=simulated.release_time - plans.release_time,
+        recontact=simulated.recontact(),
+        cycle_time=np.maximum(arrival, plans.stop_time + return_time),
+        peak_torque=simulated.peak_torque,
+        clipped=np.zeros(count, dtype=np.bool_),
+        final=position,
+    )

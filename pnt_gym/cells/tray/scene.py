@@ -1,0 +1,212 @@
+"""The gripper robot's cell as one MuJoCo model: robot, table, tray and the object that is picked and thrown.
+
+What differs between throws (which object, how large, how heavy) is a field that the plant overwrites per simulation;
+the model is compiled once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.cells.scene import AIR_DENSITY, AIR_VISCOSITY
+from pnt_gym.cells.tray.config import Table, Tray, TrayConfig
+from pnt_gym.engine import MjModel, MjSpec, mujoco
+from pnt_gym.planning.arrays import Floats
+from pnt_gym.robots.gripper4.model import PAD_BIT, Gripper4Handles, add_gripper4, set_options
+
+SENSORS: Final = {
+    "object_position": slice(0, 3),
+    "object_velocity": slice(3, 6),
+    "hand_position": slice(6, 9),
+    "pad_contact": slice(9, 13),
+    "any_contact": slice(13, 15),
+    "torque": slice(15, 19),
+}
+"""Columns of sensordata. A contact is (number found, smallest distance [m]); the pads have one each."""
+TABLE_THICKNESS: Final = 0.010
+FLOOR: Final = -0.52
+"""Height of what both stand on [m]."""
+
+_OBJECT_BIT = 1
+_SURROUNDINGS_SOLREF = (0.004, 1.0)
+_TABLE_RGBA = (0.86, 0.80, 0.70, 1.0)
+_TRAY_RGBA = (0.16, 0.42, 0.62, 1.0)
+_POST_RGBA = (0.55, 0.58, 0.62, 1.0)
+_FLOOR_RGBA = (0.82, 0.83, 0.84, 1.0)
+_OBJECT_RGBA = (0.80, 0.62, 0.40, 1.0)
+_LARGEST = 0.05
+"""Half extent that no object exceeds [m]."""
+_TOLERANCE = 1e-8
+"""Of the solver; a hundredth of it changes landings by micrometres."""
+
+
+@final
+@dataclass(frozen=True)
+class Scene:
+    """The compiled cell and the ids the plant needs."""
+
+    model: MjModel
+    robot: Gripper4Handles
+    object_body: int
+    object_geom: int
+    object_qpos: int
+    """Address of the object's position; its quaternion follows."""
+    pads: tuple[int, int]
+
+
+def build_scene(config: TrayConfig) -> Scene:
+    """Compile the cell.
+
+    Args:
+        config: the cell.
+    """
+    spec = mujoco.MjSpec()
+    m = config.mismatch
+    set_options(spec, config.timestep, density=AIR_DENSITY * m, viscosity=AIR_VISCOSITY * m)
+    _add_stage(spec)
+    _add_table(spec, config.table)
+    _add_tray(spec, config.tray, len(config.things))
+    robot = add_gripper4(spec)
+    _add_object(spec)
+    _add_sensors(spec, robot)
+    spec.option.tolerance = _TOLERANCE
+    model = spec.compile()
+    right, left = (model.geom(name).id for name in robot.pads)
+    return Scene(
+        model=model,
+        robot=robot,
+        object_body=model.body("object").id,
+        object_geom=model.geom("object").id,
+        object_qpos=int(model.joint("object").qposadr[0]),
+        pads=(right, left),
+    )
+
+
+def tray_panels(tray: Tray, count: int) -> tuple[Floats, Floats]:
+    """Half extents (P, 3) and centres (P, 3) of the tray's walls and bottom, in the world [m]."""
+    centres, (x, y), wall = tray.centres(count), tray.opening, tray.wall
+    middle, high = tray.rim - tray.depth / 2.0, tray.depth / 2.0
+    length = count * (y + wall) + wall
+    half, centre = [(x / 2.0 + wall, length / 2.0, wall / 2.0)], [(tray.x, tray.y, tray.rim - tray.depth - wall / 2.0)]
+    for side in (-1.0, 1.0):
+        half.append((wall / 2.0, length / 2.0, high))
+        centre.append((tray.x + side * (x + wall) / 2.0, tray.y, middle))
+    for place in (*(centres[:, 1] - (y + wall) / 2.0), centres[-1, 1] + (y + wall) / 2.0):
+        half.append((x / 2.0, wall / 2.0, high))
+        centre.append((tray.x, float(place), middle))
+    return np.array(half), np.array(centre)
+
+
+def _add_stage(spec: MjSpec) -> None:
+    """Light, floor and sky."""
+    visual = spec.visual
+    visual.global_.offwidth, visual.global_.offheight = 1920, 1080
+    visual.headlight.ambient, visual.headlight.diffuse = np.full(3, 0.38), np.full(3, 0.42)
+    visual.quality.shadowsize = 4096
+    visual.map.znear = 0.005
+    spec.add_texture(
+        name="sky",
+        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
+        rgb1=[0.90, 0.93, 0.96],
+        rgb2=[0.55, 0.62, 0.70],
+        width=64,
+        height=384,
+    )
+    spec.worldbody.add_light(pos=[0.4, -0.8, 0.7], dir=[-0.3, 0.7, -0.9], diffuse=np.full(3, 0.45))
+    spec.worldbody.add_geom(
+        name="floor",
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=[1, 1, 0.1],
+        pos=[0, 0, FLOOR],
+        rgba=_FLOOR_RGBA,
+        contype=0,
+        conaffinity=_OBJECT_BIT,
+        solref=_SURROUNDINGS_SOLREF,
+        group=1,
+    )
+
+
+def _add_table(spec: MjSpec, table: Table) -> None:
+    half = np.array([table.x[1] - table.x[0], table.y[1] - table.y[0], TABLE_THICKNESS]) / 2.0
+    spec.worldbody.add_geom(
+        name="table",
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=half,
+        pos=[sum(table.x) / 2.0, sum(table.y) / 2.0, table.height - TABLE_THICKNESS / 2.0],
+        rgba=_TABLE_RGBA,
+        contype=0,
+        conaffinity=_OBJECT_BIT,
+        solref=_SURROUNDINGS_SOLREF,
+        group=1,
+    )
+    _add_post(spec, (sum(table.x) / 2.0, sum(table.y) / 2.0), table.height - TABLE_THICKNESS)
+
+
+def _add_post(spec: MjSpec, place: tuple[float, float], top: float) -> None:
+    """What something stands on, for the eye only."""
+    spec.worldbody.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        fromto=[*place, FLOOR, *place, top],
+        size=[0.012, 0, 0],
+        rgba=_POST_RGBA,
+        contype=0,
+        conaffinity=0,
+        group=1,
+    )
+
+
+def _add_tray(spec: MjSpec, tray: Tray, count: int) -> None:
+    body = spec.worldbody.add_body(name="tray")
+    _add_post(spec, (tray.x, tray.y), tray.rim - tray.depth - tray.wall)
+    for index, (half, centre) in enumerate(zip(*tray_panels(tray, count), strict=True)):
+        body.add_geom(
+            name=f"tray_{index}",
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            size=half,
+            pos=centre,
+            rgba=_TRAY_RGBA,
+            contype=0,
+            conaffinity=_OBJECT_BIT,
+            solref=_SURROUNDINGS_SOLREF,
+            group=1,
+        )
+
+
+def _add_object(spec: MjSpec) -> None:
+    """A free body whose frame is at its centre of mass, with one geom of any shape."""
+    body = spec.worldbody.add_body(name="object", pos=[0, 0, 0])
+    body.add_freejoint(name="object")
+    body.explicitinertial = True
+    body.mass, body.inertia, body.ipos = 0.005, np.full(3, 1e-6), np.zeros(3)
+    body.add_geom(
+        name="object",
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=[_LARGEST] * 3,
+        rgba=_OBJECT_RGBA,
+        contype=_OBJECT_BIT,
+        conaffinity=PAD_BIT,
+        condim=3,
+        friction=[0.5, 0.005, 0.0001],
+        solref=_SURROUNDINGS_SOLREF,
+        fluid_ellipsoid=1,
+        group=2,
+    )
+
+
+def _add_sensors(spec: MjSpec, robot: Gripper4Handles) -> None:
+    """In the order and widths of `SENSORS`."""
+    obj, sensor = mujoco.mjtObj, mujoco.mjtSensor
+    spec.add_sensor(type=sensor.mjSENS_FRAMEPOS, objtype=obj.mjOBJ_XBODY, objname="object")
+    spec.add_sensor(type=sensor.mjSENS_FRAMELINVEL, objtype=obj.mjOBJ_XBODY, objname="object")
+    spec.add_sensor(type=sensor.mjSENS_FRAMEPOS, objtype=obj.mjOBJ_SITE, objname=robot.grip)
+    found_and_distance, nearest, one = 0b1001, 1, 1
+    contact = {"objtype": obj.mjOBJ_GEOM, "objname": "object", "intprm": [found_and_distance, nearest, one]}
+    for pad in robot.pads:
+        spec.add_sensor(type=sensor.mjSENS_CONTACT, reftype=obj.mjOBJ_GEOM, refname=pad, **contact)
+    spec.add_sensor(type=sensor.mjSENS_CONTACT, **contact)
+    for motor in robot.actuators:
+        spec.add_sensor(type=sensor.mjSENS_ACTUATORFRC, objtype=obj.mjOBJ_ACTUATOR, objname=motor)

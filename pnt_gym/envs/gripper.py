@@ -1,0 +1,127 @@
+"""The gripper robot's task: pick by friction, toss by opening in motion."""
+
+from __future__ import annotations
+
+from typing import final
+
+from pnt_gym.envs.base import ThrowEnv, ThrowVectorEnv
+from pnt_gym.envs.gripper_core import GripperCore, Level
+from pnt_gym.toss_residual import TossMode
+
+
+@final
+class GripperTossEnv(ThrowEnv):
+    """A parallel robot with a gripper built into its platform picks small objects and tosses them into a tray.
+
+    ## Description
+
+    The four motors of Leveziel's robot move the platform and open and close its two geared halves. A cork, a bottle
+    cap or a rubber block is gripped by friction in real contact, lifted, carried onto a straight line and let go in
+    motion: the claws open while the robot moves. Opening takes time, and how much of it passes before the object comes
+    free differs with the object, which the planner does not know; nor does it know the air, the object's true size and
+    friction, or the lag of the servos. The action corrects where the robot lets go, and when it begins to open.
+
+    One step is one throw: grip, lift, move, toss, flight, landing, all in one rollout of the physics. With the level
+    `drop` the robot comes to rest above the tray before it opens, as in the paper.
+
+    ## Action Space
+
+    `Box(-1, 1, (3,), float32)` in the mode `release` (default); in `release_point` `Box(-1, 1, (2,), float32)`. Zero is
+    the analytic planner. Values outside are clipped; a residual without a feasible plan is shortened to a feasible part
+    of it and reported as `residual_clipped`.
+
+    | Num | Action (`release`) | Min | Max | At 1, with the default scale |
+    |---|---|---|---|---|
+    | 0 | release point along the throw | -1 | 1 | 0.030 m farther, and so the landing |
+    | 1 | release point to the left | -1 | 1 | 0.015 m, and so the landing |
+    | 2 | moment at which the claws begin to open | -1 | 1 | 0.050 s later |
+
+    In `release_point` the first two of these; the claws open when the planner says.
+
+    ## Observation Space
+
+    `Box(-5, 5, (15,), float32)`: the object as seen and the nominal plan, as (value - centre) / scale, clipped. Nothing
+    hidden enters. `pnt_gym.cells.tray.observation.decode` turns observations back into physical values.
+
+    | Num | Observation | Min | Max | Centre | Scale | Unit | Meaning |
+    |---|---|---|---|---|---|---|---|
+    | 0 | place_x | -5 | 5 | -0.04 | 0.02 | m | where the object lies |
+    | 1 | place_y | -5 | 5 | 0 | 0.03 | m | where the object lies |
+    | 2 | target_x | -5 | 5 | 0.185 | 0.1 | m | middle of the compartment's opening |
+    | 3 | target_y | -5 | 5 | 0 | 0.056 | m | middle of the compartment's opening |
+    | 4 | length | -5 | 5 | 0.033 | 0.013 | m | measured, along the object's first axis |
+    | 5 | width | -5 | 5 | 0.024 | 0.004 | m | measured, between the claws |
+    | 6 | height | -5 | 5 | 0.022 | 0.007 | m | measured, along the object's third axis |
+    | 7 | release_x | -5 | 5 | 0.065 | 0.02 | m | of the nominal plan |
+    | 8 | release_y | -5 | 5 | 0 | 0.034 | m | of the nominal plan |
+    | 9 | release_speed | -5 | 5 | 0.6 | 0.2 | m/s | of the nominal plan |
+    | 10 | elevation | -5 | 5 | 0.15 | 0.15 | rad | of the nominal plan; 0 for a drop |
+    | 11 | flight_time | -5 | 5 | 0.22 | 0.04 | s | of the nominal plan, without drag |
+    | 12 | is_first | -5 | 5 | 0.5 | 0.5 | - | kind of object, one-hot |
+    | 13 | is_second | -5 | 5 | 0.5 | 0.5 | - | kind of object, one-hot |
+    | 14 | is_third | -5 | 5 | 0.5 | 0.5 | - | kind of object, one-hot |
+
+    ## Rewards
+
+    The sum of three terms, each in [0, 1] times its weight; `info` carries them as `reward_landing`, `reward_success`
+    and `reward_time`.
+
+    | Term | Formula | Weight |
+    |---|---|---|
+    | landing | max(0, 1 - landing error / 0.06 m) | 1.0 |
+    | success | 1 if the object lies in its compartment | 0.5 |
+    | time | max(0, 1 - cycle time / 2 s) | 0.1 |
+
+    `info` also has `is_success`, `landing_error`, `landing_along`, `landing_across` [m], `release_delay` (when the
+    object came free, after the planned moment) and `cycle_time` [s], `in_opening`, `rim` (in the opening but not in the
+    compartment), `picked` (held until the claws were told to open), `slip` (along the pads) [m], `recontact` (a pad met
+    the object again), `residual_clipped`, `peak_torque` [N m], `item` (index of what was thrown), `target_x`,
+    `target_y`, and `kind`: the index of the coming object.
+
+    ## Starting State
+
+    One of the three objects, drawn with equal chances, at a place drawn from the table's pick area, turned and sized a
+    little differently each time; the claws are open above it.
+
+    ## Episode End
+
+    Termination after the one throw. The observation returned with it is that of the next episode's throw.
+
+    ## Arguments
+
+    | Parameter | Type | Default | Description |
+    |---|---|---|---|
+    | `level` | str, path or mapping | `"nominal"` | shipped level (ideal, nominal, patient, late, drop), or yours |
+    | `action_mode` | str | `"release"` | `release` or `release_point` |
+    | `threads` | int | 1 (vector: 2) | physics threads; results do not depend on it |
+    | `render_mode` | str or None | None | `rgb_array`: coming throw, `rgb_array_list`: last throw, `human` |
+    | `num_envs` | int | 1 | only of the vector form, `gymnasium.make_vec` |
+
+    ## Version History
+
+    * v0: first version.
+    """
+
+    def __init__(
+        self,
+        level: Level = "nominal",
+        action_mode: TossMode = "release",
+        threads: int = 1,
+        render_mode: str | None = None,
+    ) -> None:
+        super().__init__(GripperCore(level, action_mode, 1, threads), render_mode)
+
+
+@final
+class GripperTossVectorEnv(ThrowVectorEnv):
+    """N cells of `GripperTossEnv` on one batch; row i of seed s is the single form of seed s + i."""
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        level: Level = "nominal",
+        action_mode: TossMode = "release",
+        threads: int = 2,
+        render_mode: str | None = None,
+    ) -> None:
+        super().__init__(GripperCore(level, action_mode, num_envs, threads), render_mode)

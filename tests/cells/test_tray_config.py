@@ -1,0 +1,66 @@
+import numpy as np
+import pytest
+
+from pnt_gym.cells.tray.cell import TrayCell
+from pnt_gym.cells.tray.config import TrayConfig, level_names, load
+from pnt_gym.cells.tray.scene import tray_panels
+from pnt_gym.errors import ConfigError
+
+
+def test_shipped_levels_load_and_say_their_names():
+    assert set(level_names()) == {"drop", "ideal", "late", "nominal", "patient"}
+    for name in level_names():
+        assert load(name).name == name
+    assert load("nominal").model_dump(exclude={"name"}) == TrayConfig().model_dump(exclude={"name"})
+
+
+def test_the_objects_are_the_papers():
+    cork, cap, block = load().things
+    assert cork.size[0] == 0.045
+    assert cork.size[1] == cork.size[2] == 0.024
+    assert cap.shape == "cylinder"
+    assert block.shape == "box"
+    assert cap.height < cap.size[1]
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"speed": 3}, "unknown key 'speed'"),
+        ({"mismatch": -1.0}, "mismatch"),
+        ({"timestep": 0.002}, "timestep"),
+        ({"things": []}, "things"),
+        ({"table": {"pick_x": [0.0, -0.1]}}, "pick_x"),
+        ({"tray": {"rim": -0.2}}, "below the table"),
+    ],
+)
+def test_wrong_values_are_named(changes, message):
+    with pytest.raises(ConfigError, match=message):
+        load(changes)
+
+
+def test_two_things_of_one_name_are_refused():
+    thing = load().things[0].model_dump()
+    with pytest.raises(ConfigError, match="differ"):
+        load({"things": [thing, thing]})
+
+
+@pytest.mark.parametrize("changes", [{"tray": {"x": 0.6}}, {"table": {"pick_x": [-0.2, 0.0]}}])
+def test_what_the_robot_cannot_reach_is_refused(changes):
+    with pytest.raises(ConfigError, match="reach"):
+        TrayCell(load(changes), 1)
+
+
+def test_the_walls_leave_exactly_the_openings():
+    tray = load().tray
+    half, centre = tray_panels(tray, 3)
+    low, high = centre - half, centre + half
+    for x, y, z in tray.centres(3):
+        rng = np.random.default_rng(1)
+        inner = np.array([*tray.opening, tray.depth]) / 2.0
+        point = np.array([x, y, z - tray.depth / 2.0]) + rng.uniform(-inner, inner, (200, 3))
+        assert not ((point[:, None] > low) & (point[:, None] < high)).all(axis=2).any()
+        for axis, sign in ((0, 1), (0, -1), (1, 1), (1, -1)):
+            wall = np.array([x, y, z - tray.depth / 2.0])
+            wall[axis] += sign * (inner[axis] + tray.wall / 2.0)
+            assert ((wall >= low) & (wall <= high)).all(axis=1).any()
