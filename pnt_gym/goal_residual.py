@@ -23,6 +23,7 @@ from pnt_gym.cells.pallet.tasks import Job
 from pnt_gym.correction import Correction, nearest_feasible
 from pnt_gym.planning.arrays import Bools, Floats, Ints
 from pnt_gym.planning.one_joint import ThrowPlans
+from pnt_gym.rows import put
 
 GoalMode: TypeAlias = Literal["virtual_goal", "release_state"]
 GOAL_MODES: Final[tuple[GoalMode, ...]] = ("virtual_goal", "release_state")
@@ -43,16 +44,22 @@ def corrected_plans(mode: GoalMode, actions: Floats, cell: PalletCell, action: A
         cell: the coming throws and their planner.
         action: what an action of 1 means.
     """
-    context = cell.context
+    context, planner = cell.context, cell.planner
 
-    def plans(part: Floats) -> ThrowPlans:
+    def plans(part: Floats, rows: Ints) -> ThrowPlans:
         if mode == "virtual_goal":
-            return cell.plan(context.goal + part * action.goal_scale())
+            return planner.plan(context.goal[rows] + part * action.goal_scale(), context.part[rows])
         # The planned flight time plays no part in how the arm moves; it stays to say when the object should arrive.
         change = np.concatenate([part * action.release_scale(), np.zeros((len(part), 1))], axis=1)
-        return cell.plan_releases(context.plans.u + change)
+        return planner.plan_releases(context.plans.u[rows] + change, context.part[rows])
 
-    return nearest_feasible(plans, lambda found: found.feasible, actions)
+    found = plans(actions, np.arange(len(actions)))
+    clipped = ~found.feasible
+    rows = np.flatnonzero(clipped)
+    if rows.size > 0:  # the search plans a dozen times: only for those that need it
+        shortened, _ = nearest_feasible(lambda part: plans(part, rows), lambda made: made.feasible, actions[rows])
+        put(found, rows, shortened)
+    return found, clipped
 
 
 def goal_correction(config: PalletConfig, job: Job, mode: GoalMode) -> Correction | None:

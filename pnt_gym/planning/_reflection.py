@@ -177,19 +177,20 @@ class _State(NamedTuple):
     iterate: Singles
 
 
-def search(m: Matrices, problem: Problem, first: Floats) -> tuple[Floats, Floats]:
+def search(m: Matrices, problem: Problem, first: Floats, *, few: bool = False) -> tuple[Floats, Floats]:
     """Return durations (N,) [s] and jerks (N, K, 3) [m/s3]; NaN and zero where nothing was found.
 
     Args:
         m: matrices of about the right duration.
         problem: N rows.
         first: durations to begin with (N,) [s].
+        few: whether to solve in small blocks from the first stage on.
     """
     count, columns = len(first), len(m.weight)
     duration, jerks = np.full(count, np.nan), np.zeros((count, m.pieces, 3))
     times, iterates = first.copy(), np.zeros((count, 3, columns), dtype=np.float32)
     for stage in range(STAGES):
-        size = BLOCK if stage < TAIL else TAIL_BLOCK
+        size = TAIL_BLOCK if few or stage >= TAIL else BLOCK
         rows = np.flatnonzero(np.isnan(duration) & (times <= HOPELESS * first))
         for begin in range(0, rows.size, size):
             part = rows[begin : begin + size]

@@ -174,9 +174,11 @@ def _chosen(task: _Task, targets: ArrayLike, tolerance: ArrayLike, caution: floa
         rules=rules,
         caution=caution,
     )
-    first = throw_leg(task.picks, release.position, release.velocity, task.limits, roof)
-    start = release.position + rules.window * release.velocity
-    second, down = return_leg(start, release.velocity, task.goal, task.limits, roof, rules)
+    few = caution > BOLD
+    first = throw_leg(task.picks, release.position, release.velocity, task.limits, roof, few=few)
+    # Without a throw there is nothing to return from: NaN is no work.
+    start = np.where(first.feasible[:, None], release.position + rules.window * release.velocity, np.nan)
+    second, down = return_leg(start, release.velocity, task.goal, task.limits, roof, rules, few=few)
     found = first.feasible & second.feasible
     parts = [first.segments, coast(np.full(count, rules.window)), second.segments, down]
     durations = np.concatenate([part.durations for part in parts], axis=1) * found[:, None]

@@ -27,7 +27,9 @@ SLOWER: Final = 1.15
 """Share of the least clearing time after which the hand has to be clear."""
 
 
-def throw_leg(picks: Floats, position: Floats, velocity: Floats, limits: MotionLimits, roof: Floats) -> Transfers:
+def throw_leg(
+    picks: Floats, position: Floats, velocity: Floats, limits: MotionLimits, roof: Floats, *, few: bool = False
+) -> Transfers:
     """Motions from rest at the picks to the releases, never below the pick or above the roof.
 
     Args:
@@ -36,12 +38,14 @@ def throw_leg(picks: Floats, position: Floats, velocity: Floats, limits: MotionL
         velocity: release velocities (N, 3) [m/s]; NaN for none.
         limits: norms that hold at all times.
         roof: greatest height of the hand (N,) [m].
+        few: as in `fast_transfer`.
     """
     zero = np.zeros(len(picks))
     known: Bools = np.asarray(np.isfinite(position).all(axis=1))
     way = np.where(known[:, None], position - picks, 0.0)
     band = Band.level(zero, np.maximum(roof - ROOM - picks[:, 2], 0.0))
-    moves = fast_transfer(way, np.zeros_like(way), np.where(known[:, None], velocity, 0.0), limits, band=band)
+    after = np.where(known[:, None], velocity, 0.0)
+    moves = fast_transfer(way, np.zeros_like(way), after, limits, band=band, few=few)
     return _only(moves, known)
 
 
@@ -56,6 +60,7 @@ def return_leg(
     drift: Floats | None = None,
     shortest: Floats | None = None,
     hover: bool = False,
+    few: bool = False,
 ) -> tuple[Transfers, Segments]:
     """Motions from the end of the window to above the next picks, and the vertical approaches below.
 
@@ -69,6 +74,7 @@ def return_leg(
         drift: velocity of the next picks (N, 3) [m/s]; the approach is to where they are when the hand arrives.
         shortest: least time above the approach (N,) [s].
         hover: whether the hand stops above the pick; if not, it enters the approach in flight.
+        few: as in `fast_transfer`.
     """
     count = len(next_picks)
     known: Bools = np.asarray(np.isfinite(start).all(axis=1))
@@ -99,6 +105,7 @@ def return_leg(
         drift=None if drift is None else turn.into(drift),
         band=band,
         shortest=shortest,
+        few=few,
     )
     moves = replace(moves, jerks=turn.out_of(moves.jerks))
     return _only(moves, known), down

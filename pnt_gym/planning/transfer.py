@@ -60,6 +60,7 @@ def fast_transfer(
     drift: Floats | None = None,
     band: Band | None = None,
     shortest: Floats | None = None,
+    few: bool = False,
 ) -> Transfers:
     """Return quick motions from velocity ``before``, without acceleration, to velocity ``after``.
 
@@ -72,6 +73,7 @@ def fast_transfer(
         drift: velocity of the end point (N, 3) [m/s]; at rest when not given.
         band: bounds of the position; none when not given.
         shortest: least duration (N,) [s].
+        few: whether the rows are so few that small blocks of them are solved quicker; changes the last bits.
 
     Returns:
         The motions. A row's result does not depend on the other rows.
@@ -96,7 +98,7 @@ def fast_transfer(
         rows = np.flatnonzero(scale == kind)
         own = matrices(int(kind))
         used = np.arange(PIECES) < own.pieces
-        duration[rows], found = search(own, problem.take(rows), first[rows])
+        duration[rows], found = search(own, problem.take(rows), first[rows], few=few)
         steps[rows] = used * (duration[rows] / own.pieces)[:, None]
         jerks[np.ix_(rows, used)] = found
     return Transfers(duration, steps, jerks, np.isfinite(duration))
