@@ -16,6 +16,7 @@ from pnt_gym.cells.fluid import fluid_coefficients, geom_placement, solid_shell_
 from pnt_gym.cells.items import contact_solref
 from pnt_gym.cells.outcome import Flight, Outcome, Simulated, lies_in
 from pnt_gym.cells.recording import Recording
+from pnt_gym.cells.rollout import staged_rollout
 from pnt_gym.cells.scene import LIP_GAP, SENSORS, Scene, bin_panels, build_scene
 from pnt_gym.config import CellConfig
 from pnt_gym.engine import Batch, MjData, MjModel, mujoco
@@ -32,13 +33,6 @@ KNOT_SPACING: Final = 0.004
 """Inverse kinematics and dynamics are evaluated this often and interpolated in between [s]."""
 LATEST_FLIGHT: Final = 1.25
 """A late release may lengthen the flight by this factor."""
-STAGES: Final = (0.25, 0.5, 0.75, 1.0)
-"""Shares of the throws that are over after each stage of a rollout."""
-_INPUTS = int(mujoco.mjtState.mjSTATE_CTRL.value) | int(mujoco.mjtState.mjSTATE_EQ_ACTIVE.value)
-
-
-class PhysicsError(RuntimeError):
-    """The engine warned or stopped: the throw's numbers would be worthless."""
 
 
 @final
@@ -138,25 +132,9 @@ class ConveyorPlant:
         )
 
     def _rollout(self, control: Floats, steps: Ints) -> Floats:
-        """Recorded sensordata (N, M, columns); rows are zero after their last step.
-
-        Throws last from 0.8 to 1.5 s. The batch runs in stages, each with the throws that are not over yet, which
-        saves a quarter of the steps and changes no result.
-        """
-        record = np.zeros((*control.shape[:2], int(self.scene.model.nsensordata)))
-        self.batch.warning[:] = 0
-        start = 0
-        for end in np.unique(np.quantile(steps, STAGES, method="higher")):
-            rows = np.flatnonzero(steps > start)
-            part = self.batch.rollout(
-                int(end) - start, control[rows, start:end], control_spec=_INPUTS, record=("sensordata",), ids=rows
-            )
-            record[rows, start:end] = part["sensordata"]
-            start = int(end)
-        if self.batch.warning.any():
-            row, kind = (int(i) for i in np.argwhere(self.batch.warning)[0][:2])
-            raise PhysicsError(f"MuJoCo warned in simulation {row}: {mujoco.mjtWarning(kind).name}")
-        return record
+        """Recorded sensordata (N, M, columns); throws last from 0.8 to 1.5 s."""
+        widths = [("sensordata", int(self.scene.model.nsensordata))]
+        return staged_rollout(self.batch, control, steps, widths)["sensordata"]
 
     def _references(self, path: HandPath, offset: Floats, shift: Floats, steps: int) -> Floats:
         """Controls (N, steps, nu + neq) with the motors' columns filled and every equality active."""

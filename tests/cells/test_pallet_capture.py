@@ -18,7 +18,7 @@ from pnt_gym.cells.pallet.capture import (
 )
 from pnt_gym.cells.pallet.pallets import ASSEMBLY, SORTING, STAND, stacked
 from pnt_gym.cells.pallet.parts import AITCH, BLOCK, TEE
-from pnt_gym.cells.plant import PhysicsError
+from pnt_gym.cells.rollout import PhysicsError
 
 SCATTER = np.array([0.0025, 0.0025, np.deg2rad(2.0), 0.01, 0.01, 0.0])
 """Standard deviations of x, y, phi and their rates at the goal; the accuracy that learning reaches."""

@@ -23,7 +23,7 @@ from pnt_gym.cells.pallet.config import load
 from pnt_gym.cells.pallet.hidden import draw_hidden, expected_hidden
 from pnt_gym.cells.pallet.plant import PalletPlant
 from pnt_gym.cells.pallet.tasks import job_of
-from pnt_gym.cells.plant import PhysicsError
+from pnt_gym.cells.rollout import PhysicsError
 
 IDEAL = load("ideal")
 BLOCK = IDEAL.block.block()

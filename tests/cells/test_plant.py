@@ -8,8 +8,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from throw_tools import NO_DELAY, NO_SPREAD, item, make_core, vary, with_objects
 
-from pnt_gym.cells.plant import PhysicsError
 from pnt_gym.cells.recording import Recording
+from pnt_gym.cells.rollout import PhysicsError
 from pnt_gym.metrics import wilson
 from pnt_gym.planning.ballistics import landing_point
 

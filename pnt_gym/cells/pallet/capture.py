@@ -11,7 +11,7 @@ import numpy as np
 from pnt_gym.cells.outcome import TOUCH
 from pnt_gym.cells.pallet.pallets import Pallet, add_pallets, stacked
 from pnt_gym.cells.pallet.parts import Part, add_part
-from pnt_gym.cells.plant import PhysicsError
+from pnt_gym.cells.rollout import check_warnings
 from pnt_gym.engine import Batch, MjModel, mujoco
 from pnt_gym.planning.arrays import Bools, Floats
 from pnt_gym.planning.ballistics import GRAVITY
@@ -124,9 +124,7 @@ class CaptureBench:
         batch.bind("qpos")[:] = state[..., :3].reshape(count, -1)
         batch.bind("qvel")[:] = state[..., 3:].reshape(count, -1)
         found, distance = self._contacts(round(duration / self._step))
-        if batch.warning.any():
-            row, kind = (int(i) for i in np.argwhere(batch.warning)[0][:2])
-            raise PhysicsError(f"MuJoCo warned in simulation {row}: {mujoco.mjtWarning(kind).name}")
+        check_warnings(batch)
         shape = (count, len(self.parts), 3)
         return Rest(
             pose=batch.bind("qpos").reshape(shape).copy(),

@@ -22,7 +22,7 @@ from pnt_gym.cells.pallet.parts import Part
 from pnt_gym.cells.pallet.recording import ThrowRecording
 from pnt_gym.cells.pallet.scene import TORQUE, Scene, build_scene, contact_columns
 from pnt_gym.cells.pallet.tasks import Job
-from pnt_gym.cells.plant import PhysicsError
+from pnt_gym.cells.rollout import staged_rollout
 from pnt_gym.engine import Batch, MjData, MjModel, mujoco
 from pnt_gym.planning.arrays import Bools, Floats, Ints
 from pnt_gym.planning.ballistics import GRAVITY
@@ -36,11 +36,8 @@ MARGIN: Final = 0.010
 """And this much more [s]."""
 SETTLE: Final = 0.45
 """Simulated after the planned arrival where there are pallets, so that the part comes to lie [s]."""
-STAGES: Final = (0.25, 0.5, 0.75, 1.0)
-"""Shares of the throws that are over after each stage of a rollout."""
 PARKED: Final = 4.0
 """Parts that wait for their turn float this far away [m]."""
-_INPUTS = int(mujoco.mjtState.mjSTATE_CTRL.value) | int(mujoco.mjtState.mjSTATE_EQ_ACTIVE.value)
 
 
 class Plans(Protocol):
@@ -159,27 +156,10 @@ class PalletPlant:
         return control
 
     def _rollout(self, control: Floats, steps: Ints) -> dict[str, Floats]:
-        """Recorded qpos, qvel and sensordata (N, M, columns); rows are zero after their last step.
-
-        The batch runs in stages, each with the throws that are not over yet, which changes no result.
-        """
+        """Recorded qpos, qvel and sensordata (N, M, columns)."""
         model = self.scene.model
-        widths = {"qpos": int(model.nq), "qvel": int(model.nv), "sensordata": int(model.nsensordata)}
-        record = {name: np.zeros((*control.shape[:2], width)) for name, width in widths.items()}
-        self.batch.warning[:] = 0
-        start = 0
-        for end in np.unique(np.quantile(steps, STAGES, method="higher")):
-            rows = np.flatnonzero(steps > start)
-            part = self.batch.rollout(
-                int(end) - start, control[rows, start:end], control_spec=_INPUTS, record=tuple(widths), ids=rows
-            )
-            for name, values in part.items():
-                record[name][rows, start:end] = values
-            start = int(end)
-        if self.batch.warning.any():
-            row, kind = (int(i) for i in np.argwhere(self.batch.warning)[0][:2])
-            raise PhysicsError(f"MuJoCo warned in simulation {row}: {mujoco.mjtWarning(kind).name}")
-        return record
+        widths = [("qpos", int(model.nq)), ("qvel", int(model.nv)), ("sensordata", int(model.nsensordata))]
+        return staged_rollout(self.batch, control, steps, widths)
 
     def _flight(self, record: dict[str, Floats], clock: Clock, steps: Ints, part: Ints) -> Flight:
         scene, rows = self.scene, np.arange(len(part))

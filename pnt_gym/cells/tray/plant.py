@@ -12,8 +12,8 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.cells.fluid import fluid_coefficients, geom_placement, lying_size, solid_shell_inertia
-from pnt_gym.cells.plant import PhysicsError
 from pnt_gym.cells.recording import Recording
+from pnt_gym.cells.rollout import staged_rollout
 from pnt_gym.cells.tray.config import TrayConfig
 from pnt_gym.cells.tray.hidden import Hidden
 from pnt_gym.cells.tray.motion import TossPlans
@@ -28,9 +28,6 @@ SETTLE: Final = 0.14
 """Simulated after the planned landing, so that the object comes to lie [s]."""
 LATEST_FLIGHT: Final = 1.15
 """A late release may lengthen the flight by this factor."""
-STAGES: Final = (0.25, 0.5, 0.75, 1.0)
-"""Shares of the throws that are over after each stage of a rollout."""
-_INPUTS = int(mujoco.mjtState.mjSTATE_CTRL.value) | int(mujoco.mjtState.mjSTATE_EQ_ACTIVE.value)
 _GAP = 1e-4
 """Between the object and the table at the start, which is no contact [m]."""
 
@@ -133,24 +130,9 @@ class TrayPlant:
         return control
 
     def _rollout(self, control: Floats, steps: Ints) -> Floats:
-        """Sensordata (N, M, columns of `SENSORS`); rows are zero after their last step.
-
-        The batch runs in stages, each with the throws that are not over yet, which changes no result.
-        """
-        record = np.zeros((*control.shape[:2], int(self.scene.model.nsensordata)))
-        self.batch.warning[:] = 0
-        start = 0
-        for end in np.unique(np.quantile(steps, STAGES, method="higher")):
-            rows = np.flatnonzero(steps > start)
-            part = self.batch.rollout(
-                int(end) - start, control[rows, start:end], control_spec=_INPUTS, record=("sensordata",), ids=rows
-            )
-            record[rows, start:end] = part["sensordata"]
-            start = int(end)
-        if self.batch.warning.any():
-            row, kind = (int(i) for i in np.argwhere(self.batch.warning)[0][:2])
-            raise PhysicsError(f"MuJoCo warned in simulation {row}: {mujoco.mjtWarning(kind).name}")
-        return record
+        """Sensordata (N, M, columns of `SENSORS`)."""
+        widths = [("sensordata", int(self.scene.model.nsensordata))]
+        return staged_rollout(self.batch, control, steps, widths)["sensordata"]
 
     def _record(self, row: int, control: Floats, plans: TossPlans, steps: Ints) -> Recording:
         time = np.linspace(0.0, float(plans.flight_time[row]), 40)[:, None]
