@@ -183,8 +183,8 @@ def summary(throws: Throws) -> dict[str, float | int]:
 def failures(throws: Throws) -> dict[str, float]:
     """Share of all throws that failed, by what stood between; the three sum to the failure rate.
 
-    A touched object is counted as touched whatever it did then; the rest either missed the opening or
-    crossed it without coming to rest in the bin.
+    A touched object is counted as touched whatever it did then; the rest either missed the target
+    (opening or pose) or reached it without staying there.
     """
     failed = ~throws.is_success
     touched = failed & throws.recontact

@@ -56,9 +56,9 @@ def summary_table(title: str, summary: Summary) -> Table:
         ("bias along / across", pair(summary, "bias")),
         ("spread along / across", pair(summary, "spread")),
         ("cycle time, mean", f"{summary['cycle_time_mean_s']:.3f} s"),
-        ("failed: missed the opening", f"{100 * summary['failed_missed']:.1f} %"),
-        ("failed: crossed it, not in the bin", f"{100 * summary['failed_rim']:.1f} %"),
-        ("failed: touched again by the cup", f"{100 * summary['failed_recontact']:.1f} %"),
+        ("failed: missed the target", f"{100 * summary['failed_missed']:.1f} %"),
+        ("failed: reached it, did not stay", f"{100 * summary['failed_rim']:.1f} %"),
+        ("failed: touched again by the robot", f"{100 * summary['failed_recontact']:.1f} %"),
         ("corrections clipped", f"{100 * summary['clipped_rate']:.1f} %"),
     ]
     for row in rows:
