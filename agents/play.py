@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Final, Literal
 
+import numpy as np
 import tyro
 
 from agents.cli import UsageError, at_least, option, run
@@ -17,10 +18,13 @@ from agents.files import check_writable
 from agents.tables import console
 from pnt_gym.render import View, record_video
 
+RATE: Final = 60
+"""Frames per second among which a picture is chosen."""
+
 
 @dataclass(frozen=True)
 class Arguments:
-    """Film a controller's throws at true rate, or show them in a window.
+    """Film a controller's throws, at true rate or slower, or show them in a window.
 
     Blue dots are the planned flight, orange dots the flown one.
     """
@@ -39,6 +43,10 @@ class Arguments:
     """Show the throws in MuJoCo's window; needs a display."""
     picks: int = 5
     """Throws to show."""
+    at: float = 0.4
+    """Moment of the picture, after the throw's first motion [s]."""
+    slow: int = 1
+    """How many times slower than in truth the video runs."""
     seed: int = 0
     """Names the objects."""
 
@@ -47,6 +55,9 @@ def main(arguments: Arguments) -> None:
     """Throw, and film or show it."""
     at_least("picks", arguments.picks, 1)
     at_least("seed", arguments.seed, 0)
+    at_least("slow", arguments.slow, 1)
+    if not 0.0 <= arguments.at < np.inf:
+        raise UsageError(f"--at is {arguments.at} s; it must be finite and not negative")
     wanted = [w for w in (arguments.video, arguments.picture, arguments.viewer) if w is not None]
     if len(wanted) != 1:
         raise UsageError("give one of --video FILE.mp4, --picture FILE.png and --viewer native")
@@ -68,12 +79,13 @@ def show(arguments: Arguments, env: Any, throw: Iterator[Throws]) -> None:
     """Carry the throws out into a video, a picture or a window."""
     view = env.unwrapped.core.view()
     if arguments.video is not None:
-        console().print(f"video of {arguments.picks} throws in {record_video(view, throw, arguments.video)}")
+        path = record_video(view, throw, arguments.video, slow=arguments.slow)
+        console().print(f"video of {arguments.picks} throws in {path}")
         return
     try:
         if arguments.picture is not None:
             next(throw)
-            save_picture(view, arguments.picture)
+            save_picture(view, arguments.picture, arguments.at)
         else:
             for _ in throw:
                 view.show()
@@ -81,13 +93,12 @@ def show(arguments: Arguments, env: Any, throw: Iterator[Throws]) -> None:
         view.close()
 
 
-def save_picture(view: View, path: Path) -> None:
-    """The moment in which the object is in flight: halfway through its trail."""
+def save_picture(view: View, path: Path, moment: float) -> None:
+    """The last throw at a moment [s]; at its end if that is later."""
     from PIL import Image  # noqa: PLC0415 - only pictures need it
 
-    frames = view.last_throw(fps=60)
-    in_flight = min(len(frames) - 1, 24)  # 0.4 s after the lift, between release and landing
-    Image.fromarray(frames[in_flight]).save(path)
+    frames = view.last_throw(RATE)
+    Image.fromarray(frames[min(len(frames) - 1, round(RATE * moment))]).save(path)
     console().print(f"picture of a throw in {path}")
 
 

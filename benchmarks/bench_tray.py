@@ -18,7 +18,7 @@ import numpy as np
 from pnt_gym.cells.tray.cell import TrayCell
 from pnt_gym.cells.tray.config import TrayConfig, load
 
-LEVELS = ("nominal", "ideal", "patient", "late", "drop")
+LEVELS = ("nominal", "ideal", "patient", "late", "drop", "belt")
 STEPS = (0.00025, 0.0005, 0.001)
 MILLI = 1e3
 
@@ -30,15 +30,16 @@ def made(config: TrayConfig, cells: int, threads: int) -> TrayCell:
     return cell
 
 
-def speed(cells: int, threads: int, rounds: int) -> dict[str, float]:
+def speed(level: str, cells: int, threads: int, rounds: int) -> dict[str, float | str]:
     """Least wall and least processor time of a round."""
-    cell = made(load("nominal"), cells, threads)
+    cell = made(load(level), cells, threads)
     wall, cpu = np.inf, np.inf
     for _ in range(rounds):
         start, used = time.perf_counter(), time.process_time()
         cell.throw(cell.corrected(np.zeros((cells, 3)))[0])
         wall, cpu = min(wall, time.perf_counter() - start), min(cpu, time.process_time() - used)
     return {
+        "level": level,
         "cells": cells,
         "threads": threads,
         "throws_per_s": cells / wall,
@@ -83,9 +84,9 @@ def exactness(step: float, cells: int) -> dict[str, float]:
     }
 
 
-def endurance(cycles: int, cells: int, threads: int) -> dict[str, float]:
+def endurance(level: str, cycles: int, cells: int, threads: int) -> dict[str, float | str]:
     """Share of successes in many cycles; an engine's warning stops the run."""
-    cell, done, good, picked = made(load("nominal"), cells, threads), 0, 0, 0
+    cell, done, good, picked = made(load(level), cells, threads), 0, 0, 0
     rng = np.random.default_rng(0)
     while done < cycles:
         # Random corrections, so that throws which go wrong are among them.
@@ -93,7 +94,7 @@ def endurance(cycles: int, cells: int, threads: int) -> dict[str, float]:
         outcome = cell.throw(*cell.corrected(correction))
         done, good = done + cells, good + int(outcome.is_success.sum())
         picked += int(outcome.picked.sum())
-    return {"cycles": done, "success": good / done, "picked": picked / done}
+    return {"level": level, "cycles": done, "success": good / done, "picked": picked / done}
 
 
 def main() -> None:
@@ -104,12 +105,14 @@ def main() -> None:
     parser.add_argument("--json", type=Path, help="write the figures to this file")
     options = parser.parse_args()
     result = {
-        "rates": [speed(options.cells, threads, options.rounds) for threads in (1, 2)],
+        "rates": [
+            speed(level, options.cells, threads, options.rounds) for level in ("nominal", "belt") for threads in (1, 2)
+        ],
         "quality": [quality(level, options.cells) for level in LEVELS],
         "exactness": [exactness(step, options.cells) for step in STEPS],
     }
     if options.cycles > 0:
-        result["endurance"] = [endurance(options.cycles, options.cells, 2)]
+        result["endurance"] = [endurance(level, options.cycles, options.cells, 2) for level in ("nominal", "belt")]
     for name, rows in result.items():
         for row in rows:
             values = (

@@ -184,7 +184,8 @@ def count_frames(path):
     return sum(1 for _ in iio.imiter(path, plugin="FFMPEG"))
 
 
-def test_a_video_has_as_many_frames_as_its_throws_take(tmp_path):
+@pytest.mark.parametrize("slow", [1, 3])
+def test_a_video_has_as_many_frames_as_its_throws_take(tmp_path, slow):
     core = belt_core(seed=1)
     steps = []
 
@@ -194,9 +195,9 @@ def test_a_video_has_as_many_frames_as_its_throws_take(tmp_path):
             steps.append(len(core.cell.plant.recording.control))
             yield
 
-    path = record_video(CellView(core.cell, SMALL), throws(), tmp_path / "deep" / "throws.mp4", fps=20)
+    path = record_video(CellView(core.cell, SMALL), throws(), tmp_path / "deep" / "throws.mp4", fps=20, slow=slow)
     assert path == tmp_path / "deep" / "throws.mp4"
-    expected = sum(-(-count // 50) for count in steps)  # a frame every 50 steps of 1 ms
+    expected = sum(-(-slow * count // 50) for count in steps)  # a frame every 50 steps of 1 ms, or more often
     assert count_frames(path) == pytest.approx(expected, abs=2)
 
 

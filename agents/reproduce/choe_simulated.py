@@ -11,8 +11,9 @@ from agents.reproduce.findings import Findings, Part, Row
 from pnt_gym.engine import Batch, mujoco
 from pnt_gym.planning.arrays import Floats
 from pnt_gym.planning.trajectory import HandPath, Samples
+from pnt_gym.robots.chain import set_options
 from pnt_gym.robots.t3kr.geometry import T3KR
-from pnt_gym.robots.t3kr.model import add_t3kr, set_options
+from pnt_gym.robots.t3kr.model import add_t3kr
 from pnt_gym.robots.t3kr.pose import closed_pose, control_columns, qpos_columns
 from pnt_gym.robots.t3kr.reference import joint_references
 

@@ -14,7 +14,8 @@ import numpy as np
 from pnt_gym.config import Bins, CellConfig
 from pnt_gym.engine import MjModel, MjSpec, mujoco
 from pnt_gym.planning.arrays import Floats
-from pnt_gym.robots.t3kr.model import LOOP_SOLIMP, LOOP_SOLREF, T3krHandles, add_t3kr, set_options
+from pnt_gym.robots.chain import LOOP_SOLIMP, LOOP_SOLREF, set_options
+from pnt_gym.robots.t3kr.model import T3krHandles, add_t3kr
 
 CUP_RADIUS: Final = 0.018
 """Bellows suction cup for light waste, 36 mm wide [m]."""

@@ -14,7 +14,7 @@ from pnt_gym.cells.features import CLIP
 from pnt_gym.cells.tray.cell import Context, TrayCell
 from pnt_gym.cells.tray.config import Reward, TrayConfig, load
 from pnt_gym.cells.tray.motion import TossPlans
-from pnt_gym.cells.tray.observation import FEATURES, observe
+from pnt_gym.cells.tray.observation import FEATURES, feature_table, observe
 from pnt_gym.cells.tray.outcome import Outcome
 from pnt_gym.correction import limited_actions
 from pnt_gym.envs.core import Episodes, Step, check_counts, check_mode
@@ -52,6 +52,7 @@ class GripperCore:
         self.dwell = self.config.grip.closing + self.config.grip.hold
         self.cell = TrayCell(self.config, count, threads)
         self.correction = toss_correction(self.config, action_mode)
+        self._features = feature_table(self.config)
         self.item_names = tuple(thing.name for thing in self.config.things)
         self.observation_space = Box(-CLIP, CLIP, (len(FEATURES),), np.float32)
         self.action_space = Box(-1.0, 1.0, (ACTION_SIZE[action_mode],), np.float32)
@@ -76,7 +77,7 @@ class GripperCore:
 
     def observe(self) -> NDArray[np.float32]:
         """Observations of the coming throws (N, 15)."""
-        return observe(self.context)
+        return observe(self.context, self._features)
 
     def kinds(self) -> dict[str, NDArray[Any]]:
         """Kinds of the objects to be thrown: index into `item_names`, (N,)."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Final, final
+from typing import Any, Final, final
 
 import numpy as np
 
@@ -32,7 +32,7 @@ class PalletView(ThrowView):
         size: height and width of a frame [pixels].
     """
 
-    dots: ClassVar[float] = 0.6
+    dots: float = 0.6
 
     def __init__(self, cell: PalletCell, size: tuple[int, int] = SIZE) -> None:
         self._cell = cell

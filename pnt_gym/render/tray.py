@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, final
+from typing import Any, Final, final
 
 from pnt_gym.cells.recording import Recording
 from pnt_gym.cells.tray.cell import TrayCell
+from pnt_gym.cells.tray.config import TrayConfig
 from pnt_gym.engine import MjData, MjModel, mujoco
 from pnt_gym.render.canvas import SIZE
 from pnt_gym.render.view import ThrowView
 
+_DOTS: Final = 0.4
+"""Size of the flights' dots for the prototype, as in `ThrowView.dots`."""
 
-def camera() -> Any:
-    """The standard view: robot, table and tray from the front left."""
+
+def camera(config: TrayConfig) -> Any:
+    """The standard view: robot, table and tray from the front left, from as far as the robot is large."""
+    size = config.robot.size
     view = mujoco.MjvCamera()
-    view.lookat[:] = [0.05, 0.0, -0.26]
-    view.distance, view.azimuth, view.elevation = 0.95, 118.0, -14.0
+    view.lookat[:] = [0.05 * size, 0.0, -0.26 * size]
+    view.distance, view.azimuth, view.elevation = 0.95 * size, 118.0, -14.0
     return view
 
 
@@ -28,11 +33,10 @@ class TrayView(ThrowView):
         size: height and width of a frame [pixels].
     """
 
-    dots: ClassVar[float] = 0.4
-
     def __init__(self, cell: TrayCell, size: tuple[int, int] = SIZE) -> None:
         self._cell = cell
-        super().__init__(camera(), size)
+        self.dots = _DOTS * cell.config.robot.size
+        super().__init__(camera(cell.config), size)
 
     def _record(self, row: int | None) -> None:
         self._cell.plant.record_row = row

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any, ClassVar, Final, Protocol
+from typing import Any, Final, Protocol
 
 import numpy as np
 
@@ -74,7 +74,7 @@ class ThrowView(ABC):
         size: height and width of a frame [pixels].
     """
 
-    dots: ClassVar[float] = 1.0
+    dots: float = 1.0
     """Size of the flights' dots, 1 for a cell some metres wide."""
 
     def __init__(self, camera: Any, size: tuple[int, int] = SIZE) -> None:
@@ -152,21 +152,22 @@ class ThrowView(ABC):
             yield self._canvas.draw(recording.model, data, planned + flown + self._markers_at(float(data.time)))
 
 
-def record_video(view: View, throws: Iterable[object], path: str | Path, fps: int = FPS) -> Path:
-    """Write a true-rate video of throws.
+def record_video(view: View, throws: Iterable[object], path: str | Path, fps: int = FPS, slow: int = 1) -> Path:
+    """Write a video of throws, at true rate or slower.
 
     Args:
         view: films row 0 of its cells, e.g. `core.view()`; it is closed at the end.
         throws: an iterable that carries out one throw per item, e.g. a generator that steps an environment.
         path: the .mp4 file.
         fps: frames per second.
+        slow: how many times slower than in truth it runs.
 
     Raises:
         ConfigError: no OpenGL library, or imageio with ffmpeg is not installed.
     """
     try:
         writer = _video_writer()
-        frames = [frame for _ in throws for frame in view.last_throw(fps)]
+        frames = [frame for _ in throws for frame in view.last_throw(fps * slow)]
     finally:
         view.close()
     if not frames:

@@ -8,7 +8,7 @@ from pnt_gym.errors import ConfigError
 
 
 def test_shipped_levels_load_and_say_their_names():
-    assert set(level_names()) == {"drop", "ideal", "late", "nominal", "patient"}
+    assert set(level_names()) == {"belt", "drop", "ideal", "late", "nominal", "patient"}
     for name in level_names():
         assert load(name).name == name
     assert load("nominal").model_dump(exclude={"name"}) == TrayConfig().model_dump(exclude={"name"})
@@ -31,7 +31,7 @@ def test_the_objects_are_the_papers():
         ({"timestep": 0.002}, "timestep"),
         ({"things": []}, "things"),
         ({"table": {"pick_x": [0.0, -0.1]}}, "pick_x"),
-        ({"tray": {"rim": -0.2}}, "below the table"),
+        ({"tray": {"rim": -0.2}}, "below the claws"),
     ],
 )
 def test_wrong_values_are_named(changes, message):

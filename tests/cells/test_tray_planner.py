@@ -117,6 +117,7 @@ def test_relaxed_pads_touch_the_planned_width_at_the_contact_angle():
     for thing, contact in zip(planner.config.things, planner.theta[:, 2], strict=True):
         gap = claws.width + 2.0 * claws.length * np.sin(contact - claws.theta)
         assert gap == pytest.approx(thing.size[1])
+        assert claws.gap(contact) == pytest.approx(gap)
 
 
 @given(st.floats(0.0, 1.0))

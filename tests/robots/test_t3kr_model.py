@@ -4,10 +4,11 @@ import mujoco
 import numpy as np
 import pytest
 
+from pnt_gym.robots.chain import set_options
 from pnt_gym.robots.t3kr.dynamics import inverse_dynamics
 from pnt_gym.robots.t3kr.geometry import T3KR, T3krGeometry
 from pnt_gym.robots.t3kr.kinematics import in_workspace, inverse_kinematics
-from pnt_gym.robots.t3kr.model import add_t3kr, set_options
+from pnt_gym.robots.t3kr.model import add_t3kr
 from pnt_gym.robots.t3kr.pose import closed_pose, control_columns, qpos_columns
 
 SIZES = {"four": {"nq": 15, "nv": 15, "neq": 4}, "eight": {"nq": 27, "nv": 26, "neq": 8}}

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from mujoco.batch import Batch
 
+from pnt_gym.robots.chain import set_options
 from pnt_gym.robots.t3kr.geometry import T3KR
 from pnt_gym.robots.t3kr.kinematics import forward_kinematics
-from pnt_gym.robots.t3kr.model import add_t3kr, set_options
+from pnt_gym.robots.t3kr.model import add_t3kr
 from pnt_gym.robots.t3kr.pose import closed_pose, control_columns, qpos_columns
 from pnt_gym.robots.t3kr.reference import joint_knots, joint_references, knot_count, upsample
 

@@ -33,7 +33,8 @@ class Context:
     kind: Ints
     """Index into the config's things (N,)."""
     place: Floats
-    """Where the object is seen on the table (N, 2) [m]."""
+    """Where the object is seen on the table, on a belt where it is expected when the claws begin to close (N, 2)
+    [m]."""
     measured: Floats
     """Extents along the object's axes as a camera measures them (N, 3) [m]."""
     plans: TossPlans
@@ -145,13 +146,14 @@ class TrayCell:
         place = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
         kind = np.repeat(np.arange(len(things)), len(place))
         places = np.tile(place, (len(things), 1))
-        missed = np.flatnonzero(~self.planner.plan(kind, places).feasible)
+        plans = self.planner.plan(kind, places)
+        missed = np.flatnonzero(~plans.feasible)
         if missed.size > 0:
             row = int(missed[0])
             x, y = places[row]
             raise ConfigError(
                 f"cell {self.config.name!r}: the {things[int(kind[row])].name} cannot be brought from x {x:.3f} m, "
-                f"y {y:.3f} m to its compartment; one of them is out of the robot's reach or speed"
+                f"y {y:.3f} m to its compartment: {self.planner.fault(plans, row)}"
             )
 
     def _drawn(self, rows: Ints) -> Context:
@@ -161,5 +163,5 @@ class TrayCell:
         share = np.stack([g.random(2) for g in generators])
         low, high = np.array([table.pick_x, table.pick_y]).T
         place = low + share * (high - low)
-        hidden, measured = draw_hidden(generators, kind, self.config)
+        hidden, measured = draw_hidden(generators, kind, place, self.config)
         return Context(kind, place, measured, self.planner.plan(kind, place), hidden)

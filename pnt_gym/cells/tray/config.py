@@ -3,19 +3,22 @@
 A level is a YAML file that holds only differences from these defaults: `load("drop")` reads one of the shipped levels,
 `load("my_cell.yaml")` a user's own. Unknown keys and impossible values raise `ConfigError`.
 
-The world's z = 0 is the plane of the robot's motor axes, as in Leveziel et al.
+The world's z = 0 is the plane of the robot's motor axes, as in Leveziel et al. Lengths do not grow with the robot: a
+level for a robot of another size says its own.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal, Self
+from typing import Annotated, Any, Final, Literal, Self, cast
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from pnt_gym.cells.items import Shape
+from pnt_gym.cells.tray.conveyor import Conveyor
+from pnt_gym.cells.tray.robot import Robot
 from pnt_gym.levels import level_names as shipped_names
 from pnt_gym.levels import read_level
 from pnt_gym.planning.arrays import Floats
@@ -96,6 +99,21 @@ class Table(Section):
     y: Range = Field(default=(-0.080, 0.080), description="Extent along y [m].")
     pick_x: Range = Field(default=(-0.060, -0.020), description="Where objects are picked [m].")
     pick_y: Range = Field(default=(-0.030, 0.030), description="[m]")
+    speed: NonNegative = Field(
+        default=0.0,
+        description="Of the surface, a belt's [m/s]; `pick_x` and `pick_y` are then where the claws begin to close.",
+    )
+    travel_deg: Finite = Field(default=0.0, description="Direction in which the belt moves, from the x axis [deg].")
+    camera: Finite = Field(
+        default=0.0,
+        description="Where the camera sees objects on the belt: this far from the origin along its travel [m].",
+    )
+
+    @property
+    def travel(self) -> Floats:
+        """Unit vector of the belt's travel (3,)."""
+        angle = np.deg2rad(self.travel_deg)
+        return np.array([np.cos(angle), np.sin(angle), 0.0])
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -116,7 +134,8 @@ class Tray(Section):
     opening: tuple[Positive, Positive] = Field(
         default=(0.052, 0.052), description="Inner opening of a compartment along x and y [m]."
     )
-    wall: Annotated[float, Field(ge=0.002, le=0.02)] = Field(default=0.004, description="[m]")
+    wall: Annotated[float, Field(ge=0.002, le=0.1)] = Field(default=0.004, description="[m]")
+    settle: Positive = Field(default=0.14, description="Simulated after the planned landing, to come to lie [s].")
 
     def centres(self, count: int) -> Floats:
         """Middle of every compartment's opening (count, 3) [m]."""
@@ -153,6 +172,11 @@ class Motion(Section):
         default=(0.0, 8.0, 16.0, 24.0), min_length=1, description="Directions of the throw that are tried [deg]."
     )
     acceleration: Positive = Field(default=15.0, description="Largest on the throw's straight line [m/s2].")
+    move_acceleration: Positive | None = Field(
+        default=None,
+        description="Largest of the way from grip to line [m/s2]; null where motor speed alone bounds it, as that of a "
+        "small robot.",
+    )
     before: NonNegative = Field(default=0.012, description="Constant velocity before the release [s].")
     after: NonNegative = Field(
         default=0.010,
@@ -181,6 +205,7 @@ class Errors(Section):
         default=0.30, description="The servos' feed-forward torque lacks this share, so they lag."
     )
     camera: NonNegative = Field(default=0.0003, description="Standard deviation of a measured extent [m].")
+    belt_speed: NonNegative = Field(default=0.0, description="Standard deviation of the belt's speed, relative.")
 
 
 class Action(Section):
@@ -215,6 +240,10 @@ class TrayConfig(Section):
         description="The dial m: 0 is the planner's own world, 1 is realistic; scales every unmodelled effect.",
     )
     timestep: Annotated[float, Field(ge=0.0001, le=0.001)] = Field(default=0.001, description="Physics step [s].")
+    robot: Robot = Robot()
+    conveyor: Conveyor | None = Field(
+        default=None, description="A conveyor cell that gives what this cell does not say itself; null for none."
+    )
     things: tuple[Thing, ...] = Field(default=(CORK, CAP, BLOCK), min_length=1)
     table: Table = Table()
     tray: Tray = Tray()
@@ -223,17 +252,61 @@ class TrayConfig(Section):
     errors: Errors = Errors()
     action: Action = Action()
     reward: Reward = Reward()
+    observation: Mapping[str, tuple[Finite, Positive]] = Field(
+        default_factory=dict, description="Centre and scale of the features whose own do not suit this cell."
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _complete(cls, data: Any) -> Any:
+        """Take over what the conveyor cell says and this cell does not."""
+        given = cast("dict[str, Any]", data) if isinstance(data, dict) else {}
+        if given.get("conveyor") is None:
+            return cast(Any, data)
+        try:
+            conveyor = Conveyor.model_validate(given["conveyor"])
+        except ValidationError:
+            return given  # the field's own validation says what is wrong
+        full: dict[str, Any] = {"things": conveyor.things()} | given
+        for name, values in conveyor.sections().items():
+            own = given.get(name, {})
+            own = own.model_dump(exclude_unset=True) if isinstance(own, Section) else own
+            full[name] = values | cast("dict[str, Any]", own) if isinstance(own, dict) else own
+        return full
 
     @model_validator(mode="after")
     def _check(self) -> Self:
         names = [t.name for t in self.things]
         if len(set(names)) != len(names):
             raise ValueError(f"things names {names} must differ from one another")
-        if self.tray.rim >= self.table.height:
+        if self.tray.rim >= self._lowest_release():
             raise ValueError(
-                f"tray.rim is {self.tray.rim} m; it must lie below the table, which is at {self.table.height} m"
+                f"tray.rim is {self.tray.rim} m; it must lie below the claws at the release, "
+                f"which end at {self._lowest_release():.3f} m"
             )
+        self._check_apart()
         return self
+
+    def _check_apart(self) -> None:
+        """The tray may stand lower than the table and beneath it, but not in it."""
+        tray, table = self.tray, self.table
+        long, wide = tray.opening[0] + 2.0 * tray.wall, len(self.things) * (tray.opening[1] + tray.wall) + tray.wall
+        x, y = (tray.x - long / 2.0, tray.x + long / 2.0), (tray.y - wide / 2.0, tray.y + wide / 2.0)
+        if tray.rim > table.height and _overlap(x, table.x) and _overlap(y, table.y):
+            raise ValueError(
+                f"the tray spans x {x[0]:.3f} to {x[1]:.3f} m and stands in the table, which spans {table.x[0]:.3f} to "
+                f"{table.x[1]:.3f} m; move it off"
+            )
+
+    def _lowest_release(self) -> float:
+        """Lower edge of the claws at the release [m]."""
+        claws = self.robot.parts()[1].claws
+        platform = self.motion.height if self.task == "toss" else self.motion.drop_height
+        return platform - claws.length - claws.pad[2] / 2.0
+
+
+def _overlap(one: Range, other: Range) -> bool:
+    return one[0] < other[1] and other[0] < one[1]
 
 
 def level_names() -> tuple[str, ...]:

@@ -35,14 +35,19 @@ class Hidden:
     """Direction about the vertical from that planned for (N,) [rad]."""
     delay: Floats
     """Of the claws' opening (N,) [s]."""
+    belt_speed: Floats | None = None
+    """Of the belt (N,) [m/s]; None where nothing moves."""
 
 
-def draw_hidden(generators: list[np.random.Generator], kind: Ints, config: TrayConfig) -> tuple[Hidden, Floats]:
+def draw_hidden(
+    generators: list[np.random.Generator], kind: Ints, place: Floats, config: TrayConfig
+) -> tuple[Hidden, Floats]:
     """Hidden values of one throw per generator, each with the same number of draws, and what a camera sees of the size.
 
     Args:
         generators: one per row.
         kind: which of the config's things (N,).
+        place: where the objects are expected (N, 2) [m].
         config: the cell.
 
     Returns:
@@ -63,7 +68,25 @@ def draw_hidden(generators: list[np.random.Generator], kind: Ints, config: TrayC
         yaw=m * np.deg2rad(errors.yaw_deg) * draws[:, 6],
         delay=np.maximum(expected.delay + m * errors.timing * draws[:, 7], 0.0),
     )
-    return hidden, size + m * errors.camera * draws[:, 8:11]
+    measured = size + m * errors.camera * draws[:, 8:11]
+    if config.table.speed == 0.0:
+        return hidden, measured
+    return _on_belt(hidden, place, np.stack([g.standard_normal() for g in generators]), config), measured
+
+
+def _on_belt(hidden: Hidden, place: Floats, draws: Floats, config: TrayConfig) -> Hidden:
+    """The belt runs at another speed than known, and objects are ahead or behind by what that makes since the camera.
+
+    Args:
+        hidden: without it.
+        place: where the objects are expected (N, 2) [m].
+        draws: standard normal (N,).
+        config: the cell.
+    """
+    table, error = config.table, config.mismatch * config.errors.belt_speed * draws
+    ridden = place[:, 0] * table.travel[0] + place[:, 1] * table.travel[1] - table.camera
+    offset = hidden.offset + (error * ridden)[:, None] * table.travel[:2]
+    return replace(hidden, offset=offset, belt_speed=table.speed * (1.0 + error))
 
 
 def expected_hidden(kind: Ints, config: TrayConfig) -> Hidden:
@@ -80,4 +103,5 @@ def expected_hidden(kind: Ints, config: TrayConfig) -> Hidden:
         offset=np.zeros((len(kind), 2)),
         yaw=zero,
         delay=m * config.errors.delay * np.array([t.delay for t in things])[kind],
+        belt_speed=np.full(len(kind), config.table.speed) if config.table.speed > 0.0 else None,
     )

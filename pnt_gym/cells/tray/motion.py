@@ -20,7 +20,9 @@ class TossPlans:
     """N planned throws; times count from the moment the claws begin to close over the object."""
 
     pick: Floats
-    """Platform while it grips (N, 3) [m]."""
+    """Platform when the claws begin to close (N, 3) [m]; until the lift it moves on with the belt."""
+    belt: Floats
+    """Velocity of what the object lies on (N, 3) [m/s]."""
     release: Floats
     """Platform at the planned release (N, 3) [m]."""
     velocity: Floats
@@ -60,6 +62,11 @@ class TossPlans:
         return self.grip_time + self.move_time
 
     @property
+    def followed(self) -> Floats:
+        """How far the platform goes with the belt until it has come off its velocity at the line's start (N, 3) [m]."""
+        return self.belt * (self.grip_time + 0.5 * self.move_time)[:, None]
+
+    @property
     def release_time(self) -> Floats:
         """When the object is planned to come free, without the shift (N,) [s]."""
         return self.line_time + self.ramp + self.before
@@ -96,7 +103,7 @@ class TossPlans:
         """Platform and halves at times.
 
         Args:
-            time: (S,) or (N, S) [s]; any times, before the start and after the end at rest.
+            time: (S,) or (N, S) [s]; any times, at the belt's velocity before the start and at rest after the end.
             delay: by which the claws open later than commanded (N,) [s]; none when not given.
 
         Returns:
@@ -104,9 +111,10 @@ class TossPlans:
         """
         late = np.zeros_like(self.ramp) if delay is None else delay
         t = np.broadcast_to(time, (len(self.ramp), np.shape(time)[-1]))
-        moved = eased((t - self.grip_time[:, None]) / self.move_time[:, None])[..., None]
-        start = self.start
-        position = self.pick[:, None] + moved * (start - self.pick)[:, None]
+        moving = (t - self.grip_time[:, None]) / self.move_time[:, None]
+        along = np.minimum(t, self.grip_time[:, None]) + self.move_time[:, None] * faded(moving)
+        position = self.pick[:, None] + along[..., None] * self.belt[:, None]
+        position = position + eased(moving)[..., None] * (self.start - self.pick - self.followed)[:, None]
         position = position + self._gone(t - self.line_time[:, None])[..., None] * self.velocity[:, None]
         wide, closed, _, released = self.theta.T[:, :, None]
         shut = eased(t / self.closing[:, None])
@@ -127,6 +135,12 @@ def eased(share: Floats) -> Floats:
     """From 0 to 1 with no speed and no acceleration at the ends; the fastest speed is 1.875."""
     s = np.clip(share, 0.0, 1.0)
     return s * s * s * (10.0 + s * (6.0 * s - 15.0))
+
+
+def faded(share: Floats) -> Floats:
+    """Way of a speed that falls from 1 to 0 as `eased` rises: 0 before, 1/2 at the end."""
+    s = np.clip(share, 0.0, 1.0)
+    return s - s**4 * (2.5 + s * (s - 3.0))
 
 
 def eased_share(value: float) -> float:

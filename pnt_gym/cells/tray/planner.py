@@ -1,5 +1,7 @@
 """What the gripper robot plans: where and how fast to let go by drag-free ballistics, and when to open the claws.
 
+On a belt the claws close while the platform moves along with the object; the velocity fades out during the lift.
+
 A throw's straight line has to lie within the motors' strokes and their speeds. Of a small grid of release points and
 elevations, the throw that asks least of the fastest motor is taken. The claws are told to open early, by the nominal
 time until they no longer touch an object of the planned width.
@@ -7,16 +9,18 @@ time until they no longer touch an object of the planned width.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final, final
 
 import numpy as np
 
 from pnt_gym.cells.tray.config import TrayConfig
-from pnt_gym.cells.tray.motion import TossPlans, eased, eased_share
+from pnt_gym.cells.tray.motion import TossPlans, eased, eased_share, faded
+from pnt_gym.errors import ConfigError
 from pnt_gym.planning.arrays import Bools, Floats, Ints, length
 from pnt_gym.planning.ballistics import GRAVITY
-from pnt_gym.robots.gripper4.build import PROTOTYPE_BUILD
-from pnt_gym.robots.gripper4.geometry import PROTOTYPE
+from pnt_gym.robots.gripper4.build import Claws
+from pnt_gym.robots.gripper4.geometry import Dimensions
 from pnt_gym.robots.gripper4.jacobian import inverse_jacobian
 from pnt_gym.robots.gripper4.kinematics import inverse_kinematics
 from pnt_gym.robots.gripper4.motion import travel_time
@@ -25,6 +29,13 @@ _MOVE_TIMES: Final = np.linspace(0.0, 1.0, 13)[1:-1]
 _MOVE_SHARES: Final = eased(_MOVE_TIMES)
 _MOVE_RATES: Final = 30.0 * (_MOVE_TIMES * (1.0 - _MOVE_TIMES)) ** 2
 """Shares of the way of an eased motion, and its speeds over the mean one."""
+_BEND: Final = 10.0 / 3.0**0.5
+"""Its largest acceleration over way / time^2."""
+_FADED: Final = faded(_MOVE_TIMES)
+_ROUNDS: Final = 8
+"""Times a move's duration is set anew while the belt is still followed in it."""
+_TOLERANCE: Final = 1.02
+"""A motor speed may exceed the allowed one by so much where that duration is not yet settled."""
 _SHORTEST_MOVE: Final = 0.05
 _SAMPLES: Final = 5
 
@@ -39,9 +50,13 @@ class TossPlanner:
 
     def __init__(self, config: TrayConfig) -> None:
         self.config = config
+        self.dimensions, build = config.robot.parts()
+        self.motor_speed = build.servo.speed
         self.targets = config.tray.centres(len(config.things))
-        grip, claws = config.grip, PROTOTYPE_BUILD.claws
+        grip, claws = config.grip, build.claws
+        _check_widths(config, claws, self.dimensions)
         self._top = claws.length + claws.pad[2] / 2.0 + grip.clearance
+        self._belt = config.table.speed * config.table.travel
         contact = claws.contact_theta(np.array([t.size[1] for t in config.things]))
         wide = np.full_like(contact, np.deg2rad(grip.open_deg))
         closed, released = contact - np.deg2rad(grip.squeeze_deg), contact + np.deg2rad(grip.release_deg)
@@ -58,7 +73,7 @@ class TossPlanner:
 
         Args:
             kind: which of the config's things (N,).
-            place: where they lie (N, 2) [m].
+            place: where they lie, on a belt when the claws begin to close (N, 2) [m].
             correction: release point along the throw and to its left [m], and opening later [s] (N, 3); none when not
                 given.
         """
@@ -71,6 +86,7 @@ class TossPlanner:
         full = np.ones(count)
         plans = TossPlans(
             pick=pick,
+            belt=np.tile(self._belt, (count, 1)),
             release=release,
             velocity=velocity,
             target=self.targets[kind],
@@ -91,14 +107,20 @@ class TossPlanner:
         ahead = plans.heading
         plans.release[:] += shift[:, :1] * ahead
         plans.release[:, :2] += shift[:, 1:2] * np.stack([-ahead[:, 1], ahead[:, 0]], axis=-1)
-        plans.move_time[:], reached = self._move_time(plans)
-        plans.feasible[:] = reached & self._fits(plans)
+        plans.move_time[:] = self._move_time(plans)
+        for bad in self._faults(plans).values():
+            plans.feasible[:] &= ~bad
         return plans
+
+    def fault(self, plans: TossPlans, row: int) -> str:
+        """Why the plan of a row is not feasible, in words."""
+        return next(words for words, bad in self._faults(plans).items() if bad[row])
 
     def return_time(self, plans: TossPlans) -> Floats:
         """Time from the end of the line back above the pick at the motors' full speed, NaN out of reach (N,) [s]."""
         released = plans.theta[:, 3:]
-        return travel_time(np.hstack([plans.end, released]), np.hstack([plans.pick, plans.theta[:, :1]]), PROTOTYPE)
+        end, pick = np.hstack([plans.end, released]), np.hstack([plans.pick, plans.theta[:, :1]])
+        return travel_time(end, pick, self.dimensions, speed=self.motor_speed)
 
     def _throw(self, kind: Ints) -> tuple[Floats, Floats, Floats]:
         """Release points (N, 3) [m], velocities (N, 3) [m/s] and flight times (N,) [s]."""
@@ -140,40 +162,107 @@ class TossPlanner:
         theta = np.broadcast_to(self.theta[kind][:, None, [1, 2, 3]], points.shape[:-1])
         poses = np.concatenate([points, theta[..., None]], axis=-1)
         rate = np.concatenate([velocity, np.zeros_like(velocity[..., :1])], axis=-1)
-        fastest = _motor_speed(poses, rate[..., None, :]).max(axis=-1)
-        return np.where(np.isnan(fastest), np.inf, fastest / PROTOTYPE_BUILD.servo.speed)
+        fastest = _motor_speed(poses, rate[..., None, :], self.dimensions).max(axis=-1)
+        return np.where(np.isnan(fastest), np.inf, fastest / self.motor_speed)
 
-    def _move_time(self, plans: TossPlans) -> tuple[Floats, Bools]:
-        """How long the move to the line takes at the allowed motor speed (N,) [s], and whether it is in reach."""
-        way = plans.start - plans.pick
-        points = plans.pick[:, None] + _MOVE_SHARES[:, None] * way[:, None]
+    def _move_time(self, plans: TossPlans) -> Floats:
+        """How long the move to the line takes at the allowed motor speed (N,) [s]; 1 out of reach."""
+        still = replace(plans, belt=np.zeros_like(plans.belt))
+        # Speeds go with 1 / time as long as no belt is followed, so that one round settles it.
+        time = self._set_anew(still, np.ones_like(plans.move_time))
+        for _ in range(_ROUNDS if self._belt.any() else 0):
+            time = self._set_anew(plans, time)
+        return time
+
+    def _set_anew(self, plans: TossPlans, time: Floats) -> Floats:
+        """A move's duration, from the speed and the way that it has with the present one (N,) [s]."""
+        motion = self.config.motion
+        fastest = self._move_speed(plans, time)
+        load = np.where(np.isnan(fastest), 1.0, fastest / (motion.speed_share * self.motor_speed))
+        shortest = np.full_like(time, _SHORTEST_MOVE)
+        if motion.move_acceleration is not None:
+            way = length(plans.start - plans.pick - replace(plans, move_time=time).followed)
+            shortest = np.maximum(shortest, np.sqrt(_BEND * way / motion.move_acceleration))
+        return np.maximum(time * load, shortest)
+
+    def _move_speed(self, plans: TossPlans, time: Floats) -> Floats:
+        """Fastest motor on the move to the line when it lasts so long (N,) [rad/s]; NaN out of reach."""
+        moved = replace(plans, move_time=time)
+        way, long, belt = moved.start - moved.pick - moved.followed, time[:, None], plans.belt[:, None]
+        points = plans.pick[:, None] + (plans.grip_time[:, None] + long * _FADED)[..., None] * belt
+        points = points + _MOVE_SHARES[:, None] * way[:, None]
         theta = np.broadcast_to(plans.theta[:, None, 1:2], (*points.shape[:-1], 1))
-        rate = np.concatenate([way, np.zeros_like(way[:, :1])], axis=-1)[:, None] * _MOVE_RATES[:, None]
-        fastest = _motor_speed(np.concatenate([points, theta], axis=-1), rate).max(axis=-1)
-        reached = ~np.isnan(fastest)
-        allowed = self.config.motion.speed_share * PROTOTYPE_BUILD.servo.speed
-        return np.maximum(np.where(reached, fastest / allowed, 1.0), _SHORTEST_MOVE), reached
+        rate = way[:, None] * _MOVE_RATES[:, None] / long[..., None] + (1.0 - _MOVE_SHARES)[:, None] * belt
+        return self._speed(points, theta, rate)
 
-    def _fits(self, plans: TossPlans) -> Bools:
-        """Whether the line is in reach with claws closed and open, and slow enough for the motors (N,)."""
+    def _faults(self, plans: TossPlans) -> dict[str, Bools]:
+        """What may be wrong with plans, and in which of them it is (N,)."""
+        motion, most = self.config.motion, self.motor_speed
+        move, line = self._move_speed(plans, plans.move_time), self._line_speed(plans)
+        first, last = self._follow_speeds(plans)
+        return {
+            "the robot does not reach the grip": np.isnan(first),
+            "the belt carries the object out of the robot's reach before it is gripped": np.isnan(last),
+            "the motors are too slow to follow the belt": np.maximum(first, last) > motion.speed_share * most,
+            "the way from the grip to the throw leaves the robot's reach": np.isnan(move),
+            "the motors are too slow to leave the belt": move > _TOLERANCE * motion.speed_share * most,
+            "no throw leads there": ~np.isfinite(plans.flight_time),
+            "the throw leaves the robot's reach": np.isnan(line),
+            "the motors are too slow for the throw": line > motion.line_speed_share * most,
+        }
+
+    def _follow_speeds(self, plans: TossPlans) -> tuple[Floats, Floats]:
+        """Fastest motor, with claws open and closed, where they begin to close and where the lift begins.
+
+        (N,) each [rad/s]; NaN out of reach.
+        """
+        points, rate = np.repeat(plans.pick[:, None], 2, axis=1), plans.belt[:, None]
+        later = points + plans.grip_time[:, None, None] * rate
+        return self._speed(points, plans.theta[:, :2, None], rate), self._speed(later, plans.theta[:, :2, None], rate)
+
+    def _line_speed(self, plans: TossPlans) -> Floats:
+        """Fastest motor on the line with claws closed and open (N,) [rad/s]; NaN out of reach."""
         share = np.linspace(0.0, 1.0, _SAMPLES)[:, None]
         points = plans.start[:, None] + share * (plans.end - plans.start)[:, None]
-        rate = np.concatenate([plans.velocity, np.zeros_like(plans.velocity[:, :1])], axis=-1)[:, None]
-        allowed = self.config.motion.line_speed_share * PROTOTYPE_BUILD.servo.speed
-        fits = np.isfinite(plans.flight_time)
-        for column in (1, 3):
-            theta = np.broadcast_to(plans.theta[:, None, column : column + 1], (*points.shape[:-1], 1))
-            fastest = _motor_speed(np.concatenate([points, theta], axis=-1), rate).max(axis=-1)
-            fits &= ~np.isnan(fastest) & (np.nan_to_num(fastest, nan=np.inf) <= allowed)
-        wide = np.concatenate([plans.pick, plans.theta[:, :1]], axis=-1)
-        return fits & ~np.isnan(inverse_kinematics(wide, PROTOTYPE, strokes=True)[:, 0])
+        speeds = [
+            self._speed(points, np.broadcast_to(theta, (*points.shape[:-1], 1)), plans.velocity[:, None])
+            for theta in (plans.theta[:, None, 1:2], plans.theta[:, None, 3:4])
+        ]
+        return np.maximum(*speeds)
+
+    def _speed(self, points: Floats, theta: Floats, rate: Floats) -> Floats:
+        """Fastest motor over points (N, S, 3) with velocities (N, S or 1, 3) (N,) [rad/s]; NaN out of reach."""
+        rate = np.concatenate([rate, np.zeros_like(rate[..., :1])], axis=-1)
+        return _motor_speed(np.concatenate([points, theta], axis=-1), rate, self.dimensions).max(axis=-1)
 
 
-def _motor_speed(poses: Floats, rate: Floats) -> Floats:
+def _motor_speed(poses: Floats, rate: Floats, dimensions: Dimensions) -> Floats:
     """Fastest motor (...,) [rad/s] in poses (..., 4) that move at a rate (..., 4); NaN out of reach."""
-    q = inverse_kinematics(poses, PROTOTYPE, strokes=True)
-    speeds = (inverse_jacobian(poses, PROTOTYPE) @ np.broadcast_to(rate, poses.shape)[..., None])[..., 0]
+    q = inverse_kinematics(poses, dimensions, strokes=True)
+    speeds = (inverse_jacobian(poses, dimensions) @ np.broadcast_to(rate, poses.shape)[..., None])[..., 0]
     return np.where(np.isnan(q[..., 0]), np.nan, np.abs(speeds).max(axis=-1))
+
+
+def _check_widths(config: TrayConfig, claws: Claws, dimensions: Dimensions) -> None:
+    """Make sure that every thing fits between the open claws, and is wide enough for the closed ones.
+
+    Raises:
+        ConfigError: it is not.
+    """
+    grip = config.grip
+    tightest = float(np.rad2deg(dimensions.theta[0]))
+    opened, closed = claws.gap(np.deg2rad(grip.open_deg)), claws.gap(np.deg2rad(tightest + grip.squeeze_deg))
+    for thing in config.things:
+        width = thing.size[1]
+        if width >= opened:
+            raise ConfigError(
+                f"cell {config.name!r}: the {thing.name} is {width:.4g} m wide; the claws open to {opened:.4g} m"
+            )
+        if width < closed:
+            raise ConfigError(
+                f"cell {config.name!r}: the {thing.name} is {width:.4g} m wide; claws that squeeze by "
+                f"{grip.squeeze_deg:g} deg hold no less than {closed:.4g} m"
+            )
 
 
 def _fall(drop: Floats, up: Floats) -> Floats:

@@ -1,8 +1,8 @@
 """The physics of N throws of the gripper robot: objects, references, one `Batch.rollout`, and what came of it.
 
-Each throw starts at rest with open claws around an object that lies on the table; grip, lift, move, opening, flight and
-landing are all simulated. The outcome is a pure function of the plan and the hidden values: the same alone, in a batch,
-and again later.
+Each throw starts with open claws around an object that lies on the table, at rest or, on a belt, with all of it at the
+belt's velocity; grip, lift, move, opening, flight and landing are all simulated. The outcome is a pure function of the
+plan and the hidden values: the same alone, in a batch, and again later.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from pnt_gym.planning.arrays import Floats, Ints
 from pnt_gym.planning.ballistics import GRAVITY
 from pnt_gym.robots.gripper4.references import closed_pose, motor_references
 
-SETTLE: Final = 0.14
-"""Simulated after the planned landing, so that the object comes to lie [s]."""
 LATEST_FLIGHT: Final = 1.15
 """A late release may lengthen the flight by this factor."""
 _GAP = 1e-4
 """Between the object and the table at the start, which is no contact [m]."""
+_INSTANT = 1e-6
+"""Over which joint speeds are differences [s]."""
 
 
 @final
@@ -44,6 +44,7 @@ class TrayPlant:
 
     def __init__(self, config: TrayConfig, count: int, threads: int = 1) -> None:
         self.config = config
+        self._dimensions, self._build = config.robot.parts()
         self.scene: Scene = build_scene(config)
         self.batch = Batch(self.scene.model, nsim=count, nthread=threads)
         self._upright = np.array([t.upright for t in config.things])
@@ -66,7 +67,7 @@ class TrayPlant:
         """
         step = self.config.timestep
         landing = plans.release_time + np.maximum(plans.shift, 0.0) + LATEST_FLIGHT * plans.flight_time
-        end = np.maximum(plans.stop_time, landing + hidden.delay + SETTLE)
+        end = np.maximum(plans.stop_time, landing + hidden.delay + self.config.tray.settle)
         steps = np.ceil(end / step).astype(np.int64)
         self.write(plans, kind, place, hidden)
         control = self._controls(plans, kind, hidden, int(steps.max()))
@@ -76,7 +77,7 @@ class TrayPlant:
         return Simulated.from_sensors(sensordata, plans, steps - 1, step)
 
     def write(self, plans: TossPlans, kind: Ints, place: Floats, hidden: Hidden) -> None:
-        """Set the simulations up: robot at rest above its object, object on the table."""
+        """Set the simulations up: robot above its object, object on the table."""
         batch, scene = self.batch, self.scene
         upright = self._upright[kind]
         full = lying_size(hidden.shape, hidden.size)
@@ -85,12 +86,25 @@ class TrayPlant:
         qpos = batch.bind("qpos")
         first = scene.object_qpos
         start = np.column_stack([plans.pick, plans.theta[:, 0]])
-        qpos[:, :first] = closed_pose(start)
+        qpos[:, :first] = closed_pose(start, self._dimensions)
         qpos[:, first : first + 2] = place + hidden.offset
         height = np.where(upright, full[:, 0], full[:, 2])
         qpos[:, first + 2] = self.config.table.height + height / 2.0 + _GAP
         qpos[:, first + 3 : first + 7] = _attitude(hidden.yaw, upright)
         batch.bind("eq_active")[:] = 1.0
+        if hidden.belt_speed is not None:
+            self._set_in_motion(start, plans.belt, hidden.belt_speed)
+
+    def _set_in_motion(self, start: Floats, velocity: Floats, speed: Floats) -> None:
+        """The belt and the object at the belt's true speed (N,), the robot at the planned velocity (N, 3)."""
+        batch, scene, travel = self.batch, self.scene, self.config.table.travel
+        batch.expand("geom_surfacevel")[:, scene.table, :3] = speed[:, None] * travel
+        rate = np.column_stack([velocity, np.zeros(len(speed))])
+        ahead, behind = (closed_pose(start + part * rate, self._dimensions) for part in (_INSTANT, -_INSTANT))
+        qvel = batch.bind("qvel")
+        first = ahead.shape[1]
+        qvel[:, :first] = (ahead - behind) / (2.0 * _INSTANT)
+        qvel[:, first : first + 3] = speed[:, None] * travel
 
     def pose(self, row: int) -> tuple[MjModel, MjData]:
         """Model and data of one simulation as it stands, for a picture."""
@@ -123,7 +137,8 @@ class TrayPlant:
         time = np.asarray(np.arange(moving) * step, dtype=np.float64)
         poses = plans.pose(time, hidden.delay)
         share = 1.0 - self.config.mismatch * self.config.errors.feedforward
-        references = motor_references(poses, step, payload=self._mass[kind][:, None], share=share)
+        payload = self._mass[kind][:, None]
+        references = motor_references(poses, step, self._dimensions, self._build, payload=payload, share=share)
         control = np.ones((len(kind), steps, int(model.nu) + int(model.neq)))
         control[:, :moving, : int(model.nu)] = references.controls()
         control[:, moving:, : int(model.nu)] = control[:, moving - 1 : moving, : int(model.nu)]

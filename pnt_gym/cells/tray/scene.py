@@ -11,8 +11,8 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.cells.scene import AIR_DENSITY, AIR_VISCOSITY
-from pnt_gym.cells.tray.config import Table, Tray, TrayConfig
+from pnt_gym.cells.scene import AIR_DENSITY, AIR_VISCOSITY, BELT_THICKNESS
+from pnt_gym.cells.tray.config import Tray, TrayConfig
 from pnt_gym.engine import MjModel, MjSpec, mujoco
 from pnt_gym.planning.arrays import Floats
 from pnt_gym.robots.gripper4.model import PAD_BIT, Gripper4Handles, add_gripper4, set_options
@@ -28,17 +28,20 @@ SENSORS: Final = {
 """Columns of sensordata. A contact is (number found, smallest distance [m]); the pads have one each."""
 TABLE_THICKNESS: Final = 0.010
 FLOOR: Final = -0.52
-"""Height of what both stand on [m]."""
+"""Height of what both stand on [m], or lower, below the bottom of the tray."""
 
 _OBJECT_BIT = 1
 _SURROUNDINGS_SOLREF = (0.004, 1.0)
 _TABLE_RGBA = (0.86, 0.80, 0.70, 1.0)
+_BELT_RGBA = (0.20, 0.22, 0.24, 1.0)
 _TRAY_RGBA = (0.16, 0.42, 0.62, 1.0)
 _POST_RGBA = (0.55, 0.58, 0.62, 1.0)
 _FLOOR_RGBA = (0.82, 0.83, 0.84, 1.0)
 _OBJECT_RGBA = (0.80, 0.62, 0.40, 1.0)
 _LARGEST = 0.05
-"""Half extent that no object exceeds [m]."""
+"""Half extent of the object's geom at compile time, which no object exceeds; more where one is larger [m]."""
+_FLOOR_DROP = 0.03
+"""The floor lies at least this far below the tray [m]."""
 _TOLERANCE = 1e-8
 """Of the solver; a hundredth of it changes landings by micrometres."""
 
@@ -50,6 +53,8 @@ class Scene:
 
     model: MjModel
     robot: Gripper4Handles
+    table: int
+    """Geom, the belt's where there is one."""
     object_body: int
     object_geom: int
     object_qpos: int
@@ -66,11 +71,13 @@ def build_scene(config: TrayConfig) -> Scene:
     spec = mujoco.MjSpec()
     m = config.mismatch
     set_options(spec, config.timestep, density=AIR_DENSITY * m, viscosity=AIR_VISCOSITY * m)
-    _add_stage(spec)
-    _add_table(spec, config.table)
-    _add_tray(spec, config.tray, len(config.things))
-    robot = add_gripper4(spec)
-    _add_object(spec)
+    dimensions, build = config.robot.parts()
+    floor = min(FLOOR, config.tray.rim - config.tray.depth - config.tray.wall - _FLOOR_DROP)
+    _add_stage(spec, floor, config.robot.size)
+    _add_table(spec, config, floor)
+    _add_tray(spec, config, floor)
+    robot = add_gripper4(spec, dimensions, build)
+    _add_object(spec, max(_LARGEST, *(max(thing.size) for thing in config.things)))
     _add_sensors(spec, robot)
     spec.option.tolerance = _TOLERANCE
     model = spec.compile()
@@ -78,6 +85,7 @@ def build_scene(config: TrayConfig) -> Scene:
     return Scene(
         model=model,
         robot=robot,
+        table=model.geom("table").id,
         object_body=model.body("object").id,
         object_geom=model.geom("object").id,
         object_qpos=int(model.joint("object").qposadr[0]),
@@ -100,9 +108,9 @@ def tray_panels(tray: Tray, count: int) -> tuple[Floats, Floats]:
     return np.array(half), np.array(centre)
 
 
-def _add_stage(spec: MjSpec) -> None:
-    """Light, floor and sky."""
-    visual = spec.visual
+def _add_stage(spec: MjSpec, floor: float, size: float) -> None:
+    """Light, floor and sky for a robot of a size over the prototype's."""
+    visual, half = spec.visual, max(1.0, 0.6 * size)
     visual.global_.offwidth, visual.global_.offheight = 1920, 1080
     visual.headlight.ambient, visual.headlight.diffuse = np.full(3, 0.38), np.full(3, 0.42)
     visual.quality.shadowsize = 4096
@@ -116,12 +124,12 @@ def _add_stage(spec: MjSpec) -> None:
         width=64,
         height=384,
     )
-    spec.worldbody.add_light(pos=[0.4, -0.8, 0.7], dir=[-0.3, 0.7, -0.9], diffuse=np.full(3, 0.45))
+    spec.worldbody.add_light(pos=size * np.array([0.4, -0.8, 0.7]), dir=[-0.3, 0.7, -0.9], diffuse=np.full(3, 0.45))
     spec.worldbody.add_geom(
         name="floor",
         type=mujoco.mjtGeom.mjGEOM_PLANE,
-        size=[1, 1, 0.1],
-        pos=[0, 0, FLOOR],
+        size=[half, half, 0.1],
+        pos=[0, 0, floor],
         rgba=_FLOOR_RGBA,
         contype=0,
         conaffinity=_OBJECT_BIT,
@@ -130,28 +138,31 @@ def _add_stage(spec: MjSpec) -> None:
     )
 
 
-def _add_table(spec: MjSpec, table: Table) -> None:
-    half = np.array([table.x[1] - table.x[0], table.y[1] - table.y[0], TABLE_THICKNESS]) / 2.0
+def _add_table(spec: MjSpec, config: TrayConfig, floor: float) -> None:
+    table, moving = config.table, config.table.speed > 0.0
+    thickness = BELT_THICKNESS if moving else TABLE_THICKNESS
+    half = np.array([table.x[1] - table.x[0], table.y[1] - table.y[0], thickness]) / 2.0
     spec.worldbody.add_geom(
         name="table",
         type=mujoco.mjtGeom.mjGEOM_BOX,
         size=half,
-        pos=[sum(table.x) / 2.0, sum(table.y) / 2.0, table.height - TABLE_THICKNESS / 2.0],
-        rgba=_TABLE_RGBA,
+        pos=[sum(table.x) / 2.0, sum(table.y) / 2.0, table.height - thickness / 2.0],
+        rgba=_BELT_RGBA if moving else _TABLE_RGBA,
+        surfacevel=[*(table.speed * table.travel), 0, 0, 0],
         contype=0,
         conaffinity=_OBJECT_BIT,
         solref=_SURROUNDINGS_SOLREF,
         group=1,
     )
-    _add_post(spec, (sum(table.x) / 2.0, sum(table.y) / 2.0), table.height - TABLE_THICKNESS)
+    _add_post(spec, (sum(table.x) / 2.0, sum(table.y) / 2.0), (floor, table.height - thickness), config.robot.size)
 
 
-def _add_post(spec: MjSpec, place: tuple[float, float], top: float) -> None:
+def _add_post(spec: MjSpec, place: tuple[float, float], z: tuple[float, float], size: float) -> None:
     """What something stands on, for the eye only."""
     spec.worldbody.add_geom(
         type=mujoco.mjtGeom.mjGEOM_CYLINDER,
-        fromto=[*place, FLOOR, *place, top],
-        size=[0.012, 0, 0],
+        fromto=[*place, z[0], *place, z[1]],
+        size=[0.012 * size, 0, 0],
         rgba=_POST_RGBA,
         contype=0,
         conaffinity=0,
@@ -159,9 +170,10 @@ def _add_post(spec: MjSpec, place: tuple[float, float], top: float) -> None:
     )
 
 
-def _add_tray(spec: MjSpec, tray: Tray, count: int) -> None:
+def _add_tray(spec: MjSpec, config: TrayConfig, floor: float) -> None:
+    tray, count = config.tray, len(config.things)
     body = spec.worldbody.add_body(name="tray")
-    _add_post(spec, (tray.x, tray.y), tray.rim - tray.depth - tray.wall)
+    _add_post(spec, (tray.x, tray.y), (floor, tray.rim - tray.depth - tray.wall), config.robot.size)
     for index, (half, centre) in enumerate(zip(*tray_panels(tray, count), strict=True)):
         body.add_geom(
             name=f"tray_{index}",
@@ -176,7 +188,7 @@ def _add_tray(spec: MjSpec, tray: Tray, count: int) -> None:
         )
 
 
-def _add_object(spec: MjSpec) -> None:
+def _add_object(spec: MjSpec, half: float) -> None:
     """A free body whose frame is at its centre of mass, with one geom of any shape."""
     body = spec.worldbody.add_body(name="object", pos=[0, 0, 0])
     body.add_freejoint(name="object")
@@ -185,7 +197,7 @@ def _add_object(spec: MjSpec) -> None:
     body.add_geom(
         name="object",
         type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=[_LARGEST] * 3,
+        size=[half] * 3,
         rgba=_OBJECT_RGBA,
         contype=_OBJECT_BIT,
         conaffinity=PAD_BIT,

@@ -101,6 +101,10 @@ class Claws:
         """Angles of the halves at which relaxed pads just touch objects of these widths (...) [m], [rad]."""
         return np.asarray(self.theta + np.arcsin((width - self.width) / (2.0 * self.length)), dtype=np.float64)
 
+    def gap(self, theta: float) -> float:
+        """Width between the relaxed pads [m] with the halves at `theta` [rad]: the inverse of `contact_theta`."""
+        return self.width + 2.0 * self.length * float(np.sin(theta - self.theta))
+
     def force(self, squeeze: float) -> float:
         """Force of one pad when the halves are closed by `squeeze` beyond the contact [N]; squeeze in rad."""
         return self.stiffness * squeeze / self.length

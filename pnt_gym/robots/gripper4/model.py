@@ -17,11 +17,11 @@ import numpy as np
 
 from pnt_gym.engine import MjsBody, MjSpec, mujoco
 from pnt_gym.errors import ConfigError
+from pnt_gym.robots.chain import LOOP_SOLIMP, LOOP_SOLREF, add_motor, close_loop, set_inertia
+from pnt_gym.robots.chain import set_options as set_chain_options
 from pnt_gym.robots.gripper4.build import PROTOTYPE_BUILD, Build
 from pnt_gym.robots.gripper4.geometry import N_ARMS, PROTOTYPE, Dimensions
 from pnt_gym.robots.gripper4.visuals import dress_arm, dress_base, dress_finger, dress_half, dress_middle, dress_rod
-from pnt_gym.robots.t3kr.model import LOOP_SOLIMP, LOOP_SOLREF
-from pnt_gym.robots.t3kr.model import set_options as set_chain_options
 
 PAD_BIT: Final = 2
 """Contact bit of the pads, for objects that may be gripped."""
@@ -77,8 +77,13 @@ def add_gripper4(spec: MjSpec, dimensions: Dimensions = PROTOTYPE, build: Build 
     for arm in range(N_ARMS):
         joints += _add_arm(spec, dimensions, build, arm)
     joints += _add_platform(spec, dimensions, build)
-    equalities = *(_close_loop(spec, arm) for arm in range(N_ARMS)), _add_gear(spec)
-    motors = tuple(_add_motor(spec, build, arm) for arm in range(N_ARMS))
+    loops, motors = (tuple(f"{part}_{arm}" for arm in range(N_ARMS)) for part in ("loop", "motor"))
+    for arm, loop in enumerate(loops):
+        close_loop(spec, loop, f"rod_{arm}_end", f"attach_{arm}")
+    equalities = *loops, _add_gear(spec)
+    servo = build.servo
+    for arm, motor in enumerate(motors):
+        add_motor(spec, motor, f"arm_{arm}", servo.stall_torque, servo.kp, servo.kv)
     return Gripper4Handles(dimensions, build, tuple(joints), motors, equalities)
 
 
@@ -118,13 +123,13 @@ def _add_arm(spec: MjSpec, dims: Dimensions, build: Build, arm: int) -> list[str
         damping=np.array([build.servo.damping, 0.0, 0.0]),
     )
     across = build.arm_mass * dims.r**2 / 12.0
-    _set_inertia(body, build.arm_mass, (dims.r / 2.0, 0, 0), (_THIN * across, across, across))
+    set_inertia(body, build.arm_mass, (dims.r / 2.0, 0, 0), (_THIN * across, across, across))
     dress_arm(body, dims)
     rod = body.add_body(name=f"rod_{arm}", pos=[dims.r, 0, 0])
     rod.add_joint(name=f"rod_{arm}_swing", axis=[0, -1, 0])
     rod.add_joint(name=f"rod_{arm}_tilt", axis=[1, 0, 0])
     across = build.rod_mass * dims.l**2 / 12.0
-    _set_inertia(rod, build.rod_mass, (0, 0, -dims.l / 2.0), (across, across, build.rod_mass * _ROD_RADIUS**2))
+    set_inertia(rod, build.rod_mass, (0, 0, -dims.l / 2.0), (across, across, build.rod_mass * _ROD_RADIUS**2))
     rod.add_site(name=f"rod_{arm}_end", pos=[0, 0, -dims.l], size=_SITE_SIZE, group=_HIDDEN)
     dress_rod(rod, dims)
     return [f"arm_{arm}", f"rod_{arm}_swing", f"rod_{arm}_tilt"]
@@ -135,7 +140,7 @@ def _add_platform(spec: MjSpec, dims: Dimensions, build: Build) -> list[str]:
     for name, axis in zip(_SLIDES, np.eye(3), strict=True):
         body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
     about = build.platform_mass * dims.u**2 / 3.0
-    _set_inertia(body, build.platform_mass, (0, 0, 0), (_THIN * about, about, about))
+    set_inertia(body, build.platform_mass, (0, 0, 0), (_THIN * about, about, about))
     body.add_site(name="attach_0", pos=[dims.u, 0, 0], size=_SITE_SIZE, group=_HIDDEN)
     body.add_site(name="attach_2", pos=[-dims.u, 0, 0], size=_SITE_SIZE, group=_HIDDEN)
     body.add_site(name="grip", pos=[0, 0, -build.claws.length], size=_SITE_SIZE, group=_HIDDEN)
@@ -151,7 +156,7 @@ def _add_half(platform: MjsBody, dims: Dimensions, build: Build, side: str, sign
     half = platform.add_body(name=f"half_{side}", pos=[0, sign * dims.v, 0])
     half.add_joint(name=f"half_{side}", axis=[sign, 0, 0])
     across = build.half_mass * dims.w**2 / 12.0
-    _set_inertia(half, build.half_mass, (0, sign * dims.w / 2.0, 0), (across, _THIN * across, across))
+    set_inertia(half, build.half_mass, (0, sign * dims.w / 2.0, 0), (across, _THIN * across, across))
     half.add_site(name=f"attach_{1 if sign > 0 else 3}", pos=[0, sign * dims.w, 0], size=_SITE_SIZE, group=_HIDDEN)
     dress_half(half, dims, sign)
     claws = build.claws
@@ -164,7 +169,7 @@ def _add_half(platform: MjsBody, dims: Dimensions, build: Build, side: str, sign
         damping=np.array([claws.damping, 0.0, 0.0]),
     )
     across = build.finger_mass * claws.length**2 / 12.0
-    _set_inertia(finger, build.finger_mass, (0, 0, -claws.length / 2.0), (across, across, _THIN * across))
+    set_inertia(finger, build.finger_mass, (0, 0, -claws.length / 2.0), (across, across, _THIN * across))
     _add_pad(finger, dims, build, side, sign)
     return [f"half_{side}", f"finger_{side}"]
 
@@ -192,20 +197,6 @@ def _add_pad(finger: MjsBody, dims: Dimensions, build: Build, side: str, sign: f
     dress_finger(finger, claws, centre, sign)
 
 
-def _close_loop(spec: MjSpec, arm: int) -> str:
-    # Sites, not bodies: the loop then does not depend on a closed pose at compile time.
-    spec.add_equality(
-        name=f"loop_{arm}",
-        type=mujoco.mjtEq.mjEQ_CONNECT,
-        objtype=mujoco.mjtObj.mjOBJ_SITE,
-        name1=f"rod_{arm}_end",
-        name2=f"attach_{arm}",
-        solref=LOOP_SOLREF,
-        solimp=LOOP_SOLIMP,
-    )
-    return f"loop_{arm}"
-
-
 def _add_gear(spec: MjSpec) -> str:
     """Both halves at the same angle."""
     spec.add_equality(
@@ -219,26 +210,3 @@ def _add_gear(spec: MjSpec) -> str:
         solimp=LOOP_SOLIMP,
     )
     return "gear"
-
-
-def _add_motor(spec: MjSpec, build: Build, arm: int) -> str:
-    """Joint PD with torque feed-forward inside the engine, so that a rollout needs no Python controller."""
-    inputs = mujoco.mjtCtrlInput.mjINPUT_POS, mujoco.mjtCtrlInput.mjINPUT_VEL, mujoco.mjtCtrlInput.mjINPUT_FF
-    servo = build.servo
-    motor = spec.add_actuator(
-        name=f"motor_{arm}",
-        trntype=mujoco.mjtTrn.mjTRN_JOINT,
-        target=f"arm_{arm}",
-        forcelimited=mujoco.mjtLimited.mjLIMITED_TRUE,
-        forcerange=[-servo.stall_torque, servo.stall_torque],
-    )
-    motor.set_to_pid(kp=servo.kp, kv=servo.kv, ctrlspec=sum(int(bit.value) for bit in inputs))
-    return f"motor_{arm}"
-
-
-def _set_inertia(
-    body: MjsBody, mass: float, centre: tuple[float, float, float], inertia: tuple[float, float, float]
-) -> None:
-    """Explicit inertia: what the body looks like has no mass."""
-    body.explicitinertial = True
-    body.mass, body.ipos, body.inertia = mass, np.array(centre), np.array(inertia)

@@ -20,6 +20,7 @@ from pnt_gym.engine import MjsBody, MjSpec, mujoco
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.ballistics import GRAVITY
 from pnt_gym.planning.one_joint.parameters import Arm
+from pnt_gym.robots.chain import add_motor
 from pnt_gym.robots.one_joint.visuals import dress_arm, dress_stand
 
 GRIP_SOLREF: Final = (0.002, 1.0)
@@ -109,7 +110,7 @@ def add_one_joint(spec: MjSpec, arm: Arm, drive: Drive, touches: bool) -> MjsBod
     dress_arm(body, arm)
     if touches:
         _add_surface(body, arm)
-    _add_motor(spec, arm, drive)
+    add_motor(spec, "motor", "arm", arm.torque, drive.kp, drive.kv)
     return body
 
 
@@ -215,16 +216,3 @@ def _add_surface(body: MjsBody, arm: Arm) -> None:
             group=2,
             **shared,
         )
-
-
-def _add_motor(spec: MjSpec, arm: Arm, drive: Drive) -> None:
-    """Joint PD with torque feed-forward inside the engine, so that a rollout needs no Python controller."""
-    inputs = mujoco.mjtCtrlInput.mjINPUT_POS, mujoco.mjtCtrlInput.mjINPUT_VEL, mujoco.mjtCtrlInput.mjINPUT_FF
-    motor = spec.add_actuator(
-        name="motor",
-        trntype=mujoco.mjtTrn.mjTRN_JOINT,
-        target="arm",
-        forcelimited=mujoco.mjtLimited.mjLIMITED_TRUE,
-        forcerange=[-arm.torque, arm.torque],
-    )
-    motor.set_to_pid(kp=drive.kp, kv=drive.kv, ctrlspec=sum(int(bit.value) for bit in inputs))

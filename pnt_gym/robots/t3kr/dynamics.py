@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pnt_gym.planning.arrays import Floats
-from pnt_gym.robots.t3kr.geometry import GRAVITY, N_ARMS, T3KR, T3krGeometry
+from pnt_gym.planning.ballistics import GRAVITY
+from pnt_gym.robots.t3kr.geometry import N_ARMS, T3KR, T3krGeometry
 from pnt_gym.robots.t3kr.kinematics import (
     ArmPose,
     components,

@@ -16,8 +16,6 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pnt_gym.planning.arrays import Floats
 
 N_ARMS = 4
-GRAVITY = 9.81
-"""Gravitational acceleration, m/s^2, along -z."""
 
 # Arm i stands in quadrant i, counter-clockwise from (+x, +y).
 _SIDE_X = np.array([1.0, -1.0, -1.0, 1.0])

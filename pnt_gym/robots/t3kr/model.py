@@ -14,15 +14,11 @@ import numpy as np
 from pnt_gym.engine import MjsBody, MjSpec, mujoco
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.arrays import Floats
-from pnt_gym.robots.t3kr.geometry import GRAVITY, N_ARMS, T3KR, T3krGeometry
+from pnt_gym.robots.chain import add_motor, close_loop, set_inertia
+from pnt_gym.robots.t3kr.geometry import N_ARMS, T3KR, T3krGeometry
 from pnt_gym.robots.t3kr.visuals import dress_arm, dress_base, dress_platform, dress_rod
 
 Rods = Literal["four", "eight"]
-
-LOOP_SOLREF = (0.002, 1.0)
-"""Time constant (s) and damping ratio of the loops; MuJoCo's slower default opens them by 2.5 mm."""
-LOOP_SOLIMP = (0.99, 0.999, 0.001, 0.5, 2.0)
-"""Impedance of the loops: nearly rigid from the first micrometre on."""
 
 _PLATFORM_INERTIA = (0.006, 0.006, 0.010)
 """A 2 kg disc of 0.10 m radius, kg m^2."""
@@ -83,8 +79,10 @@ def add_t3kr(spec: MjSpec, geometry: T3krGeometry = T3KR, rods: Rods = "four") -
         joints += _add_arm(spec, geometry, arm, rods)
     joints += _add_platform(spec, geometry, rods)
     loops = _close_loops(spec, rods)
-    motors = tuple(_add_motor(spec, geometry, arm) for arm in range(N_ARMS))
-    return T3krHandles(rods, geometry, tuple(joints), tuple(f"arm_{arm}" for arm in range(N_ARMS)), motors, loops)
+    arms, motors = (tuple(f"{part}_{arm}" for arm in range(N_ARMS)) for part in ("arm", "motor"))
+    for motor, arm in zip(motors, arms, strict=True):
+        add_motor(spec, motor, arm, geometry.torque_limit, geometry.kp, geometry.kv)
+    return T3krHandles(rods, geometry, tuple(joints), arms, motors, loops)
 
 
 def _rod_sides(geometry: T3krGeometry, rods: Rods) -> tuple[float, ...]:
@@ -101,7 +99,7 @@ def _add_arm(spec: MjSpec, geometry: T3krGeometry, arm: int, rods: Rods) -> list
     # A positive angle lifts the arm: right-handed about -y of the arm frame.
     body.add_joint(name=f"arm_{arm}", axis=[0, -1, 0], armature=geometry.armature)
     inertia = (_ARM_TWIST_INERTIA, geometry.arm_inertia, geometry.arm_inertia)
-    _set_inertia(body, geometry.arm_mass, (geometry.arm_com, 0, 0), inertia)
+    set_inertia(body, geometry.arm_mass, (geometry.arm_com, 0, 0), inertia)
     dress_arm(body, geometry, axle=rods == "eight")
     joints = [f"arm_{arm}"]
     for name, side in zip(rod_names(arm, rods), _rod_sides(geometry, rods), strict=True):
@@ -117,7 +115,7 @@ def _add_rod(arm: MjsBody, geometry: T3krGeometry, name: str, side: float) -> li
     body.add_joint(name=f"{name}_swing", axis=[0, -1, 0])
     body.add_joint(name=f"{name}_tilt", axis=[1, 0, 0])
     across = mass * length**2 / 12.0
-    _set_inertia(body, mass, (0, 0, -length / 2), (across, across, mass * _ROD_RADIUS**2))
+    set_inertia(body, mass, (0, 0, -length / 2), (across, across, mass * _ROD_RADIUS**2))
     body.add_site(name=f"{name}_end", pos=[0, 0, -length], size=_SITE_SIZE, group=_HIDDEN)
     dress_rod(body, geometry, single)
     return [f"{name}_swing", f"{name}_tilt"]
@@ -131,7 +129,7 @@ def _add_platform(spec: MjSpec, geometry: T3krGeometry, rods: Rods) -> list[str]
     if rods == "eight":
         body.add_joint(name="platform_turn", type=mujoco.mjtJoint.mjJNT_BALL)
         joints.append("platform_turn")
-    _set_inertia(body, geometry.platform_mass, (0, 0, geometry.attach_height), _PLATFORM_INERTIA)
+    set_inertia(body, geometry.platform_mass, (0, 0, geometry.attach_height), _PLATFORM_INERTIA)
     body.add_site(name="tcp", size=_SITE_SIZE, group=_HIDDEN)
     frames = geometry.arms
     for arm in range(N_ARMS):
@@ -147,69 +145,5 @@ def _close_loops(spec: MjSpec, rods: Rods) -> tuple[str, ...]:
     names: list[str] = []
     for rod in (name for arm in range(N_ARMS) for name in rod_names(arm, rods)):
         names.append(f"loop_{rod.removeprefix('rod_')}")
-        # Sites, not bodies: the loop then does not depend on a closed pose at compile time.
-        spec.add_equality(
-            name=names[-1],
-            type=mujoco.mjtEq.mjEQ_CONNECT,
-            objtype=mujoco.mjtObj.mjOBJ_SITE,
-            name1=f"{rod}_end",
-            name2=f"{rod}_attach",
-            solref=LOOP_SOLREF,
-            solimp=LOOP_SOLIMP,
-        )
+        close_loop(spec, names[-1], f"{rod}_end", f"{rod}_attach")
     return tuple(names)
-
-
-def _add_motor(spec: MjSpec, geometry: T3krGeometry, arm: int) -> str:
-    """Joint PD with torque feed-forward inside the engine, so that a rollout needs no Python controller."""
-    inputs = mujoco.mjtCtrlInput.mjINPUT_POS, mujoco.mjtCtrlInput.mjINPUT_VEL, mujoco.mjtCtrlInput.mjINPUT_FF
-    motor = spec.add_actuator(
-        name=f"motor_{arm}",
-        trntype=mujoco.mjtTrn.mjTRN_JOINT,
-        target=f"arm_{arm}",
-        forcelimited=mujoco.mjtLimited.mjLIMITED_TRUE,
-        forcerange=[-geometry.torque_limit, geometry.torque_limit],
-    )
-    motor.set_to_pid(kp=geometry.kp, kv=geometry.kv, ctrlspec=sum(int(bit.value) for bit in inputs))
-    return f"motor_{arm}"
-
-
-def _set_inertia(
-    body: MjsBody, mass: float, centre: tuple[float, float, float], inertia: tuple[float, float, float]
-) -> None:
-    """Explicit inertia: what the body looks like has no mass."""
-    body.explicitinertial = True
-    body.mass, body.ipos, body.inertia = mass, np.array(centre), np.array(inertia)
-
-
-def set_options(spec: MjSpec, timestep: float, density: float = 1.2, viscosity: float = 1.8e-5) -> None:
-    """Set the physics options that this closed chain needs.
-
-    Explicit Euler is deliberate: implicit integrators apply the motors' damping after the constraints are
-    solved and open the loops ten times wider. The Jacobian is dense because MuJoCo 4.0.0 has a bug in its
-    sparse Newton factor.
-
-    Args:
-        spec: a mujoco.MjSpec.
-        timestep: physics step, s; 0.4 ms to evaluate (the robot's 2500 Hz), 1 ms to train, at most 2 ms.
-        density: of the air, kg/m^3; 0 for free flight.
-        viscosity: of the air, Pa s.
-
-    Raises:
-        ConfigError: (a ValueError) the timestep is outside (0, 2 ms], where loops and motors are accurate, or
-            the density or the viscosity is negative.
-    """
-    if not 0.0 < timestep <= 0.002:
-        raise ConfigError(f"timestep must be above 0 and at most 0.002 s, got {timestep}")
-    if not (0.0 <= density < np.inf and 0.0 <= viscosity < np.inf):
-        raise ConfigError(f"density and viscosity must be finite and not negative, got {density} and {viscosity}")
-    option = spec.option
-    option.timestep, option.density, option.viscosity = timestep, density, viscosity
-    option.gravity = np.array([0.0, 0.0, -GRAVITY])
-    option.integrator = mujoco.mjtIntegrator.mjINT_EULER
-    option.solver = mujoco.mjtSolver.mjSOL_NEWTON
-    option.tolerance, option.iterations = 1e-10, 50
-    option.cone, option.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, 10.0
-    option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-    option.enableflags = int(option.enableflags) | int(mujoco.mjtEnableBit.mjENBL_SPECULATIVE.value)
-    option.disableflags = int(option.disableflags) | int(mujoco.mjtDisableBit.mjDSBL_AUTORESET.value)
