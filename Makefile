@@ -6,7 +6,7 @@ STAMP := $(VENV)/.installed
 PIP_OPTIONS ?=
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help setup train test lint format bench bench-quick perf reproduce report clean
+.PHONY: help setup train test lint format bench bench-quick perf reproduce pictures report clean
 
 help: ## show this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -52,6 +52,13 @@ perf: setup ## planner, robot and environment speed, and the physics checks of r
 reproduce: setup ## the papers' figures computed anew, beside the published ones, into results/ (minutes)
 	$(BIN)/python -m agents.reproduce all --json results/reproduction.json --figures results/figures
 	$(BIN)/python -m agents.report
+
+pictures: setup ## pictures and videos of throws, into results/figures
+	$(BIN)/python -m agents.play --picture results/figures/cell.png
+	$(BIN)/python -m agents.play --env OneJointSort-v0 --controller virtual_goal --picture results/figures/miyashita_throw.png
+	$(BIN)/python -m agents.play --env OneJointSort-v0 --controller virtual_goal --picks 3 --video results/figures/miyashita_sorting.mp4
+	$(BIN)/python -m agents.play --env GripperToss-v0 --controller virtual_goal --seed 3 --at 0.6 --picture results/figures/gripper_toss.png
+	$(BIN)/python -m agents.play --env GripperToss-v0 --controller virtual_goal --seed 3 --picks 3 --slow 3 --video results/figures/gripper_toss.mp4
 
 report: setup ## tables, figures and the report from results/*.json
 	$(BIN)/python -m agents.report

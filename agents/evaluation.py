@@ -84,12 +84,23 @@ def evaluate(
     return _collect(thrown(controller, env, picks, stream_seed("evaluate", seed), learn=online), progress)
 
 
-def practise(controller: Controller, env: Env, throws: int, seed: int, *, progress: Progress | None = None) -> None:
-    """Let a controller that learns throw `throws` objects first; others, and 0 throws, do nothing."""
+def practise(
+    controller: Controller, env: Env, throws: int, seed: int, *, start: int = 0, progress: Progress | None = None
+) -> None:
+    """Let a controller that learns throw `throws` objects first; others, and 0 throws, do nothing.
+
+    Args:
+        controller: as it is.
+        env: a vector environment; its number of rows is part of what the seed means.
+        throws: to learn from.
+        seed: names the objects.
+        start: throws with this seed that are already behind it, so that others follow.
+        progress: told after each batch.
+    """
     if not isinstance(controller, Learner) or throws == 0:
         return
     controller.begin_practice(throws)
-    _collect(thrown(controller, env, throws, stream_seed("practice", seed), learn=True), progress)
+    _collect(thrown(controller, env, throws, stream_seed("practice", seed, start), learn=True), progress)
     controller.end_practice()
 
 

@@ -21,6 +21,8 @@ from pnt_gym.planning.arrays import Bools, Floats, Ints
 PlanT = TypeVar("PlanT")
 CellNames: TypeAlias = Callable[[NDArray[np.float32], Ints], list[tuple[str, str]]]
 """Observations (N, D) and kinds (N,) to a name of the thing thrown and of the place it is thrown to, per throw."""
+Possible: TypeAlias = Callable[[NDArray[np.float32], int, Floats], Bools]
+"""Observation (D,) and kind of one throw, and shifts (M, E) of it in actions: which of them have a plan (M,)."""
 
 _HALVINGS: Final = 12
 """Bisection of a residual that must shrink: to 1/4096 of its length."""
@@ -41,6 +43,8 @@ class Correction:
     """Errors that count alike (E,), in their own units: the size of an error is its length in these."""
     cells: CellNames
     """Which cell of a table each throw belongs to."""
+    possible: Possible | None = None
+    """Which shifts the robot can do; None where only a throw shows it, by being shortened."""
 
     @property
     def count(self) -> int:

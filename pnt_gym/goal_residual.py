@@ -10,6 +10,7 @@ Two modes, on the same planner:
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from typing import Final, Literal, TypeAlias
 
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from pnt_gym.cells.pallet.cell import PalletCell
 from pnt_gym.cells.pallet.config import Action, PalletConfig
 from pnt_gym.cells.pallet.observation import decode
+from pnt_gym.cells.pallet.planner import ThrowPlanner
 from pnt_gym.cells.pallet.tasks import Job
 from pnt_gym.correction import Correction, nearest_feasible
 from pnt_gym.planning.arrays import Bools, Floats, Ints
@@ -74,7 +76,17 @@ def goal_correction(config: PalletConfig, job: Job, mode: GoalMode) -> Correctio
         exploration=_EXPLORATION * scale,
         tolerance=np.array([near.position, near.position, np.deg2rad(near.angle_deg), near.speed]),
         cells=partial(_table_cells, job),
+        possible=partial(_have_plans, ThrowPlanner(config, job), scale, [target.part for target in job.targets]),
     )
+
+
+def _have_plans(
+    planner: ThrowPlanner, scale: Floats, parts: Sequence[int], features: NDArray[np.float32], kind: int, shift: Floats
+) -> Bools:
+    """Which shifts (M, 4) of a throw's goal have a plan, by the goal as it is seen."""
+    seen = decode(features)
+    goal = np.array([seen["goal_x"], seen["goal_y"], seen["goal_phi"], seen["goal_dy"]])
+    return planner.plan(goal + shift * scale, np.full(len(shift), parts[kind])).feasible
 
 
 def _table_cells(job: Job, features: NDArray[np.float32], kind: Ints) -> list[tuple[str, str]]:

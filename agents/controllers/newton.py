@@ -6,45 +6,29 @@ while it leaves the arm turns no faster, and then more slowly, the faster the ar
 its throws and learns from them how the error depends on the shift. What it has not learned yet is one to one, so that
 the first step is that of the virtual goal with K = 1.
 
-The map from shift to error is a straight one plus what bends it, both with Gaussian priors (Bayesian least squares, in
-the form of a Gaussian process). It has a Jacobian at every shift, averages the scatter of the throws, and knows how far
-to trust itself: from the second throw on, Newton's step has to compete with other shifts, and the one is thrown that
-has the best chance to beat the best throw so far.
+The map from shift to error (`Response`) knows how far to trust itself: from the second throw on, Newton's step has to
+compete with other shifts, and the one is thrown that has the best chance to beat the best throw so far. No throw is
+spent on a shift of which the correction says that it has no plan.
 """
 
 from __future__ import annotations
 
-import importlib
 from collections import defaultdict
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Final, final
+from functools import partial
+from typing import Final, TypeAlias, final
 
 import numpy as np
 
 from agents.cli import UsageError
 from agents.controllers.protocol import Actions, Observation, Outcome, State
+from agents.controllers.response import Response, gauss_newton, log_chance
 from agents.controllers.shift import instructive, to_action
 from pnt_gym.correction import Correction
 from pnt_gym.planning.arrays import Bools, Floats
 
 MEMORY: Final = 160
 """Throws that a cell keeps, the latest ones; a fit to more takes longer than a throw."""
-SLOPE: Final = 1.0
-"""Deviation, as known before the first throw, of the Jacobian's entries from the one-to-one map's."""
-OFFSET: Final = 10.0
-"""Deviation of the error of an uncorrected throw, in actions."""
-NOISE: Final = (0.003, 0.01, 0.03, 0.1, 0.3)
-"""Standard deviations of what the map does not explain that are tried, in actions."""
-BENDS: Final = ((0.0, 1.0), (0.1, 0.3), (0.1, 0.8), (0.4, 0.3), (0.4, 0.8), (1.5, 0.8))
-"""Sizes and lengths of the bends of the map that are tried, in actions."""
-REPEATABLE: Final = (0.5, 0.0, 0.95)
-"""Shares of the unexplained that come back when a shift is thrown again; the first one while no shift was."""
-ITERATIONS: Final = 12
-"""Gauss-Newton steps on the learned map for one step of the shift."""
-LEAST_DAMPING: Final = 1e-6
-MORE_DAMPING: Final = 1e-3
-"""Added to the squares of the Jacobian's singular values: at least, and once a step has led to larger errors."""
 LARGEST: Final = 3.0
 """Errors beyond count as this, in actions: an object thrown off is no lesson in metres."""
 SPREAD: Final = 0.15
@@ -57,139 +41,11 @@ OPTIONS: Final = 64
 """Shifts looked at for each deviation."""
 ROWS: Final = 32
 """Different shifts of one batch at most, after the first."""
-
-
-@final
-@dataclass(frozen=True)
-class _Kernel:
-    """Covariance of one error over shifts, in actions."""
-
-    noise: float
-    bend: float
-    length: float
-    repeats: float
-
-    def smooth(self, a: Floats, b: Floats) -> Floats:
-        """Of the map (A, B) at shifts (A, E) and (B, E)."""
-        return OFFSET**2 + SLOPE**2 * (a @ b.T) + self._bent(a, b)
-
-    def slope(self, a: Floats, b: Floats) -> Floats:
-        """Derivative of `smooth` by the one shift `a` (E,): (E, B)."""
-        pull = (b - a) / self.length**2
-        return SLOPE**2 * b.T + (self._bent(a[None], b)[0][:, None] * pull).T
-
-    def rough(self, a: Floats, b: Floats) -> Floats:
-        """What `smooth` misses and yet comes back at the same shift (A, B)."""
-        same = (a[:, None] == b).all(axis=2)
-        return np.where(same, self.repeats * self.noise**2, 0.0)
-
-    def observed(self, a: Floats) -> Floats:
-        """Of errors measured at shifts (A, E): (A, A)."""
-        rest = (1.0 - self.repeats) * self.noise**2
-        return self.smooth(a, a) + self.rough(a, a) + rest * np.eye(len(a))
-
-    def variance(self, a: Floats) -> Floats:
-        """Of the error of one throw, before anything is known (A,)."""
-        return OFFSET**2 + SLOPE**2 * (a**2).sum(axis=1) + self.bend**2 + self.noise**2
-
-    def _bent(self, a: Floats, b: Floats) -> Floats:
-        square = ((a[:, None] - b) ** 2).sum(axis=2)
-        return self.bend**2 * np.exp(-0.5 * square / self.length**2)
-
-
+_Possible: TypeAlias = Callable[[Floats], Bools]
 _TABLES: Final = ("shift", "error", "refused", "next")
 """Arrays of a cell, one row per throw."""
 _CHOSEN: Final = ("best", "kept")
 """Shifts of a cell."""
-_KERNELS: Final = tuple(_Kernel(n, *bend, share) for n in NOISE for bend in BENDS for share in REPEATABLE)
-
-
-def _solved(factor: Floats, right: Floats, *, transposed: bool = False) -> Floats:
-    """The solution x of L x = right, or of L^T x = right, for a lower triangle L."""
-    scipy = importlib.import_module("scipy.linalg")  # at first use, because it takes a while
-    return np.asarray(scipy.solve_triangular(factor, right, lower=True, trans=int(transposed), check_finite=False))
-
-
-@final
-class Response:
-    """How the error depends on the shift, learned from throws; both in actions, one to one where nothing is known.
-
-    Args:
-        shift: of each throw (M, E), M at least 1.
-        error: of each throw (M, E).
-    """
-
-    def __init__(self, shift: Floats, error: Floats) -> None:
-        self._shift = shift
-        surprise = error - shift
-        repeated = len(np.unique(shift, axis=0)) < len(shift)
-        kernels = [k for k in _KERNELS if repeated or k.repeats == REPEATABLE[0]]
-        factors: list[Floats] = [np.asarray(np.linalg.cholesky(k.observed(shift)), np.float64) for k in kernels]
-        whitened = [_solved(factor, surprise) for factor in factors]
-        # Logarithm of the likelihood of each error under each kernel, but for a constant.
-        fits = [-0.5 * (w**2).sum(axis=0) - np.log(f.diagonal()).sum() for w, f in zip(whitened, factors, strict=True)]
-        best: list[int] = np.array(fits).argmax(axis=0).tolist()
-        self._kernels = [kernels[i] for i in best]
-        self._factors = [factors[i] for i in best]
-        self._weights = [_solved(factors[i], whitened[i][:, e], transposed=True) for e, i in enumerate(best)]
-
-    def error(self, shift: Floats) -> Floats:
-        """Smooth part of the error (N, E) expected at shifts (N, E)."""
-        parts = [k.smooth(shift, self._shift) @ w for k, w in zip(self._kernels, self._weights, strict=True)]
-        return shift + np.stack(parts, axis=1)
-
-    def error_again(self, shift: Floats) -> Floats:
-        """The error (N, E) expected where shifts (N, E) are thrown that were thrown before."""
-        parts = [k.rough(shift, self._shift) @ w for k, w in zip(self._kernels, self._weights, strict=True)]
-        return self.error(shift) + np.stack(parts, axis=1)
-
-    def doubt(self, shift: Floats) -> Floats:
-        """Standard deviation (N, E) of the errors of throws with new shifts (N, E), scatter included."""
-        parts: list[Floats] = []
-        for kernel, factor in zip(self._kernels, self._factors, strict=True):
-            known = _solved(factor, kernel.smooth(self._shift, shift))
-            parts.append(kernel.variance(shift) - (known**2).sum(axis=0))
-        return np.sqrt(np.maximum(np.stack(parts, axis=1), 1e-12))
-
-    def jacobian(self, shift: Floats) -> Floats:
-        """Derivative (E, E) of the error by the one shift (E,)."""
-        rows = [k.slope(shift, self._shift) @ w for k, w in zip(self._kernels, self._weights, strict=True)]
-        return np.eye(len(shift)) + np.stack(rows)
-
-
-def gauss_newton(response: Response, weight: Floats, start: Floats) -> Floats:
-    """The shift (E,) within [-1, 1] to which Gauss-Newton steps lead from `start` (E,).
-
-    Args:
-        response: what is known of the errors.
-        weight: of each error (E,).
-        start: a shift.
-    """
-    best, damping = start, LEAST_DAMPING
-    error, jacobian = _weighted(response, weight, best)
-    for _ in range(ITERATIONS):
-        square = jacobian.T @ jacobian + damping * np.eye(len(start))
-        trial = np.clip(best - np.linalg.solve(square, jacobian.T @ error), -1.0, 1.0)
-        found, slope = _weighted(response, weight, trial)
-        if found @ found < error @ error:
-            best, error, jacobian = trial, found, slope
-            damping = max(0.1 * damping, LEAST_DAMPING)
-        else:
-            damping = 10.0 * max(damping, MORE_DAMPING)
-    return best
-
-
-def _weighted(response: Response, weight: Floats, shift: Floats) -> tuple[Floats, Floats]:
-    return weight * response.error(shift[None])[0], weight[:, None] * response.jacobian(shift)
-
-
-def log_chance(error: Floats, doubt: Floats, bound: Floats | float) -> Floats:
-    """Logarithm of the chance (N,) that all errors (N, E), known up to `doubt` (N, E), come out within +-bound."""
-    log_ndtr: Callable[[Floats], Floats] = importlib.import_module("scipy.special").log_ndtr
-    # Mirrored to the lower tail, where the logarithm keeps its digits however unlikely the interval is.
-    low, high = (-bound - np.abs(error)) / doubt, (bound - np.abs(error)) / doubt
-    upper, lower = log_ndtr(high), log_ndtr(low)
-    return (upper + np.log1p(-np.exp(np.minimum(lower - upper, -1e-12)))).sum(axis=1)
 
 
 @final
@@ -217,8 +73,13 @@ class _Cell:
         kept = np.union1d(np.arange(len(self.shift))[-MEMORY:], last)
         self.shift, self.error = self.shift[kept], self.error[kept]
 
-    def choose(self, random: np.random.Generator) -> None:
-        """Find the best shift seen, the one to keep to, and the ones to try next."""
+    def choose(self, random: np.random.Generator, possible: _Possible) -> None:
+        """Find the best shift seen, the one to keep to, and the ones to try next.
+
+        Args:
+            random: draws what is tried.
+            possible: which shifts (N, E) have a plan (N,).
+        """
         if len(self.shift) == 0:
             return
         response = Response(self.shift, self.error)
@@ -228,11 +89,12 @@ class _Cell:
         newton = gauss_newton(response, self._weight, self.best)
         risk = np.hypot(response.error(newton[None]), response.doubt(newton[None]))[0]
         better = ((self._weight * risk) ** 2).sum() < size.min()
-        self.kept = newton if better and self._to_be_had(newton[None])[0] else self.best
-        if len(known) == 1 and len(self.refused) == 0:
+        planned = possible(newton[None])[0]
+        self.kept = newton if better and planned and self._to_be_had(newton[None])[0] else self.best
+        if len(known) == 1 and len(self.refused) == 0 and planned:
             self.next = newton[None]
             return
-        options = self._options(newton, random)
+        options = self._options(newton, random, possible)
         bound = np.sqrt(size.min() / len(self.best)) / self._weight
         chance = log_chance(response.error(options), response.doubt(options), bound)
         # The most likely improvement first; the others are drawn by their chances (Gumbel's trick).
@@ -240,13 +102,14 @@ class _Cell:
         score[chance.argmax()] = np.inf
         self.next = options[np.argsort(-score)[:ROWS]]
 
-    def _options(self, newton: Floats, random: np.random.Generator) -> Floats:
+    def _options(self, newton: Floats, random: np.random.Generator, possible: _Possible) -> Floats:
         """Shifts that may be tried: Newton's, some near it, some around the best; none of where throws are refused."""
         near = newton + NEAR * random.standard_normal((OPTIONS, len(newton)))
         size = np.repeat(AROUND, OPTIONS)[:, None]
         around = self.best + size * random.standard_normal((len(size), len(newton)))
         options = np.clip(np.concatenate([newton[None], near, around]), -1.0, 1.0)
         good = options[self._to_be_had(options)]
+        good = good[possible(good)]
         return good if len(good) > 0 else self.best[None]
 
     def _to_be_had(self, shift: Floats) -> Bools:
@@ -313,7 +176,7 @@ class NewtonGoal:
             cell = self._cells.setdefault(name, _Cell(self._weight))
             good = [row for row in rows if usable[row]]
             cell.add(shift[good], error[good], shift[[row for row in rows if not usable[row]]])
-            cell.choose(self._random)
+            cell.choose(self._random, self._possible(outcome.observation, rows[-1]))
             if self._settled:
                 cell.next = cell.kept[None]
 
@@ -356,6 +219,13 @@ class NewtonGoal:
         for row, (item, place) in enumerate(self._correction.cells(observation.features, observation.kind)):
             rows[f"{item}|{place}"].append(row)
         return rows
+
+    def _possible(self, observation: Observation, row: int) -> _Possible:
+        """Which shifts of one throw have a plan; all of them where the correction cannot say."""
+        test = self._correction.possible
+        if test is None:
+            return lambda shift: np.full(len(shift), True)
+        return partial(test, observation.features[row], int(observation.kind[row]))
 
     def _next(self, name: str, count: int) -> Floats:
         """Shifts (count, E) of throws in one cell."""

@@ -1,6 +1,7 @@
 """A controller that cheats: it simulates each throw with its hidden values before throwing it.
 
-It bounds what any learner can reach; only what is drawn anew in every throw is unknown to it.
+It bounds what a learner can reach where errors follow the action one to one, or nearly so; only what is drawn anew in
+every throw is unknown to it. Where they run the other way (the level `contact`), its iteration fails as theirs do.
 """
 
 from __future__ import annotations

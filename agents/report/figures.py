@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -151,3 +152,15 @@ def subplots(rows: int, columns: int, size: tuple[float, float], **options: Any)
     figure = MatplotlibFigure(figsize=size, layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False, **options)
     return figure, list(axes.ravel())
+
+
+def frames_figure(frames: Sequence[tuple[str, NDArray[np.uint8]]], columns: int = 2, width: float = 10.0) -> Figure:
+    """Pictures of one size (height, width, 3) with a title each, in rows; the width of the whole is in inches."""
+    rows = -(-len(frames) // columns)
+    high, wide = frames[0][1].shape[:2]
+    figure, axes = subplots(rows, columns, (width, width * rows * high / (columns * wide) + 0.3 * rows))
+    for panel, (title, frame) in zip(axes, frames, strict=False):
+        panel.imshow(frame, interpolation="none")
+        panel.set_title(title, fontsize=10)
+        panel.set_axis_off()
+    return figure

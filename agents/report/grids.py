@@ -63,6 +63,12 @@ def text(value: object) -> str:
     return "-" if value is None else f"{value:.5g}" if isinstance(value, float) else str(value)
 
 
+def below(rows: Rows, folder: str) -> dict[str, Row]:
+    """Rows of a folder by the rest of their names."""
+    start = f"{folder}/"
+    return {name.removeprefix(start): row for name, row in rows.items() if name.startswith(start)}
+
+
 def value(rows: Rows, quantity: str, form: str) -> str:
     """The reproduced figure of a quantity in a form of `str.format`; a dash where there is none."""
     row = rows.get(quantity)

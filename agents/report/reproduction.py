@@ -8,17 +8,24 @@ from typing import Any, Final
 from agents.report.choe import choe_grids
 from agents.report.grids import ODD, Grid, Row, Rows, plain
 from agents.report.hassan import hassan_grids, table1
+from agents.report.leveziel import leveziel_grids
 from agents.report.miyashita import miyashita_grids
 
 Data = Mapping[str, Any]
-TITLES: Final = {"hassan": "Hassan et al. 2022", "choe": "Choe et al. 2023", "miyashita": "Miyashita et al. 2010"}
+TITLES: Final = {
+    "hassan": "Hassan et al. 2022",
+    "choe": "Choe et al. 2023",
+    "miyashita": "Miyashita et al. 2010",
+    "leveziel": "Leveziel et al.",
+}
 GRIDS: Final[Mapping[str, Callable[[Rows], list[Grid]]]] = {
     "hassan": hassan_grids,
     "choe": choe_grids,
     "miyashita": miyashita_grids,
+    "leveziel": leveziel_grids,
 }
 """What makes the tables of a paper; other papers get one table of all their figures."""
-SHOWN: Final = {"hassan": 3, "choe": 3, "miyashita": 5}
+SHOWN: Final = {"hassan": 3, "choe": 3, "miyashita": 5, "leveziel": 5}
 """How many of them the terminal shows."""
 USED: Final = ("python", "pnt_gym", "mujoco", "numpy", "scipy", "casadi")
 """Packages that a reproduction depends on."""

@@ -10,6 +10,7 @@ import numpy as np
 from agents.report.figures import COLOURS, subplots, svg
 from agents.report.grids import Rows
 from agents.report.hassan import COLUMNS
+from agents.report.leveziel_figures import leveziel_figures
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,6 +27,8 @@ BARS: Final = (
 
 def reproduction_figures(paper: str, rows: Rows) -> dict[str, str]:
     """SVG texts by file name."""
+    if paper == "leveziel":
+        return leveziel_figures(rows)
     if paper != "hassan" or not any(f"{BARS[0][1]}/{zone}/{percent}" in rows for zone, percent in COLUMNS):
         return {}
     return {"hassan_picks_per_min.svg": svg(picks_figure(rows))}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from agents.reproduce import (
     miyashita_accessible,
     miyashita_contact,
+    miyashita_contact_learning,
     miyashita_example,
     miyashita_formulas,
     miyashita_learning,
@@ -17,6 +18,7 @@ PARTS: tuple[Part, ...] = (
     *miyashita_accessible.PARTS,
     *miyashita_learning.PARTS,
     *miyashita_contact.PARTS,
+    *miyashita_contact_learning.PARTS,
     *miyashita_tasks.PARTS,
     *miyashita_formulas.PARTS,
 )

@@ -29,6 +29,7 @@ from agents.reproduce.miyashita_cases import (
     misses,
     share,
 )
+from agents.reproduce.miyashita_slopes import Slopes, gain_note, measured_slopes, slope_rows
 from pnt_gym.cells.pallet.planner import ThrowPlanner
 from pnt_gym.cells.pallet.tasks import job_of
 from pnt_gym.planning.arrays import Bools, Floats
@@ -153,21 +154,27 @@ def acceptance_findings(delay: float, goals: int = GOALS, repeats: int = REPEATS
     learned = learn(Thrower(late(delay), case.tolist()), every, gains)
     config = late(delay)
     planner = ThrowPlanner(config, job_of(config))
+    virtual = learned.virtual[-1].reshape(len(sets), goals, 4)
+    slopes = measured_slopes(delay, goal, virtual[list(MANY_GAINS).index(FALLING)])
     rows = [
-        _acceptance_row(delay, k, name, learned, planner.has_reserve(own, delay))
-        for k, (name, own, _) in enumerate(sets)
+        _acceptance_row(delay, k, name, learned, planner.has_reserve(own, delay), _why(slopes, gain))
+        for k, (name, own, gain) in enumerate(sets)
     ]
     best = max(range(len(MANY_GAINS)), key=lambda k: float(rows[k].reproduced or 0.0))
-    virtual = learned.virtual[-1].reshape(len(sets), goals, 4)[best]
-    rows += _floor_rows(delay, goal, virtual, list(MANY_GAINS)[best], repeats)
-    return Findings(tuple(rows))
+    rows += _floor_rows(delay, goal, virtual[best], list(MANY_GAINS)[best], repeats)
+    return Findings((*rows, *slope_rows(delay, slopes)))
+
+
+def _why(slopes: Slopes, gain: tuple[float, ...]) -> str:
+    """What limits a constant gain."""
+    return f". {gain_note(slopes, gain[0])}" if len(set(gain)) == 1 else ""
 
 
 def _within(found: Misses) -> Bools:
     return (found.position < POSITION) & (found.speed < SPEED)
 
 
-def _acceptance_row(delay: float, k: int, name: str, learned: Learned, reserve: Bools) -> Row:
+def _acceptance_row(delay: float, k: int, name: str, learned: Learned, reserve: Bools, why: str) -> Row:
     goals = reserve.size
     mine = slice(k * goals, (k + 1) * goals)
     seen, true = misses(learned.measured[-1, mine]), misses(learned.true[-1, mine])
@@ -201,7 +208,7 @@ def _acceptance_row(delay: float, k: int, name: str, learned: Learned, reserve: 
         f"the delay is made up for; {details['failed_out_of_reach']} of {details['failed']} misses are for want of "
         "that. By the "
         f"true state {details['share_true_state']:.1f} %: air slows the block, which a parabola fitted to pictures "
-        f"does not see ({details['share_speed_true']:.0f} % keep the bound of the speed)"
+        f"does not see ({details['share_speed_true']:.0f} % keep the bound of the speed){why}"
     )
     return Row(f"miyashita/acceptance/{_ms(delay)}/{name}", None, share(good), "%", "ours", note, details)
 

@@ -13,7 +13,6 @@ from agents.reproduce.miyashita_drawings import draw_arm, draw_flight, draw_pall
 from pnt_gym.cells.pallet.pallets import SORTING
 from pnt_gym.planning.arrays import Floats
 from pnt_gym.planning.one_joint import ThrowPlans
-from pnt_gym.render.canvas import Frame
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -58,17 +57,4 @@ def task_motions_figure(sorting: ThrowPlans, assembly: Sequence[ThrowPlans]) -> 
         panel.set_ylabel(f"arm's {name}")
         panel.grid(alpha=0.3)
     figure.legend(*axes[0].get_legend_handles_labels(), fontsize=8, ncols=5, loc="outside lower center")
-    return figure
-
-
-def frames_figure(frames: Sequence[tuple[str, Frame]]) -> Figure:
-    """Pictures with a title each, side by side."""
-    columns = 2
-    rows = -(-len(frames) // columns)
-    height, width = frames[0][1].shape[:2]
-    figure, axes = subplots(rows, columns, (10.0, 10.0 * rows * height / (columns * width) + 0.3 * rows))
-    for panel, (title, frame) in zip(axes, frames, strict=False):
-        panel.imshow(frame, interpolation="none")
-        panel.set_title(title, fontsize=10)
-        panel.set_axis_off()
     return figure

@@ -10,10 +10,10 @@ from agents.controllers import make_controller
 from agents.controllers.protocol import Controller, Learner
 from agents.environments import make_vector, stream_seed
 from agents.evaluation import Throws, evaluate, practise, thrown
-from agents.report.figures import svg
+from agents.report.figures import frames_figure, svg
 from agents.reproduce.findings import Findings, Part, Row
 from agents.reproduce.miyashita_cases import ARM
-from agents.reproduce.miyashita_task_drawings import frames_figure, sorting_figure, task_motions_figure
+from agents.reproduce.miyashita_task_drawings import sorting_figure, task_motions_figure
 from pnt_gym.cells.pallet.pallets import ASSEMBLY, SORTING, clear_vertical_speeds, clearance
 from pnt_gym.cells.pallet.parts import BLOCK, block
 from pnt_gym.metrics import wilson

@@ -21,6 +21,7 @@ PAPERS: Final = {
     "hassan": "agents.reproduce.hassan",
     "choe": "agents.reproduce.choe",
     "miyashita": "agents.reproduce.miyashita",
+    "leveziel": "agents.reproduce.leveziel",
 }
 """Papers by the name on the command line; each module has `PARTS` and a docstring whose first line is its title."""
 
@@ -33,14 +34,17 @@ _CODE: Final = (
     "agents/report/figures.py",
     "agents/reproduce/*.py",
 )
+_LEARNING: Final = (
+    "pnt_gym/envs/*.py",
+    "pnt_gym/render/*.py",
+    "agents/environments.py",
+    "agents/evaluation.py",
+    "agents/controllers/*.py",
+)
+"""What learning in an environment depends on."""
 _MORE_CODE: Final = {
-    "miyashita": (
-        "configs/cells/pallet/*.yaml",
-        "pnt_gym/envs/*.py",
-        "pnt_gym/render/*.py",
-        "agents/evaluation.py",
-        "agents/controllers/*.py",
-    )
+    "miyashita": ("configs/cells/pallet/*.yaml", *_LEARNING),
+    "leveziel": ("configs/cells/tray/*.yaml", *_LEARNING),
 }
 """What a paper depends on beyond that."""
 _NO_EFFECT: Final = ("render.py", "metrics.py", "papers.py", "__main__.py")

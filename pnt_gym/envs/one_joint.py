@@ -55,7 +55,8 @@ class OneJointThrowEnv(OneJointEnv):
     the action corrects for that.
 
     One step is one throw: plan, references, one rollout of the physics, outcome. With the level `contact` the stoppers
-    that hold the block stay physical: they push the block while the arm brakes and take half of its spin.
+    that hold the block stay physical: they push the block while the arm brakes and take half of its spin. No release
+    reaches the usual goals then; there are eight others, and the vertical speed is left free.
 
     ## Action Space
 

@@ -20,7 +20,7 @@ def camera(config: TrayConfig) -> Any:
     size = config.robot.size
     view = mujoco.MjvCamera()
     view.lookat[:] = [0.05 * size, 0.0, -0.26 * size]
-    view.distance, view.azimuth, view.elevation = 0.95 * size, 118.0, -14.0
+    view.distance, view.azimuth, view.elevation = 0.84 * size, 118.0, -14.0
     return view
 
 

@@ -56,6 +56,36 @@ def test_a_push_at_the_release_makes_the_paper_update_fail() -> None:
     assert 3.0 < value("contact/spin-lost-2mm") < 5.5
 
 
+def test_no_release_reaches_the_goals_of_the_cell_once_the_block_is_pushed() -> None:
+    row = ROWS["miyashita/contact/reachable/own-goals"]
+    assert row["goals"] == 201
+    assert row["reproduced"] <= 2.0
+    assert row["share_ideal"] >= 98.0
+    assert value("contact/reachable/paper-goal") > 10.0
+
+
+def test_newtons_method_keeps_most_goals_within_reach_of_a_pushed_block_and_the_paper_update_few() -> None:
+    others = ROWS["miyashita/contact/reachable/any-goals"]
+    assert others["goals"] == 200
+    assert 20.0 < others["reproduced"] < 50.0 < others["share_ideal"]
+    row = ROWS["miyashita/contact/newton_goal/kept"]
+    assert row["goals"] >= 30
+    assert row["throws"] == 30
+    assert row["reproduced"] >= value("contact/best-release") - 10.0
+    assert value("contact/newton_goal/once") >= row["reproduced"] > 4.0 * value("contact/virtual_goal/kept")
+    assert row["share_refused"] == 0.0
+    assert value("contact/level/newton_goal") >= 70.0
+    assert max(value(f"contact/level/{name}") for name in ("analytic", "virtual_goal")) <= 20.0
+
+
+def test_the_state_follows_the_virtual_goal_the_less_the_later_the_block_comes_free() -> None:
+    least, largest = ([value(f"slopes/delay-{delay}ms/{which}") for delay in DELAYS] for which in ("least", "largest"))
+    assert least == sorted(least, reverse=True)
+    assert largest == sorted(largest)
+    assert least[0] == pytest.approx(1.0, abs=0.05)
+    assert least[-1] < 0.75
+
+
 @pytest.mark.parametrize("task", ["sorting", "assembly"])
 def test_every_run_of_sorting_and_assembly_succeeds_but_a_few(task: str) -> None:
     row = ROWS[f"miyashita/{task}/success"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +17,9 @@ from toy_cell import POSE, PoseVectorEnv, ToyVectorEnv, observation_of, outcome_
 from agents.cli import UsageError
 from agents.controllers import Learner, load_state, make_controller, save_state
 from agents.controllers.cell_table import virtual_goal
-from agents.controllers.newton import NewtonGoal, Response, gauss_newton, log_chance
+from agents.controllers.newton import NewtonGoal
 from agents.controllers.protocol import Learner as LearnerProtocol
+from agents.controllers.response import Response, gauss_newton, log_chance
 from agents.evaluation import evaluate, practise, summary
 
 Errors = Callable[[np.ndarray], np.ndarray]
@@ -74,6 +76,27 @@ def test_errors_that_run_the_other_way_are_learned_where_the_virtual_goal_runs_a
     newton.end_practice()
     assert kept(newton, errors) < 1.0
     assert thrown(paper, errors, 30)[-1] > 5.0
+
+
+def test_no_throw_is_spent_on_a_shift_of_which_the_correction_says_that_it_has_no_plan() -> None:
+    asked: list[np.ndarray] = []
+
+    def low(features: np.ndarray, kind: int, shift: np.ndarray) -> np.ndarray:
+        assert features.shape == (len(ONE.features[0]),)
+        assert kind == ONE.kind[0]
+        return shift[:, 0] <= 0.3
+
+    def errors(action: np.ndarray) -> np.ndarray:
+        asked.append(action.copy())
+        return turned(action)
+
+    newton = NewtonGoal(replace(POSE, possible=low))
+    newton.begin_practice(30)
+    thrown(newton, errors, 30)
+    newton.end_practice()
+    assert newton.act(ONE)[0, 0] <= 0.3
+    assert np.concatenate(asked)[:, 0].max() <= 0.3 + 1e-6
+    assert len(np.unique(np.concatenate(asked), axis=0)) > 10
 
 
 def test_without_practice_the_throws_themselves_become_good() -> None:

@@ -12,16 +12,18 @@ from agents.reproduce import (
     miyashita_accessible,
     miyashita_cases,
     miyashita_contact,
+    miyashita_contact_learning,
     miyashita_example,
     miyashita_formulas,
     miyashita_learning,
+    miyashita_reach,
+    miyashita_slopes,
     miyashita_tasks,
 )
 from agents.reproduce.findings import Findings, Row
 from agents.reproduce.miyashita import PARTS
 from pnt_gym.cells.pallet.config import load
-from pnt_gym.planning.one_joint import landing_state
-from pnt_gym.planning.one_joint.virtual_goal import release_jacobian
+from pnt_gym.planning.one_joint import landing_state, plan_throws
 
 SAMPLES = (48, 40, 24)
 
@@ -34,7 +36,12 @@ def findings(name: str) -> Findings:
         "accessible": lambda: miyashita_accessible.accessible_findings(SAMPLES),
         "learning": lambda: miyashita_learning.example_findings(seeds=2),
         "acceptance-5ms": lambda: miyashita_learning.acceptance_findings(0.005, goals=24, repeats=4),
-        "contact": lambda: miyashita_contact.contact_findings(goals=3, throws=2),
+        "contact": lambda: miyashita_contact.contact_findings(goals=3),
+        "contact-reach": lambda: miyashita_contact.reach_findings(goals=6, scanned=128),
+        "contact-learning": lambda: miyashita_contact_learning.learning_findings(
+            goals=1, searched=10, scanned=128, practice=4
+        ),
+        "contact-level": lambda: miyashita_contact_learning.level_findings(seeds=(0,), practice=16, held=16),
         "sorting": lambda: miyashita_tasks.sorting_findings(runs=4, practice=64),
         "assembly": lambda: miyashita_tasks.assembly_findings(runs=4, practice=120),
         "formulas": miyashita_formulas.formula_findings,
@@ -43,7 +50,8 @@ def findings(name: str) -> Findings:
 
 
 ALL = (
-    "example", "accessible", "learning", "acceptance-5ms", "contact", "sorting", "assembly", "formulas",
+    "example", "accessible", "learning", "acceptance-5ms", "contact", "contact-reach", "contact-learning",
+    "contact-level", "sorting", "assembly", "formulas",
 )  # fmt: skip
 
 
@@ -54,7 +62,7 @@ def row(name: str, quantity: str) -> Row:
 def test_the_parts_are_the_known_ones() -> None:
     assert [part.name for part in PARTS] == [
         "example", "accessible", "learning", "acceptance-0ms", "acceptance-5ms", "acceptance-10ms", "contact",
-        "contact-reach", "sorting", "assembly", "formulas",
+        "contact-reach", "contact-learning", "contact-level", "sorting", "assembly", "formulas",
     ]  # fmt: skip
 
 
@@ -155,14 +163,58 @@ def test_solid_stoppers_take_spin_the_more_the_higher_they_are() -> None:
     assert row("contact", "contact/paper-update").reproduced > 0.01
 
 
-def test_slopes_of_an_ideal_release_are_those_of_equation_11() -> None:
-    u = np.array([[0.36364, 9.319, 0.27858, 0.2419], [0.2, 8.0, 0.25, 0.30]])
-    goal = landing_state(u)
-    thrower = miyashita_cases.Thrower(load("ideal"), np.tile(np.arange(2), 4).tolist())
-    found = miyashita_contact.slopes(thrower, u.copy(), goal)
-    assert found.z == pytest.approx(goal, abs=2e-3)
-    wanted = miyashita_contact.scaled(release_jacobian(u))
-    assert miyashita_contact.scaled(found.jacobian) == pytest.approx(wanted, abs=0.05 * np.abs(wanted).max())
+def test_the_search_finds_releases_where_nothing_is_pushed_and_fewer_where_something_is() -> None:
+    for name in ("own-goals", "any-goals"):
+        r = row("contact-reach", f"contact/reachable/{name}")
+        assert r.details["share_ideal"] >= 60.0
+        assert r.reproduced < r.details["share_ideal"]
+    assert row("contact-reach", "contact/reachable/own-goals").reproduced == 0.0
+    assert row("contact-reach", "contact/reachable/paper-goal").reproduced > 10.0
+
+
+def test_the_flight_of_a_release_found_passes_its_goal() -> None:
+    config = load("ideal")
+    goal = miyashita_reach.goals_above_arm(3)
+    found = miyashita_reach.Search(config, 64).reach(goal)
+    again = miyashita_reach.size(miyashita_reach.errors(miyashita_reach.fly(config, found.share), goal))
+    assert again == pytest.approx(found.size, abs=1e-6)
+    reached = found.size < 1.0
+    assert reached.any()
+    u = miyashita_reach.LOW + (miyashita_reach.HIGH - miyashita_reach.LOW) * found.share[reached]
+    times = np.linspace(0.0, 0.45, 4001)
+    for release, one in zip(u, goal[reached], strict=True):
+        states = landing_state(np.column_stack([np.tile(release, (len(times), 1)), times]))
+        assert miyashita_reach.size(states - one).min() < 1.05
+
+
+def test_goals_above_the_arm_are_not_beyond_it() -> None:
+    goal = miyashita_reach.goals_above_arm(40)
+    assert goal.shape == (40, 4)
+    assert miyashita_cases.has_plan(goal).all()
+    stop = plan_throws(goal).motion.stop_angle
+    assert (np.cos(stop) * goal[:, 1] - np.sin(stop) * goal[:, 0] >= miyashita_cases.BLOCK.half_height).all()
+
+
+def test_controllers_learn_a_goal_within_reach_throw_by_throw() -> None:
+    for name in miyashita_contact_learning.CONTROLLERS:
+        once, kept = (row("contact-learning", f"contact/{name}/{what}") for what in ("once", "kept"))
+        assert once.details["goals"] == 1
+        assert once.details["throws"] == 4 + miyashita_contact_learning.KEPT
+        assert kept.reproduced <= once.reproduced
+        assert 0.0 <= kept.details["share_refused"] <= 100.0
+    assert row("contact-learning", "contact/best-release").details["share_throws"] > 50.0
+
+
+@pytest.mark.parametrize(("delay", "least", "largest"), [(0.0, 1.0, 1.0), (0.010, 0.65, 1.33)])
+def test_a_late_release_follows_the_virtual_goal_less(delay: float, least: float, largest: float) -> None:
+    goal = miyashita_cases.drawn_goals(12)
+    quiet = {"delay": delay, "placement": 0.0, "timing": 0.0}
+    thrower = miyashita_cases.Thrower(load("nominal", errors=quiet), range(12))
+    virtual = miyashita_cases.learn(thrower, goal, np.full(12, 1.0)).virtual[-1]
+    found = miyashita_slopes.measured_slopes(delay, goal, virtual)
+    assert np.median(found.three[:, 0]) == pytest.approx(least, abs=0.06)
+    assert np.median(found.three[:, 2]) == pytest.approx(largest, abs=0.1)
+    assert "%" in miyashita_slopes.gain_note(found, 0.5)
 
 
 def test_sorting_and_assembly_succeed_after_practice() -> None:

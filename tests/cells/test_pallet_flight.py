@@ -116,6 +116,15 @@ def test_a_part_that_leaves_by_contact_is_watched_when_it_is_clear():
     np.testing.assert_allclose(spin, spin[0], rtol=1e-6)
 
 
+@pytest.mark.parametrize(("release", "rate"), [("contact", 1000.0), ("ideal", 50.0)])
+def test_a_flight_planned_to_be_short_is_still_seen(release, rate):
+    config, short = load("ideal", release=release, camera={"rate": rate}), EXAMPLE.copy()
+    short[:, 3] = 0.005
+    flight, noise = fly(config, throws(short)), np.zeros((1, 400, 3))
+    assert watch(flight, short[:, 3], noise, config).seen.sum() == LEAST
+    assert np.isfinite(estimated_state(flight, short[:, 3], state_at_goal(EXAMPLE), noise, config)).all()
+
+
 def test_a_part_that_is_stopped_at_once_is_still_seen(flights):
     stopped = replace(flights, pushed=np.ones_like(flights.pushed))
     frames = watch(stopped, RELEASES[:, 3], np.zeros((len(RELEASES), 400, 3)), IDEAL)

@@ -7,6 +7,7 @@ from throw_tools import ONE_JOINT, zeros
 
 from pnt_gym.cells.pallet.config import load
 from pnt_gym.cells.pallet.observation import FEATURES, decode
+from pnt_gym.cells.pallet.tasks import PUSHED
 from pnt_gym.errors import ConfigError
 
 PAPER = np.array([0.0, 0.4, np.deg2rad(150.0), 0.0])
@@ -192,3 +193,25 @@ def test_goals_are_for_the_throw_only():
 def test_a_conveyors_level_is_not_an_arms():
     with pytest.raises(ConfigError, match="unknown level 'waste'"):
         gym.make("OneJointThrow-v0", level="waste")
+
+
+@pytest.mark.parametrize(("env_id", "level"), [("OneJointThrow-v0", "contact"), ("OneJointAssembly-v0", "nominal")])
+def test_the_correction_knows_which_shifts_have_a_plan(env_id, level):
+    env = gym.make_vec(env_id, num_envs=8, level=level)
+    core = env.unwrapped.core
+    features, info = env.reset(seed=2)
+    actions = np.random.default_rng(0).uniform(-0.5, 0.5, (8, 4))
+    told = [core.correction.possible(features[i], int(info["kind"][i]), actions[i : i + 1])[0] for i in range(8)]
+    *_, info = env.step(actions)
+    assert 0 < info["residual_clipped"].sum() < 8
+    assert (np.array(told) == ~info["residual_clipped"]).all()
+
+
+def test_a_pushed_block_is_thrown_at_goals_that_it_can_reach():
+    def names(env_id, level):
+        return gym.make(env_id, level=level).unwrapped.core.item_names
+
+    assert names("OneJointThrow-v0", "contact") == tuple(goal.name for goal in PUSHED)
+    assert names("OneJointThrow-v0", {"release": "contact", "goals": {"region": {}}}) == ("goal",)
+    for env_id in ("OneJointSort-v0", "OneJointAssembly-v0"):
+        assert names(env_id, "contact") == names(env_id, "nominal")

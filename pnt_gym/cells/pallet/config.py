@@ -173,7 +173,10 @@ class GoalRegion(Section):
 
 
 class Goals(Section):
-    """Where the task `throw` throws to: a list to draw from, or a region. The other tasks have pallets."""
+    """Where the task `throw` throws to: a list to draw from, or a region. The other tasks have pallets.
+
+    With neither it is the default region; with the release `contact`, which does not reach that, a list (`PUSHED`).
+    """
 
     fixed: tuple[Goal, ...] = ()
     region: GoalRegion | None = None

@@ -20,6 +20,11 @@ LEAST: Final = 8
 """Frames that are kept even of a part that is touched before."""
 
 
+PUSHED: Final = 0.5
+"""A part that leaves by contact passes its goal when it will, whatever flight was planned: it is recorded for this long
+at least [s]."""
+
+
 @final
 @dataclass(frozen=True)
 class Frames:
@@ -31,6 +36,11 @@ class Frames:
     """x, y [m], phi [rad] with the camera's noise (N, F, 3); 0 where nothing is seen."""
     seen: Bools
     """(N, F)"""
+
+
+def least_flight(config: PalletConfig) -> float:
+    """How long a flight must be recorded however short it was planned [s]."""
+    return PUSHED if config.release == "contact" else LEAST / config.camera.rate
 
 
 def watch(flight: Flight, flight_time: Floats, noise: Floats, config: PalletConfig) -> Frames:

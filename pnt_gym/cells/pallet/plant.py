@@ -18,6 +18,7 @@ from pnt_gym.cells.outcome import TOUCH
 from pnt_gym.cells.pallet.config import PalletConfig
 from pnt_gym.cells.pallet.flight import Flight
 from pnt_gym.cells.pallet.hidden import Hidden
+from pnt_gym.cells.pallet.measure import least_flight
 from pnt_gym.cells.pallet.parts import Part
 from pnt_gym.cells.pallet.recording import ThrowRecording
 from pnt_gym.cells.pallet.scene import TORQUE, Scene, build_scene, contact_columns
@@ -94,7 +95,8 @@ class PalletPlant:
         release = motion.duration + delay
         clock = Clock.releasing_at(release, step)
         settle = SETTLE if self.scene.pallets else 0.0
-        end = release + LATEST_FLIGHT * flight_time + MARGIN + settle
+        flown = np.maximum(LATEST_FLIGHT * flight_time, least_flight(self.config))
+        end = release + flown + MARGIN + settle
         steps = np.ceil((end - clock.start) / step).astype(np.int64)
         radius = load.radius + hidden.radius
         self.write(motion.sample(clock.start[:, None]).angle[:, 0], part, radius, lying)

@@ -1,0 +1,161 @@
+"""How the errors of throws answer to their shifts, learned from throws.
+
+A straight map plus what bends it, both with Gaussian priors (Bayesian least squares, in the form of a Gaussian
+process): it has a Jacobian at every shift, averages the scatter of the throws, and knows how far to trust itself.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.planning.arrays import Floats
+
+SLOPE: Final = 1.0
+"""Deviation, as known before the first throw, of the Jacobian's entries from the one-to-one map's."""
+OFFSET: Final = 10.0
+"""Deviation of the error of an uncorrected throw, in actions."""
+NOISE: Final = (0.003, 0.01, 0.03, 0.1, 0.3)
+"""Standard deviations of what the map does not explain that are tried, in actions."""
+BENDS: Final = ((0.0, 1.0), (0.1, 0.3), (0.1, 0.8), (0.4, 0.3), (0.4, 0.8), (1.5, 0.8))
+"""Sizes and lengths of the bends of the map that are tried, in actions."""
+REPEATABLE: Final = (0.5, 0.0, 0.95)
+"""Shares of the unexplained that come back when a shift is thrown again; the first one while no shift was."""
+ITERATIONS: Final = 12
+"""Gauss-Newton steps on the learned map for one step of the shift."""
+LEAST_DAMPING: Final = 1e-6
+MORE_DAMPING: Final = 1e-3
+"""Added to the squares of the Jacobian's singular values: at least, and once a step has led to larger errors."""
+
+
+@final
+@dataclass(frozen=True)
+class _Kernel:
+    """Covariance of one error over shifts, in actions."""
+
+    noise: float
+    bend: float
+    length: float
+    repeats: float
+
+    def smooth(self, a: Floats, b: Floats) -> Floats:
+        """Of the map (A, B) at shifts (A, E) and (B, E)."""
+        return OFFSET**2 + SLOPE**2 * (a @ b.T) + self._bent(a, b)
+
+    def slope(self, a: Floats, b: Floats) -> Floats:
+        """Derivative of `smooth` by the one shift `a` (E,): (E, B)."""
+        pull = (b - a) / self.length**2
+        return SLOPE**2 * b.T + (self._bent(a[None], b)[0][:, None] * pull).T
+
+    def rough(self, a: Floats, b: Floats) -> Floats:
+        """What `smooth` misses and yet comes back at the same shift (A, B)."""
+        same = (a[:, None] == b).all(axis=2)
+        return np.where(same, self.repeats * self.noise**2, 0.0)
+
+    def observed(self, a: Floats) -> Floats:
+        """Of errors measured at shifts (A, E): (A, A)."""
+        rest = (1.0 - self.repeats) * self.noise**2
+        return self.smooth(a, a) + self.rough(a, a) + rest * np.eye(len(a))
+
+    def variance(self, a: Floats) -> Floats:
+        """Of the error of one throw, before anything is known (A,)."""
+        return OFFSET**2 + SLOPE**2 * (a**2).sum(axis=1) + self.bend**2 + self.noise**2
+
+    def _bent(self, a: Floats, b: Floats) -> Floats:
+        square = ((a[:, None] - b) ** 2).sum(axis=2)
+        return self.bend**2 * np.exp(-0.5 * square / self.length**2)
+
+
+_KERNELS: Final = tuple(_Kernel(n, *bend, share) for n in NOISE for bend in BENDS for share in REPEATABLE)
+
+
+def _solved(factor: Floats, right: Floats, *, transposed: bool = False) -> Floats:
+    """The solution x of L x = right, or of L^T x = right, for a lower triangle L."""
+    scipy = importlib.import_module("scipy.linalg")  # at first use, because it takes a while
+    return np.asarray(scipy.solve_triangular(factor, right, lower=True, trans=int(transposed), check_finite=False))
+
+
+@final
+class Response:
+    """How the error depends on the shift, learned from throws; both in actions, one to one where nothing is known.
+
+    Args:
+        shift: of each throw (M, E), M at least 1.
+        error: of each throw (M, E).
+    """
+
+    def __init__(self, shift: Floats, error: Floats) -> None:
+        self._shift = shift
+        surprise = error - shift
+        repeated = len(np.unique(shift, axis=0)) < len(shift)
+        kernels = [k for k in _KERNELS if repeated or k.repeats == REPEATABLE[0]]
+        factors: list[Floats] = [np.asarray(np.linalg.cholesky(k.observed(shift)), np.float64) for k in kernels]
+        whitened = [_solved(factor, surprise) for factor in factors]
+        # Logarithm of the likelihood of each error under each kernel, but for a constant.
+        fits = [-0.5 * (w**2).sum(axis=0) - np.log(f.diagonal()).sum() for w, f in zip(whitened, factors, strict=True)]
+        best: list[int] = np.array(fits).argmax(axis=0).tolist()
+        self._kernels = [kernels[i] for i in best]
+        self._factors = [factors[i] for i in best]
+        self._weights = [_solved(factors[i], whitened[i][:, e], transposed=True) for e, i in enumerate(best)]
+
+    def error(self, shift: Floats) -> Floats:
+        """Smooth part of the error (N, E) expected at shifts (N, E)."""
+        parts = [k.smooth(shift, self._shift) @ w for k, w in zip(self._kernels, self._weights, strict=True)]
+        return shift + np.stack(parts, axis=1)
+
+    def error_again(self, shift: Floats) -> Floats:
+        """The error (N, E) expected where shifts (N, E) are thrown that were thrown before."""
+        parts = [k.rough(shift, self._shift) @ w for k, w in zip(self._kernels, self._weights, strict=True)]
+        return self.error(shift) + np.stack(parts, axis=1)
+
+    def doubt(self, shift: Floats) -> Floats:
+        """Standard deviation (N, E) of the errors of throws with new shifts (N, E), scatter included."""
+        parts: list[Floats] = []
+        for kernel, factor in zip(self._kernels, self._factors, strict=True):
+            known = _solved(factor, kernel.smooth(self._shift, shift))
+            parts.append(kernel.variance(shift) - (known**2).sum(axis=0))
+        return np.sqrt(np.maximum(np.stack(parts, axis=1), 1e-12))
+
+    def jacobian(self, shift: Floats) -> Floats:
+        """Derivative (E, E) of the error by the one shift (E,)."""
+        rows = [k.slope(shift, self._shift) @ w for k, w in zip(self._kernels, self._weights, strict=True)]
+        return np.eye(len(shift)) + np.stack(rows)
+
+
+def gauss_newton(response: Response, weight: Floats, start: Floats) -> Floats:
+    """The shift (E,) within [-1, 1] to which Gauss-Newton steps lead from `start` (E,).
+
+    Args:
+        response: what is known of the errors.
+        weight: of each error (E,).
+        start: a shift.
+    """
+    best, damping = start, LEAST_DAMPING
+    error, jacobian = _weighted(response, weight, best)
+    for _ in range(ITERATIONS):
+        square = jacobian.T @ jacobian + damping * np.eye(len(start))
+        trial = np.clip(best - np.linalg.solve(square, jacobian.T @ error), -1.0, 1.0)
+        found, slope = _weighted(response, weight, trial)
+        if found @ found < error @ error:
+            best, error, jacobian = trial, found, slope
+            damping = max(0.1 * damping, LEAST_DAMPING)
+        else:
+            damping = 10.0 * max(damping, MORE_DAMPING)
+    return best
+
+
+def _weighted(response: Response, weight: Floats, shift: Floats) -> tuple[Floats, Floats]:
+    return weight * response.error(shift[None])[0], weight[:, None] * response.jacobian(shift)
+
+
+def log_chance(error: Floats, doubt: Floats, bound: Floats | float) -> Floats:
+    """Logarithm of the chance (N,) that all errors (N, E), known up to `doubt` (N, E), come out within +-bound."""
+    log_ndtr: Callable[[Floats], Floats] = importlib.import_module("scipy.special").log_ndtr
+    # Mirrored to the lower tail, where the logarithm keeps its digits however unlikely the interval is.
+    low, high = (-bound - np.abs(error)) / doubt, (bound - np.abs(error)) / doubt
+    upper, lower = log_ndtr(high), log_ndtr(low)
+    return (upper + np.log1p(-np.exp(np.minimum(lower - upper, -1e-12)))).sum(axis=1)
