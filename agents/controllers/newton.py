@@ -164,7 +164,7 @@ class NewtonGoal:
         """The next shift of each throw's cell, zero where none was thrown yet: (N, E)."""
         action = np.zeros((len(observation.kind), self._correction.count))
         for name, rows in self._rows(observation).items():
-            action[rows] = self._next(name, len(rows))
+            action[rows] = self._next(name, len(rows), self._possible(observation, rows[0]))
         return to_action(action * self._correction.scale, self._correction)
 
     def learn(self, outcome: Outcome) -> None:
@@ -227,7 +227,7 @@ class NewtonGoal:
             return lambda shift: np.full(len(shift), True)
         return partial(test, observation.features[row], int(observation.kind[row]))
 
-    def _next(self, name: str, count: int) -> Floats:
+    def _next(self, name: str, count: int, possible: _Possible) -> Floats:
         """Shifts (count, E) of throws in one cell."""
         cell = self._cells.get(name)
         if cell is not None:
@@ -235,4 +235,5 @@ class NewtonGoal:
         shift = np.zeros((count, self._correction.count))
         if self._exploring:
             shift[1:] = SPREAD * self._random.standard_normal((count - 1, self._correction.count))
+            shift[~possible(shift)] = 0.0
         return shift

@@ -78,13 +78,14 @@ def test_errors_that_run_the_other_way_are_learned_where_the_virtual_goal_runs_a
     assert thrown(paper, errors, 30)[-1] > 5.0
 
 
-def test_no_throw_is_spent_on_a_shift_of_which_the_correction_says_that_it_has_no_plan() -> None:
+@pytest.mark.parametrize("rows", [1, 6])
+def test_no_throw_is_spent_on_a_shift_of_which_the_correction_says_that_it_has_no_plan(rows: int) -> None:
     asked: list[np.ndarray] = []
 
     def low(features: np.ndarray, kind: int, shift: np.ndarray) -> np.ndarray:
         assert features.shape == (len(ONE.features[0]),)
         assert kind == ONE.kind[0]
-        return shift[:, 0] <= 0.3
+        return shift[:, 0] <= 0.1
 
     def errors(action: np.ndarray) -> np.ndarray:
         asked.append(action.copy())
@@ -92,10 +93,10 @@ def test_no_throw_is_spent_on_a_shift_of_which_the_correction_says_that_it_has_n
 
     newton = NewtonGoal(replace(POSE, possible=low))
     newton.begin_practice(30)
-    thrown(newton, errors, 30)
+    thrown(newton, errors, 30 // rows, rows=rows)
     newton.end_practice()
-    assert newton.act(ONE)[0, 0] <= 0.3
-    assert np.concatenate(asked)[:, 0].max() <= 0.3 + 1e-6
+    assert newton.act(ONE)[0, 0] <= 0.1 + 1e-6
+    assert np.concatenate(asked)[:, 0].max() <= 0.1 + 1e-6
     assert len(np.unique(np.concatenate(asked), axis=0)) > 10
 
 
