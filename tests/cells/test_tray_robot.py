@@ -84,6 +84,9 @@ def test_impossible_robots_are_refused_in_one_sentence(robot, message):
         (varied(tray={"x": 3.0}), "reach"),
         (varied(robot={"scale": 3.5}), "the robot does not reach the grip"),
         (varied(grip={"open_deg": -56.0}), "the paper_ball is 0.08 m wide; the claws open to 0.008858 m"),
+        ({"grip": {"open_deg": 50.0}}, "grip.open_deg is 50 deg; the platform's halves turn from -60 to -30 deg"),
+        ({"grip": {"open_deg": 60.0}, "robot": {"dimensions": {"theta": [-1.1, 1.2]}}}, "from 53.3 deg on the motors"),
+        ({"grip": {"release_deg": 30.0}}, "opens the claws to -19.1 deg around the cork"),
         (varied(robot={"claws": {"width": 0.13}}), "the yoghurt_cup is 0.07 m wide; claws that squeeze by 4 deg"),
     ],
 )  # fmt: skip

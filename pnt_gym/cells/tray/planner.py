@@ -21,6 +21,7 @@ from pnt_gym.planning.arrays import Bools, Floats, Ints, length
 from pnt_gym.planning.ballistics import GRAVITY
 from pnt_gym.robots.gripper4.build import Claws
 from pnt_gym.robots.gripper4.geometry import Dimensions
+from pnt_gym.robots.gripper4.indices import singular_angle
 from pnt_gym.robots.gripper4.jacobian import inverse_jacobian
 from pnt_gym.robots.gripper4.kinematics import inverse_kinematics
 from pnt_gym.robots.gripper4.motion import travel_time
@@ -55,6 +56,7 @@ class TossPlanner:
         self.targets = config.tray.centres(len(config.things))
         grip, claws = config.grip, build.claws
         _check_widths(config, claws, self.dimensions)
+        _check_angles(config, claws, self.dimensions)
         self._top = claws.length + claws.pad[2] / 2.0 + grip.clearance
         self._belt = config.table.speed * config.table.travel
         contact = claws.contact_theta(np.array([t.size[1] for t in config.things]))
@@ -241,6 +243,28 @@ def _motor_speed(poses: Floats, rate: Floats, dimensions: Dimensions) -> Floats:
     q = inverse_kinematics(poses, dimensions, strokes=True)
     speeds = (inverse_jacobian(poses, dimensions) @ np.broadcast_to(rate, poses.shape)[..., None])[..., 0]
     return np.where(np.isnan(q[..., 0]), np.nan, np.abs(speeds).max(axis=-1))
+
+
+def _check_angles(config: TrayConfig, claws: Claws, dimensions: Dimensions) -> None:
+    """Make sure that the open claws ask for nothing outside the range of the platform's halves.
+
+    Raises:
+        ConfigError: they do.
+    """
+    grip, (low, high) = config.grip, np.rad2deg(dimensions.theta)
+    singular = float(np.rad2deg(singular_angle(dimensions.home[:3], dimensions)))
+    valid = f"the platform's halves turn from {low:g} to {high:g} deg"
+    if singular <= high:
+        high, valid = singular, f"{valid}, and from {singular:.1f} deg on the motors lose hold of them"
+    if not low <= grip.open_deg <= high:
+        raise ConfigError(f"cell {config.name!r}: grip.open_deg is {grip.open_deg:g} deg; {valid}")
+    for thing in config.things:
+        angle = float(np.rad2deg(claws.contact_theta(np.asarray(thing.size[1])))) + grip.release_deg
+        if angle > high:
+            raise ConfigError(
+                f"cell {config.name!r}: grip.release_deg is {grip.release_deg:g} deg, which opens the claws to "
+                f"{angle:.1f} deg around the {thing.name}; {valid}"
+            )
 
 
 def _check_widths(config: TrayConfig, claws: Claws, dimensions: Dimensions) -> None:
