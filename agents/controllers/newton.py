@@ -233,7 +233,8 @@ class NewtonGoal:
         if cell is not None:
             return cell.next[np.arange(count) % len(cell.next) if self._exploring else np.zeros(count, dtype=int)]
         shift = np.zeros((count, self._correction.count))
-        if self._exploring:
-            shift[1:] = SPREAD * self._random.standard_normal((count - 1, self._correction.count))
-            shift[~possible(shift)] = 0.0
+        if self._exploring and count > 1:
+            options = SPREAD * self._random.standard_normal((ROWS * (count - 1), self._correction.count))
+            good = options[possible(options)][: count - 1]
+            shift[1 : 1 + len(good)] = good
         return shift

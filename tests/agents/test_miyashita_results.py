@@ -69,13 +69,14 @@ def test_newtons_method_keeps_most_goals_within_reach_of_a_pushed_block_and_the_
     assert others["goals"] == 200
     assert 20.0 < others["reproduced"] < 50.0 < others["share_ideal"]
     row = ROWS["miyashita/contact/newton_goal/kept"]
-    assert row["goals"] >= 30
-    assert row["throws"] == 30
+    once = ROWS["miyashita/contact/newton_goal/once"]
+    assert once["goals"] >= 30
+    assert once["throws"] == 30
     assert row["reproduced"] >= value("contact/best-release") - 10.0
     assert value("contact/newton_goal/once") >= row["reproduced"] > 4.0 * value("contact/virtual_goal/kept")
     assert row["share_refused"] == 0.0
-    assert value("contact/level/newton_goal") >= 70.0
-    assert max(value(f"contact/level/{name}") for name in ("analytic", "virtual_goal")) <= 20.0
+    assert value("contact/level/newton_goal") >= 60.0
+    assert max(value(f"contact/level/{name}") for name in ("analytic", "virtual_goal")) <= 10.0
 
 
 def test_the_state_follows_the_virtual_goal_the_less_the_later_the_block_comes_free() -> None:
