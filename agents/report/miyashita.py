@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from agents.report.grids import ODD, Grid, Row, Rows, number, plain, value
+from agents.report.grids import ODD, Grid, Rows, below, number, plain, value
 
 DELAYS: Final = (0, 5, 10)
 """How late the block comes free [ms]."""
@@ -19,20 +19,15 @@ def miyashita_grids(rows: Rows) -> list[Grid]:
     return [_example(rows), _learning(rows), _acceptance(rows), _contact(rows), _tasks(rows), _further(rows)]
 
 
-def _below(rows: Rows, folder: str) -> dict[str, Row]:
-    start = f"miyashita/{folder}/"
-    return {name.removeprefix(start): row for name, row in rows.items() if name.startswith(start)}
-
-
 def _example(rows: Rows) -> Grid:
-    return Grid("Goal (0, 0.4 m, 150 deg, 0 m/s)", *plain(_below(rows, "example").values(), verdict=True))
+    return Grid("Goal (0, 0.4 m, 150 deg, 0 m/s)", *plain(below(rows, "miyashita/example").values(), verdict=True))
 
 
 def _learning(rows: Rows) -> Grid:
     """One line per delay and gain: the errors at the paper's goal."""
     lines: list[list[str]] = [["published, 10th throw", "-", "-", "< 2.5 mm", "< 0.10 deg", "< 0.010 m/s", "-"]]
     for delay in DELAYS:
-        for name, row in _below(rows, f"learning/delay-{delay}ms").items():
+        for name, row in below(rows, f"miyashita/learning/delay-{delay}ms").items():
             if name.startswith("K-"):
                 first = f"{1e3 * row['position_first']:.1f} mm, {number(row, 'angle_first', 1)} deg"
                 last = [f"{1e3 * row['reproduced']:.1f} mm", f"{number(row, 'angle_deg', 2)} deg"]
@@ -46,7 +41,7 @@ def _acceptance(rows: Rows) -> Grid:
     """One line per delay and gain: how many of many goals are learned."""
     lines: list[list[str]] = []
     for delay in DELAYS:
-        for name, row in _below(rows, f"acceptance/delay-{delay}ms").items():
+        for name, row in below(rows, f"miyashita/acceptance/delay-{delay}ms").items():
             shares = [
                 f"{row[key]:.1f} %"
                 for key in (
@@ -74,11 +69,11 @@ def _acceptance(rows: Rows) -> Grid:
 
 
 def _contact(rows: Rows) -> Grid:
-    return Grid("Stoppers that push the block", *plain(_below(rows, "contact").values(), verdict=True))
+    return Grid("Stoppers that push the block", *plain(below(rows, "miyashita/contact").values(), verdict=True))
 
 
 def _tasks(rows: Rows) -> Grid:
-    shown = [*_below(rows, "sorting").values(), *_below(rows, "assembly").values()]
+    shown = [*below(rows, "miyashita/sorting").values(), *below(rows, "miyashita/assembly").values()]
     return Grid("Sorting and assembly in the simulator", *plain(shown, verdict=True))
 
 
