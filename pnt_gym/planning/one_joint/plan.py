@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from itertools import chain
 from types import ModuleType
 from typing import Final, Literal, NamedTuple, final
@@ -128,15 +129,9 @@ def plan_throw(
     u = _release(target, arm, block)
     radius = float(arm_radius(u, block.half_height))
     throw = Throw(float(u[0]), float(u[1]), radius)
-    found: list[_Solution] = []
-    tried = iterations = 0
     family = _family(u, arm, block, weighing, static_start) if guesses == "family" else iter(())
-    for accelerations in chain(family, _random(arm, seed)):
-        if tried >= (starts if found else starts + MORE_STARTS):
-            break
-        solution, count = _attempt(throw, arm, block, weighing, static_start, solver, accelerations)
-        tried, iterations = tried + 1, iterations + count
-        found += [solution] if solution else []
+    attempt = partial(_attempt, throw, arm, block, weighing, static_start, solver)
+    found, tried, iterations = _solutions(chain(family, _random(arm, seed)), attempt, starts)
     if not found:
         raise UnreachableGoal(target, (f"{explain(ThrowReason.NO_MOTION)} ({tried} first guesses)",))
     best = min(found, key=lambda solution: solution.cost)
@@ -154,6 +149,21 @@ def plan_throw(
         iterations,
         best.message,
     )
+
+
+def _solutions(
+    guesses: Iterator[Floats], attempt: Callable[[Floats], tuple[_Solution | None, int]], starts: int
+) -> tuple[list[_Solution], int, int]:
+    """What a solver makes of the first guesses, how many were tried, and its iterations; more while none succeeds."""
+    found: list[_Solution] = []
+    tried = iterations = 0
+    for accelerations in guesses:
+        if tried >= (starts if found else starts + MORE_STARTS):
+            break
+        solution, count = attempt(accelerations)
+        tried, iterations = tried + 1, iterations + count
+        found += [solution] if solution else []
+    return found, tried, iterations
 
 
 def _check_options(solver: str, objective: str, guesses: str, starts: int) -> None:
