@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
-from pnt_gym.robots.chain import set_options
+from pnt_gym.robots.specification import set_options
 from pnt_gym.robots.t3kr.model import Rods, add_t3kr
 from pnt_gym.robots.t3kr.pose import closed_pose, control_columns, qpos_columns
 from pnt_gym.robots.t3kr.reference import joint_knots, joint_references, knot_count, upsample

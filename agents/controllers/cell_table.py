@@ -11,9 +11,8 @@ from typing import final
 
 import numpy as np
 
-from agents.cli import UsageError
 from agents.controllers.protocol import Actions, Observation, Outcome, State
-from agents.controllers.shift import ideal_shift, instructive, to_action
+from agents.controllers.shift import check_width, ideal_shift, instructive, to_action
 from pnt_gym.correction import Correction
 from pnt_gym.errors import PntGymError
 from pnt_gym.planning.arrays import Floats
@@ -87,9 +86,7 @@ class CellTable:
         Raises:
             UsageError: their shifts have another number of coordinates.
         """
-        found, needed = state["shift"].shape[1], self._correction.count
-        if found != needed:
-            raise UsageError(f"what {self.name!r} learned are shifts of {found} numbers; here they have {needed}")
+        check_width(state["shift"], self._correction, self.name)
         names = [str(n) for n in state["cells"]]
         self._shift = {n: np.asarray(s, dtype=np.float64) for n, s in zip(names, state["shift"], strict=True)}
         self._count = {n: int(c) for n, c in zip(names, state["count"], strict=True)}

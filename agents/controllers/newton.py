@@ -20,10 +20,9 @@ from typing import Final, TypeAlias, final
 
 import numpy as np
 
-from agents.cli import UsageError
 from agents.controllers.protocol import Actions, Observation, Outcome, State
 from agents.controllers.response import Response, gauss_newton, log_chance
-from agents.controllers.shift import instructive, to_action
+from agents.controllers.shift import check_width, instructive, to_action
 from pnt_gym.correction import Correction
 from pnt_gym.planning.arrays import Bools, Floats
 
@@ -199,9 +198,7 @@ class NewtonGoal:
         Raises:
             UsageError: their shifts have another number of coordinates.
         """
-        found, needed = state["shift"].shape[1], self._correction.count
-        if found != needed:
-            raise UsageError(f"what {self.name!r} learned are shifts of {found} numbers; here they have {needed}")
+        check_width(state["shift"], self._correction, self.name)
         self.reset(0)
         self._settled = bool(state["settled"])
         self._cells = {str(name): _Cell(self._weight) for name in state["cells"]}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from agents.cli import UsageError
 from agents.controllers.protocol import Actions, Outcome
 from pnt_gym.correction import Correction
 from pnt_gym.planning.arrays import Bools, Floats
@@ -27,3 +28,14 @@ def ideal_shift(outcome: Outcome, correction: Correction) -> Floats:
 def instructive(outcome: Outcome) -> Bools:
     """Throws (N,) that were executed as asked and whose error was measured."""
     return np.isfinite(outcome.error).all(axis=1) & ~outcome.clipped
+
+
+def check_width(shift: Floats, correction: Correction, name: str) -> None:
+    """Make sure that shifts (M, E) that a controller learned have the numbers of this cell's.
+
+    Raises:
+        UsageError: they have another number of coordinates.
+    """
+    found, needed = shift.shape[1], correction.count
+    if found != needed:
+        raise UsageError(f"what {name!r} learned are shifts of {found} numbers; here they have {needed}")

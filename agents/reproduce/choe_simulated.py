@@ -11,7 +11,7 @@ from agents.reproduce.findings import Findings, Part, Row
 from pnt_gym.engine import Batch, mujoco
 from pnt_gym.planning.arrays import Floats
 from pnt_gym.planning.trajectory import HandPath, Samples
-from pnt_gym.robots.chain import set_options
+from pnt_gym.robots.specification import set_options
 from pnt_gym.robots.t3kr.geometry import T3KR
 from pnt_gym.robots.t3kr.model import add_t3kr
 from pnt_gym.robots.t3kr.pose import closed_pose, control_columns, qpos_columns

@@ -11,10 +11,11 @@ from typing import Final, final
 
 import numpy as np
 
+from pnt_gym.cells.stage import light_stage
 from pnt_gym.config import Bins, CellConfig
 from pnt_gym.engine import MjModel, MjSpec, mujoco
 from pnt_gym.planning.arrays import Floats
-from pnt_gym.robots.chain import LOOP_SOLIMP, LOOP_SOLREF, set_options
+from pnt_gym.robots.specification import LOOP_SOLIMP, LOOP_SOLREF, set_options
 from pnt_gym.robots.t3kr.model import T3krHandles, add_t3kr
 
 CUP_RADIUS: Final = 0.018
@@ -134,10 +135,7 @@ def _bin_places(config: CellConfig) -> list[tuple[float, float, tuple[float, flo
 
 def _add_stage(spec: MjSpec, config: CellConfig) -> None:
     """Light, floor and belt."""
-    spec.visual.global_.offwidth, spec.visual.global_.offheight = 1920, 1080
-    spec.visual.headlight.ambient = np.full(3, 0.35)
-    spec.visual.headlight.diffuse = np.full(3, 0.45)
-    _add_sky(spec)
+    light_stage(spec, ambient=0.35, diffuse=0.45)
     spec.worldbody.add_light(pos=[0.6, -1.4, 1.6], dir=[-0.3, 0.6, -1.0], diffuse=np.full(3, 0.5))
     ground = config.bins.rim - config.bins.depth - config.bins.wall - FLOOR_DROP
     spec.worldbody.add_geom(
@@ -158,20 +156,6 @@ def _add_stage(spec: MjSpec, config: CellConfig) -> None:
         surfacevel=[belt.speed, 0, 0, 0, 0, 0],
         solref=_SURROUNDINGS_SOLREF,
     )
-
-
-def _add_sky(spec: MjSpec) -> None:
-    """A plain bright background: the black default hides the carbon rods."""
-    spec.add_texture(
-        name="sky",
-        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
-        rgb1=[0.90, 0.93, 0.96],
-        rgb2=[0.55, 0.62, 0.70],
-        width=64,
-        height=384,
-    )
-    spec.visual.quality.shadowsize = 4096
 
 
 def _add_cup(spec: MjSpec) -> None:

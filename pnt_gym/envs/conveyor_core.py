@@ -72,9 +72,7 @@ class ConveyorCore:
             generators: one per row; the row keeps drawing from it.
             seeded: whether the generators are new; if not, a pick that is already drawn is kept.
         """
-        chosen = self._episodes.begin(rows, seeded)
-        if chosen.size > 0:
-            self.cell.reset(rows[chosen], [generators[i] for i in chosen])
+        self._episodes.restart(self.cell, rows, generators, seeded)
 
     def observe(self) -> NDArray[np.float32]:
         """Observations of the coming picks (N, 26)."""

@@ -49,6 +49,14 @@ COMMON_INFO: Final = (
 """What every core tells of a throw; the errors of its `Correction` come on top."""
 
 
+class Cells(Protocol):
+    """N cells whose coming throws can be drawn anew."""
+
+    def reset(self, rows: Ints, generators: list[np.random.Generator], /) -> None:
+        """Begin anew in some rows, each with its own generator."""
+        ...
+
+
 @final
 class Episodes:
     """Counts the throws of N cells, and knows which of them need a new draw when their episode begins.
@@ -70,6 +78,12 @@ class Episodes:
         draw = np.full(len(rows), True) if seeded else ~self._fresh[rows]
         self._fresh[rows] = False
         return np.flatnonzero(draw)
+
+    def restart(self, cell: Cells, rows: Ints, generators: list[np.random.Generator], seeded: bool) -> None:
+        """Begin new episodes in some rows of `cell`; the arguments are those of `Core.reset`."""
+        chosen = self.begin(rows, seeded)
+        if chosen.size > 0:
+            cell.reset(rows[chosen], [generators[i] for i in chosen])
 
     def thrown(self, early: Bools | None = None) -> Bools:
         """Count one throw in every cell; returns the episodes that are over (N,).

@@ -7,7 +7,8 @@ from pnt_gym.cells.pallet.parts import AITCH, BLOCK, PARTS, SLOT, STEM, TEE, WOO
 from pnt_gym.engine import mujoco
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.one_joint.parameters import Arm, Block
-from pnt_gym.robots.one_joint.model import add_plane_joints, set_options
+from pnt_gym.robots.one_joint.model import add_plane_joints
+from pnt_gym.robots.specification import set_options
 
 EVERY = pytest.mark.parametrize("part", PARTS.values(), ids=lambda part: part.name)
 

@@ -12,8 +12,8 @@ from pnt_gym.robots.one_joint.model import (
     add_grip,
     add_one_joint,
     add_plane_joints,
-    set_options,
 )
+from pnt_gym.robots.specification import set_options
 
 ARM, RIGID = Arm(), Drive(kp=2000.0, kv=20.0)
 STEP = 0.001

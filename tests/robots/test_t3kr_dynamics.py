@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from pnt_gym.robots.chain import set_options
+from pnt_gym.robots.specification import set_options
 from pnt_gym.robots.t3kr.dynamics import inverse_dynamics, joint_acceleration, joint_velocity
 from pnt_gym.robots.t3kr.geometry import T3KR
 from pnt_gym.robots.t3kr.kinematics import in_workspace, inverse_kinematics, jacobian

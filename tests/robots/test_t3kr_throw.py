@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from mujoco.batch import Batch
 
-from pnt_gym.robots.chain import set_options
+from pnt_gym.robots.specification import set_options
 from pnt_gym.robots.t3kr.geometry import T3KR
 from pnt_gym.robots.t3kr.kinematics import forward_kinematics
 from pnt_gym.robots.t3kr.model import add_t3kr

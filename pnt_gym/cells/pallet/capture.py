@@ -15,7 +15,8 @@ from pnt_gym.cells.rollout import check_warnings
 from pnt_gym.engine import Batch, MjModel, mujoco
 from pnt_gym.planning.arrays import Bools, Floats
 from pnt_gym.planning.ballistics import GRAVITY
-from pnt_gym.robots.one_joint.model import add_plane_joints, set_options
+from pnt_gym.robots.one_joint.model import add_plane_joints
+from pnt_gym.robots.specification import set_options
 
 STEP: Final = 0.0005
 """Physics step [s]."""

@@ -16,10 +16,12 @@ from pnt_gym.cells.pallet.config import PalletConfig
 from pnt_gym.cells.pallet.pallets import Pallet, add_pallets
 from pnt_gym.cells.pallet.parts import PART_BIT, Part, add_part
 from pnt_gym.cells.scene import AIR_DENSITY, AIR_VISCOSITY
+from pnt_gym.cells.stage import light_stage
 from pnt_gym.engine import MjModel, MjsBody, MjSpec, mujoco
 from pnt_gym.planning.arrays import Ints
-from pnt_gym.robots.one_joint.model import ARM_BIT, Drive, add_grip, add_one_joint, add_plane_joints, set_options
+from pnt_gym.robots.one_joint.model import ARM_BIT, Drive, add_grip, add_one_joint, add_plane_joints
 from pnt_gym.robots.one_joint.visuals import FLOOR
+from pnt_gym.robots.specification import set_options
 
 TORQUE: Final = 0
 """Column of sensordata: the motor's torque. Contacts follow, (number found, smallest distance [m]) each."""
@@ -140,19 +142,7 @@ def _add_thrown(
 
 def _add_stage(spec: MjSpec) -> None:
     """Light, floor, and a board behind, which only pictures show."""
-    visual = spec.visual
-    visual.global_.offwidth, visual.global_.offheight = 1920, 1080
-    visual.headlight.ambient, visual.headlight.diffuse = np.full(3, 0.38), np.full(3, 0.42)
-    visual.quality.shadowsize = 4096
-    spec.add_texture(
-        name="sky",
-        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
-        rgb1=[0.90, 0.93, 0.96],
-        rgb2=[0.55, 0.62, 0.70],
-        width=64,
-        height=384,
-    )
+    light_stage(spec)
     spec.worldbody.add_light(
         pos=[0.9, -1.8, 1.5], dir=[-0.45, 0.85, -0.7], diffuse=np.full(3, 0.40), specular=np.zeros(3)
     )

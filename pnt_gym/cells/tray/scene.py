@@ -12,6 +12,7 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.cells.scene import AIR_DENSITY, AIR_VISCOSITY, BELT_THICKNESS
+from pnt_gym.cells.stage import light_stage
 from pnt_gym.cells.tray.config import Tray, TrayConfig
 from pnt_gym.engine import MjModel, MjSpec, mujoco
 from pnt_gym.planning.arrays import Floats
@@ -110,20 +111,9 @@ def tray_panels(tray: Tray, count: int) -> tuple[Floats, Floats]:
 
 def _add_stage(spec: MjSpec, floor: float, size: float) -> None:
     """Light, floor and sky for a robot of a size over the prototype's."""
-    visual, half = spec.visual, max(1.0, 0.6 * size)
-    visual.global_.offwidth, visual.global_.offheight = 1920, 1080
-    visual.headlight.ambient, visual.headlight.diffuse = np.full(3, 0.38), np.full(3, 0.42)
-    visual.quality.shadowsize = 4096
-    visual.map.znear = 0.005
-    spec.add_texture(
-        name="sky",
-        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
-        rgb1=[0.90, 0.93, 0.96],
-        rgb2=[0.55, 0.62, 0.70],
-        width=64,
-        height=384,
-    )
+    half = max(1.0, 0.6 * size)
+    light_stage(spec)
+    spec.visual.map.znear = 0.005
     spec.worldbody.add_light(pos=size * np.array([0.4, -0.8, 0.7]), dir=[-0.3, 0.7, -0.9], diffuse=np.full(3, 0.45))
     spec.worldbody.add_geom(
         name="floor",

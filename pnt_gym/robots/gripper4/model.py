@@ -17,11 +17,11 @@ import numpy as np
 
 from pnt_gym.engine import MjsBody, MjSpec, mujoco
 from pnt_gym.errors import ConfigError
-from pnt_gym.robots.chain import LOOP_SOLIMP, LOOP_SOLREF, add_motor, close_loop, set_inertia
-from pnt_gym.robots.chain import set_options as set_chain_options
 from pnt_gym.robots.gripper4.build import PROTOTYPE_BUILD, Build
 from pnt_gym.robots.gripper4.geometry import N_ARMS, PROTOTYPE, Dimensions
 from pnt_gym.robots.gripper4.visuals import dress_arm, dress_base, dress_finger, dress_half, dress_middle, dress_rod
+from pnt_gym.robots.specification import LOOP_SOLIMP, LOOP_SOLREF, add_motor, close_loop, set_inertia
+from pnt_gym.robots.specification import set_options as set_chain_options
 
 PAD_BIT: Final = 2
 """Contact bit of the pads, for objects that may be gripped."""

@@ -2,57 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Final, final
-
 import numpy as np
-from numpy.typing import ArrayLike
 
-from pnt_gym.engine import GeomType, MjsBody, MjSpec, mujoco
+from pnt_gym.engine import MjsBody, MjSpec
+from pnt_gym.robots.brush import FIXED_GROUP, Brush, Colour
 from pnt_gym.robots.gripper4.build import Claws
 from pnt_gym.robots.gripper4.geometry import N_ARMS, PROTOTYPE, Dimensions
 
-FIXED_GROUP: Final = 1
-MOVING_GROUP: Final = 2
-
-_Colour = tuple[float, float, float, float]
-_PAINT: _Colour = (0.93, 0.94, 0.95, 1.0)
-_STEEL: _Colour = (0.62, 0.65, 0.69, 1.0)
-_MOTOR: _Colour = (0.16, 0.18, 0.21, 1.0)
-_ACCENT: _Colour = (0.95, 0.47, 0.09, 1.0)
-_CARBON: _Colour = (0.09, 0.09, 0.10, 1.0)
-_PRINT: _Colour = (0.20, 0.48, 0.74, 1.0)
-
-
-@final
-@dataclass(frozen=True)
-class _Brush:
-    """Draws on one body; lengths in m, in the body's frame."""
-
-    body: MjsBody
-    group: int = MOVING_GROUP
-
-    def box(self, centre: ArrayLike, half_size: ArrayLike, colour: _Colour) -> None:
-        self._add(mujoco.mjtGeom.mjGEOM_BOX, colour, pos=centre, size=half_size)
-
-    def capsule(self, start: ArrayLike, end: ArrayLike, radius: float, colour: _Colour) -> None:
-        self._segment(mujoco.mjtGeom.mjGEOM_CAPSULE, start, end, radius, colour)
-
-    def cylinder(self, start: ArrayLike, end: ArrayLike, radius: float, colour: _Colour) -> None:
-        self._segment(mujoco.mjtGeom.mjGEOM_CYLINDER, start, end, radius, colour)
-
-    def _segment(self, shape: GeomType, start: ArrayLike, end: ArrayLike, radius: float, colour: _Colour) -> None:
-        ends = np.stack([np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)])
-        self._add(shape, colour, fromto=ends.reshape(6), size=[radius, 0, 0])
-
-    def _add(self, shape: GeomType, colour: _Colour, **place: ArrayLike) -> None:
-        ghost = {"contype": 0, "conaffinity": 0, "mass": 0}
-        self.body.add_geom(type=shape, rgba=colour, group=self.group, **ghost, **place)
+_PAINT: Colour = (0.93, 0.94, 0.95, 1.0)
+_STEEL: Colour = (0.62, 0.65, 0.69, 1.0)
+_MOTOR: Colour = (0.16, 0.18, 0.21, 1.0)
+_ACCENT: Colour = (0.95, 0.47, 0.09, 1.0)
+_CARBON: Colour = (0.09, 0.09, 0.10, 1.0)
+_PRINT: Colour = (0.20, 0.48, 0.74, 1.0)
 
 
 def dress_base(spec: MjSpec, dims: Dimensions) -> None:
     """A plate above the four servos."""
-    brush, s = _Brush(spec.worldbody.add_body(name="base"), FIXED_GROUP), _scale(dims)
+    brush, s = Brush(spec.worldbody.add_body(name="base"), FIXED_GROUP), _scale(dims)
     brush.cylinder((0, 0, 0.025 * s), (0, 0, 0.033 * s), 1.35 * dims.k, _PAINT)
     brush.cylinder((0, 0, 0.033 * s), (0, 0, 0.040 * s), 0.35 * dims.k, _STEEL)
     for arm in range(N_ARMS):
@@ -66,7 +33,7 @@ def dress_base(spec: MjSpec, dims: Dimensions) -> None:
 
 def dress_arm(body: MjsBody, dims: Dimensions) -> None:
     """A fork on both sides of the servo, and the elbow's axle."""
-    brush, s = _Brush(body), _scale(dims)
+    brush, s = Brush(body), _scale(dims)
     spread = 0.020 * s
     for side in (-spread, spread):
         brush.capsule((0, side, 0), (dims.r, side, 0), 0.004 * s, _PRINT)
@@ -75,7 +42,7 @@ def dress_arm(body: MjsBody, dims: Dimensions) -> None:
 
 def dress_rod(body: MjsBody, dims: Dimensions) -> None:
     """Both tubes of the parallelogram."""
-    brush, s = _Brush(body), _scale(dims)
+    brush, s = Brush(body), _scale(dims)
     spread = 0.016 * s
     for side in (-spread, spread):
         brush.capsule((0, side, 0), (0, side, -dims.l), 0.0022 * s, _CARBON)
@@ -84,7 +51,7 @@ def dress_rod(body: MjsBody, dims: Dimensions) -> None:
 
 def dress_middle(body: MjsBody, dims: Dimensions) -> None:
     """The bar between forearms 1 and 3 with the bearings of the halves."""
-    brush, s = _Brush(body), _scale(dims)
+    brush, s = Brush(body), _scale(dims)
     brush.box((0, 0, 0), (dims.u, 0.006 * s, 0.003 * s), _PAINT)
     for y in (-dims.v, dims.v):
         brush.capsule((-0.018 * s, y, 0), (0.018 * s, y, 0), 0.003 * s, _STEEL)
@@ -94,14 +61,14 @@ def dress_middle(body: MjsBody, dims: Dimensions) -> None:
 
 def dress_half(body: MjsBody, dims: Dimensions, sign: float) -> None:
     """A gear wheel of the radius v and the lever to the forearm."""
-    brush, s = _Brush(body), _scale(dims)
+    brush, s = Brush(body), _scale(dims)
     brush.cylinder((-0.005 * s, 0, 0), (0.005 * s, 0, 0), 0.98 * dims.v, _ACCENT)
     brush.capsule((0, 0, 0), (0, sign * dims.w, 0), 0.004 * s, _PRINT)
 
 
 def dress_finger(body: MjsBody, claws: Claws, pad: tuple[float, float, float], sign: float) -> None:
     """A bent bar from the folding axis to the back of the pad."""
-    brush, length = _Brush(body), claws.length
+    brush, length = Brush(body), claws.length
     plate, spread, thick = 0.03 * length, 0.3 * claws.pad[0], 0.04 * length
     back = pad[1] + sign * (claws.pad[1] / 2.0 + plate)
     knee = (sign * 0.16 * length, -0.45 * length)

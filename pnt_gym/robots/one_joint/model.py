@@ -17,11 +17,9 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.engine import MjsBody, MjSpec, mujoco
-from pnt_gym.errors import ConfigError
-from pnt_gym.planning.ballistics import GRAVITY
 from pnt_gym.planning.one_joint.parameters import Arm
-from pnt_gym.robots.chain import add_motor
 from pnt_gym.robots.one_joint.visuals import dress_arm, dress_stand
+from pnt_gym.robots.specification import add_motor
 
 GRIP_SOLREF: Final = (0.002, 1.0)
 """Time constant [s] and damping ratio of the grip: two steps of 1 ms, the stiffest that MuJoCo allows there."""
@@ -39,8 +37,6 @@ PART_BIT: Final = 1
 """Contact bit of thrown parts and of everything that catches them."""
 ARM_BIT: Final = 2
 """Contact bit of the arm, for parts that lie on it."""
-LONGEST_STEP: Final = 0.002
-"""Beyond this the release is placed worse than the thrower repeats [s]."""
 
 _CONTACT_SOLREF = (0.002, 1.0)
 _CONTACT_SOLIMP = (0.99, 0.999, 0.0001, 0.5, 2.0)
@@ -154,35 +150,6 @@ def add_grip(spec: MjSpec, arm: MjsBody, body: MjsBody, name: str) -> GripNames:
         **soft,
     )
     return names
-
-
-def set_options(spec: MjSpec, timestep: float, density: float, viscosity: float) -> None:
-    """Set the physics options of the thrower.
-
-    Semi-implicit Euler is a leapfrog: its velocities belong to the middle of the step before. The references and the
-    release count on it (see `references`), and then it is of second order.
-
-    Args:
-        spec: a mujoco.MjSpec.
-        timestep: physics step, at most 2 ms [s].
-        density: of the air, 0 for free flight [kg/m3].
-        viscosity: of the air [Pa s].
-
-    Raises:
-        ConfigError: the timestep is outside (0, 2 ms].
-    """
-    if not 0.0 < timestep <= LONGEST_STEP:
-        raise ConfigError(f"timestep must be above 0 and at most {LONGEST_STEP} s, got {timestep}")
-    option = spec.option
-    option.timestep, option.density, option.viscosity = timestep, density, viscosity
-    option.gravity = np.array([0.0, 0.0, -GRAVITY])
-    option.integrator = mujoco.mjtIntegrator.mjINT_EULER
-    option.solver = mujoco.mjtSolver.mjSOL_NEWTON
-    option.tolerance, option.iterations = 1e-10, 50
-    option.cone, option.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, 10.0
-    option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-    option.enableflags = int(option.enableflags) | int(mujoco.mjtEnableBit.mjENBL_SPECULATIVE.value)
-    option.disableflags = int(option.disableflags) | int(mujoco.mjtDisableBit.mjDSBL_AUTORESET.value)
 
 
 def _add_surface(body: MjsBody, arm: Arm) -> None:

@@ -2,52 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Final, final
+from typing import Final
 
-import numpy as np
-from numpy.typing import ArrayLike
-
-from pnt_gym.engine import GeomType, MjsBody, MjSpec, mujoco
+from pnt_gym.engine import MjsBody, MjSpec
 from pnt_gym.planning.one_joint.parameters import Arm
+from pnt_gym.robots.brush import FIXED_GROUP, MOVING_GROUP, Brush, Colour
 
 STAND_DEPTH: Final = 0.16
 """The stand's column is this far behind the plane of the throw [m]."""
 FLOOR: Final = -0.70
 """Height of the floor; the arm and what it throws stay above [m]."""
 
-_FIXED_GROUP, _MOVING_GROUP = 1, 2
-_Colour = tuple[float, float, float, float]
-_ALUMINIUM: _Colour = (0.80, 0.82, 0.85, 1.0)
-_PAINT: _Colour = (0.93, 0.94, 0.95, 1.0)
-_STEEL: _Colour = (0.55, 0.58, 0.62, 1.0)
-_MOTOR: _Colour = (0.16, 0.18, 0.21, 1.0)
-_ACCENT: _Colour = (0.95, 0.47, 0.09, 1.0)
-
-
-@final
-@dataclass(frozen=True)
-class _Brush:
-    """Draws on one body; lengths in m, in the body's frame."""
-
-    body: MjsBody
-    group: int
-
-    def box(self, centre: ArrayLike, half_size: ArrayLike, colour: _Colour) -> None:
-        self._add(mujoco.mjtGeom.mjGEOM_BOX, colour, pos=centre, size=half_size)
-
-    def cylinder(self, start: ArrayLike, end: ArrayLike, radius: float, colour: _Colour) -> None:
-        ends = np.stack([np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)])
-        self._add(mujoco.mjtGeom.mjGEOM_CYLINDER, colour, fromto=ends.reshape(6), size=[radius, 0, 0])
-
-    def _add(self, shape: GeomType, colour: _Colour, **place: ArrayLike) -> None:
-        ghost = {"contype": 0, "conaffinity": 0, "mass": 0}
-        self.body.add_geom(type=shape, rgba=colour, group=self.group, **ghost, **place)
+_ALUMINIUM: Colour = (0.80, 0.82, 0.85, 1.0)
+_PAINT: Colour = (0.93, 0.94, 0.95, 1.0)
+_STEEL: Colour = (0.55, 0.58, 0.62, 1.0)
+_MOTOR: Colour = (0.16, 0.18, 0.21, 1.0)
+_ACCENT: Colour = (0.95, 0.47, 0.09, 1.0)
 
 
 def dress_arm(body: MjsBody, arm: Arm) -> None:
     """A plate whose upper surface passes through the pivot, clamped to a hub behind the plane."""
-    brush, half, thin = _Brush(body, _MOVING_GROUP), arm.length / 2, arm.thickness / 2
+    brush, half, thin = Brush(body, MOVING_GROUP), arm.length / 2, arm.thickness / 2
     tip = 0.012
     brush.box((0, 0, -thin), (half - tip, arm.width / 2, thin), _ALUMINIUM)
     for side in (-1.0, 1.0):
@@ -59,7 +34,7 @@ def dress_arm(body: MjsBody, arm: Arm) -> None:
 
 def dress_stand(spec: MjSpec, arm: Arm) -> None:
     """Motor on a column behind the plane, out of the way of what is thrown."""
-    brush = _Brush(spec.worldbody.add_body(name="column"), _FIXED_GROUP)
+    brush = Brush(spec.worldbody.add_body(name="column"), FIXED_GROUP)
     back = STAND_DEPTH
     brush.cylinder((0, back - 0.050, 0), (0, back + 0.070, 0), 0.055, _MOTOR)
     brush.cylinder((0, back - 0.056, 0), (0, back - 0.050, 0), 0.050, _ACCENT)

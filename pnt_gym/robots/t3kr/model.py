@@ -14,7 +14,7 @@ import numpy as np
 from pnt_gym.engine import MjsBody, MjSpec, mujoco
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.arrays import Floats
-from pnt_gym.robots.chain import add_motor, close_loop, set_inertia
+from pnt_gym.robots.specification import add_motor, close_loop, set_inertia
 from pnt_gym.robots.t3kr.geometry import N_ARMS, T3KR, T3krGeometry
 from pnt_gym.robots.t3kr.visuals import dress_arm, dress_base, dress_platform, dress_rod
 

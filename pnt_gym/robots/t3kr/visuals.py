@@ -1,60 +1,25 @@
 """How the robot looks: massless geoms that touch nothing, group 1 for the base and group 2 for what moves."""
 
-from dataclasses import dataclass
-from typing import final
-
 import numpy as np
-from numpy.typing import ArrayLike
 
-from pnt_gym.engine import GeomType, MjsBody, MjSpec, mujoco
+from pnt_gym.engine import MjsBody, MjSpec
 from pnt_gym.planning.arrays import Floats
+from pnt_gym.robots.brush import FIXED_GROUP, Brush
 from pnt_gym.robots.t3kr.geometry import N_ARMS, T3krGeometry
-
-FIXED_GROUP, MOVING_GROUP = 1, 2
 
 _PAINT = (0.93, 0.94, 0.95, 1.0)
 _STEEL = (0.62, 0.65, 0.69, 1.0)
 _MOTOR = (0.16, 0.18, 0.21, 1.0)
 _ACCENT = (0.95, 0.47, 0.09, 1.0)
 _CARBON = (0.09, 0.09, 0.10, 1.0)
-_Colour = tuple[float, float, float, float]
 
 _JOINT_RADIUS = 0.014
 _TUBE_RADIUS = 0.008
 
 
-@final
-@dataclass(frozen=True)
-class _Brush:
-    """Draws on one body; lengths in m, in the body's frame."""
-
-    body: MjsBody
-    group: int = MOVING_GROUP
-
-    def capsule(self, start: ArrayLike, end: ArrayLike, radius: float, colour: _Colour) -> None:
-        self._segment(mujoco.mjtGeom.mjGEOM_CAPSULE, start, end, radius, colour)
-
-    def cylinder(self, start: ArrayLike, end: ArrayLike, radius: float, colour: _Colour) -> None:
-        self._segment(mujoco.mjtGeom.mjGEOM_CYLINDER, start, end, radius, colour)
-
-    def box(self, centre: ArrayLike, half_size: ArrayLike, colour: _Colour) -> None:
-        self._add(mujoco.mjtGeom.mjGEOM_BOX, colour, pos=centre, size=half_size)
-
-    def ball(self, centre: ArrayLike, colour: _Colour) -> None:
-        self._add(mujoco.mjtGeom.mjGEOM_SPHERE, colour, pos=centre, size=[_JOINT_RADIUS, 0, 0])
-
-    def _segment(self, shape: GeomType, start: ArrayLike, end: ArrayLike, radius: float, colour: _Colour) -> None:
-        ends = np.stack([np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)])
-        self._add(shape, colour, fromto=ends.reshape(6), size=[radius, 0, 0])
-
-    def _add(self, shape: GeomType, colour: _Colour, **place: ArrayLike) -> None:
-        ghost = {"contype": 0, "conaffinity": 0, "mass": 0}
-        self.body.add_geom(type=shape, rgba=colour, group=self.group, **ghost, **place)
-
-
 def dress_base(spec: MjSpec, geometry: T3krGeometry) -> None:
     """Mounting plate with a motor on each axis."""
-    brush = _Brush(spec.worldbody.add_body(name="base", pos=[0, 0, geometry.pivot_z]), FIXED_GROUP)
+    brush = Brush(spec.worldbody.add_body(name="base", pos=[0, 0, geometry.pivot_z]), FIXED_GROUP)
     half_x, half_y = geometry.pivot_x + 0.10, geometry.pivot_y + 0.08
     brush.box((0, 0, 0.095), (half_x, half_y, 0.020), _PAINT)
     brush.box((0, 0, 0.127), (half_x - 0.06, half_y - 0.06, 0.012), _STEEL)
@@ -68,7 +33,7 @@ def dress_base(spec: MjSpec, geometry: T3krGeometry) -> None:
 
 def dress_arm(body: MjsBody, geometry: T3krGeometry, axle: bool) -> None:
     """Tapered arm; the elbow carries an axle for two rods or a single joint."""
-    length, brush = geometry.arm_length, _Brush(body)
+    length, brush = geometry.arm_length, Brush(body)
     brush.capsule((0, 0, 0), (0.45 * length, 0, 0), 0.034, _PAINT)
     brush.capsule((0.45 * length, 0, 0), (length, 0, 0), 0.022, _PAINT)
     brush.cylinder((0.45 * length, 0, 0), (0.45 * length + 0.03, 0, 0), 0.035, _ACCENT)
@@ -79,18 +44,18 @@ def dress_arm(body: MjsBody, geometry: T3krGeometry, axle: bool) -> None:
 
 def dress_rod(body: MjsBody, geometry: T3krGeometry, single: bool) -> None:
     """One carbon tube with ball joints, or a frame of two tubes when the body stands for a pair."""
-    brush, length, half = _Brush(body), geometry.rod_length, geometry.rod_spacing / 2
+    brush, length, half = Brush(body), geometry.rod_length, geometry.rod_spacing / 2
     for side in (0.0,) if single else (half, -half):
         brush.capsule((0, side, 0), (0, side, -length), _TUBE_RADIUS, _CARBON)
     for height in (0.0, -length):
-        brush.ball((0, 0, height), _STEEL)
+        brush.ball((0, 0, height), _JOINT_RADIUS, _STEEL)
         if not single:
             brush.capsule((0, -half, height), (0, half, height), 0.010, _STEEL)
 
 
 def dress_platform(body: MjsBody, geometry: T3krGeometry, axles: bool) -> None:
     """Disc with a bracket to each forearm, and the stem that carries the suction cup."""
-    brush, height = _Brush(body), geometry.attach_height
+    brush, height = Brush(body), geometry.attach_height
     brush.cylinder((0, 0, height - 0.012), (0, 0, height + 0.012), 0.070, _PAINT)
     brush.cylinder((0, 0, height + 0.012), (0, 0, height + 0.017), 0.045, _ACCENT)
     brush.cylinder((0, 0, 0.030), (0, 0, height), 0.016, _STEEL)

@@ -1,4 +1,4 @@
-"""What robots with closed chains share in a MuJoCo model specification: options, inertias, motors and loops."""
+"""What the robots share in a MuJoCo model specification: options, inertias, motors and loops of closed chains."""
 
 from __future__ import annotations
 
@@ -15,15 +15,16 @@ LOOP_SOLREF: Final = (0.002, 1.0)
 LOOP_SOLIMP: Final = (0.99, 0.999, 0.001, 0.5, 2.0)
 """Impedance of the loops: nearly rigid from the first micrometre on."""
 LONGEST_STEP: Final = 0.002
-"""Up to here loops and motors are accurate [s]."""
+"""Up to here loops and motors are accurate, and the one-joint thrower releases no worse than it repeats [s]."""
 
 
 def set_options(spec: MjSpec, timestep: float, density: float = 1.2, viscosity: float = 1.8e-5) -> None:
-    """Set the physics options that closed chains need.
+    """Set the physics options that all robots need.
 
-    Explicit Euler is deliberate: implicit integrators apply the motors' damping after the constraints are
-    solved and open the loops ten times wider. The Jacobian is dense because MuJoCo 4.0.0 has a bug in its
-    sparse Newton factor.
+    Explicit Euler is deliberate: implicit integrators apply the motors' damping after the constraints are solved and
+    open the loops ten times wider. It is a leapfrog, too: velocities belong to the middle of the step before, which the
+    one-joint thrower's references and release count on, and then it is of second order. The Jacobian is dense because
+    MuJoCo 4.0.0 has a bug in its sparse Newton factor.
 
     Args:
         spec: a mujoco.MjSpec.
