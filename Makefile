@@ -17,7 +17,7 @@ $(STAMP): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; v = sys.version_info; sys.exit(v < (3, 11) and f"pnt_gym needs Python 3.11 or newer, {sys.executable} is {v.major}.{v.minor}; use make PYTHON=/path/to/python3.11")'
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install -q $(PIP_OPTIONS) -c constraints.txt -e ".[dev]"
-	@$(BIN)/python -W ignore -m pnt_gym.render
+	@$(BIN)/python -W ignore -m pnt_gym.cells.base.canvas
 	@touch $(STAMP)
 
 train: setup ## train on PnTConveyor-v0, then compare with the analytic planner (minutes on 2 cores)

@@ -51,12 +51,11 @@ def one_sentence(error: Exception) -> str:
     return " ".join(str(error).split())
 
 
-def at_least(name: str, value: int, least: int) -> int:
-    """Return `value`.
+def at_least(name: str, value: int, least: int) -> None:
+    """Make sure that an option is not below `least`.
 
     Raises:
-        UsageError: it is below `least`.
+        UsageError: it is.
     """
     if value < least:
         raise UsageError(f"--{name} is {value}; it must be at least {least}")
-    return value

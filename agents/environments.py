@@ -1,96 +1,170 @@
-"""One way to open an environment for every command, with a clear error for a wrong name."""
+"""One way to open an environment for every command, with a clear error for a wrong name.
+
+An environment of your own, in your own package, is as good as ours if its `core` is a `pnt_gym.cells.base.core.Core`:
+`my_package:MyCell-v0` imports `my_package`, which registers `MyCell-v0` with Gymnasium. An installed package that
+declares its module as an entry point of the group `pnt_gym.envs` needs no prefix.
+"""
 
 from __future__ import annotations
 
+import importlib
+import inspect
+import sys
 import warnings
 import zlib
 from collections.abc import Mapping
+from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Any, Literal
+from types import ModuleType
+from typing import Any, Final, Literal, TypeAlias
 
 import gymnasium as gym
 import numpy as np
-from gymnasium.vector import VectorEnv
+from gymnasium.envs.registration import EnvSpec, load_env_creator
+from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
 import pnt_gym
-from agents.cli import UsageError
-from pnt_gym.correction import Correction
-from pnt_gym.levels import LevelConfig
+from agents.cli import UsageError, one_sentence
+from pnt_gym.cells.base.config import LevelConfig
+from pnt_gym.cells.base.core import Core
 
 Role = Literal["train", "practice", "evaluate"]
+Env: TypeAlias = VectorEnv[Any, Any, Any]
+PLUGINS: Final = "pnt_gym.envs"
+"""Entry points that name modules which register environments."""
 
 
-def known_environments() -> tuple[str, ...]:
-    """Ids that the package registers."""
-    return tuple(pnt_gym.ENV_IDS)
-
-
-def check_environment(env_id: str) -> None:
-    """Make sure that an environment exists.
+def own_module(name: str) -> ModuleType:
+    """A module of the user's, installed or in the working folder.
 
     Raises:
-        UsageError: it does not.
+        UsageError: it is not there, or fails when it is imported.
     """
-    if env_id not in known_environments() and env_id not in gym.registry:
-        raise UsageError(f"unknown environment {env_id!r}; known are {', '.join(known_environments())}")
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.insert(0, here)
+    try:
+        return importlib.import_module(name)
+    except Exception as error:
+        said = f"{type(error).__name__}: {one_sentence(error)}"
+        raise UsageError(f"module {name!r} cannot be imported: {said}") from error
+
+
+def find_environment(env_id: str) -> EnvSpec:
+    """What Gymnasium knows of an environment; for MODULE:ID the module is imported first.
+
+    Raises:
+        UsageError: no such module or environment.
+    """
+    module, _, name = env_id.rpartition(":")
+    if module:
+        own_module(module)
+    elif name not in gym.registry:
+        for plugin in entry_points(group=PLUGINS):
+            own_module(plugin.module)
+    if name in gym.registry:
+        return gym.registry[name]
+    if module:
+        raise UsageError(f"unknown environment {name!r}: module {module!r} does not register it with Gymnasium")
+    known = ", ".join(pnt_gym.ENV_IDS)
+    raise UsageError(f"unknown environment {name!r}; known are {known}, and MODULE:ID for one that MODULE registers")
 
 
 def make_vector(
     env_id: str,
-    level: str | Path | LevelConfig | Mapping[str, Any] = "nominal",
+    level: str | Path | LevelConfig | Mapping[str, Any] | None = None,
     num_envs: int = 16,
     threads: int = 2,
     action_mode: str | None = None,
-) -> VectorEnv[Any, Any, Any]:
-    """Open a vector environment.
+) -> Env:
+    """Open a vector environment; one that is registered in its single form only is stepped row by row.
 
     Args:
-        env_id: id of the environment.
-        level: one of the environment's own levels, or a YAML file, a mapping or a config for its kind of cell.
+        env_id: id of the environment, or MODULE:ID.
+        level: one of the environment's own levels, or a YAML file, a mapping or a config for its kind of cell; None for
+            its default.
         num_envs: cells simulated side by side.
         threads: threads that simulate.
         action_mode: one of the environment's own modes; None for its default.
 
     Raises:
-        UsageError: no such environment.
+        UsageError: no such environment, one that is no cell, or one that takes no level or action mode.
         ConfigError: no such level or action mode, or a level that describes no working cell.
     """
-    check_environment(env_id)
-    mode = {} if action_mode is None else {"action_mode": action_mode}
-    with warnings.catch_warnings():
-        # Gymnasium announces Box bounds and precision that are meant here.
-        warnings.filterwarnings("ignore", category=UserWarning, module="gymnasium")
-        return gym.make_vec(env_id, num_envs=num_envs, level=level, threads=threads, **mode)
+    spec = find_environment(env_id)
+    settings = {"level": level, "action_mode": action_mode, "threads": threads}
+    taken = _parameters(spec)
+    asked = {name: v for name, v in settings.items() if v is not None and (taken is None or name in taken)}
+    if level is not None and "level" not in asked:
+        raise UsageError(f"environment {env_id!r} takes no level")
+    more: dict[str, Any] = {}
+    if spec.vector_entry_point is None:
+        more = {"vectorization_mode": "sync", "vector_kwargs": {"autoreset_mode": AutoresetMode.SAME_STEP}}
+    try:
+        with warnings.catch_warnings():
+            # Gymnasium announces Box bounds and precision that are meant here.
+            warnings.filterwarnings("ignore", category=UserWarning, module="gymnasium")
+            env = gym.make_vec(spec, num_envs=num_envs, **asked, **more)
+    except gym.error.Error as error:
+        raise UsageError(f"environment {env_id!r} cannot be made: {one_sentence(error)}") from error
+    if action_mode not in (None, _checked(env, env_id).action_mode):
+        raise UsageError(f"environment {env_id!r} takes no action mode but its own")
+    return env
 
 
-def level_in_full(env_id: str, level: str) -> LevelConfig:
-    """A level in full, as an environment reads it.
+def _parameters(spec: EnvSpec) -> set[str] | None:
+    """Names of what an environment can be made with; None if that is anything."""
+    entry: Any = spec.vector_entry_point or spec.entry_point
+    try:
+        creator: Any = load_env_creator(entry) if isinstance(entry, str) else entry
+    except (ImportError, AttributeError) as error:
+        raise UsageError(f"environment {spec.id!r} cannot be loaded: {one_sentence(error)}") from error
+    parameters = inspect.signature(creator).parameters
+    open_ended = any(p.kind is inspect.Parameter.VAR_KEYWORD for p in parameters.values())
+    return None if open_ended else set(parameters)
+
+
+def as_vector(env: gym.Env[Any, Any] | Env) -> Env:
+    """A single environment as a vector of one row; a vector environment as it is.
 
     Raises:
-        UsageError: no such environment.
-        ConfigError: no such level, or one that describes no working cell.
+        UsageError: it is no cell, or a vector environment that does not begin the next episode in the same step.
     """
-    env = make_vector(env_id, level, num_envs=1, threads=1)
+    if isinstance(env, gym.Env):
+        env = SyncVectorEnv([lambda: env], autoreset_mode=AutoresetMode.SAME_STEP)
+    check_autoreset(env)
+    _checked(env, type(env.unwrapped).__name__ if env.spec is None else env.spec.id)
+    return env
+
+
+def check_autoreset(env: Env) -> None:
+    """Make sure that every step of a vector environment is a throw in every row.
+
+    Raises:
+        UsageError: it spends steps on resets, or leaves them to others.
+    """
+    mode = env.metadata.get("autoreset_mode")
+    if mode is not AutoresetMode.SAME_STEP:
+        raise UsageError(f"a vector environment needs SAME_STEP autoreset here, got {mode}")
+
+
+def core_of(env: Env) -> Core:
+    """The cells behind an environment; those of its first row where every row has its own."""
+    whole: Any = env.unwrapped
+    return whole.envs[0].unwrapped.core if hasattr(whole, "envs") else whole.core
+
+
+def _checked(env: Env, name: str) -> Core:
     try:
-        return env.unwrapped.core.config
-    finally:
-        env.close()
-
-
-def correction_of(env: VectorEnv[Any, Any, Any]) -> Correction | None:
-    """What an action of the environment means to a controller that learns from errors."""
-    return getattr(getattr(env.unwrapped, "core", None), "correction", None)
+        return core_of(env)
+    except AttributeError:
+        raise UsageError(f"environment {name!r} has no core, so it is none of a cell that throws") from None
 
 
 def stream_seed(role: Role, seed: int, start: int = 0) -> int:
-    """Environment seed for a use of the cell.
+    """Environment seed for a use of the cell; uses with the same `seed`, at least 0, never see the same throws.
 
-    Training, practice and evaluation with the same `seed` never see the same throws.
-
-    Args:
-        role: what the throws are for.
-        seed: the user's seed, at least 0.
-        start: number of throws already done; a resumed stream goes on instead of starting over.
+    After `start` throws already done a resumed stream goes on instead of starting over.
     """
     entropy = [seed, zlib.crc32(role.encode()), start]
     # 31 bits less room for the rows of a vector environment, which add their index.

@@ -8,27 +8,27 @@ from typing import Annotated, Any
 
 import tyro
 
-from agents import runs
 from agents.cli import UsageError, at_least, option, run
 from agents.controllers import Learner, load_state, make_controller, save_state
 from agents.controllers.protocol import Controller
-from agents.environments import make_vector
-from agents.evaluation import NUM_ENVS, PRACTICE, Env, Throws, evaluate, practise, summary, throw_records
+from agents.environments import Env, make_vector
+from agents.evaluation import NUM_ENVS, PRACTICE, evaluate
 from agents.files import check_writable, write_json
 from agents.tables import console, summary_table, throws_bar
-from agents.versions import versions
+from agents.trained import setting
 
 
 @dataclass(frozen=True)
 class Arguments:
     """Throw held-out objects with one controller and say what it is worth in picks per minute."""
 
-    controller: Annotated[str, tyro.conf.arg(metavar="NAME|RUN_DIR")]
+    controller: Annotated[str, tyro.conf.arg(metavar="NAME|RUN_DIR|MODULE:CLASS|MODEL.zip")]
     """A controller (analytic, analytic_height, mean_lead, mean_shift, virtual_goal, newton_goal, ridge, mlp, oracle,
-    random) or the folder of a training run."""
-    env: Annotated[str | None, option("PnTConveyor-v0, or that of the run folder", "ID")] = None
-    """Environment id."""
-    level: Annotated[str | None, option("nominal, or that of the run folder", "NAME|FILE.yaml")] = None
+    random), the folder of a training run (ours or RL-Zoo's), a class of your own, or a stable-baselines3 model. Models
+    are code: load only those you trust."""
+    env: Annotated[str | None, option("PnTConveyor-v0, or that of the run folder", "ID|MODULE:ID")] = None
+    """Environment id; with MODULE:ID one that a module of yours registers."""
+    level: Annotated[str | None, option("the environment's own, or that of the run folder", "NAME|FILE.yaml")] = None
     """A shipped level's name or a YAML file."""
     picks: int = 200
     """Throws to count."""
@@ -55,36 +55,36 @@ class Arguments:
 def main(arguments: Arguments) -> None:
     """Evaluate, print the table, write the JSON."""
     check(arguments)
-    env_id, level, mode = setting(arguments)
+    env_id, level, mode = setting(arguments.controller, arguments.env, arguments.level, arguments.action_mode)
     env = make_vector(env_id, level, arguments.num_envs, arguments.threads, mode)
     try:
         controller = make_controller(arguments.controller, env)
-        throws, practised = throw(controller, env, arguments)
-        core = env.unwrapped.core
+        controller.reset(arguments.seed)
+        practice = prepare(controller, arguments)
+        found = judge(controller, env, arguments, practice)
     finally:
         env.close()
-    figures = summary(throws)
-    title = f"{controller.name} on {env_id}, level {core.config.name}, {len(throws)} throws, seed {arguments.seed}"
-    title += f", after {practised} practice throws" if practised else ""
-    console().print(summary_table(title, figures))
+    if isinstance(controller, Learner) and arguments.save is not None:
+        save_state(controller, arguments.save)
+    title = f"{controller.name} on {env_id}, level {found['level']}, {arguments.picks} throws, seed {arguments.seed}"
+    title += f", after {found['practice']} practice throws" if found["practice"] else ""
+    console().print(summary_table(title, found))
     if arguments.json is not None:
-        head = {
-            "env": env_id,
-            "controller": arguments.controller,
-            "level": core.config.name,
-            "seed": arguments.seed,
-        }
-        tail = {
-            "dwell_s": core.dwell,
-            "practice": practised,
-            "online": arguments.online,
-            "num_envs": arguments.num_envs,
-            "action_mode": core.action_mode,
-            "versions": versions(),
-            "throws": throw_records(throws, core.item_names, core.correction),
-        }
-        write_json(arguments.json, {**head, **figures, **tail})
+        write_json(arguments.json, found | {"env": env_id, "controller": arguments.controller})
         console().print(f"every throw is in {arguments.json}")
+
+
+def judge(controller: Controller, env: Env, arguments: Arguments, practice: int) -> dict[str, Any]:
+    """Practise and evaluate with a bar for each."""
+    picks, seed, online = arguments.picks, arguments.seed, arguments.online
+    with throws_bar() as bar:
+        totals = {"practice": practice, "evaluation": picks}
+        tasks = {name: bar.add_task(name, total=total) for name, total in totals.items() if total}
+
+        def show(name: str, throws: int) -> None:
+            bar.advance(tasks[name], throws)
+
+        return evaluate(controller, env, picks, seed, practice=practice, online=online, progress=show)
 
 
 def check(arguments: Arguments) -> None:
@@ -96,49 +96,7 @@ def check(arguments: Arguments) -> None:
     for name, least in (("picks", 1), ("seed", 0), ("num-envs", 1), ("threads", 1)):
         at_least(name, getattr(arguments, name.replace("-", "_")), least)
     at_least("practice", arguments.practice or 0, 0)
-    for path in (arguments.json, arguments.save):
-        if path is not None:
-            check_writable(path)
-
-
-def setting(arguments: Arguments) -> tuple[str, Any, str | None]:
-    """Environment id, level and action mode: as asked for, else the run folder's, else the defaults.
-
-    A mode of None is the environment's own.
-    """
-    known: dict[str, Any] = {"env": "PnTConveyor-v0", "level": "nominal", "action_mode": None}
-    folder = Path(arguments.controller)
-    if folder.is_dir():
-        known.update(runs.read_arguments(folder), level=str(folder / "env.yaml"))
-    asked = {"env": arguments.env, "level": arguments.level, "action_mode": arguments.action_mode}
-    known.update({name: value for name, value in asked.items() if value is not None})
-    return known["env"], known["level"], known["action_mode"]
-
-
-def throw(controller: Controller, env: Env, arguments: Arguments) -> tuple[Throws, int]:
-    """Practise if the controller can, then evaluate; returns the throws and how many were practice.
-
-    Raises:
-        UsageError: something is to be loaded or saved that this controller does not have.
-    """
-    controller.reset(arguments.seed)
-    practice = prepare(controller, arguments)
-    with throws_bar(console()) as bar:
-        if practice:
-            task = bar.add_task("practice", total=practice)
-            practise(controller, env, practice, arguments.seed, progress=lambda n: bar.advance(task, n))
-        counted = bar.add_task("evaluation", total=arguments.picks)
-        throws = evaluate(
-            controller,
-            env,
-            arguments.picks,
-            arguments.seed,
-            online=arguments.online,
-            progress=lambda n: bar.advance(counted, n),
-        )
-    if isinstance(controller, Learner) and arguments.save is not None:
-        save_state(controller, arguments.save)
-    return throws, practice
+    check_writable(arguments.json, arguments.save)
 
 
 def prepare(controller: Controller, arguments: Arguments) -> int:

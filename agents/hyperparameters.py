@@ -4,31 +4,35 @@ from __future__ import annotations
 
 import ast
 from pathlib import Path
-from typing import Any
-
-import yaml
+from typing import Any, Final
 
 from agents.cli import UsageError
+from agents.files import read_yaml
 from agents.versions import ROOT
+
+DEFAULT: Final = "default"
+"""Entry for environments that have none of their own."""
 
 
 def hyperparameters(algo: str, env_id: str, file: Path | None = None) -> dict[str, Any]:
     """Settings of an algorithm for an environment, from a file in RL-Zoo syntax.
 
+    Args:
+        algo: name of the algorithm, whose shipped file is read unless there is another.
+        env_id: id of the environment, or MODULE:ID; one without an entry has that of `DEFAULT`.
+        file: of the user's.
+
     Raises:
         UsageError: the file is missing or damaged, or has no entry for the environment.
     """
     path = file if file is not None else ROOT / "configs" / "rl" / f"{algo}.yml"
-    try:
-        entries = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise UsageError(f"cannot read hyperparameters {str(path)!r}: {error.strerror}") from None
-    except yaml.YAMLError as error:
-        raise UsageError(f"hyperparameters {str(path)!r} are not valid YAML: {str(error).splitlines()[0]}") from None
-    if not isinstance(entries, dict) or not isinstance(entries.get(env_id), dict):
-        known = ", ".join(entries) if isinstance(entries, dict) else "none"
-        raise UsageError(f"hyperparameters {str(path)!r} have no entry for {env_id!r}; entries are {known}")
-    return dict(entries[env_id])
+    entries = read_yaml(path, "hyperparameters")
+    entries = entries if isinstance(entries, dict) else {}
+    for name in (env_id, env_id.rpartition(":")[2], DEFAULT):
+        if isinstance(entries.get(name), dict):
+            return dict(entries[name])
+    known = ", ".join(map(str, entries)) or "none"
+    raise UsageError(f"hyperparameters {str(path)!r} have no entry for {env_id!r}; entries are {known}")
 
 
 def policy_arguments(given: Any) -> dict[str, Any]:
@@ -41,15 +45,14 @@ def policy_arguments(given: Any) -> dict[str, Any]:
     """
     if not isinstance(given, str):
         return dict(given)
-    text = given
     try:
-        call = ast.parse(text.strip(), mode="eval").body
+        call = ast.parse(given.strip(), mode="eval").body
         if not (isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "dict"):
             raise ValueError("not a call of dict")
         return {str(word.arg): _value(word.value) for word in call.keywords}
     except (ValueError, SyntaxError, AttributeError):
         raise UsageError(
-            f"policy_kwargs is {text!r}; it must be a mapping, "
+            f"policy_kwargs is {given!r}; it must be a mapping, "
             "or look like dict(net_arch=[64, 64], activation_fn=nn.SiLU)"
         ) from None
 

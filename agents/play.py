@@ -5,18 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Final, Literal
 
 import numpy as np
 import tyro
 
 from agents.cli import UsageError, at_least, option, run
 from agents.controllers import make_controller
-from agents.environments import make_vector, stream_seed
-from agents.evaluation import PRACTICE, Throws, practise, thrown
+from agents.environments import core_of, make_vector, stream_seed
+from agents.evaluation import PRACTICE, practise, thrown
 from agents.files import check_writable
 from agents.tables import console
-from pnt_gym.render import View, record_video
+from agents.throws import Throws
+from agents.trained import setting
+from pnt_gym.cells.base.view import View, record_video
 
 RATE: Final = 60
 """Frames per second among which a picture is chosen."""
@@ -29,11 +31,11 @@ class Arguments:
     Blue dots are the planned flight, orange dots the flown one.
     """
 
-    controller: Annotated[str, tyro.conf.arg(metavar="NAME|RUN_DIR")] = "analytic"
-    """A controller's name or the folder of a training run."""
-    env: str = "PnTConveyor-v0"
-    """Environment id."""
-    level: str = "nominal"
+    controller: Annotated[str, tyro.conf.arg(metavar="NAME|RUN_DIR|MODULE:CLASS|MODEL.zip")] = "analytic"
+    """A controller's name, the folder of a training run, a class of your own, or a stable-baselines3 model."""
+    env: Annotated[str | None, option("PnTConveyor-v0, or that of the run folder", "ID|MODULE:ID")] = None
+    """Environment id; with MODULE:ID one that a module of yours registers."""
+    level: Annotated[str | None, option("the environment's own, or that of the run folder", "NAME|FILE.yaml")] = None
     """A shipped level's name or a YAML file."""
     video: Annotated[Path | None, option("none", "FILE.mp4")] = None
     """Write a video here."""
@@ -61,23 +63,21 @@ def main(arguments: Arguments) -> None:
     wanted = [w for w in (arguments.video, arguments.picture, arguments.viewer) if w is not None]
     if len(wanted) != 1:
         raise UsageError("give one of --video FILE.mp4, --picture FILE.png and --viewer native")
-    for path in (arguments.video, arguments.picture):
-        if path is not None:
-            check_writable(path)
-    env = make_vector(arguments.env, arguments.level, num_envs=1, threads=1)
+    check_writable(arguments.video, arguments.picture)
+    env_id, level, mode = setting(arguments.controller, arguments.env, arguments.level, None)
+    env = make_vector(env_id, level, num_envs=1, threads=1, action_mode=mode)
     try:
         controller = make_controller(arguments.controller, env)
         controller.reset(arguments.seed)
         practise(controller, env, PRACTICE, arguments.seed)
         seed = stream_seed("evaluate", arguments.seed)
-        show(arguments, env, thrown(controller, env, arguments.picks, seed))
+        show(arguments, core_of(env).view(), thrown(controller, env, arguments.picks, seed))
     finally:
         env.close()
 
 
-def show(arguments: Arguments, env: Any, throw: Iterator[Throws]) -> None:
+def show(arguments: Arguments, view: View, throw: Iterator[Throws]) -> None:
     """Carry the throws out into a video, a picture or a window."""
-    view = env.unwrapped.core.view()
     if arguments.video is not None:
         path = record_video(view, throw, arguments.video, slow=arguments.slow)
         console().print(f"video of {arguments.picks} throws in {path}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -13,12 +13,10 @@ import yaml
 
 from agents import runs
 from agents.cli import UsageError, at_least, option, run
-from agents.controllers import make_controller
-from agents.environments import make_vector
-from agents.evaluation import evaluate, summary
-from agents.files import write_text
-from agents.report.tables import markdown
-from agents.tables import console, millimetres, success_text, throws_bar
+from agents.evaluation import evaluate
+from agents.files import read_yaml, write_text
+from agents.tables import Grid, console, landing_cells, throws_bar
+from agents.trained import own_environment
 from agents.versions import ROOT
 
 FILES = ("model.zip", "args.yml", "config.yml", "env.yaml", "versions.json", "git.txt")
@@ -36,6 +34,8 @@ class Arguments:
 
     folder: Annotated[Path, tyro.conf.Positional]
     """The run folder."""
+    env: Annotated[str | None, option("that of the run folder", "MODULE:ID")] = None
+    """The environment, if a module of yours has to be imported for it."""
     to: Path = ROOT / "results" / "policies"
     """Where policies are kept; the copy gets a folder of its own in it."""
     levels: Annotated[
@@ -53,14 +53,15 @@ def main(arguments: Arguments) -> None:
     """Copy, evaluate, write the card."""
     at_least("picks", arguments.picks, 1)
     asked = runs.read_arguments(arguments.folder)
+    env_id = arguments.env or own_environment(arguments.folder, asked["env"])
     runs.load_model(arguments.folder)
-    trained_on = yaml.safe_load((arguments.folder / "env.yaml").read_text(encoding="utf-8"))["name"]
-    target = arguments.to / f"{asked['env']}-{trained_on}-{asked['algo']}-seed{asked['seed']}"
+    trained_on = read_yaml(arguments.folder / "env.yaml", "level")["name"]
+    target = arguments.to / f"{env_id.rpartition(':')[2]}-{trained_on}-{asked['algo']}-seed{asked['seed']}"
     if target.exists():
         raise UsageError(f"{str(target)!r} exists already; remove it first")
-    levels = {level: level for level in arguments.levels or LEVELS.get(asked["env"], ())}
+    levels = {level: level for level in arguments.levels or LEVELS.get(env_id, ())}
     levels = levels or {trained_on: str(arguments.folder / "env.yaml")}
-    figures = {name: figures_on(level, arguments, asked) for name, level in levels.items()}
+    figures = {name: figures_on(env_id, level, arguments, asked["action_mode"]) for name, level in levels.items()}
     target.mkdir(parents=True)
     for name in FILES:
         if (arguments.folder / name).is_file():
@@ -69,17 +70,16 @@ def main(arguments: Arguments) -> None:
     console().print(f"policy and card in {target}")
 
 
-def figures_on(level: str, arguments: Arguments, asked: Mapping[str, Any]) -> dict[str, Any]:
+def figures_on(env_id: str, level: str, arguments: Arguments, action_mode: str) -> dict[str, Any]:
     """The policy's figures on one level."""
-    env = make_vector(asked["env"], level, action_mode=asked["action_mode"])
-    try:
-        controller = make_controller(str(arguments.folder), env)
-        with throws_bar(console()) as bar:
-            task = bar.add_task(level, total=arguments.picks)
-            throws = evaluate(controller, env, arguments.picks, arguments.seed, progress=lambda n: bar.advance(task, n))
-    finally:
-        env.close()
-    return summary(throws)
+    folder, picks, seed = str(arguments.folder), arguments.picks, arguments.seed
+    with throws_bar() as bar:
+        task = bar.add_task(level, total=picks)
+
+        def show(_: str, throws: int) -> None:
+            bar.advance(task, throws)
+
+        return evaluate(folder, env_id, picks, seed, progress=show, level=level, action_mode=action_mode)
 
 
 def card(
@@ -91,6 +91,7 @@ def card(
         "tags": ["reinforcement-learning", "robotics", "pnt_gym", asked["env"], asked["algo"]],
     }
     header = ["level", "landing error", "95th percentile", "success (95 % interval)", "sorted/min"]
+    rows = [[level, *landing_cells(found), f"{found['sorted_per_min']:.1f}"] for level, found in figures.items()]
     lines = [
         "---",
         yaml.safe_dump(metadata, sort_keys=False).strip(),
@@ -101,23 +102,13 @@ def card(
         f"Trained for {asked['steps']} throws with seed {asked['seed']}, action mode {asked['action_mode']}. "
         f"Measured on {arguments.picks} held-out throws per level (seed {arguments.seed}):",
         "",
-        markdown(header, [_row(level, found) for level, found in figures.items()]),
+        Grid("", header, rows).markdown(),
         "",
         "Use it with `python -m agents.evaluate --controller` and this folder. Hyperparameters are in `config.yml`, "
         "the level in full in `env.yaml`, versions in `versions.json`.",
         "",
     ]
     return "\n".join(lines)
-
-
-def _row(level: str, figures: Mapping[str, Any]) -> Sequence[str]:
-    return (
-        level,
-        millimetres(figures["landing_error_mean_m"]),
-        millimetres(figures["landing_error_p95_m"]),
-        success_text(figures),
-        f"{figures['sorted_per_min']:.1f}",
-    )
 
 
 if __name__ == "__main__":

@@ -18,17 +18,17 @@ import random
 import shutil
 import sys
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
-from zipfile import BadZipFile
 
 import numpy as np
 import yaml
 
 from agents.cli import UsageError
-from agents.files import write_json, write_text
+from agents.files import replace_file, write_json, write_text
 from agents.versions import git_state, versions
-from pnt_gym.levels import LevelConfig
+from pnt_gym.cells.base.config import LevelConfig
 
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
@@ -115,36 +115,27 @@ def load_model(folder: Path, env: VecEnv | None = None, checkpoint: Path | None 
     Raises:
         UsageError: the folder or its model is missing or damaged.
     """
-    import torch  # noqa: PLC0415 - a second to import
+    from agents.sb3 import load_policy  # noqa: PLC0415 - imports torch
 
-    from agents.sb3 import algorithm_class  # noqa: PLC0415 - imports torch
+    read_arguments(folder)
+    return load_policy(model_of(folder, checkpoint), env)
 
-    algo = read_arguments(folder)["algo"]
+
+def model_of(folder: Path, checkpoint: Path | None = None) -> Path:
+    """The file of a run's newest policy, or of that of one of its checkpoints.
+
+    Raises:
+        UsageError: it is missing.
+    """
     file = (checkpoint or folder) / MODEL
     if not file.is_file():
         raise UsageError(f"run folder {str(folder)!r} is damaged: {file.name} is missing")
-    # Small networks are slower on many threads than on one.
-    torch.set_num_threads(1)
-    try:
-        return algorithm_class(algo).load(file, env=env, device="cpu")
-    except UsageError:
-        raise
-    except (
-        BadZipFile,
-        OSError,
-        ValueError,
-        KeyError,
-        EOFError,
-        RuntimeError,
-        AttributeError,
-        pickle.PickleError,
-    ):
-        raise UsageError(f"run folder {str(folder)!r} is damaged: {file.name} is truncated or not a model") from None
+    return file
 
 
-def save_checkpoint(folder: Path, model: BaseAlgorithm) -> Path:
+def save_checkpoint(folder: Path, model: BaseAlgorithm) -> None:
     """Keep model, memory and random state at the present throw, and make them the newest of the run."""
-    place = checkpoint_folder(folder, model.num_timesteps)
+    place = folder / "checkpoints" / f"{model.num_timesteps:08d}"
     parts = place.with_name(f".{place.name}.tmp")
     shutil.rmtree(parts, ignore_errors=True)
     parts.mkdir(parents=True)
@@ -154,14 +145,12 @@ def save_checkpoint(folder: Path, model: BaseAlgorithm) -> Path:
     (parts / RANDOM).write_bytes(pickle.dumps(_random_state(model)))
     shutil.rmtree(place, ignore_errors=True)
     parts.rename(place)
-    _make_newest(folder, place)
-    _drop_old_memories(folder)
-    return place
-
-
-def checkpoint_folder(folder: Path, throws: int) -> Path:
-    """Where the checkpoint after `throws` throws lies."""
-    return folder / "checkpoints" / f"{throws:08d}"
+    for name in (MODEL, MEMORY):
+        if (place / name).is_file():
+            replace_file(folder / name, partial(shutil.copyfile, place / name))
+    # Only the last checkpoint is continued; the others keep their policy.
+    for old in checkpoints(folder)[:-1]:
+        (old / MEMORY).unlink(missing_ok=True)
 
 
 def checkpoints(folder: Path) -> list[Path]:
@@ -192,21 +181,6 @@ def restore(folder: Path, env: VecEnv) -> BaseAlgorithm:
         raise UsageError(f"run folder {str(folder)!r} is damaged: checkpoint {last.name} is of another throw")
     model.seed = arguments["seed"]
     return model
-
-
-def _make_newest(folder: Path, place: Path) -> None:
-    """Put copies of a checkpoint's files at the top of the run folder, each at once."""
-    for name in (MODEL, MEMORY):
-        if (place / name).is_file():
-            temporary = folder / f".{name}.tmp"
-            shutil.copyfile(place / name, temporary)
-            os.replace(temporary, folder / name)
-
-
-def _drop_old_memories(folder: Path) -> None:
-    """Only the last checkpoint is continued; the others keep their policy."""
-    for place in checkpoints(folder)[:-1]:
-        (place / MEMORY).unlink(missing_ok=True)
 
 
 def _random_state(model: BaseAlgorithm) -> dict[str, Any]:

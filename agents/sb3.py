@@ -2,29 +2,42 @@
 
 from __future__ import annotations
 
+import json
+import pickle
 import time
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
-from typing import Any, final
+from pathlib import Path
+from typing import Any, Final, final
+from zipfile import ZipFile
 
 import numpy as np
 import torch
-from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
-from stable_baselines3 import PPO, SAC, TD3
+from stable_baselines3 import A2C, PPO, SAC, TD3
 from stable_baselines3.common.base_class import BaseAlgorithm
-from stable_baselines3.common.vec_env import VecEnv
+from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvStepReturn
 
 from agents.cli import UsageError
+from agents.environments import Env, check_autoreset
 from agents.hyperparameters import policy_arguments
 from agents.runs import ALGORITHMS
+from agents.throws import results
 from pnt_gym.errors import PntGymError
 
 INFO_KEYS = ("is_success", "landing_error", "cycle_time")
 """What of a throw's info reaches the learner's callbacks."""
 SMALL = 0.01
 """Factor on the last layer of a new policy: its first throws are the analytic planner's."""
+MARKS: Final = {
+    "tqc": "top_quantiles_to_drop_per_net",
+    "td3": "target_policy_noise",
+    "sac": "target_entropy",
+    "ppo": "clip_range",
+    "a2c": "vf_coef",
+}
+"""What a stored model of each algorithm has, and none of an algorithm after it; DDPG is a kind of TD3."""
 
 
 def algorithm_class(name: str) -> type[BaseAlgorithm]:
@@ -37,10 +50,40 @@ def algorithm_class(name: str) -> type[BaseAlgorithm]:
         from sb3_contrib import TQC  # noqa: PLC0415 - only this algorithm needs it
 
         return TQC
-    classes: dict[str, type[BaseAlgorithm]] = {"sac": SAC, "td3": TD3, "ppo": PPO}
+    classes: dict[str, type[BaseAlgorithm]] = {"sac": SAC, "td3": TD3, "ppo": PPO, "a2c": A2C}
     if name not in classes:
         raise UsageError(f"unknown algorithm {name!r}; known are {', '.join(ALGORITHMS)}")
     return classes[name]
+
+
+def load_policy(file: Path, env: VecEnv | None = None) -> BaseAlgorithm:
+    """The model in a file that stable-baselines3 wrote; runs code in it.
+
+    Raises:
+        UsageError: it is damaged, or of no algorithm of `MARKS`.
+    """
+    torch.set_num_threads(1)  # small networks are slower on many threads than on one
+    try:
+        with ZipFile(file) as parts:
+            stored = json.loads(parts.read("data"))
+        algo = next(name for name, mark in MARKS.items() if mark in stored)
+        return algorithm_class(algo).load(file, env=env, device="cpu")
+    except Exception as error:
+        # There is no telling what a torn or foreign file upsets in there.
+        kinds = ", ".join(MARKS)
+        raise UsageError(f"{str(file)!r} is damaged: {file.name} is truncated or not a model of {kinds}") from error
+
+
+def load_statistics(file: Path, env: VecEnv) -> VecNormalize:
+    """By what observations are normalised; runs code in the file.
+
+    Raises:
+        UsageError: it is damaged, or of other observations.
+    """
+    try:
+        return VecNormalize.load(str(file), env)
+    except (OSError, EOFError, pickle.PickleError, ValueError, AttributeError, AssertionError, ImportError):
+        raise UsageError(f"{str(file)!r} is damaged, or of other observations than this environment's") from None
 
 
 def build(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> BaseAlgorithm:
@@ -71,24 +114,15 @@ def build(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> Bas
 
 def start_at_zero(model: BaseAlgorithm) -> None:
     """Scale the layer that gives the mean action down to nearly nothing."""
-    with torch.no_grad():
-        for layer in _mean_layers(model):
-            layer.weight.mul_(SMALL)
-            layer.bias.zero_()
-
-
-def _mean_layers(model: BaseAlgorithm) -> list[torch.nn.Linear]:
     policy: Any = model.policy
-    if isinstance(model, PPO):
-        return [policy.action_net]
+    heads = [policy.action_net] if isinstance(model, PPO) else [policy.actor.mu]
     if isinstance(model, TD3):
-        # The target actor is a copy made before: both must start alike.
-        return [_last_linear(policy.actor.mu), _last_linear(policy.actor_target.mu)]
-    return [_last_linear(policy.actor.mu)]
-
-
-def _last_linear(module: torch.nn.Module) -> torch.nn.Linear:
-    return [m for m in module.modules() if isinstance(m, torch.nn.Linear)][-1]
+        heads.append(policy.actor_target.mu)  # a copy made before: both must start alike
+    with torch.no_grad():
+        for head in heads:
+            *_, last = (layer for layer in head.modules() if isinstance(layer, torch.nn.Linear))
+            last.weight.mul_(SMALL)
+            last.bias.zero_()
 
 
 @final
@@ -102,9 +136,8 @@ class SameStepVecEnv(VecEnv):
         UsageError: the environment resets in another way.
     """
 
-    def __init__(self, env: VectorEnv[Any, Any, Any]) -> None:
-        if env.metadata.get("autoreset_mode") is not AutoresetMode.SAME_STEP:
-            raise UsageError(f"the adapter needs SAME_STEP autoreset, got {env.metadata.get('autoreset_mode')}")
+    def __init__(self, env: Env) -> None:
+        check_autoreset(env)
         self.env = env
         self._start = time.perf_counter()
         self._actions: NDArray[np.float32] = np.zeros(0, dtype=np.float32)
@@ -131,7 +164,8 @@ class SameStepVecEnv(VecEnv):
         done = np.logical_or(terminated, truncated)
         self._returns += reward
         self._lengths += 1
-        infos = [self._row(info, i) for i in range(self.num_envs)]
+        found = results(info, self.num_envs)
+        infos = [{key: found[key][i].item() for key in INFO_KEYS if key in found} for i in range(self.num_envs)]
         for i in np.flatnonzero(done):
             infos[i].update(self._ending(info, i, bool(truncated[i] and not terminated[i])))
         self._returns[done] = 0.0
@@ -176,10 +210,6 @@ class SameStepVecEnv(VecEnv):
     def _clear(self) -> None:
         self._returns = np.zeros(self.num_envs)
         self._lengths = np.zeros(self.num_envs, dtype=np.int64)
-
-    @staticmethod
-    def _row(info: Mapping[str, Any], row: int) -> dict[str, Any]:
-        return {key: info[key][row].item() for key in INFO_KEYS if key in info}
 
     def _ending(self, info: Mapping[str, Any], row: int, timed_out: bool) -> dict[str, Any]:
         seconds = round(time.perf_counter() - self._start, 6)

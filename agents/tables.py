@@ -1,9 +1,11 @@
-"""Evaluations as tables on the terminal."""
+"""Tables: of text as Markdown, HTML and on the terminal, and of evaluations on the terminal."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
-from typing import Any
+from html import escape as html_escape
+from typing import Any, Final, NamedTuple
 
 from rich.console import Console
 from rich.markup import escape
@@ -21,6 +23,67 @@ Summary = Mapping[str, Any]
 LONG = 24
 """Text longer than this is no figure."""
 
+WORDS: Final = ("verdict", "note")
+"""Columns of text; every other one but the first holds figures."""
+FAILURES: Final = {
+    "failed_missed": "failed: missed the target",
+    "failed_rim": "failed: reached it, did not stay",
+    "failed_recontact": "failed: touched again by the robot",
+}
+"""Figures of some cells, and what they are called."""
+
+
+class Grid(NamedTuple):
+    """A table of text that prints itself; figures are aligned to the right.
+
+    Attributes:
+        headline: what it shows.
+        header: names of the columns.
+        rows: cells, as many in each row as there are columns.
+        note: what stands under it.
+    """
+
+    headline: str
+    header: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    note: str = ""
+
+    def markdown(self) -> str:
+        """The table as Markdown, without its headline; nothing in a cell parts cells or is a tag."""
+        dashes = ["---:" if right else "---" for right in self._right()]
+        lines = (map(markdown_text, self.header), dashes, *(map(markdown_text, row) for row in self.rows))
+        return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+    def html(self) -> str:
+        """The table as HTML, without its headline; nothing in a cell is markup."""
+        sides = ["" if right else ' class="left"' for right in self._right()]
+
+        def line(tag: str, row: Sequence[str]) -> str:
+            cells = zip(sides, row, strict=True)
+            return "<tr>" + "".join(f"<{tag}{side}>{html_escape(cell)}</{tag}>" for side, cell in cells) + "</tr>"
+
+        body = "\n".join(line("td", row) for row in self.rows)
+        return f"<table>\n<thead>{line('th', self.header)}</thead>\n<tbody>\n{body}\n</tbody>\n</table>"
+
+    def terminal(self) -> Table:
+        """The table for a console; columns with long text are aligned to the left."""
+        table = Table(title=escape(self.headline), title_justify="left")
+        for index, name in enumerate(self.header):
+            long = any(len(row[index]) > LONG for row in self.rows)
+            table.add_column(escape(name), justify="left" if index == 0 or long else "right", overflow="fold")
+        for row in self.rows:
+            table.add_row(*map(escape, row))
+        return table
+
+    def _right(self) -> list[bool]:
+        """Which columns hold figures."""
+        return [index > 0 and name not in WORDS for index, name in enumerate(self.header)]
+
+
+def markdown_text(text: str) -> str:
+    """Text on one line of Markdown in which nothing is a tag or parts cells of a table."""
+    return re.sub(r"\||<(?=[A-Za-z/!?])", r"\\\g<0>", " ".join(text.split()))
+
 
 def console() -> Console:
     """The terminal; wide enough for a table when the output is a file."""
@@ -28,7 +91,7 @@ def console() -> Console:
     return found if found.is_terminal else Console(width=140)
 
 
-def throws_bar(terminal: Console, *columns: str) -> Progress:
+def throws_bar(*columns: str) -> Progress:
     """A progress bar over throws; `columns` name extra task fields to show."""
     extra = [TextColumn("{task.fields[" + name + "]}") for name in columns]
     return Progress(
@@ -38,69 +101,48 @@ def throws_bar(terminal: Console, *columns: str) -> Progress:
         *extra,
         TimeElapsedColumn(),
         TimeRemainingColumn(),
-        console=terminal,
+        console=console(),
     )
 
 
 def summary_table(title: str, summary: Summary) -> Table:
-    """Every figure of one evaluation, one per line."""
-    table = Table(title=title, show_header=False, title_justify="left")
-    table.add_column("figure")
-    table.add_column("value", justify="right")
+    """Every figure of one evaluation that its cell tells, one per line."""
     rows = [
         ("picks per minute, attempted", f"{summary['picks_per_min']:.1f}"),
         ("sorted per minute", f"{summary['sorted_per_min']:.1f}"),
         ("success", success_text(summary)),
         ("landing error, mean", millimetres(summary["landing_error_mean_m"])),
         ("landing error, 95th percentile", millimetres(summary["landing_error_p95_m"])),
-        ("bias along / across", pair(summary, "bias")),
-        ("spread along / across", pair(summary, "spread")),
+        *(scatter_row(summary, key) for key in summary if key.startswith("bias_")),
         ("cycle time, mean", f"{summary['cycle_time_mean_s']:.3f} s"),
-        ("failed: missed the target", f"{100 * summary['failed_missed']:.1f} %"),
-        ("failed: reached it, did not stay", f"{100 * summary['failed_rim']:.1f} %"),
-        ("failed: touched again by the robot", f"{100 * summary['failed_recontact']:.1f} %"),
+        *((text, f"{100 * summary[key]:.1f} %") for key, text in FAILURES.items() if key in summary),
         ("corrections clipped", f"{100 * summary['clipped_rate']:.1f} %"),
     ]
-    for row in rows:
-        table.add_row(*row)
+    table = Grid(title, ("figure", "value"), rows).terminal()
+    table.show_header = False
     return table
 
 
 def comparison_table(title: str, rows: Sequence[tuple[str, int, Summary]]) -> Table:
     """Controllers side by side; each row is a name, its throws of practice or training, and its summary."""
-    table = Table(title=title, title_justify="left")
-    table.add_column("controller")
-    for name in (
-        "learned from",
-        "landing error",
-        "95th pct",
-        "success (95 % interval)",
-        "picks/min",
-        "sorted/min",
-    ):
-        table.add_column(name, justify="right")
-    for name, throws, summary in rows:
-        table.add_row(
+    header = ("controller", "learned from", "landing error", "95th pct", "success (95 % interval)")
+    lines = [
+        [
             name,
             f"{throws} throws" if throws else "-",
-            millimetres(summary["landing_error_mean_m"]),
-            millimetres(summary["landing_error_p95_m"]),
-            success_text(summary),
+            *landing_cells(summary),
             f"{summary['picks_per_min']:.1f}",
             f"{summary['sorted_per_min']:.1f}",
-        )
-    return table
+        ]
+        for name, throws, summary in rows
+    ]
+    return Grid(title, (*header, "picks/min", "sorted/min"), lines).terminal()
 
 
-def grid_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
-    """Any table of text: the first column to the left, figures to the right, long text to the left."""
-    table = Table(title=title, title_justify="left")
-    for index, name in enumerate(header):
-        long = any(len(row[index]) > LONG for row in rows)
-        table.add_column(name, justify="left" if index == 0 or long else "right")
-    for row in rows:
-        table.add_row(*map(escape, row))
-    return table
+def landing_cells(summary: Summary) -> list[str]:
+    """Landing error, its 95th percentile, and success."""
+    errors = (summary["landing_error_mean_m"], summary["landing_error_p95_m"])
+    return [*map(millimetres, errors), success_text(summary)]
 
 
 def millimetres(metres: float) -> str:
@@ -108,9 +150,12 @@ def millimetres(metres: float) -> str:
     return f"{1000 * metres:.1f} mm"
 
 
-def pair(summary: Summary, what: str) -> str:
-    """Bias or spread along and across."""
-    return f"{1000 * summary[f'{what}_along_m']:.1f} / {1000 * summary[f'{what}_across_m']:.1f} mm"
+def scatter_row(summary: Summary, bias: str) -> tuple[str, str]:
+    """Bias and spread of one error; in millimetres where its name says that it is in metres."""
+    name = bias.removeprefix("bias_")
+    values = [summary[bias], summary[f"spread_{name}"]]
+    label, metres = f"bias / spread {name.removesuffix('_m').replace('_', ' ')}", name.endswith("_m")
+    return label, " / ".join(f"{1000 * v:.1f}" if metres else f"{v:.3g}" for v in values) + " mm" * metres
 
 
 def success_text(summary: Summary) -> str:

@@ -11,12 +11,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from agents import runs
 from agents.cli import INTERRUPTED, UsageError, at_least, option, run
-from agents.environments import check_environment, correction_of, make_vector, stream_seed
-from agents.evaluation import NUM_ENVS, PRACTICE
+from agents.controllers import make_controller
+from agents.controllers.own import model_policy
+from agents.environments import core_of, find_environment, make_vector, stream_seed
+from agents.evaluation import NUM_ENVS, PRACTICE, held_out, practise
 from agents.files import write_json
 from agents.hyperparameters import hyperparameters
 from agents.runs import ALGORITHMS, Algorithm
 from agents.tables import comparison_table, console, throws_bar
+from agents.throws import summary
+from agents.trained import own_environment
 
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
@@ -24,9 +28,6 @@ if TYPE_CHECKING:
     from agents.progress import Stop
     from agents.sb3 import SameStepVecEnv
 
-STEPS = 10_000
-CHECKPOINT_EVERY = 2_000
-TABLE_PICKS = 320
 TABLE_SEED = 0
 
 
@@ -34,9 +35,9 @@ TABLE_SEED = 0
 class Arguments:
     """Train an agent to correct the analytic planner's throws, and compare it with what needs no training."""
 
-    env: Annotated[str | None, option("PnTConveyor-v0", "ID")] = None
-    """Environment id."""
-    level: Annotated[str | None, option("nominal", "NAME|FILE.yaml")] = None
+    env: Annotated[str | None, option("PnTConveyor-v0", "ID|MODULE:ID")] = None
+    """Environment id; with MODULE:ID one that a module of yours registers."""
+    level: Annotated[str | None, option("the environment's own", "NAME|FILE.yaml")] = None
     """A shipped level's name or a YAML file."""
     algo: Annotated[Algorithm | None, option("sac", "|".join(ALGORITHMS))] = None
     """Learning algorithm."""
@@ -58,7 +59,7 @@ class Arguments:
     """Throws between checkpoints, from which the run can be continued."""
     config: Annotated[Path | None, option("configs/rl/ALGO.yml", "FILE.yml")] = None
     """Hyperparameters in RL-Zoo syntax."""
-    eval_picks: int = TABLE_PICKS
+    eval_picks: int = 320
     """Held-out throws per controller in the table at the end; 0 for no table."""
     tensorboard: bool = False
     """Also log losses for TensorBoard, in the run folder."""
@@ -66,13 +67,13 @@ class Arguments:
 
 DEFAULTS: Mapping[str, Any] = {
     "env": "PnTConveyor-v0",
-    "level": "nominal",
+    "level": None,
     "algo": "sac",
-    "steps": STEPS,
+    "steps": 10_000,
     "seed": 0,
     "num_envs": NUM_ENVS,
     "action_mode": None,
-    "checkpoint_every": CHECKPOINT_EVERY,
+    "checkpoint_every": 2_000,
 }
 
 
@@ -84,7 +85,8 @@ def main(arguments: Arguments) -> None:
         settings = hyperparameters(asked["algo"], asked["env"], arguments.config)
     level = str(arguments.resume / "env.yaml") if arguments.resume is not None else asked["level"]
     cell = make_vector(asked["env"], level, asked["num_envs"], arguments.threads, asked["action_mode"])
-    asked["action_mode"] = cell.unwrapped.core.action_mode
+    core = core_of(cell)
+    asked |= {"level": asked["level"] or core.config.name, "action_mode": core.action_mode}
 
     import torch  # noqa: PLC0415 - bad usage is answered without waiting for it
 
@@ -99,10 +101,10 @@ def main(arguments: Arguments) -> None:
             folder, model = start(arguments, asked, settings, env)
             learn(model, env, folder, asked, stop, tensorboard=arguments.tensorboard)
         if stop.asked:
-            say_how_to_resume(folder, model.num_timesteps)
+            say_how_to_resume(folder, asked["env"], model.num_timesteps)
             sys.exit(INTERRUPTED)
         if arguments.eval_picks:
-            compare(folder, model, env, asked["seed"], arguments.eval_picks)
+            compare(folder, model, env, asked, arguments.eval_picks)
     finally:
         env.close()
 
@@ -123,13 +125,18 @@ def request(arguments: Arguments) -> dict[str, Any]:
         if arguments.out is not None:
             runs.check_new(arguments.out)
         asked = {**DEFAULTS, **given}
-        check_environment(asked["env"])
+        find_environment(asked["env"])
         return asked
-    settled = [name for name in (*given, "out", "config") if name != "steps" and getattr(arguments, name) is not None]
+    recorded = runs.read_arguments(arguments.resume)
+    if given.get("env") == recorded["env"]:
+        recorded["env"] = given.pop("env")
+    else:
+        own_environment(arguments.resume, recorded["env"])
+    settled = [*(given.keys() - {"steps"}), *(n for n in ("out", "config") if getattr(arguments, n) is not None)]
     if settled:
         name = settled[0].replace("_", "-")
         raise UsageError(f"--{name} cannot be changed with --resume: the run folder has settled it; leave it out")
-    return {**runs.read_arguments(arguments.resume), **given}
+    return {**recorded, **given}
 
 
 def start(
@@ -149,8 +156,9 @@ def start(
             )
         return arguments.resume, model
     model = build(asked["algo"], env, settings, asked["seed"])
-    config = env.env.unwrapped.core.config
-    name = f"{asked['env']}-{config.name}-{asked['algo']}-seed{asked['seed']}-{time.strftime('%Y%m%d-%H%M%S')}"
+    config = core_of(env.env).config
+    env_id = asked["env"].rpartition(":")[2]
+    name = f"{env_id}-{config.name}-{asked['algo']}-seed{asked['seed']}-{time.strftime('%Y%m%d-%H%M%S')}"
     folder = arguments.out if arguments.out is not None else Path("runs") / name
     runs.create(folder, asked, settings, config, model)
     return folder, model
@@ -178,7 +186,7 @@ def learn(
     logger = configure(str(folder / "tensorboard"), ["tensorboard"]) if tensorboard else Logger(None, [])
     model.set_logger(logger)
     total, every = asked["steps"], asked["checkpoint_every"]
-    with throws_bar(console(), "rate", "success", "error") as bar:
+    with throws_bar("rate", "success", "error") as bar:
         bar.live.auto_refresh = not quiet
         task = bar.add_task(
             f"{asked['algo']} on {asked['env']}",
@@ -195,7 +203,7 @@ def learn(
                 task,
                 advance=count,
                 rate=f"{rate:.0f} throws/s",
-                success=f"{100 * success:.0f} % sorted",
+                success=f"{100 * success:.0f} % success",
                 error=f"{1000 * error:.1f} mm off",
             )
 
@@ -209,43 +217,29 @@ def learn(
             runs.save_checkpoint(folder, model)
 
 
-def say_how_to_resume(folder: Path, throws: int) -> None:
+def say_how_to_resume(folder: Path, env_id: str, throws: int) -> None:
     """Tell the user where an interrupted run is."""
-    print(
-        f"stopped after {throws} throws; continue with: python -m agents.train --resume {folder}",
-        file=sys.stderr,
-    )
+    more = f" --env {env_id}" if ":" in env_id else ""
+    command = f"python -m agents.train --resume {folder}{more}"
+    print(f"stopped after {throws} throws; continue with: {command}", file=sys.stderr)
 
 
-def compare(folder: Path, model: BaseAlgorithm, env: SameStepVecEnv, seed: int, picks: int) -> None:
+def compare(folder: Path, model: BaseAlgorithm, env: SameStepVecEnv, asked: Mapping[str, Any], picks: int) -> None:
     """Analytic, virtual goal and learned on the same held-out seeds; also kept in the run folder."""
-    from agents.controllers import Learner, make_controller  # noqa: PLC0415
-    from agents.controllers.sb3 import Sb3  # noqa: PLC0415
-    from agents.evaluation import evaluate, practise, summary  # noqa: PLC0415
-
-    cell = env.env
+    cell, seed = env.env, asked["seed"]
+    core = core_of(cell)
     # A virtual goal is for actions that shift what the throw is judged by.
-    peers = ["analytic"] if correction_of(cell) is None else ["analytic", "virtual_goal"]
-    controllers = [
-        *(make_controller(name, cell) for name in peers),
-        Sb3(model, f"learned ({read_algo(folder)})"),
-    ]
+    peers = {"analytic": 0} if core.correction is None else {"analytic": 0, "virtual_goal": PRACTICE}
+    learned = model_policy(model, f"learned ({asked['algo']})", cell)
+    entries = [(make_controller(name, cell), throws) for name, throws in peers.items()]
     rows: list[tuple[str, int, dict[str, Any]]] = []
-    for controller in controllers:
+    for controller, throws in [*entries, (learned, model.num_timesteps)]:
         controller.reset(seed)
         practise(controller, cell, PRACTICE, seed)
-        learned_from = PRACTICE if isinstance(controller, Learner) else 0
-        learned_from = model.num_timesteps if isinstance(controller, Sb3) else learned_from
-        rows.append((controller.name, learned_from, summary(evaluate(controller, cell, picks, TABLE_SEED))))
-    config = cell.unwrapped.core.config
-    title = f"{picks} held-out throws each, level {config.name}; run folder {folder}"
+        rows.append((controller.name, throws, summary(held_out(controller, cell, picks, TABLE_SEED))))
+    title = f"{picks} held-out throws each, level {core.config.name}; run folder {folder}"
     console().print(comparison_table(title, rows))
     write_json(folder / "evaluation.json", [{"controller": n, "throws": t, **s} for n, t, s in rows])
-
-
-def read_algo(folder: Path) -> str:
-    """Algorithm of a run."""
-    return str(runs.read_arguments(folder)["algo"])
 
 
 if __name__ == "__main__":

@@ -1,22 +1,23 @@
-"""Time throws in a free direction and compare them with the optimum: bench_free_direction.py [--json FILE]."""
+"""Time throws in a free direction, as the conveyor cell plans them, beside the optimum: bench_free_direction.py."""
 
 from __future__ import annotations
 
 import argparse
 import json
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import TypedDict
 
 import numpy as np
 
-from pnt_gym.planning import MotionLimits
-from pnt_gym.planning.free_batch import FreeThrows, plan_free_throws
-from pnt_gym.planning.free_optimum import fastest_throw
+from agents.reproduce.hassan.cases import CEILING, limits_at
+from agents.reproduce.hassan.per_pick import CYCLE, Flown, fly, mover_of, picks_of
+from pnt_gym.arrays import take
+from pnt_gym.planning.optimal.free import fastest_throw
 
 BATCHES, PERCENTS, REPEATS = (1, 16, 256, 1024), (30.0, 40.0, 45.0), 7
 PICKS, BEST = 1024, 10
-CEILING = -0.75
 
 
 class Numbers(TypedDict):
@@ -39,42 +40,46 @@ def scene(count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return picks, targets, following
 
 
-def plan(rows: slice, limits: MotionLimits) -> FreeThrows:
+def plan(percent: float) -> Callable[[slice], Flown]:
+    """What plans a batch of the scene's picks as the conveyor cell does."""
     picks, targets, following = scene(PICKS)
-    return plan_free_throws(picks[rows], targets[rows], following[rows], limits, ceiling=CEILING)
+    mover, context = mover_of(percent), picks_of(picks, targets, percent)
+    return lambda rows: fly(mover, take(context, rows), following[rows])
 
 
-def seconds_each(batch: int, limits: MotionLimits) -> float:
+def seconds_each(batch: int, plan_rows: Callable[[slice], Flown]) -> float:
     """Median time per pick over calls with a batch of other picks each."""
     spent = []
     for turn in range(max(REPEATS, 64 // batch)):
         begin = batch * turn % PICKS
         start = time.perf_counter()
-        plan(slice(begin, begin + batch), limits)
+        plan_rows(slice(begin, begin + batch))
         spent.append(time.perf_counter() - start)
     return float(np.median(spent)) / batch
 
 
-def losses(throws: FreeThrows, limits: MotionLimits) -> tuple[list[float], list[float]]:
+def losses(throws: Flown, percent: float) -> tuple[list[float], list[float]]:
     """How much longer the first throws take than the optimum, as shares, and the times the optimum took [s]."""
     picks, targets, following = scene(PICKS)
     found, spent = [], []
-    for row in np.flatnonzero(throws.feasible)[:BEST]:
+    for k, row in enumerate(np.flatnonzero(throws.good)[:BEST]):
         start = time.perf_counter()
-        best = fastest_throw(picks[row], targets[row], following[row], limits, ceiling=CEILING)
+        best = fastest_throw(
+            picks[row], targets[row], following[row], limits_at(percent), ceiling=CEILING, tolerance=CYCLE.tolerance
+        )
         spent.append(time.perf_counter() - start)
-        found.append(float(throws.path.duration[row]) / best.duration - 1.0)
+        found.append(float(throws.path.duration[k]) / best.duration - 1.0)
     return found, spent
 
 
 def measure(percent: float) -> Numbers:
-    limits = MotionLimits.t3kr(percent)
-    throws = plan(slice(0, PICKS), limits)
-    loss, spent = losses(throws, limits)
+    plan_rows = plan(percent)
+    throws = plan_rows(slice(0, PICKS))
+    loss, spent = losses(throws, percent)
     return {
-        "us_per_pick": {str(batch): 1e6 * seconds_each(batch, limits) for batch in BATCHES},
-        "straight_share": float(np.mean(throws.straight & throws.feasible)),
-        "infeasible_share": float(np.mean(~throws.feasible)),
+        "us_per_pick": {str(batch): 1e6 * seconds_each(batch, plan_rows) for batch in BATCHES},
+        "straight_share": float(np.sum(throws.release.straight)) / PICKS,
+        "infeasible_share": float(np.mean(~throws.good)),
         "loss_mean": float(np.mean(loss)),
         "loss_max": float(np.max(loss)),
         "loss_picks": len(loss),

@@ -12,9 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
+from agents.reproduce.hassan.nlp import method_1, method_2
+from pnt_gym.arrays import take
 from pnt_gym.planning import InfeasibleThrow, JerkTrajectory, MotionLimits, plan_release, plan_release_batch
-from pnt_gym.planning.nlp import method_1, method_2
-from pnt_gym.planning.segments import rest_to_rest
+from pnt_gym.planning.motion.segments import rest_to_rest
 
 SINGLE, BATCH, NLP, REPEATS = 2000, 100_000, 60, 5
 CEILING = -0.75
@@ -63,7 +64,7 @@ def sampling_time() -> float:
 def measure() -> dict[str, float]:
     """Run everything in one process and return the numbers."""
     picks, targets, limits = scene(SINGLE)
-    rows = [limits.take(k) for k in range(SINGLE)]
+    rows = [take(limits, k) for k in range(SINGLE)]
     free = seconds_each(lambda k: plan_release(picks[k], targets[k], rows[k]), SINGLE)
     roofed = seconds_each(lambda k: plan_release(picks[k], targets[k], rows[k], ceiling=CEILING), SINGLE)
     method_1(picks[0], targets[0], rows[0])

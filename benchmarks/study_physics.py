@@ -22,9 +22,10 @@ from typing import Any
 
 import numpy as np
 
-from pnt_gym.config import CellConfig, load
-from pnt_gym.envs.conveyor_core import ConveyorCore
-from pnt_gym.metrics import landing, throughput, wilson
+from agents.metrics import landing, throughput, wilson
+from pnt_gym.cells.base.core import Core
+from pnt_gym.cells.conveyor.cell import ConveyorCell
+from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 LEVELS = ("nominal", "waste", "unseen", "tight")
 DIAL = (0.0, 0.25, 0.5, 1.0, 1.5)
@@ -32,15 +33,15 @@ PREVIEWS = 3
 BATCH = 100
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
-Controller = Callable[[ConveyorCore], Floats]
+Controller = Callable[[Core], Floats]
 
 
-def analytic(core: ConveyorCore) -> Floats:
+def analytic(core: Core) -> Floats:
     """The planner as it is."""
     return np.zeros((core.count, 2))
 
 
-def oracle(core: ConveyorCore) -> Floats:
+def oracle(core: Core) -> Floats:
     """The best of a few corrections, each simulated beforehand with the hidden values (but not the jitter)."""
     scale = np.array([core.config.action.along, core.config.action.across])
     action = best = np.zeros((core.count, 2))
@@ -58,10 +59,10 @@ def oracle(core: ConveyorCore) -> Floats:
 CONTROLLERS: dict[str, Controller] = {"analytic": analytic, "oracle": oracle}
 
 
-def throws(config: CellConfig, controller: Controller, count: int, seed: int, threads: int) -> dict[str, Floats]:
+def throws(config: ConveyorConfig, controller: Controller, count: int, seed: int, threads: int) -> dict[str, Floats]:
     """Infos of `count` independent throws; controllers get the same throws at the same seed."""
     cells = min(BATCH, count)
-    core = ConveyorCore(config, "independent", "release_point", cells, threads)
+    core = Core(ConveyorCell(config, cells, "independent", threads))
     core.reset(np.arange(cells), [np.random.default_rng([seed, i]) for i in range(cells)], seeded=True)
     infos = [core.step(controller(core)).info for _ in range(-(-count // cells))]
     return {name: np.concatenate([info[name] for info in infos])[:count] for name in infos[0]}
@@ -72,7 +73,7 @@ def summary(info: dict[str, Floats]) -> dict[str, Any]:
     success = info["is_success"]
     return {
         "throws": len(success),
-        "landing": asdict(landing(info["landing_along"], info["landing_across"])),
+        "landing": asdict(landing(info["landing_error"])),
         "success": asdict(wilson(int(success.sum()), len(success))),
         "missed_opening": float(1.0 - info["in_opening"].mean()),
         "rim": float(info["rim"].mean()),
@@ -87,7 +88,7 @@ def studies(throws_each: int, seed: int, threads: int, step: float) -> Iterator[
     """Part, row and summary, one after the other."""
 
     def measured(level: str, controller: str, **changes: float) -> dict[str, Any]:
-        config = load(level, timestep=step, **changes)
+        config = ConveyorConfig.load(level, timestep=step, **changes)
         return summary(throws(config, CONTROLLERS[controller], throws_each, seed, threads))
 
     yield "ideal", "analytic", measured("ideal", "analytic")

@@ -1,4 +1,9 @@
-"""The errors a user can cause; each carries one sentence that names the value and the valid range."""
+"""The errors a user can cause; each carries one sentence that names the value and the valid range.
+
+The rule: whatever the package raises on purpose because of what a user gave descends from `PntGymError`, which is a
+ValueError. `except PntGymError` therefore catches "there is no throw" (`planning.InfeasibleThrow`), "there is no
+release" (`planning.one_joint.UnreachableGoal`), numbers out of range, arrays of the wrong shape, and broken configs.
+"""
 
 
 class PntGymError(ValueError):
@@ -7,6 +12,10 @@ class PntGymError(ValueError):
 
 class ConfigError(PntGymError):
     """A level, a config file or a setting that describes no working cell."""
+
+
+class PlanningError(PntGymError):
+    """Numbers or shapes from which no plan, path or motion can be made."""
 
 
 class ActionError(PntGymError):

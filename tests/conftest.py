@@ -14,7 +14,7 @@ for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 # Chooses an offscreen OpenGL library, if there is one, before any test imports mujoco by itself.
 import pnt_gym.engine  # noqa: E402, F401
-from pnt_gym.render import rendering_problem  # noqa: E402
+from pnt_gym.cells.base.canvas import rendering_problem  # noqa: E402
 
 
 @pytest.fixture(scope="session")

@@ -9,17 +9,22 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from pnt_gym import goal_residual, residual, toss_residual
-from pnt_gym.cells.observation import CLIP, FEATURES
-from pnt_gym.cells.pallet import config as pallet
-from pnt_gym.cells.pallet.observation import FEATURES as GOAL_FEATURES
-from pnt_gym.cells.tray import config as tray
-from pnt_gym.cells.tray.observation import FEATURES as TOSS_FEATURES
-from pnt_gym.config import ActionScale, Belt, CellConfig, Motion, Reward
+from pnt_gym.cells.base.canvas import RENDER_MODES
+from pnt_gym.cells.base.core import Cell
+from pnt_gym.cells.base.features import CLIP
+from pnt_gym.cells.base.sorting import Belt
+from pnt_gym.cells.conveyor.cell import ConveyorCell
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.observation import FEATURES as PICK_FEATURES
+from pnt_gym.cells.conveyor.sections import ActionScale, Motion, Reward
+from pnt_gym.cells.gripper import config as gripper
+from pnt_gym.cells.gripper.cell import GripperCell
+from pnt_gym.cells.gripper.observation import FEATURES as TOSS_FEATURES
+from pnt_gym.cells.one_joint import config as one_joint
+from pnt_gym.cells.one_joint.cell import OneJointCell
+from pnt_gym.cells.one_joint.observation import FEATURES as GOAL_FEATURES
 from pnt_gym.envs.conveyor import ConveyorEnv, ConveyorVectorEnv, PnTConveyorEnv, PnTReleaseEnv
-from pnt_gym.envs.conveyor_core import REWARD_TERMS
 from pnt_gym.envs.gripper import GripperTossEnv, GripperTossVectorEnv
-from pnt_gym.envs.gripper_core import REWARD_TERMS as TOSS_REWARD_TERMS
 from pnt_gym.envs.one_joint import (
     OneJointAssemblyEnv,
     OneJointEnv,
@@ -27,35 +32,33 @@ from pnt_gym.envs.one_joint import (
     OneJointThrowEnv,
     OneJointVectorEnv,
 )
-from pnt_gym.envs.one_joint_core import REWARD_TERMS as GOAL_REWARD_TERMS
-from pnt_gym.render import RENDER_MODES
-from pnt_gym.residual import ACTION_SIZE
 
 
 @dataclass(frozen=True)
 class Family:
     """Environments on one kind of cell."""
 
+    cell: type[Cell[Any, Any, Any, Any]]
     envs: tuple[type, ...]
     single: type
     vector: type
     features: tuple[Any, ...]
-    modes: dict[str, int]
-    reward_terms: tuple[str, ...]
     reward: Any
+
+    @property
+    def modes(self) -> dict[str, int]:
+        return {name: len(mode.numbers) for name, mode in self.cell.modes.items()}
 
 
 BELT = Family(
-    (PnTConveyorEnv, PnTReleaseEnv), ConveyorEnv, ConveyorVectorEnv, FEATURES, residual.ACTION_SIZE, REWARD_TERMS,
-    Reward(),
+    ConveyorCell, (PnTConveyorEnv, PnTReleaseEnv), ConveyorEnv, ConveyorVectorEnv, PICK_FEATURES, Reward()
 )  # fmt: skip
 ARM = Family(
-    (OneJointThrowEnv, OneJointSortEnv, OneJointAssemblyEnv), OneJointEnv, OneJointVectorEnv, GOAL_FEATURES,
-    goal_residual.ACTION_SIZE, GOAL_REWARD_TERMS, pallet.Reward(),
+    OneJointCell, (OneJointThrowEnv, OneJointSortEnv, OneJointAssemblyEnv), OneJointEnv, OneJointVectorEnv,
+    GOAL_FEATURES, one_joint.Reward(),
 )  # fmt: skip
 GRIPPER = Family(
-    (GripperTossEnv,), GripperTossEnv, GripperTossVectorEnv, TOSS_FEATURES, toss_residual.ACTION_SIZE,
-    TOSS_REWARD_TERMS, tray.Reward(),
+    GripperCell, (GripperTossEnv,), GripperTossEnv, GripperTossVectorEnv, TOSS_FEATURES, gripper.Reward()
 )  # fmt: skip
 FAMILY = {env: family for family in (BELT, ARM, GRIPPER) for env in family.envs}
 
@@ -132,7 +135,7 @@ def test_the_action_spaces_are_the_written_ones(env_class):
 @pytest.mark.parametrize("env_class", BELT.envs)
 def test_action_rows(env_class):
     rows = table(section(env_class, "Action Space"))
-    assert [int(row[0]) for row in rows] == list(range(ACTION_SIZE["release_point"]))
+    assert [int(row[0]) for row in rows] == list(range(BELT.modes["release_point"]))
     scale = ActionScale()
     for row, metres in zip(rows, (scale.along, scale.across), strict=True):
         assert (float(row[2]), float(row[3])) == (-1.0, 1.0)
@@ -142,7 +145,7 @@ def test_action_rows(env_class):
 @pytest.mark.parametrize("env_class", ARM.envs)
 def test_goal_rows_and_raw_amounts_are_the_configs(env_class):
     rows = table(section(env_class, "Action Space"))
-    action = pallet.Action()
+    action = one_joint.Action()
     said = (
         f"{action.position:.2f} m", f"{action.position:.2f} m", f"{action.angle_deg:g} deg", f"{action.speed:g} m/s",
     )  # fmt: skip
@@ -163,7 +166,7 @@ def test_raw_metres_are_the_configs(env_class):
 def test_reward_rows(env_class):
     rows = {row[0]: row for row in table(section(env_class, "Rewards"))}
     family = FAMILY[env_class]
-    assert tuple(rows) == family.reward_terms
+    assert tuple(rows) == family.cell.reward_terms
     for name, (_, _, weight) in rows.items():
         assert float(weight) == getattr(family.reward, name)
 
@@ -179,7 +182,7 @@ def test_scales_of_the_reward(env_class):
 @pytest.mark.parametrize("env_class", ARM.envs)
 def test_scales_of_a_goals_reward(env_class):
     rows = {row[0]: row for row in table(section(env_class, "Rewards"))}
-    reward = pallet.Reward()
+    reward = one_joint.Reward()
     assert f"landing error / {reward.position_scale:g} m" in rows["position"][1]
     assert f"angle error / {reward.angle_scale_deg:g} deg" in rows["angle"][1]
     assert f"speed error / {reward.speed_scale:g} m/s" in rows["speed"][1]
@@ -224,7 +227,7 @@ def test_numbers_in_the_text_are_the_configs():
     belt, motion = Belt(), Motion()
     start = words(PnTConveyorEnv, "Starting State")
     assert f"{belt.spacing[0]:.2f} to {belt.spacing[1]:.2f} m apart" in start
-    picks = CellConfig.model_fields["picks_per_shift"].default
+    picks = ConveyorConfig.model_fields["picks_per_shift"].default
     assert f"`picks_per_shift` throws ({picks})" in words(PnTConveyorEnv, "Episode End")
     start = words(PnTReleaseEnv, "Starting State")
     assert f"x in [{belt.pick_x[0]:.2f}, {belt.pick_x[1]:.2f}] m" in start
@@ -240,19 +243,16 @@ def test_nothing_is_said_of_a_mode_twice_differently():
 
 
 def test_numbers_of_the_one_joint_text_are_the_configs():
-    near = pallet.Tolerance()
-    said = f"{1000 * near.position:g} mm, {near.angle_deg:g} deg, {near.speed:g} m/s"
+    near = one_joint.Tolerance()
+    said = f"{1000 * near.position:g} mm, {near.angle_deg:g} deg and {near.speed:g} m/s"
     assert said in words(OneJointThrowEnv, "Rewards")
     for env in ARM.envs:
         levels = re.search(r"shipped level \(([^)]*)\)", section(env, "Arguments"))[1].split(", ")
-        assert set(levels) <= set(pallet.level_names())
-    assert set(pallet.level_names()) == set(
-        re.search(r"shipped level \(([^)]*)\)", section(OneJointThrowEnv, "Arguments"))[1].split(", ")
-    )
+        assert set(levels) == set(one_joint.OneJointConfig.level_names())
 
 
 def test_numbers_of_the_grippers_text_are_the_configs():
-    action, reward = tray.Action(), tray.Reward()
+    action, reward = gripper.Action(), gripper.Reward()
     rows = table(section(GripperTossEnv, "Action Space"))
     for row, said in zip(
         rows, (f"{action.along:.3f} m", f"{action.across:.3f} m", f"{action.opening:.3f} s"), strict=True
@@ -262,4 +262,4 @@ def test_numbers_of_the_grippers_text_are_the_configs():
     assert f"landing error / {reward.landing_scale:g} m" in rows["landing"][1]
     assert f"cycle time / {reward.time_scale:g} s" in rows["time"][1]
     levels = re.search(r"shipped level \(([^)]*)\)", section(GripperTossEnv, "Arguments"))[1].split(", ")
-    assert set(levels) == set(tray.level_names())
+    assert set(levels) == set(gripper.GripperConfig.level_names())

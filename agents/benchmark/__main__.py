@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from concurrent.futures import as_completed
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-from agents.benchmark.cells import run_cell, settle_worker
 from agents.benchmark.compare import assemble
-from agents.benchmark.plan import Cell, Plan, cells, read_plan
+from agents.benchmark.plan import Plan, read_plan
+from agents.benchmark.run import jobs
 from agents.cli import at_least, option, run
-from agents.files import check_writable, read_json, write_json
-from agents.tables import comparison_table, console, throws_bar
+from agents.files import check_writable, write_json
+from agents.tables import comparison_table, console
 from agents.versions import ROOT, versions
-from agents.workers import workers
+from agents.work import do_missing
 
 
 @dataclass(frozen=True)
@@ -41,49 +40,14 @@ def main(arguments: Arguments) -> None:
     out = arguments.out or ROOT / "results" / f"{plan.name}.json"
     check_writable(out)
     work = arguments.work or ROOT / "runs" / "benchmark" / plan.name
-    work.mkdir(parents=True, exist_ok=True)
-    planned = cells(plan)
-    do_missing(planned, work, arguments.jobs)
-    parts = [read_json(path_of(cell, work)) for cell in planned]
+    parts = do_missing(jobs(plan), work, arguments.jobs, unit="throws")
     results = [result for part in parts for result in part["results"]]
     found = assemble(plan, results)
-    write_json(
-        out,
-        {
-            "plan": plan.model_dump(mode="json"),
-            "versions": versions(),
-            "seconds": sum(part["seconds"] for part in parts),
-            **found,
-            "results": results,
-        },
-        indent=None,
-    )
+    head = {"plan": plan.model_dump(mode="json"), "versions": versions()}
+    seconds = sum(part["seconds"] for part in parts)
+    write_json(out, {**head, "seconds": seconds, **found, "results": results}, indent=None)
     show(plan, found["table"])
     console().print(f"all figures and throws are in {out}")
-
-
-def path_of(cell: Cell, work: Path) -> Path:
-    """Where a finished cell is kept."""
-    return work / f"{cell.name}.json"
-
-
-def do_missing(planned: list[Cell], work: Path, jobs: int) -> None:
-    """Run the cells that are not finished, `jobs` at a time.
-
-    Raises:
-        UsageError: a worker died, for instance for lack of memory.
-    """
-    missing = [cell for cell in planned if not path_of(cell, work).is_file()]
-    if not missing:
-        return
-    with workers(jobs, settle_worker) as pool, throws_bar(console()) as bar:
-        task = bar.add_task("throws", total=sum(cell.cost for cell in missing))
-        futures = {pool.submit(run_cell, cell, work): cell for cell in missing}
-        for future in as_completed(futures):
-            future.result()
-            cell = futures[future]
-            bar.advance(task, cell.cost)
-            bar.console.print(f"done: {cell.entry.label}, {cell.throws[-1]} throws, seed {cell.seed}")
 
 
 def show(plan: Plan, table: list[dict[str, Any]]) -> None:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from itertools import product
 from typing import Any
 
 import numpy as np
 
-from agents.benchmark.cells import OUTCOMES
-from agents.benchmark.plan import Choice, Plan
+from agents import metrics
+from agents.benchmark.plan import Plan
+from agents.benchmark.run import OUTCOMES
 from agents.cli import UsageError
-from pnt_gym import metrics
-from pnt_gym.planning.arrays import Floats
+from pnt_gym.arrays import Floats
 
 Result = Mapping[str, Any]
 
@@ -20,6 +21,8 @@ Result = Mapping[str, Any]
 def errors(result: Result) -> Floats:
     """Landing error of each throw [m], NaN where it was not measured."""
     columns = result["columns"]
+    if "error_m" in columns:
+        return np.array(columns["error_m"], dtype=float)
     return np.hypot(np.array(columns["along_m"], dtype=float), np.array(columns["across_m"], dtype=float))
 
 
@@ -28,9 +31,10 @@ def successes(result: Result) -> Floats:
     return np.array([letter == OUTCOMES["sorted"] for letter in result["columns"]["outcome"]], dtype=float)
 
 
-def cycle_times(result: Result) -> Floats:
-    """Of each throw [s]."""
-    return np.array(result["columns"]["cycle_s"], dtype=float)
+def _by_seed(results: Sequence[Result]) -> tuple[Floats, Floats, Floats]:
+    """Errors [m], successes and cycle times [s], each (S, N)."""
+    time = np.array([r["columns"]["cycle_s"] for r in results], dtype=float)
+    return np.array([errors(r) for r in results]), np.array([successes(r) for r in results]), time
 
 
 def summarise(results: Sequence[Result]) -> dict[str, Any]:
@@ -38,13 +42,10 @@ def summarise(results: Sequence[Result]) -> dict[str, Any]:
 
     The interval of the error is bootstrapped over throws, each averaged over the seeds.
     """
-    error = np.array([errors(r) for r in results])
-    success = np.array([successes(r) for r in results])
-    time = np.array([cycle_times(r) for r in results])
-    along, across = (np.concatenate([r["columns"][c] for r in results]).astype(float) for c in ("along_m", "across_m"))
-    where = metrics.landing(along, across)
+    error, success, time = _by_seed(results)
+    where = metrics.landing(error.ravel())
     pace = metrics.throughput(success.ravel(), time.ravel())
-    mean = metrics.mean_interval(_per_throw(error))
+    mean = metrics.mean_interval(error.mean(axis=0))
     rate = metrics.wilson(round(float(success.mean()) * success.shape[1]), success.shape[1])
     letters = "".join(r["columns"]["outcome"] for r in results)
     return {
@@ -55,10 +56,7 @@ def summarise(results: Sequence[Result]) -> dict[str, Any]:
         "landing_error_p95_m": where.p95,
         "landing_error_iqm_m": where.iqm,
         "landing_error_by_seed_m": [float(np.nanmean(e)) for e in error],
-        "bias_along_m": where.bias_along,
-        "bias_across_m": where.bias_across,
-        "spread_along_m": where.spread_along,
-        "spread_across_m": where.spread_across,
+        **_scatter(results),
         "unmeasured": where.unmeasured,
         "success_rate": float(success.mean()),
         "success_low": rate.low,
@@ -73,15 +71,23 @@ def summarise(results: Sequence[Result]) -> dict[str, Any]:
     }
 
 
+def _scatter(results: Sequence[Result]) -> dict[str, float]:
+    """Mean and standard deviation of the landing along and across, where the cell has them."""
+    found: dict[str, float] = {}
+    for name in ("along_m", "across_m"):
+        if name in results[0]["columns"]:
+            values = np.concatenate([r["columns"][name] for r in results]).astype(float)
+            found |= {f"bias_{name}": float(np.nanmean(values)), f"spread_{name}": float(np.nanstd(values))}
+    return found
+
+
 def compare(learned: Sequence[Result], reference: Sequence[Result]) -> dict[str, Any]:
     """Learned less reference on the same throws: landing error and sorted picks per minute, with intervals.
 
     A throw is averaged over the seeds of each side; `by_seed` compares each learned seed alone.
     """
-    base = [_per_throw(np.array([f(r) for r in reference])) for f in (errors, successes, cycle_times)]
-    mine = [_per_throw(np.array([f(r) for r in learned])) for f in (errors, successes, cycle_times)]
-    by_seed = [{"seed": r["seed"], **_difference([errors(r), successes(r), cycle_times(r)], base)} for r in learned]
-    return {**_difference(mine, base), "by_seed": by_seed}
+    by_seed = [{"seed": r["seed"], **_difference([r], reference)} for r in learned]
+    return {**_difference(learned, reference), "by_seed": by_seed}
 
 
 def assemble(plan: Plan, results: Sequence[Result]) -> dict[str, Any]:
@@ -97,13 +103,12 @@ def assemble(plan: Plan, results: Sequence[Result]) -> dict[str, Any]:
         head = {"label": label, "throws": throws, "level": level, "train_level": group[0]["train_level"]}
         table.append({**head, "controller": group[0]["controller"], **summarise(group)})
     _add_floors(plan, table)
-    comparisons = [
-        {"level": level, "learned": mine.model_dump(), "reference": other.model_dump(), **compare(*found)}
-        for mine in plan.learned
-        for other in plan.references
-        for level in plan.levels
-        if (found := _both(groups, mine, other, level)) is not None
-    ]
+    comparisons: list[dict[str, Any]] = []
+    for mine, other, level in product(plan.learned, plan.references, plan.levels):
+        learned, reference = (groups.get((choice.label, choice.throws, level)) for choice in (mine, other))
+        if learned and reference:
+            head = {"level": level, "learned": mine.model_dump(), "reference": other.model_dump()}
+            comparisons.append({**head, **compare(learned, reference)})
     return {"table": table, "comparisons": comparisons}
 
 
@@ -115,14 +120,6 @@ def _grouped(plan: Plan, results: Sequence[Result]) -> dict[tuple[str, int, str]
     return groups
 
 
-def _both(
-    groups: Mapping[tuple[str, int, str], list[Result]], mine: Choice, other: Choice, level: str
-) -> tuple[list[Result], list[Result]] | None:
-    """The two sides of a comparison, or None where one was not evaluated on the level."""
-    found = [groups.get((choice.label, choice.throws, level)) for choice in (mine, other)]
-    return (found[0], found[1]) if found[0] and found[1] else None
-
-
 def _add_floors(plan: Plan, table: list[dict[str, Any]]) -> None:
     for level, label in plan.floors.items():
         rows = [row for row in table if row["level"] == level]
@@ -132,18 +129,15 @@ def _add_floors(plan: Plan, table: list[dict[str, Any]]) -> None:
             row["times_floor"] = None if floor is None else row["landing_error_mean_m"] / floor
 
 
-def _difference(mine: Sequence[Floats], base: Sequence[Floats]) -> dict[str, Any]:
+def _difference(learned: Sequence[Result], reference: Sequence[Result]) -> dict[str, Any]:
+    # Mean over seeds (S, N) -> (N,); NaN where any seed was not measured.
+    mine, base = ([column.mean(axis=0) for column in _by_seed(side)] for side in (learned, reference))
     error = metrics.paired_mean(mine[0], base[0])
-    rate = metrics.paired_rate(mine[1], mine[2], base[1], base[2])
+    rate = metrics.paired_rate(*mine[1:], *base[1:])
     return {
         "landing_error_m": {**asdict(error), "excludes_zero": error.excludes_zero},
         "sorted_per_min": {**asdict(rate), "excludes_zero": rate.excludes_zero},
     }
-
-
-def _per_throw(values: Floats) -> Floats:
-    """Mean over seeds (S, N) -> (N,); NaN where any seed was not measured."""
-    return values.mean(axis=0)
 
 
 def _check_paired(results: Sequence[Result]) -> None:

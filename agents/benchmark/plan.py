@@ -1,48 +1,45 @@
-"""What is to be measured: controllers x throws to learn from x seeds x levels, cut into cells of work."""
+"""What is to be measured: controllers x throws to learn from x seeds x levels, cut into pieces."""
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Self, final
 
-import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from agents.cli import UsageError
 from agents.controllers import NAMES
-from agents.environments import level_in_full
+from agents.environments import core_of, make_vector, own_module
+from agents.files import read_yaml
 from agents.runs import ALGORITHMS
-from agents.versions import ROOT, versions
+from agents.versions import ROOT
+from agents.work import code_digest, key
+from pnt_gym.cells.base.config import Section
 
 Count = Annotated[int, Field(ge=0)]
-LEARNERS = ("mean_shift", "virtual_goal", "ridge", "mlp", *ALGORITHMS)
+LEARNERS = ("mean_shift", "virtual_goal", "newton_goal", "ridge", "mlp", *ALGORITHMS)
 _CODE = (
     "pnt_gym/**/*.py",
-    "agents/controllers/*.py",
+    "agents/controllers/**/*.py",
+    "agents/benchmark/run.py",
     "agents/evaluation.py",
+    "agents/throws.py",
     "agents/environments.py",
     "agents/sb3.py",
     "agents/train.py",
 )
-_NO_EFFECT = ("pnt_gym/render/", "pnt_gym/metrics.py")
-"""Code that changes no throw."""
-
-
-class _Section(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
+"""The code that decides where objects land."""
 
 
 @final
-class Entry(_Section):
+class Entry(Section):
     """One line of the benchmark."""
 
     label: str = Field(min_length=1)
-    controller: str = Field(description="A controller's name, or an algorithm of agents.train.")
+    controller: str = Field(description="A controller's name or MODULE:CLASS, or an algorithm of agents.train.")
     throws: tuple[Count, ...] = Field((0,), min_length=1, description="Practice or training before the evaluation.")
     seeds: tuple[Count, ...] | None = Field(None, description="Of the learning; default: the plan's.")
     levels: tuple[str, ...] | None = Field(None, description="To be evaluated on; default: the plan's.")
@@ -51,8 +48,10 @@ class Entry(_Section):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
+        if ":" in self.controller:
+            return self
         if self.controller not in (*NAMES, *ALGORITHMS):
-            known = ", ".join((*NAMES, *ALGORITHMS))
+            known = ", ".join((*NAMES, *ALGORITHMS, "MODULE:CLASS"))
             raise ValueError(f"unknown controller {self.controller!r}; known are {known}")
         if (self.controller in LEARNERS) != all(t > 0 for t in self.throws):
             raise ValueError(f"entry {self.label!r} with controller {self.controller!r} has throws {self.throws}")
@@ -60,7 +59,7 @@ class Entry(_Section):
 
 
 @final
-class Choice(_Section):
+class Choice(Section):
     """One result of the benchmark: a label and what it learned from."""
 
     label: str
@@ -68,7 +67,7 @@ class Choice(_Section):
 
 
 @final
-class Plan(_Section):
+class Plan(Section):
     """A benchmark; the defaults are what the paired comparison needs."""
 
     name: str = Field(pattern=r"^[A-Za-z0-9_-]+$")
@@ -101,34 +100,30 @@ class Plan(_Section):
 
 @final
 @dataclass(frozen=True)
-class Cell:
+class Piece:
     """A piece of work that one process does and one file keeps."""
 
+    plan: Plan
     entry: Entry
     throws: tuple[int, ...]
     """Training is evaluated on its way, at each of these."""
     seed: int
     levels: tuple[str, ...]
     train_level: str
-    env: str
-    picks: int
-    eval_seed: int
-    num_envs: int
     key: str
     """Changes when anything changes that the numbers depend on."""
 
     @property
     def name(self) -> str:
         """For people and file names."""
-        throws = "-".join(str(t) for t in self.throws)
-        return f"{self.entry.label}-{throws}-seed{self.seed}-{self.key}"
+        return f"{self.entry.label}-{'-'.join(map(str, self.throws))}-seed{self.seed}"
 
     @property
     def cost(self) -> int:
         """Throws that will be simulated; the oracle simulates each one several times."""
         learning = max(self.throws)
         times = 5 if self.entry.controller == "oracle" else 1
-        return learning + times * len(self.throws) * len(self.levels) * self.picks
+        return learning + times * len(self.throws) * len(self.levels) * self.plan.picks
 
 
 def read_plan(path: Path) -> Plan:
@@ -138,13 +133,7 @@ def read_plan(path: Path) -> Plan:
         UsageError: the file is missing or damaged, or its plan does not hold together.
     """
     try:
-        data = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise UsageError(f"cannot read benchmark {str(path)!r}: {error.strerror}") from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise UsageError(f"benchmark {str(path)!r} is not valid YAML: {str(error).splitlines()[0]}") from None
-    try:
-        return Plan.model_validate(data)
+        return Plan.model_validate(read_yaml(path, "benchmark"))
     except ValidationError as error:
         problem = error.errors()[0]
         where = ".".join(str(part) for part in problem["loc"])
@@ -152,60 +141,55 @@ def read_plan(path: Path) -> Plan:
         raise UsageError(f"benchmark {str(path)!r}: {f'{where}: ' if where else ''}{message}") from None
 
 
-def cells(plan: Plan) -> list[Cell]:
+def pieces(plan: Plan) -> list[Piece]:
     """The plan's work, longest first.
 
     Raises:
         UsageError: the environment does not exist.
         ConfigError: a level does not exist.
     """
-    code = _code_digest()
-    made: list[Cell] = []
+    code = code_digest(_CODE)
+    made: list[Piece] = []
     for entry in plan.entries:
-        learns = entry.controller in LEARNERS
+        learns = entry.controller in LEARNERS or any(entry.throws)
         seeds = (entry.seeds or plan.seeds) if learns else (plan.seeds[0],)
         # A training run passes through its smaller throw counts; practice is planned for each count anew.
         groups = [tuple(sorted(entry.throws))] if entry.controller in ALGORITHMS else [(t,) for t in entry.throws]
-        made += [_cell(plan, entry, group, seed, code) for group in groups for seed in seeds]
-    return sorted(made, key=lambda cell: -cell.cost)
+        made += [_piece(plan, entry, group, seed, code) for group in groups for seed in seeds]
+    return sorted(made, key=lambda piece: -piece.cost)
 
 
-def _cell(plan: Plan, entry: Entry, throws: tuple[int, ...], seed: int, code: str) -> Cell:
+def _piece(plan: Plan, entry: Entry, throws: tuple[int, ...], seed: int, code: str) -> Piece:
     levels = entry.levels or plan.levels
     train_level = entry.train_level or plan.train_level
+    settings = ROOT / "configs" / "rl" / f"{entry.controller}.yml"
     inputs = {
         "entry": entry.model_dump(mode="json", include={"controller", "options"}),
         "throws": throws,
         "seed": seed,
         "levels": [_level(plan.env, level) for level in levels],
         "train_level": _level(plan.env, train_level),
-        "settings": _settings_text(entry.controller),
+        "settings": settings.read_text(encoding="utf-8") if entry.controller in ALGORITHMS else "",
         "plan": plan.model_dump(mode="json", include={"env", "picks", "seed", "num_envs"}),
-        "versions": versions(),
         "code": code,
+        "own": [_own_code(name.partition(":")[0]) for name in (entry.controller, plan.env) if ":" in name],
     }
-    key = hashlib.sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()[:12]
-    return Cell(entry, throws, seed, levels, train_level, plan.env, plan.picks, plan.seed, plan.num_envs, key)
+    return Piece(plan, entry, throws, seed, levels, train_level, key(**inputs))
 
 
 @cache
 def _level(env_id: str, name: str) -> dict[str, Any]:
-    """A level in full."""
-    return level_in_full(env_id, name).model_dump(mode="json")
+    """A level in full, as the environment reads it."""
+    env = make_vector(env_id, name, num_envs=1, threads=1)
+    try:
+        return core_of(env).config.model_dump(mode="json")
+    finally:
+        env.close()
 
 
-def _settings_text(controller: str) -> str:
-    """Hyperparameters of an algorithm; nothing for other controllers."""
-    path = ROOT / "configs" / "rl" / f"{controller}.yml"
-    return path.read_text(encoding="utf-8") if controller in ALGORITHMS else ""
-
-
-def _code_digest() -> str:
-    """Digest of the code that decides where objects land."""
-    digest = hashlib.sha256()
-    for pattern in _CODE:
-        for path in sorted(ROOT.glob(pattern)):
-            name = path.relative_to(ROOT).as_posix()
-            if not name.startswith(_NO_EFFECT):
-                digest.update(name.encode() + path.read_bytes())
-    return digest.hexdigest()
+@cache
+def _own_code(module: str) -> str:
+    """Digest of a user's module, or of the whole package that it is."""
+    found = own_module(module)
+    file = Path(found.__file__ or "")
+    return code_digest(["**/*.py" if hasattr(found, "__path__") else file.name], root=file.parent)

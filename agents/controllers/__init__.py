@@ -1,4 +1,4 @@
-"""Every baseline and agent by name, behind one protocol."""
+"""Every baseline and agent, by name or from elsewhere, behind one protocol."""
 
 from __future__ import annotations
 
@@ -8,42 +8,39 @@ from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
-from gymnasium.vector import VectorEnv
+from gymnasium import Space
 
 from agents.cli import UsageError
 from agents.controllers.analytic import Analytic
 from agents.controllers.ballistic import AnalyticHeight, MeanLead
-from agents.controllers.cell_table import mean_shift, virtual_goal
+from agents.controllers.bucket_table import mean_shift, virtual_goal
 from agents.controllers.mlp import Mlp
 from agents.controllers.newton import NewtonGoal
 from agents.controllers.oracle import Oracle
+from agents.controllers.own import controller_of, own_controller, trained_policy
 from agents.controllers.protocol import Controller, Learner, Observation, Outcome
 from agents.controllers.random import Random
-from agents.controllers.regression import OnPolicyRegression, Regressor
+from agents.controllers.regression import OnPolicyRegression
 from agents.controllers.ridge import Ridge
-from agents.controllers.sb3 import Sb3
+from agents.environments import Env, core_of
 from agents.files import replace_file
-from pnt_gym.config import CellConfig
-from pnt_gym.correction import Correction
-
-Env = VectorEnv[Any, Any, Any]
+from pnt_gym.cells.base.action import Correction
+from pnt_gym.cells.base.core import Core
+from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 _ANY_ACTIONS: Mapping[str, Callable[..., Controller]] = {
-    "analytic": lambda env: Analytic(action_count(env)),
-    "random": lambda env: Random(action_count(env)),
-}
-_CONVEYOR: Mapping[str, Callable[..., Controller]] = {
-    "analytic_height": lambda env, correction: AnalyticHeight(_conveyor(env, "analytic_height"), correction),
-    "mean_lead": lambda env, correction: MeanLead(_conveyor(env, "mean_lead"), correction),
+    "analytic": lambda env: Analytic(_entries(env.single_action_space)),
+    "random": lambda env: Random(_entries(env.single_action_space)),
 }
 _SHIFTS: Mapping[str, Callable[..., Controller]] = {
-    **_CONVEYOR,
+    "analytic_height": lambda env, correction: AnalyticHeight(_conveyor(env, "analytic_height"), correction),
+    "mean_lead": lambda env, correction: MeanLead(_conveyor(env, "mean_lead"), correction),
     "mean_shift": lambda env, correction: mean_shift(correction),
     "virtual_goal": lambda env, correction, **options: virtual_goal(correction, **options),
     "newton_goal": lambda env, correction: NewtonGoal(correction),
-    "ridge": lambda env, correction: _regression("ridge", env, correction, Ridge()),
-    "mlp": lambda env, correction, **options: _regression("mlp", env, correction, Mlp(**options)),
-    "oracle": lambda env, correction, **options: Oracle(env.unwrapped.core, correction, **options),
+    "ridge": lambda env, correction: OnPolicyRegression("ridge", correction, _features(env), Ridge()),
+    "mlp": lambda env, correction, **options: OnPolicyRegression("mlp", correction, _features(env), Mlp(**options)),
+    "oracle": lambda env, correction, **options: Oracle(_whole_core(env), correction, **options),
 }
 NAMES = (*_ANY_ACTIONS, *_SHIFTS)
 
@@ -53,54 +50,42 @@ __all__ = [
     "Learner",
     "Observation",
     "Outcome",
+    "controller_of",
     "load_state",
     "make_controller",
     "save_state",
 ]
 
 
-def action_count(env: Env) -> int:
-    """Numbers in one action."""
-    return int(np.prod(env.single_action_space.shape or (1,)))
-
-
-def observation_count(env: Env) -> int:
-    """Entries of one observation."""
-    return int(np.prod(env.single_observation_space.shape or (1,)))
-
-
 def make_controller(name: str, env: Env, **options: Any) -> Controller:
-    """The controller of a name or of a run folder, fitted to an environment.
+    """The controller of a name, of a trained policy, or of somebody's module, fitted to an environment.
 
     Args:
-        name: one of `NAMES`, or the folder of a training run.
+        name: one of `NAMES`; a run folder, an RL-Zoo folder or a model.zip (see `agents.trained`), which run code in
+            them; or MODULE:CLASS (see `Controller`), which imports MODULE.
         env: the environment it will act in.
         options: settings of that controller, e.g. `gain` of virtual_goal or `width` of mlp.
 
     Raises:
-        UsageError: neither a name nor a run folder, or a controller that cannot act in this environment.
+        UsageError: none of these, or a controller that cannot act in this environment.
     """
     if name in _ANY_ACTIONS:
         return _ANY_ACTIONS[name](env, **options)
     if name in _SHIFTS:
         return _SHIFTS[name](env, _needed_correction(name, env), **options)
-    if Path(name).is_dir():
-        return Sb3.load(Path(name), observation_count(env), action_count(env))
+    if Path(name).is_dir() or name.endswith(".zip"):
+        return trained_policy(Path(name), env)
+    if ":" in name:
+        return own_controller(name, env, **options)
     raise UsageError(
-        f"{name!r} is neither a controller nor a run folder; controllers are {', '.join(NAMES)}, "
-        "and a run folder is what `python -m agents.train` leaves in runs/"
+        f"{name!r} is neither a controller nor a run folder; controllers are {', '.join(NAMES)}, MODULE:CLASS and "
+        "MODEL.zip, and a run folder is what `python -m agents.train` leaves in runs/"
     )
 
 
 def _needed_correction(name: str, env: Env) -> Correction:
-    """The correction of an environment.
-
-    Raises:
-        UsageError: it has none in its action mode.
-    """
-    core = getattr(env.unwrapped, "core", None)
-    if core is None:
-        raise UsageError(f"controller {name!r} needs a cell it can ask, which this environment does not offer")
+    """The correction of an environment, which has none in some action modes."""
+    core = core_of(env)
     if core.correction is not None:
         return core.correction
     if not core.shift_modes:
@@ -108,24 +93,33 @@ def _needed_correction(name: str, env: Env) -> Correction:
     sizes = sorted({core.action_sizes[mode] for mode in core.shift_modes})
     raise UsageError(
         f"controller {name!r} shifts the landing and needs an action of {' or '.join(map(str, sizes))} numbers, "
-        f"not {action_count(env)}; use the action mode {' or '.join(core.shift_modes)}"
+        f"not {_entries(env.single_action_space)}; use the action mode {' or '.join(core.shift_modes)}"
     )
 
 
-def _conveyor(env: Env, name: str) -> CellConfig:
-    """The level of a conveyor environment.
+def _whole_core(env: Env) -> Core:
+    """The core of all rows, unless each has its own."""
+    core = core_of(env)
+    if hasattr(env.unwrapped, "envs") and env.num_envs > 1:
+        raise UsageError("controller 'oracle' looks ahead in all cells at once; here each has its own: use 1 cell")
+    return core
 
-    Raises:
-        UsageError: the environment is another one.
-    """
-    config = env.unwrapped.core.config
-    if not isinstance(config, CellConfig):
+
+def _conveyor(env: Env, name: str) -> ConveyorConfig:
+    """The level of an environment that has to be a conveyor."""
+    config = core_of(env).config
+    if not isinstance(config, ConveyorConfig):
         raise UsageError(f"controller {name!r} knows the physics of the conveyor only; choose another one here")
     return config
 
 
-def _regression(name: str, env: Env, correction: Correction, regressor: Regressor) -> OnPolicyRegression:
-    return OnPolicyRegression(name, correction, observation_count(env), regressor)
+def _features(env: Env) -> int:
+    return _entries(env.single_observation_space)
+
+
+def _entries(space: Space[Any]) -> int:
+    """Numbers in one action or observation."""
+    return int(np.prod(space.shape or (1,)))
 
 
 def save_state(controller: Learner, path: Path) -> None:
@@ -154,4 +148,9 @@ def load_state(controller: Learner, path: Path) -> None:
         raise UsageError(f"{str(path)!r} holds no saved controller") from None
     if owner != controller.name:
         raise UsageError(f"{str(path)!r} was saved by {owner!r}, not by {controller.name!r}")
-    controller.restore(state)
+    try:
+        controller.restore(state)
+    except UsageError:
+        raise
+    except (KeyError, ValueError, IndexError):
+        raise UsageError(f"{str(path)!r} holds no state of {owner!r} that is understood here") from None

@@ -6,11 +6,11 @@ from typing import final
 
 import numpy as np
 
-from agents.controllers.protocol import Actions, Observation, Outcome
+from agents.controllers.protocol import Actions, Controller, Observation
 
 
 @final
-class Analytic:
+class Analytic(Controller):
     """Zero correction."""
 
     name = "analytic"
@@ -18,12 +18,6 @@ class Analytic:
     def __init__(self, actions: int) -> None:
         self._actions = actions
 
-    def reset(self, seed: int) -> None:
-        """Nothing to forget."""
-
     def act(self, observation: Observation) -> Actions:
         """Zeros (N, A)."""
         return np.zeros((len(observation.kind), self._actions), dtype=np.float32)
-
-    def learn(self, outcome: Outcome) -> None:
-        """Learns nothing."""

@@ -9,15 +9,15 @@ from typing import final
 
 import numpy as np
 
-from agents.controllers.protocol import Actions, Observation, Outcome
+from agents.controllers.protocol import Actions, Controller, Observation
 from agents.controllers.shift import to_action
-from pnt_gym.cells.items import item_arrays
-from pnt_gym.cells.observation import decode
-from pnt_gym.cells.suction import release_delay
-from pnt_gym.config import CellConfig
-from pnt_gym.correction import Correction
-from pnt_gym.planning.arrays import Floats
-from pnt_gym.planning.ballistics import GRAVITY
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.base.action import Correction
+from pnt_gym.cells.base.items import item_arrays
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.objects import release_delay
+from pnt_gym.cells.conveyor.observation import decode
+from pnt_gym.constants import GRAVITY
 
 
 def landing_change(plan: dict[str, Floats], forward: Floats | float, up: Floats | float) -> Floats:
@@ -36,7 +36,7 @@ def landing_change(plan: dict[str, Floats], forward: Floats | float, up: Floats 
     return forward + speed * np.cos(angle) * (after - before) / GRAVITY
 
 
-def mean_delay(config: CellConfig) -> float:
+def mean_delay(config: ConveyorConfig) -> float:
     """Mean release delay [s] over the level's items at their catalogue values, scaled with the mismatch."""
     table = item_arrays(config.item_list())
     return config.mismatch * float(np.mean(release_delay(table.seal_force, table.mass, config.suction)))
@@ -47,7 +47,7 @@ def _along(shift: Floats, correction: Correction) -> Actions:
 
 
 @final
-class AnalyticHeight:
+class AnalyticHeight(Controller):
     """The planner with an object of height h: its centre of mass leaves from h/2 below the cup.
 
     The share of h/2 scales with the mismatch, as the cell's own centre of mass does.
@@ -55,11 +55,8 @@ class AnalyticHeight:
 
     name = "analytic_height"
 
-    def __init__(self, config: CellConfig, correction: Correction) -> None:
+    def __init__(self, config: ConveyorConfig, correction: Correction) -> None:
         self._config, self._correction = config, correction
-
-    def reset(self, seed: int) -> None:
-        """Nothing to forget."""
 
     def act(self, observation: Observation) -> Actions:
         """Take back the landing change of the lower release, (N, 2)."""
@@ -67,22 +64,16 @@ class AnalyticHeight:
         lower = -0.5 * self._config.mismatch * plan["height"]
         return _along(-landing_change(plan, 0.0, lower), self._correction)
 
-    def learn(self, outcome: Outcome) -> None:
-        """Learns nothing."""
-
 
 @final
-class MeanLead:
+class MeanLead(Controller):
     """The planner with the valve advanced by the mean delay: one number for the whole cell."""
 
     name = "mean_lead"
 
-    def __init__(self, config: CellConfig, correction: Correction) -> None:
+    def __init__(self, config: ConveyorConfig, correction: Correction) -> None:
         self._correction = correction
         self.delay = mean_delay(config)
-
-    def reset(self, seed: int) -> None:
-        """Nothing to forget."""
 
     def act(self, observation: Observation) -> Actions:
         """Take back the landing change of a release that much later on the throw line, (N, 2)."""
@@ -90,6 +81,3 @@ class MeanLead:
         late = plan["release_speed"] * self.delay
         change = landing_change(plan, late * np.cos(plan["elevation"]), late * np.sin(plan["elevation"]))
         return _along(-change, self._correction)
-
-    def learn(self, outcome: Outcome) -> None:
-        """Learns nothing."""

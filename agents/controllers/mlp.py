@@ -11,7 +11,7 @@ from typing import Any, final
 import numpy as np
 
 from agents.controllers.protocol import State
-from pnt_gym.planning.arrays import Floats
+from pnt_gym.arrays import Floats
 
 BATCH = 256
 

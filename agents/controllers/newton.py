@@ -2,9 +2,9 @@
 
 The virtual goal of iterative learning, z_hat += K (z_d - z), takes the error to change by what the shift changes. Where
 it changes by less, by more or the other way, that update crawls, swings or runs away: a block that a stopper pushes
-while it leaves the arm turns no faster, and then more slowly, the faster the arm is. Here each cell of the table keeps
-its throws and learns from them how the error depends on the shift. What it has not learned yet is one to one, so that
-the first step is that of the virtual goal with K = 1.
+while it leaves the arm turns no faster, and then more slowly, the faster the arm is. Here each bucket of the table
+keeps its throws and learns from them how the error depends on the shift. What it has not learned yet is one to one, so
+that the first step is that of the virtual goal with K = 1.
 
 The map from shift to error (`Response`) knows how far to trust itself: from the second throw on, Newton's step has to
 compete with other shifts, and the one is thrown that has the best chance to beat the best throw so far. No throw is
@@ -20,14 +20,14 @@ from typing import Final, TypeAlias, final
 
 import numpy as np
 
-from agents.controllers.protocol import Actions, Observation, Outcome, State
+from agents.controllers.protocol import Actions, Learner, Observation, Outcome, State
 from agents.controllers.response import Response, gauss_newton, log_chance
 from agents.controllers.shift import check_width, instructive, to_action
-from pnt_gym.correction import Correction
-from pnt_gym.planning.arrays import Bools, Floats
+from pnt_gym.arrays import Bools, Floats
+from pnt_gym.cells.base.action import Correction
 
 MEMORY: Final = 160
-"""Throws that a cell keeps, the latest ones; a fit to more takes longer than a throw."""
+"""Throws that a bucket keeps, the latest ones; a fit to more takes longer than a throw."""
 LARGEST: Final = 3.0
 """Errors beyond count as this, in actions: an object thrown off is no lesson in metres."""
 SPREAD: Final = 0.15
@@ -42,13 +42,13 @@ ROWS: Final = 32
 """Different shifts of one batch at most, after the first."""
 _Possible: TypeAlias = Callable[[Floats], Bools]
 _TABLES: Final = ("shift", "error", "refused", "next")
-"""Arrays of a cell, one row per throw."""
+"""Arrays of a bucket, one row per throw."""
 _CHOSEN: Final = ("best", "kept")
-"""Shifts of a cell."""
+"""Shifts of a bucket."""
 
 
 @final
-class _Cell:
+class _Bucket:
     """One thing thrown to one place: its throws, and the shifts of the next ones, in actions.
 
     Args:
@@ -124,15 +124,15 @@ def _nearest(shift: Floats, seen: Floats) -> Floats:
 
 
 @final
-class NewtonGoal:
+class NewtonGoal(Learner):
     """Shift (E,) per thing thrown and place, from a map of the errors that is learned as well.
 
-    In practice the rows of one batch that share a cell throw different shifts, which shows the Jacobian at once;
+    In practice the rows of one batch that share a bucket throw different shifts, which shows the Jacobian at once;
     without practice they throw the same one. After practice the best shift seen is kept, or Newton's where that
     promises less error though it was never thrown.
 
     Args:
-        correction: what an action means, and which cell a throw belongs to.
+        correction: what an action means, and which bucket a throw belongs to.
     """
 
     name = "newton_goal"
@@ -144,9 +144,9 @@ class NewtonGoal:
         self.reset(0)
 
     def reset(self, seed: int) -> None:
-        """Forget every cell, reseed the spread of practice."""
+        """Forget every bucket, reseed the spread of practice."""
         self._random = np.random.default_rng(seed)
-        self._cells: dict[str, _Cell] = {}
+        self._buckets: dict[str, _Bucket] = {}
         self._exploring, self._settled = False, False
 
     def begin_practice(self, throws: int) -> None:
@@ -156,44 +156,44 @@ class NewtonGoal:
     def end_practice(self) -> None:
         """Keep to the best shifts that are known."""
         self._exploring, self._settled = False, True
-        for cell in self._cells.values():
-            cell.next = cell.kept[None]
+        for bucket in self._buckets.values():
+            bucket.next = bucket.kept[None]
 
     def act(self, observation: Observation) -> Actions:
-        """The next shift of each throw's cell, zero where none was thrown yet: (N, E)."""
+        """The next shift of each throw's bucket, zero where none was thrown yet: (N, E)."""
         action = np.zeros((len(observation.kind), self._correction.count))
         for name, rows in self._rows(observation).items():
             action[rows] = self._next(name, len(rows), self._possible(observation, rows[0]))
         return to_action(action * self._correction.scale, self._correction)
 
     def learn(self, outcome: Outcome) -> None:
-        """Take in the throws, cell by cell; throws that were shortened or not measured teach where not to go."""
+        """Take in the throws, bucket by bucket; throws that were shortened or not measured teach where not to go."""
         usable = instructive(outcome)
         shift = outcome.action.astype(np.float64)
         error = np.clip(outcome.error / self._correction.scale, -LARGEST, LARGEST)
         for name, rows in self._rows(outcome.observation).items():
-            cell = self._cells.setdefault(name, _Cell(self._weight))
+            bucket = self._buckets.setdefault(name, _Bucket(self._weight))
             good = [row for row in rows if usable[row]]
-            cell.add(shift[good], error[good], shift[[row for row in rows if not usable[row]]])
-            cell.choose(self._random, self._possible(outcome.observation, rows[-1]))
+            bucket.add(shift[good], error[good], shift[[row for row in rows if not usable[row]]])
+            bucket.choose(self._random, self._possible(outcome.observation, rows[-1]))
             if self._settled:
-                cell.next = cell.kept[None]
+                bucket.next = bucket.kept[None]
 
     def state(self) -> State:
-        """Names, throws and shifts of the cells."""
-        cells = list(self._cells.values())
+        """Names, throws and shifts of the buckets."""
+        buckets = list(self._buckets.values())
         none = np.zeros((0, self._correction.count))
-        state: dict[str, np.ndarray] = {"cells": np.array(list(self._cells), dtype=np.str_)}
+        state: dict[str, np.ndarray] = {"buckets": np.array(list(self._buckets), dtype=np.str_)}
         for key in _TABLES:
-            parts = [getattr(cell, key) for cell in cells]
+            parts = [getattr(bucket, key) for bucket in buckets]
             state[key] = np.concatenate([none, *parts])
             state[f"{key}_count"] = np.array([len(part) for part in parts], dtype=np.int64)
         for key in _CHOSEN:
-            state[key] = np.array([getattr(cell, key) for cell in cells]).reshape(-1, self._correction.count)
+            state[key] = np.array([getattr(bucket, key) for bucket in buckets]).reshape(-1, self._correction.count)
         return state | {"settled": np.array(self._settled)}
 
     def restore(self, state: State) -> None:
-        """Take over cells.
+        """Take over buckets.
 
         Raises:
             UsageError: their shifts have another number of coordinates.
@@ -201,19 +201,19 @@ class NewtonGoal:
         check_width(state["shift"], self._correction, self.name)
         self.reset(0)
         self._settled = bool(state["settled"])
-        self._cells = {str(name): _Cell(self._weight) for name in state["cells"]}
+        self._buckets = {str(name): _Bucket(self._weight) for name in state["buckets"]}
         for key in _TABLES:
             rows, ends = np.asarray(state[key], dtype=np.float64), np.cumsum(state[f"{key}_count"])
-            for cell, end, count in zip(self._cells.values(), ends, state[f"{key}_count"], strict=True):
-                setattr(cell, key, rows[end - count : end])
+            for bucket, end, count in zip(self._buckets.values(), ends, state[f"{key}_count"], strict=True):
+                setattr(bucket, key, rows[end - count : end])
         for key in _CHOSEN:
-            for cell, shift in zip(self._cells.values(), np.asarray(state[key], dtype=np.float64), strict=True):
-                setattr(cell, key, shift)
+            for bucket, shift in zip(self._buckets.values(), np.asarray(state[key], dtype=np.float64), strict=True):
+                setattr(bucket, key, shift)
 
     def _rows(self, observation: Observation) -> dict[str, list[int]]:
-        """Rows of each cell."""
+        """Rows of each bucket."""
         rows: dict[str, list[int]] = defaultdict(list)
-        for row, (item, place) in enumerate(self._correction.cells(observation.features, observation.kind)):
+        for row, (item, place) in enumerate(self._correction.buckets(observation.features, observation.kind)):
             rows[f"{item}|{place}"].append(row)
         return rows
 
@@ -225,10 +225,10 @@ class NewtonGoal:
         return partial(test, observation.features[row], int(observation.kind[row]))
 
     def _next(self, name: str, count: int, possible: _Possible) -> Floats:
-        """Shifts (count, E) of throws in one cell."""
-        cell = self._cells.get(name)
-        if cell is not None:
-            return cell.next[np.arange(count) % len(cell.next) if self._exploring else np.zeros(count, dtype=int)]
+        """Shifts (count, E) of throws in one bucket."""
+        bucket = self._buckets.get(name)
+        if bucket is not None:
+            return bucket.next[np.arange(count) % len(bucket.next) if self._exploring else np.zeros(count, dtype=int)]
         shift = np.zeros((count, self._correction.count))
         if self._exploring and count > 1:
             options = SPREAD * self._random.standard_normal((ROWS * (count - 1), self._correction.count))

@@ -10,13 +10,14 @@ from typing import final
 
 import numpy as np
 
-from agents.controllers.protocol import Actions, Core, Observation, Outcome
-from pnt_gym.correction import Correction
-from pnt_gym.planning.arrays import Floats
+from agents.controllers.protocol import Actions, Controller, Observation
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.base.action import Correction
+from pnt_gym.cells.base.core import Core
 
 
 @final
-class Oracle:
+class Oracle(Controller):
     """Fixed-point iteration on the simulated outcome: action <- action - error / scale.
 
     Args:
@@ -32,9 +33,6 @@ class Oracle:
         self._correction = correction
         self._iterations = iterations
 
-    def reset(self, seed: int) -> None:
-        """Nothing to forget."""
-
     def act(self, observation: Observation) -> Actions:
         """The best of the actions tried for each throw, (N, E)."""
         scale = self._correction.scale
@@ -49,9 +47,6 @@ class Oracle:
             best = np.where(size < smallest, action, best)
             smallest = np.minimum(size, smallest)
         return best.astype(np.float32)
-
-    def learn(self, outcome: Outcome) -> None:
-        """Knows everything already."""
 
     def _error(self, action: Floats) -> Floats:
         seen = self._core.preview(action.astype(np.float32), jitter=False)

@@ -1,20 +1,20 @@
 """What a controller is: it sees a pick, corrects the throw, and may learn from where the object landed.
 
-Evaluation, practice and the benchmark know only these types; a new baseline or agent is one file that fits
-them. All arrays hold one row per throw of a batch.
+Evaluation, practice and the benchmark know only these types, and take every class that fits them for one of ours. All
+arrays hold one row per throw of a batch.
 """
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol, final, runtime_checkable
+from typing import Protocol, final, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.correction import Correction
-from pnt_gym.planning.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import Bools, Floats, Ints
 
 Actions = NDArray[np.float32]
 State = Mapping[str, NDArray[np.generic]]
@@ -49,24 +49,36 @@ class Outcome:
 
 
 class Controller(Protocol):
-    """Corrects throws."""
+    """Corrects throws.
 
-    @property
-    def name(self) -> str:
-        """Name in tables and files."""
-        ...
+    A class of your own inherits from it, or looks like it; inherited, `name` and `act` are all it needs:
+
+        class Further(Controller):
+            name = "further"
+
+            def __init__(self, core: Core) -> None:
+                self.core = core
+
+            def act(self, observation: Observation) -> Actions:
+                return np.full((len(observation.kind), self.core.action_space.shape[0]), 0.1, dtype=np.float32)
+
+    `--controller MODULE:CLASS` calls the class without arguments, but for `core=`, the cells behind the environment
+    (`pnt_gym.cells.base.core.Core`), if it has a parameter of that name.
+    """
+
+    name: str
+    """In tables and files."""
 
     def reset(self, seed: int) -> None:
-        """Forget what was learned and reseed whatever is random."""
-        ...
+        """Forget what was learned and reseed whatever is random; unless overridden there is nothing to forget."""
 
+    @abstractmethod
     def act(self, observation: Observation) -> Actions:
         """Actions (N, A) in [-1, 1]; zero is the analytic planner."""
         ...
 
     def learn(self, outcome: Outcome) -> None:
-        """Take in the outcome of the throws of the last `act`."""
-        ...
+        """Take in the outcome of the throws of the last `act`; unless overridden nothing is learned."""
 
 
 @runtime_checkable
@@ -75,33 +87,16 @@ class Learner(Controller, Protocol):
 
     def begin_practice(self, throws: int) -> None:
         """Announce that about `throws` throws are for learning; it may explore until `end_practice`."""
-        ...
 
     def end_practice(self) -> None:
         """Stop exploring and settle what was learned."""
-        ...
 
+    @abstractmethod
     def state(self) -> State:
         """What was learned, as named arrays; independent of the level it was learned on."""
         ...
 
+    @abstractmethod
     def restore(self, state: State) -> None:
         """Take over what another controller of the same name learned."""
-        ...
-
-
-class Core(Protocol):
-    """What controllers may ask of the cell behind an environment."""
-
-    @property
-    def correction(self) -> Correction | None:
-        """What an action means."""
-        ...
-
-    def preview(self, actions: Actions, *, jitter: bool = False) -> Any:
-        """Simulate the coming throws with their hidden values, without advancing.
-
-        Returns:
-            An outcome with the errors of the correction among its attributes, (N,) each.
-        """
         ...

@@ -6,18 +6,18 @@ from typing import final
 
 import numpy as np
 
-from agents.controllers.protocol import Actions, Observation, Outcome
+from agents.controllers.protocol import Actions, Controller, Observation
 
 
 @final
-class Random:
+class Random(Controller):
     """Uniform in the whole action range."""
 
     name = "random"
 
-    def __init__(self, actions: int, seed: int = 0) -> None:
+    def __init__(self, actions: int) -> None:
         self._actions = actions
-        self.reset(seed)
+        self.reset(0)
 
     def reset(self, seed: int) -> None:
         """Reseed."""
@@ -26,6 +26,3 @@ class Random:
     def act(self, observation: Observation) -> Actions:
         """Uniform (N, A) in [-1, 1]."""
         return self._random.uniform(-1.0, 1.0, (len(observation.kind), self._actions)).astype(np.float32)
-
-    def learn(self, outcome: Outcome) -> None:
-        """Learns nothing."""

@@ -11,10 +11,10 @@ from typing import Protocol, final
 import numpy as np
 
 from agents.cli import UsageError
-from agents.controllers.protocol import Actions, Observation, Outcome, State
+from agents.controllers.protocol import Actions, Learner, Observation, Outcome, State
 from agents.controllers.shift import ideal_shift, instructive, to_action
-from pnt_gym.correction import Correction
-from pnt_gym.planning.arrays import Floats
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.base.action import Correction
 
 ROUNDS = (0.25, 0.60, 1.0)
 """Shares of the practice after which the fit is renewed: rounds of 25, 35 and 40 %."""
@@ -45,7 +45,7 @@ class Regressor(Protocol):
 
 
 @final
-class OnPolicyRegression:
+class OnPolicyRegression(Learner):
     """A regressor that gathers its own data.
 
     Args:

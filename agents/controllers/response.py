@@ -13,7 +13,7 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.planning.arrays import Floats
+from pnt_gym.arrays import Floats
 
 SLOPE: Final = 1.0
 """Deviation, as known before the first throw, of the Jacobian's entries from the one-to-one map's."""
@@ -127,13 +127,7 @@ class Response:
 
 
 def gauss_newton(response: Response, weight: Floats, start: Floats) -> Floats:
-    """The shift (E,) within [-1, 1] to which Gauss-Newton steps lead from `start` (E,).
-
-    Args:
-        response: what is known of the errors.
-        weight: of each error (E,).
-        start: a shift.
-    """
+    """The shift (E,) within [-1, 1] to which Gauss-Newton steps lead from `start` (E,), each error with its weight."""
     best, damping = start, LEAST_DAMPING
     error, jacobian = _weighted(response, weight, best)
     for _ in range(ITERATIONS):

@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 
 from agents.controllers.protocol import State
-from pnt_gym.planning.arrays import Floats
+from pnt_gym.arrays import Floats
 
 PENALTIES = np.logspace(-2, 4, 19)
 GAINS = (0.03, 0.1, 0.3, 1.0)
@@ -41,13 +41,8 @@ class Ridge:
         """Fit to features (N, D) and shifts (N, E); nothing in it is random."""
         self._offset = shift.mean(axis=0)
         targets = shift - self._offset
-        best: list[_Candidate | None] = [None] * targets.shape[1]
-        for gain in GAINS:
-            for output, candidate in enumerate(_best_penalty(features, targets, gain)):
-                current = best[output]
-                if current is None or candidate.loss < current.loss:
-                    best[output] = candidate
-        self._fits = [fit for fit in best if fit is not None]
+        tried = [_best_penalty(features, targets, gain) for gain in GAINS]
+        self._fits = [min(fits, key=lambda fit: fit.loss) for fits in zip(*tried, strict=True)]
 
     def predict(self, features: Floats) -> Floats:
         """Shifts (N, E)."""

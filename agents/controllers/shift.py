@@ -6,8 +6,8 @@ import numpy as np
 
 from agents.cli import UsageError
 from agents.controllers.protocol import Actions, Outcome
-from pnt_gym.correction import Correction
-from pnt_gym.planning.arrays import Bools, Floats
+from pnt_gym.arrays import Bools, Floats
+from pnt_gym.cells.base.action import Correction
 
 
 def to_action(shift: Floats, correction: Correction) -> Actions:

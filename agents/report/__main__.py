@@ -10,29 +10,12 @@ from typing import Any
 from agents.cli import UsageError, run
 from agents.files import read_json, write_text
 from agents.report.figures import benchmark_figures
-from agents.report.measures import (
-    environment_note,
-    environment_table,
-    is_environments,
-    is_physics,
-    is_planner,
-    physics_note,
-    physics_table,
-    planner_note,
-    planner_table,
-)
-from agents.report.page import page
+from agents.report.measures import TABLES
+from agents.report.page import Chapter, markdown_page, page
 from agents.report.readme import update_readme
-from agents.report.reproduction import TITLES, is_reproduction, of_paper, paper_grids, reproduction_note
-from agents.report.reproduction_figures import reproduction_figures
-from agents.report.tables import (
-    benchmark_note,
-    benchmark_table,
-    comparison_table,
-    failure_table,
-    other_levels_table,
-    published_table,
-)
+from agents.report.reproduction import is_reproduction, paper_chapters
+from agents.report.tables import benchmark_grids
+from agents.reproduce.grids import plain
 from agents.tables import console
 from agents.versions import ROOT
 
@@ -47,23 +30,8 @@ class Arguments:
     """README whose marked tables are written anew."""
 
 
-@dataclass(frozen=True)
-class Chapter:
-    """One part of the report."""
-
-    title: str
-    parts: tuple[tuple[str, str], ...]
-    """Headline and Markdown table each."""
-    figures: Mapping[str, str]
-    """SVG text by file name."""
-    note: str
-
-
-_MEASURES = (
-    (is_physics, "Levels and mismatch, without learning", physics_table, physics_note),
-    (is_planner, "The planner's speed", planner_table, planner_note),
-    (is_environments, "Throws per second", environment_table, environment_note),
-)
+ENTRIES = ("quantity", "published", "reproduced", "unit", "verdict", "note")
+"""What `python -m agents.reproduce` and others alike say of a figure."""
 
 
 def main(arguments: Arguments) -> None:
@@ -74,7 +42,7 @@ def main(arguments: Arguments) -> None:
     for chapter in chapters:
         for name, text in chapter.figures.items():
             write_text(arguments.results / "figures" / name, text)
-    write_text(arguments.results / "README.md", readme_text(chapters))
+    write_text(arguments.results / "README.md", markdown_page(chapters))
     write_text(arguments.results / "report.html", page(chapters))
     if arguments.readme.is_file():
         update_readme(arguments.readme, arguments.results)
@@ -85,70 +53,37 @@ def read_chapters(results: Path) -> list[Chapter]:
     """A chapter per file of results whose form is known; one per paper in that of a reproduction.
 
     Raises:
-        UsageError: a file is not valid JSON.
+        UsageError: a file is not valid JSON, or was written by an older version.
     """
-    made: list[Chapter] = []
-    for path in sorted(results.glob("*.json")):
-        data = read_json(path)
-        if isinstance(data, dict) and is_reproduction(data):
-            made += [paper_chapter(paper, data, results / "figures") for paper in data["papers"]]
-        else:
-            found = chapter(path.stem, data)
-            made += [found] if found is not None else []
-    return made
+    files = ((path.stem, read_json(path)) for path in sorted(results.glob("*.json")))
+    return [chapter for name, data in files if isinstance(data, dict) for chapter in _chapters(name, data, results)]
 
 
-def chapter(name: str, data: Any) -> Chapter | None:
-    """The chapter of one file; None for a form that has no tables here."""
-    if not isinstance(data, dict):
-        return None
+def _chapters(name: str, data: Mapping[str, Any], results: Path) -> list[Chapter]:
+    """The chapters of one file; none for a form that has no tables here."""
+    if is_reproduction(data):
+        return paper_chapters(data, results / "figures")
     if {"plan", "table", "comparisons", "results"} <= set(data):
-        return benchmark_chapter(name, data)
-    for fits, headline, table, note in _MEASURES:
-        if fits(data):
-            return Chapter(name, ((headline, table(data)),), {}, note(data))
-    if isinstance(data.get("rows"), list) and data["rows"] and {"quantity", "published"} <= set(data["rows"][0]):
-        return Chapter(name, (("Published and reproduced", published_table(data)),), {}, "")
-    return None
+        return [benchmark_chapter(name, data)]
+    for names, table in TABLES:
+        if names <= set(data):
+            return [Chapter(name, (table(data),))]
+    if is_published(data):
+        return [Chapter(name, (plain("Published and reproduced", data["rows"]),))]
+    return []
 
 
-def paper_chapter(paper: str, data: Mapping[str, Any], drawings: Path) -> Chapter:
-    """Tables of one paper's reproduction, and those of its drawings that lie in the folder."""
-    rows = of_paper(data, paper)
-    parts = tuple((grid.headline, grid.markdown()) for grid in paper_grids(paper, rows))
-    files = [drawings / name for name in data["figures"][paper]]
-    drawn = {file.name: file.read_text(encoding="utf-8") for file in files if file.is_file()}
-    figures = {**reproduction_figures(paper, rows), **drawn}
-    return Chapter(f"reproduction: {TITLES.get(paper, paper)}", parts, figures, reproduction_note(paper, data))
+def is_published(data: Mapping[str, Any]) -> bool:
+    """Whether a file of results sets figures beside published ones."""
+    rows = data.get("rows")
+    return isinstance(rows, list) and all({*ENTRIES} <= {*row} for row in rows) and bool(rows)
 
 
 def benchmark_chapter(name: str, data: Mapping[str, Any]) -> Chapter:
     """Tables and figures of a benchmark."""
-    plan = data["plan"]
-    parts = [("Every controller on the same held-out throws", benchmark_table(data))]
-    more = other_levels_table(data)
-    parts += [("Further levels", more)] if more is not None else []
-    for level in plan["levels"]:
-        if any(c["level"] == level for c in data["comparisons"]):
-            parts.append((f"Paired differences, level {level} (95 % intervals)", comparison_table(data, level)))
-        parts.append((f"What failed, level {level}", failure_table(data, level)))
-    note = benchmark_note(data)
     prefix = "" if name == "benchmark" else f"{name}_"
     figures = {f"{prefix}{file}": text for file, text in benchmark_figures(data).items()}
-    return Chapter(name, tuple(parts), figures, note)
-
-
-def readme_text(chapters: list[Chapter]) -> str:
-    """results/README.md."""
-    lines = ["# Results", "", "Generated by `python -m agents.report` from the JSON files beside this one.", ""]
-    for found in chapters:
-        lines += [f"## {found.title}", ""]
-        lines += [found.note, ""] if found.note else []
-        for headline, table in found.parts:
-            lines += [f"### {headline}", "", table, ""]
-        for name in found.figures:
-            lines += [f"![{Path(name).stem.replace('_', ' ')}](figures/{name})", ""]
-    return "\n".join(lines)
+    return Chapter(name, tuple(benchmark_grids(data)), figures)
 
 
 if __name__ == "__main__":

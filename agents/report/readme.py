@@ -5,35 +5,26 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from agents.cli import UsageError
 from agents.files import read_json, write_text
-from agents.report.measures import (
-    environment_note,
-    environment_table,
-    physics_note,
-    physics_table,
-    planner_note,
-    planner_table,
-)
-from agents.report.reproduction import table1_block, table1_note
-from agents.report.tables import benchmark_note, benchmark_table
+from agents.report.measures import environment_table, physics_table, planner_table
+from agents.report.reproduction import table as reproduced_table
+from agents.report.tables import benchmark_table
+from agents.tables import Grid, markdown_text
 
-Text = Callable[[Any], str]
-BLOCKS: Mapping[str, tuple[str, Text, Text]] = {
-    "benchmark": ("benchmark.json", benchmark_table, benchmark_note),
-    "physics": ("physics.json", physics_table, physics_note),
-    "planner": ("perf_planner.json", planner_table, planner_note),
-    "reproduction": ("reproduction.json", table1_block, table1_note),
-    "environments": ("perf_envs.json", environment_table, environment_note),
+BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
+    "benchmark": ("benchmark.json", benchmark_table),
+    "physics": ("physics.json", physics_table),
+    "planner": ("perf_planner.json", planner_table),
+    "environments": ("perf_envs.json", environment_table),
 }
-"""Blocks of a README by name: the file of results, and what makes the table of it and the note under it."""
+"""Blocks of a README by name: the file of results, and what makes the table of it; others are "paper/table"."""
 
 
-def block_pattern(name: str) -> re.Pattern[str]:
-    """A marked block, with its markers."""
-    return re.compile(rf"(<!-- table:{re.escape(name)} -->\n).*?(<!-- /table -->)", re.DOTALL)
+_BLOCK: Final = re.compile(r"(<!-- table:(\S+) -->\n).*?(<!-- /table -->)", re.DOTALL)
+"""A marked block, with its markers and name."""
 
 
 def with_blocks(text: str, results: Path) -> str:
@@ -42,14 +33,13 @@ def with_blocks(text: str, results: Path) -> str:
     Raises:
         UsageError: a marked block has no such table, or its results are missing.
     """
-    for name in re.findall(r"<!-- table:(\S+) -->", text):
-        if name not in BLOCKS:
-            raise UsageError(f"no table {name!r} for a README; known are {', '.join(BLOCKS)}")
-        file, make_table, make_note = BLOCKS[name]
-        data = read_json(results / file)
-        table = f"{make_table(data)}\n\n{make_note(data)}"
-        text = block_pattern(name).sub(lambda found, table=table: f"{found[1]}{table}\n{found[2]}", text)
-    return text
+
+    def block(found: re.Match[str]) -> str:
+        grid = _table(found[2], results)
+        note = f"\n\n{markdown_text(grid.note)}" if grid.note else ""
+        return f"{found[1]}{grid.markdown()}{note}\n{found[3]}"
+
+    return _BLOCK.sub(block, text)
 
 
 def update_readme(readme: Path, results: Path) -> None:
@@ -64,3 +54,13 @@ def stale_readme(readme: Path, results: Path) -> bool:
     """Whether a README's tables differ from what the results give."""
     text = readme.read_text(encoding="utf-8")
     return with_blocks(text, results) != text
+
+
+def _table(name: str, results: Path) -> Grid:
+    if name in BLOCKS:
+        file, make_table = BLOCKS[name]
+        return make_table(read_json(results / file))
+    found = reproduced_table(results, name) if "/" in name else None
+    if found is None:
+        raise UsageError(f"no table {name!r} for a README; known are {', '.join(BLOCKS)}, and PAPER/TABLE")
+    return found

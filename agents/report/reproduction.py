@@ -1,114 +1,64 @@
-"""What a reproduction of papers found, as tables: for the terminal, the report and a README."""
+"""The chapters on reproduced papers."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any, Final
 
-from agents.report.choe import choe_grids
-from agents.report.grids import ODD, Grid, Row, Rows, plain
-from agents.report.hassan import hassan_grids, table1
-from agents.report.leveziel import leveziel_grids
-from agents.report.miyashita import miyashita_grids
+from agents.cli import UsageError
+from agents.files import read_json
+from agents.report.page import Chapter
+from agents.reproduce.record import Record, all_grids, overview_grids, verdicts
+from agents.tables import Grid
 
-Data = Mapping[str, Any]
-TITLES: Final = {
-    "hassan": "Hassan et al. 2022",
-    "choe": "Choe et al. 2023",
-    "miyashita": "Miyashita et al. 2010",
-    "leveziel": "Leveziel et al.",
-}
-GRIDS: Final[Mapping[str, Callable[[Rows], list[Grid]]]] = {
-    "hassan": hassan_grids,
-    "choe": choe_grids,
-    "miyashita": miyashita_grids,
-    "leveziel": leveziel_grids,
-}
-"""What makes the tables of a paper; other papers get one table of all their figures."""
-SHOWN: Final = {"hassan": 3, "choe": 3, "miyashita": 5, "leveziel": 5}
-"""How many of them the terminal shows."""
 USED: Final = ("python", "pnt_gym", "mujoco", "numpy", "scipy", "casadi")
 """Packages that a reproduction depends on."""
+FILE: Final = "reproduction.json"
 
 
-def is_reproduction(data: Data) -> bool:
+def is_reproduction(data: Mapping[str, Any]) -> bool:
     """Whether a file of results is that of `python -m agents.reproduce`."""
     return {"papers", "rows", "figures"} <= set(data)
 
 
-def of_paper(data: Data, paper: str) -> Rows:
-    """Rows of one paper by quantity."""
-    return {row["quantity"]: row for row in data["rows"] if row["paper"] == paper}
+def paper_chapters(record: Record, drawings: Path) -> list[Chapter]:
+    """One chapter a paper: its tables, and those of its drawings that lie in the folder.
+
+    Raises:
+        UsageError: the record was written by an older version.
+    """
+    _check_version(record)
+    return [_chapter(record, paper, drawings) for paper in record["papers"]]
 
 
-def headlines(data: Data) -> list[Grid]:
-    """The tables worth a terminal: the first ones of every paper, what is odd, and the verdicts."""
-    grids: list[Grid] = []
-    for paper in data["papers"]:
-        rows = of_paper(data, paper)
-        grids += [*_special(paper, rows)[: SHOWN.get(paper, 1)], oddities(paper, rows), verdicts(paper, rows)]
-    return [grid for grid in grids if grid.rows]
+def table(results: Path, name: str) -> Grid | None:
+    """A table of a paper's overview by the name "paper/table"; None if there is no such table.
+
+    Raises:
+        UsageError: nothing was reproduced yet, or by an older version.
+    """
+    record = read_json(results / FILE)
+    _check_version(record)
+    paper, _, table_name = name.partition("/")
+    return overview_grids(record, paper).get(table_name) if paper in record["papers"] else None
 
 
-def paper_grids(paper: str, rows: Rows) -> list[Grid]:
-    """Every table of a paper."""
-    return [grid for grid in (*_special(paper, rows), oddities(paper, rows)) if grid.rows]
+def _check_version(record: Record) -> None:
+    if "overview" not in record:
+        raise UsageError(f"results/{FILE} was written by an older version; `make reproduce` writes it anew")
 
 
-def _special(paper: str, rows: Rows) -> list[Grid]:
-    if paper in GRIDS:
-        return GRIDS[paper](rows)
-    return [Grid("All figures", *plain(rows.values(), verdict=True))]
+def _chapter(record: Record, paper: str, drawings: Path) -> Chapter:
+    files = [drawings / name for name in record["figures"][paper]]
+    drawn = {file.name: file.read_text(encoding="utf-8") for file in files if file.is_file()}
+    title = f"reproduction: {record['titles'][paper]}"
+    return Chapter(title, tuple(all_grids(record, paper)), drawn, _note(record, paper))
 
 
-def oddities(paper: str, rows: Rows) -> Grid:
-    """What does not agree with the paper, each with what shows it; single cells of Table I have their own table."""
-    shown = [row for name, row in rows.items() if row["verdict"] in ODD and not _is_cell(name)]
-    return Grid(f"{TITLES.get(paper, paper)}: what does not agree", *plain(shown, verdict=True))
-
-
-def _is_cell(name: str) -> bool:
-    return name.startswith(("table1/", "headroom/")) and name.rsplit("/", 1)[1].isdigit()
-
-
-def verdicts(paper: str, rows: Rows) -> Grid:
-    """How many figures got which verdict."""
-    found = [row["verdict"] for row in rows.values()]
-    lines = [[verdict, str(found.count(verdict))] for verdict in sorted(set(found))]
-    return Grid(f"{TITLES.get(paper, paper)}: verdicts", ["verdict", "figures"], lines)
-
-
-def reproduction_note(paper: str, data: Data) -> str:
+def _note(record: Record, paper: str) -> str:
     """What the figures were made with, and what the verdicts count."""
-    counts = ", ".join(f"{count} {verdict}" for verdict, count in verdicts(paper, of_paper(data, paper)).rows)
-    seconds = sum(value for name, value in data["seconds"].items() if name.startswith(f"{paper}/"))
-    versions = ", ".join(f"{package} {data['versions'][package]}" for package in USED if package in data["versions"])
-    return (
-        f'{data["command"]}: {counts}; {seconds:.0f} s of work. Verdict "ours" marks figures that the paper does not '
-        f"give. Versions: {versions}."
-    )
-
-
-def table1_block(data: Data) -> str:
-    """Table I as Markdown."""
-    return table1(of_paper(data, "hassan")).markdown()
-
-
-def table1_note(data: Data) -> str:
-    """How far the paper's clock is off, and what the lines mean."""
-    rows = of_paper(data, "hassan")
-    mean, worst = (rows[f"table1/paper-clock/{name}-difference"]["reproduced"] for name in ("mean", "worst"))
-    heights = [
-        row["hand_above_ceiling_m"] for name, row in rows.items() if name.startswith("table1/") and _is_free(row)
-    ]
-    height = f" In the free direction the hand rises up to {max(heights):.2f} m above it." if heights else ""
-    return (
-        f"Paper clock: {mean:.1f} % off on average, {worst:.1f} % at worst. Its moves overlap by whole ramps, so the "
-        "acceleration exceeds its limit A where the hand turns round (last column); the lines within the limits and of "
-        "the free direction keep speed, acceleration and jerk at all times. Every release lies below the same ceiling."
-        + height
-    )
-
-
-def _is_free(row: Row) -> bool:
-    return "hand_above_ceiling_m" in row
+    counts = ", ".join(f"{count} {verdict}" for verdict, count in verdicts(record, paper).rows)
+    seconds = sum(value for name, value in record["seconds"].items() if name.startswith(f"{paper}/"))
+    versions = ", ".join(f"{name} {record['versions'][name]}" for name in USED if name in record["versions"])
+    return f"{record['command']}: {counts}; {seconds:.0f} s of work. Versions: {versions}."

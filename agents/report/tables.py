@@ -1,48 +1,33 @@
-"""Results of the benchmark as Markdown tables."""
+"""Tables of the benchmark."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import chain
 from typing import Any
 
-Row = Mapping[str, Any]
-ALIGNED_RIGHT = "---:"
+from agents.tables import Grid
+
+Data = Mapping[str, Any]
+WHO = ("controller", "throws to learn")
 
 
-def markdown(header: Sequence[str], rows: Iterable[Sequence[str]], words: Sequence[str] = ()) -> str:
-    """A Markdown table; the first column and those named in `words` are text, the others are figures."""
-    lines = [
-        "| " + " | ".join(header) + " |",
-        "| " + " | ".join(["---", *("---" if name in words else ALIGNED_RIGHT for name in header[1:])]) + " |",
-        *("| " + " | ".join(row) + " |" for row in rows),
-    ]
-    return "\n".join(lines)
+def benchmark_grids(data: Data) -> list[Grid]:
+    """Every table of a benchmark."""
+    grids = [benchmark_table(data), other_levels_table(data)]
+    for level in data["plan"]["levels"]:
+        grids += [comparison_table(data, level), failure_table(data, level)]
+    return [grid for grid in grids if grid.rows]
 
 
-def escaped(rows: Iterable[Sequence[str]]) -> list[list[str]]:
-    """Cells whose text may hold the sign that parts cells."""
-    return [[cell.replace("|", "\\|") for cell in row] for row in rows]
-
-
-def benchmark_table(data: Mapping[str, Any]) -> str:
+def benchmark_table(data: Data) -> Grid:
     """Every controller on the levels of the plan, side by side."""
-    levels = data["plan"]["levels"]
-    header = ["controller", "throws to learn"]
-    for level in levels:
-        header += [f"{level}: error", "x floor", "success", "sorted/min"]
-    rows = [
-        [
-            label,
-            str(throws) if throws else "-",
-            *(cell for level in levels for cell in _figures(data, label, throws, level)),
-        ]
-        for label, throws in _lines(data, levels)
-    ]
-    return markdown(header, rows)
+    columns, levels = ("error", "x floor", "success", "sorted/min"), data["plan"]["levels"]
+    return _side_by_side("Every controller on the same held-out throws", data, levels, columns, _conditions(data))
 
 
-def benchmark_note(data: Mapping[str, Any]) -> str:
-    """Throw count, seeds and versions behind the table."""
+def _conditions(data: Data) -> str:
+    """Throw count, seeds and versions behind the tables."""
     plan = data["plan"]
     return (
         f"{plan['picks']} held-out throws per seed and level on {plan['env']}, seeds {plan['seeds']} of the learning, "
@@ -53,90 +38,78 @@ def benchmark_note(data: Mapping[str, Any]) -> str:
     )
 
 
-def other_levels_table(data: Mapping[str, Any]) -> str | None:
-    """Levels that only some controllers were evaluated on; None if there are none."""
-    planned = data["plan"]["levels"]
-    levels = sorted({row["level"] for row in data["table"]} - set(planned))
-    if not levels:
-        return None
-    header = ["controller", "throws to learn"]
-    for level in levels:
-        header += [f"{level}: error", "success", "sorted/min"]
-    rows = []
-    for label, throws in _lines(data, levels):
-        figures = [_figures(data, label, throws, level) for level in levels]
-        rows.append([label, str(throws) if throws else "-", *(c for f in figures for c in (f[0], f[2], f[3]))])
-    return markdown(header, rows)
+def other_levels_table(data: Data) -> Grid:
+    """Levels that only some controllers were evaluated on."""
+    levels = sorted({row["level"] for row in data["table"]} - {*data["plan"]["levels"]})
+    return _side_by_side("Further levels", data, levels, ("error", "success", "sorted/min"))
 
 
-def failure_table(data: Mapping[str, Any], level: str) -> str:
+def failure_table(data: Data, level: str) -> Grid:
     """What stood between an object and its bin."""
-    header = ["controller", "throws to learn", "missed the opening", "crossed it, not in the bin", "touched by the cup"]
-    rows = []
-    for row in _of_level(data, level):
+    header = [*WHO, "missed the opening", "crossed it, not in the bin", "touched by the cup"]
+    rows: list[list[str]] = []
+    for row in rows_of(data, [level]):
         shares = [f"{100 * row[f'share_{name}']:.1f} %" for name in ("missed", "rim", "recontact")]
         rows.append([row["label"], str(row["throws"] or "-"), *shares])
-    return markdown(header, rows)
+    return Grid(f"What failed, level {level}", header, rows)
 
 
-def comparison_table(data: Mapping[str, Any], level: str) -> str:
+def comparison_table(data: Data, level: str) -> Grid:
     """Learned less reference with 95 % intervals, paired throw by throw."""
     header = ["learned", "less", "landing error", "sorted/min"]
     rows = [
         [
-            _choice(c["learned"]),
-            _choice(c["reference"]),
+            name_of(c["learned"]),
+            name_of(c["reference"]),
             _interval(c["landing_error_m"], 1000, "mm"),
             _interval(c["sorted_per_min"], 1, ""),
         ]
         for c in data["comparisons"]
         if c["level"] == level and c["learned"] != c["reference"]
     ]
-    return markdown(header, rows)
+    return Grid(f"Paired differences, level {level} (95 % intervals)", header, rows)
 
 
-def published_table(data: Mapping[str, Any]) -> str:
-    """Published beside reproduced figures."""
-    header = ["quantity", "published", "reproduced", "unit", "verdict", "note"]
-    return markdown(header, escaped([_text(row.get(name)) for name in header] for row in data["rows"]))
+def rows_of(data: Data, levels: Iterable[str]) -> list[Data]:
+    """What was measured on levels, in the order of the plan's entries."""
+    order = labels(data)
+    found = [row for row in data["table"] if row["level"] in levels]
+    return sorted(found, key=lambda row: (order.index(row["label"]), row["throws"]))
 
 
-def _lines(data: Mapping[str, Any], levels: Sequence[str]) -> list[tuple[str, int]]:
-    """Labels and throws in the plan's order, those that were evaluated on one of the levels."""
-    order = [entry["label"] for entry in data["plan"]["entries"]]
-    found = {(row["label"], row["throws"]) for row in data["table"] if row["level"] in levels}
-    return sorted(found, key=lambda line: (order.index(line[0]), line[1]))
+def labels(data: Data) -> list[str]:
+    """Of the plan's entries."""
+    return [entry["label"] for entry in data["plan"]["entries"]]
 
 
-def _of_level(data: Mapping[str, Any], level: str) -> list[Row]:
-    rows = {(row["label"], row["throws"]): row for row in data["table"] if row["level"] == level}
-    return [rows[line] for line in _lines(data, [level])]
-
-
-def _figures(data: Mapping[str, Any], label: str, throws: int, level: str) -> list[str]:
-    for row in data["table"]:
-        if (row["label"], row["throws"], row["level"]) == (label, throws, level):
-            floor = row.get("times_floor")
-            return [
-                f"{1000 * row['landing_error_mean_m']:.1f} mm",
-                "-" if floor is None else f"{floor:.2f}",
-                f"{100 * row['success_rate']:.1f} %",
-                f"{row['sorted_per_min']:.1f}",
-            ]
-    return ["-"] * 4
-
-
-def _choice(choice: Mapping[str, Any]) -> str:
+def name_of(choice: Data) -> str:
+    """A label, and what it learned from."""
     return f"{choice['label']} ({choice['throws']})" if choice["throws"] else str(choice["label"])
 
 
-def _interval(interval: Mapping[str, Any], scale: float, unit: str) -> str:
+def _side_by_side(headline: str, data: Data, levels: Sequence[str], columns: Sequence[str], note: str = "") -> Grid:
+    """Figures of every controller on some levels, level by level from left to right."""
+    header = [*WHO, *(f"{level}: {name}" if name == "error" else name for level in levels for name in columns)]
+    lines: dict[tuple[str, int], dict[str, list[str]]] = {}
+    for row in rows_of(data, levels):
+        figures = _figures(row)
+        line = lines.setdefault((row["label"], row["throws"]), {level: ["-"] * len(columns) for level in levels})
+        line[row["level"]] = [figures[name] for name in columns]
+    rows = [[label, str(throws or "-"), *chain(*line.values())] for (label, throws), line in lines.items()]
+    return Grid(headline, header, rows, note)
+
+
+def _figures(row: Data) -> dict[str, str]:
+    floor = row.get("times_floor")
+    return {
+        "error": f"{1000 * row['landing_error_mean_m']:.1f} mm",
+        "x floor": "-" if floor is None else f"{floor:.2f}",
+        "success": f"{100 * row['success_rate']:.1f} %",
+        "sorted/min": f"{row['sorted_per_min']:.1f}",
+    }
+
+
+def _interval(interval: Data, scale: float, unit: str) -> str:
     value, low, high = (scale * interval[name] for name in ("value", "low", "high"))
     text = f"{value:+.1f} ({low:+.1f}..{high:+.1f}) {unit}".rstrip()
     return text if interval["excludes_zero"] else f"{text}, not distinguishable"
-
-
-def _text(value: object) -> str:
-    if value is None:
-        return "-"
-    return f"{value:.4g}" if isinstance(value, float) else str(value)

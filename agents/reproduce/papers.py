@@ -1,117 +1,87 @@
-"""The papers that can be reproduced, their parts, and finished parts kept until the code changes."""
+"""The papers that can be reproduced, and their parts as jobs."""
 
 from __future__ import annotations
 
-import hashlib
 import importlib
-import json
-import time
-from dataclasses import dataclass
-from functools import cache
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
-from typing import Any, Final, final
+from typing import Any, Final, Protocol, cast
 
 from agents.cli import one_sentence
-from agents.files import write_json
-from agents.reproduce.findings import Part
-from agents.versions import ROOT, versions
+from agents.reproduce.finding import Overview, Part
+from agents.versions import ROOT
+from agents.work import Job, code_digest, key
 from pnt_gym.errors import PntGymError
 
-PAPERS: Final = {
-    "hassan": "agents.reproduce.hassan",
-    "choe": "agents.reproduce.choe",
-    "miyashita": "agents.reproduce.miyashita",
-    "leveziel": "agents.reproduce.leveziel",
+_LEARNING: Final = (
+    "pnt_gym/envs/*.py",
+    "agents/environments.py",
+    "agents/evaluation.py",
+    "agents/throws.py",
+    "agents/controllers/**/*.py",
+)
+"""What learning in an environment depends on."""
+PAPERS: Final[Mapping[str, tuple[str, ...]]] = {
+    "hassan": ("configs/cells/conveyor/*.yaml",),
+    "choe": ("configs/cells/conveyor/*.yaml",),
+    "miyashita": ("configs/cells/one_joint/*.yaml", *_LEARNING),
+    "leveziel": ("configs/cells/gripper/*.yaml", *_LEARNING),
 }
-"""Papers by the name on the command line; each module has `PARTS` and a docstring whose first line is its title."""
-
-_CODE: Final = (
+"""Papers by the name of their package here, and the code they depend on beside their own and what all share."""
+_SHARED: Final = (
     "pnt_gym/*.py",
     "pnt_gym/planning/**/*.py",
     "pnt_gym/robots/**/*.py",
     "pnt_gym/cells/**/*.py",
-    "configs/cells/*.yaml",
-    "agents/report/figures.py",
+    "agents/drawings.py",
     "agents/reproduce/*.py",
 )
-_LEARNING: Final = (
-    "pnt_gym/envs/*.py",
-    "pnt_gym/render/*.py",
-    "agents/environments.py",
-    "agents/evaluation.py",
-    "agents/controllers/*.py",
-)
-"""What learning in an environment depends on."""
-_MORE_CODE: Final = {
-    "miyashita": ("configs/cells/pallet/*.yaml", *_LEARNING),
-    "leveziel": ("configs/cells/tray/*.yaml", *_LEARNING),
-}
-"""What a paper depends on beyond that."""
-_NO_EFFECT: Final = ("render.py", "metrics.py", "papers.py", "__main__.py")
+_NO_EFFECT: Final = ("agents/reproduce/__main__.py", "agents/reproduce/papers.py", "agents/reproduce/record.py")
 """Code that changes no finding."""
 
 
-@final
-@dataclass(frozen=True)
-class Job:
-    """A part of a paper, by name: a worker process looks it up itself."""
+class Paper(Protocol):
+    """What the package of a paper offers."""
 
-    paper: str
-    part: str
-    key: str
-    """Changes when anything changes that the findings depend on."""
+    SHORT: str
+    """Authors and year."""
+    PARTS: tuple[Part, ...]
+    """In the order of the report."""
 
-    @property
-    def file(self) -> str:
-        """Name of the file that keeps its findings."""
-        return f"{self.part}-{self.key}.json"
+    def overview(self, rows: Mapping[str, Mapping[str, Any]]) -> Overview:
+        """What all parts show together; of the rows, by quantity, some may be missing."""
+        ...
 
 
-def parts(paper: str) -> tuple[Part, ...]:
-    """The parts of a paper, in the order of the report."""
-    return importlib.import_module(PAPERS[paper]).PARTS
+def package(name: str) -> Paper:
+    """The package of a paper."""
+    return cast(Paper, importlib.import_module(f"agents.reproduce.{name}"))
 
 
-def jobs(paper: str) -> list[Job]:
-    """One job per part."""
-    key = _key(paper)
-    return [Job(paper, part.name, key) for part in parts(paper)]
+def jobs(name: str) -> list[Job]:
+    """One job per part of a paper."""
+    code = (*_SHARED, *PAPERS[name], f"agents/reproduce/{name}/**/*.py")
+    digest = key(code=code_digest(code, _NO_EFFECT, ROOT))
+    return [Job(f"{name}/{part.name}", digest, partial(run_part, name, part.name)) for part in package(name).PARTS]
 
 
-def run_job(job: Job, folder: Path) -> float:
-    """Run a part and keep what it found in `folder`; returns the seconds it took.
+def run_part(name: str, part_name: str, _folder: Path) -> dict[str, Any]:
+    """What a part of a paper finds.
 
     Raises:
         PntGymError: the part could not be done, with its name.
     """
-    began = time.perf_counter()
-    part = next(part for part in parts(job.paper) if part.name == job.part)
+    part = next(part for part in package(name).PARTS if part.name == part_name)
     try:
         found = part.run()
     except PntGymError as error:
-        raise PntGymError(f"{job.paper}, part {job.part}: {one_sentence(error)}") from None
+        raise PntGymError(f"{name}, part {part_name}: {one_sentence(error)}") from None
     except ModuleNotFoundError as error:
-        raise PntGymError(
-            f"{job.paper}, part {job.part}: {error.name} is not installed; `make setup` does it"
-        ) from None
-    seconds = round(time.perf_counter() - began, 1)
-    record: dict[str, Any] = {
-        "seconds": seconds,
-        "rows": [{**row.as_json(), "paper": job.paper} for row in found.rows],
+        raise PntGymError(f"{name}, part {part_name}: {error.name} is not installed; `make setup` does it") from None
+    return {
+        "rows": [{**row.as_json(), "paper": name} for row in found.rows],
         "data": dict(found.data),
         "figures": dict(found.figures),
+        "grids": [grid._asdict() for grid in found.grids],
     }
-    write_json(folder / job.file, record, indent=None)
-    return seconds
-
-
-@cache
-def _key(paper: str) -> str:
-    """Digest of versions and of the code of a paper; papers share no code but what belongs to none of them."""
-    digest = hashlib.sha256(json.dumps(versions(), sort_keys=True).encode())
-    others = tuple(name for name in PAPERS if name != paper)
-    for pattern in (*_CODE, *_MORE_CODE.get(paper, ())):
-        for path in sorted(ROOT.glob(pattern)):
-            if path.name not in _NO_EFFECT and not path.name.startswith(others):
-                digest.update(path.relative_to(ROOT).as_posix().encode() + path.read_bytes())
-    return digest.hexdigest()[:12]

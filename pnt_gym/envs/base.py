@@ -2,21 +2,36 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 import gymnasium as gym
 import numpy as np
+from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from pnt_gym.envs.core import Core, scalars
+from pnt_gym.cells.base.canvas import FPS, RENDER_MODES
+from pnt_gym.cells.base.config import written
+from pnt_gym.cells.base.core import Core, scalars
+from pnt_gym.cells.base.view import View
 from pnt_gym.errors import ActionError, ConfigError
-from pnt_gym.render import FPS, RENDER_MODES, View
 
 Observation = NDArray[np.float32]
+SECTIONS: Final = (
+    "Description",
+    "Action Space",
+    "Observation Space",
+    "Rewards",
+    "Starting State",
+    "Episode End",
+    "Arguments",
+    "Version History",
+)
+"""Of a manual, as Gymnasium orders them."""
 
 
 def _check_render_mode(mode: str | None) -> None:
@@ -24,7 +39,53 @@ def _check_render_mode(mode: str | None) -> None:
         raise ConfigError(f"render_mode is {mode!r}; it must be one of {', '.join(RENDER_MODES)}, or None")
 
 
-class ThrowEnv(gym.Env[Observation, NDArray[np.floating]]):
+def completed(own: str, family: str) -> str:
+    """A manual with the sections of its family; of a section that both have, the family's part comes first."""
+    own, family = inspect.cleandoc(own), inspect.cleandoc(family)
+    parts: dict[str, list[str]] = {title: [] for title in SECTIONS}
+    for text in (family, own):
+        for section in text.split("\n## ")[1:]:
+            title, body = section.split("\n", 1)
+            parts[title].append(body.strip())
+    written = [f"## {title}\n\n" + "\n\n".join(bodies) for title, bodies in parts.items() if bodies]
+    return "\n\n".join([own.split("\n\n", 1)[0], *written])
+
+
+class Facade:
+    """Abstract: what single and vector environments have in common.
+
+    An environment pickles and copies with its state: the physics is a pure function of it, so a copy goes on as the
+    original would. Views stay behind: a copy opens its own when it is asked for a picture.
+
+    The docstring of an environment is its manual. What holds for a whole family stands in the docstring of their
+    abstract class, once; every environment's own is completed with it.
+    """
+
+    _view: View | None
+    _spec: EnvSpec | None = None
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """How Gymnasium made the environment; a level given as an object stands there in the form of a file."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, value: EnvSpec | None) -> None:
+        if value is not None and "level" in value.kwargs:
+            value.kwargs["level"] = written(value.kwargs["level"])
+        self._spec = value
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        family = next((base.__doc__ for base in cls.__mro__[1:] if "## Action Space" in (base.__doc__ or "")), None)
+        if cls.__doc__ and family:
+            cls.__doc__ = completed(cls.__doc__, family)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_view": None}
+
+
+class ThrowEnv(Facade, gym.Env[Observation, NDArray[np.floating]]):  # pyright: ignore[reportIncompatibleVariableOverride]
     """Abstract: one cell, one throw a step. Subclasses bring the core.
 
     Args:
@@ -99,7 +160,9 @@ class ThrowEnv(gym.Env[Observation, NDArray[np.floating]]):
             self._opened_view().show()
 
 
-class ThrowVectorEnv(VectorEnv[Observation, NDArray[np.floating], NDArray[Any]]):
+class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
+    Facade, VectorEnv[Observation, NDArray[np.floating], NDArray[Any]]
+):
     """Abstract: N cells on one batch of simulations, autoreset in the same step. Subclasses bring the core.
 
     Args:

@@ -4,9 +4,15 @@ from __future__ import annotations
 
 from typing import final
 
+from pnt_gym.cells.base.config import Level
+from pnt_gym.cells.base.core import Core
+from pnt_gym.cells.gripper.cell import GripperCell
+from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.envs.base import ThrowEnv, ThrowVectorEnv
-from pnt_gym.envs.gripper_core import GripperCore, Level
-from pnt_gym.toss_residual import TossMode
+
+
+def _core(level: Level, action_mode: str, count: int, threads: int) -> Core:
+    return Core(GripperCell(GripperConfig.load(level), count, threads), action_mode)
 
 
 @final
@@ -49,7 +55,7 @@ class GripperTossEnv(ThrowEnv):
 
     `Box(-5, 5, (15,), float32)`: the object as seen and the nominal plan, as (value - centre) / scale, clipped. Nothing
     hidden enters. A level for a robot of another size gives centres and scales of its own, as `belt` does.
-    `pnt_gym.cells.tray.observation.decode` turns observations back into physical values, given the level's
+    `pnt_gym.cells.gripper.observation.decode` turns observations back into physical values, given the level's
     `feature_table` where it has its own.
 
     | Num | Observation | Min | Max | Centre | Scale | Unit | Meaning |
@@ -78,14 +84,14 @@ class GripperTossEnv(ThrowEnv):
     | Term | Formula | Weight |
     |---|---|---|
     | landing | max(0, 1 - landing error / 0.06 m), with `belt` 0.2 m | 1.0 |
-    | success | 1 if the object lies in its compartment | 0.5 |
+    | success | 1 if the object crossed the opening and lies in its compartment | 0.5 |
     | time | max(0, 1 - cycle time / 2 s) | 0.1 |
 
     `info` also has `is_success`, `landing_error`, `landing_along`, `landing_across` [m], `release_delay` (when the
-    object came free, after the planned moment) and `cycle_time` [s], `in_opening`, `rim` (in the opening but not in the
-    compartment), `picked` (held until the claws were told to open), `slip` (along the pads) [m], `recontact` (a pad met
-    the object again), `residual_clipped`, `peak_torque` [N m], `item` (index of what was thrown), `target_x`,
-    `target_y`, and `kind`: the index of the coming object.
+    object came free, after the planned moment) and `cycle_time` [s], `in_opening`, `in_bin`, `rim` (in the opening but
+    not in the compartment), `picked` (held until the claws were told to open), `slip` (along the pads) [m], `recontact`
+    (a pad met the object again), `residual_clipped`, `peak_torque` [N m], `item` (index of what was thrown),
+    `target_x`, `target_y`, and `kind`: the index of the coming object.
 
     ## Starting State
 
@@ -114,11 +120,11 @@ class GripperTossEnv(ThrowEnv):
     def __init__(
         self,
         level: Level = "nominal",
-        action_mode: TossMode = "release",
+        action_mode: str = "release",
         threads: int = 1,
         render_mode: str | None = None,
     ) -> None:
-        super().__init__(GripperCore(level, action_mode, 1, threads), render_mode)
+        super().__init__(_core(level, action_mode, 1, threads), render_mode)
 
 
 @final
@@ -129,8 +135,8 @@ class GripperTossVectorEnv(ThrowVectorEnv):
         self,
         num_envs: int = 1,
         level: Level = "nominal",
-        action_mode: TossMode = "release",
+        action_mode: str = "release",
         threads: int = 2,
         render_mode: str | None = None,
     ) -> None:
-        super().__init__(GripperCore(level, action_mode, num_envs, threads), render_mode)
+        super().__init__(_core(level, action_mode, num_envs, threads), render_mode)

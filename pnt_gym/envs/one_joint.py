@@ -4,59 +4,19 @@ from __future__ import annotations
 
 from typing import ClassVar, final
 
-from pnt_gym.cells.pallet.config import Task
+from pnt_gym.cells.base.config import Level
+from pnt_gym.cells.base.core import Core
+from pnt_gym.cells.one_joint.cell import OneJointCell
+from pnt_gym.cells.one_joint.config import OneJointConfig, Task
 from pnt_gym.envs.base import ThrowEnv, ThrowVectorEnv
-from pnt_gym.envs.one_joint_core import Level, OneJointCore
-from pnt_gym.goal_residual import GoalMode
+
+
+def _core(level: Level, task: Task, action_mode: str, count: int, threads: int) -> Core:
+    return Core(OneJointCell(OneJointConfig.load(level, task=task), count, threads), action_mode)
 
 
 class OneJointEnv(ThrowEnv):
-    """Abstract: one arm. Subclasses say what is thrown where."""
-
-    task: ClassVar[Task]
-
-    def __init__(
-        self,
-        level: Level = "nominal",
-        action_mode: GoalMode = "virtual_goal",
-        threads: int = 1,
-        render_mode: str | None = None,
-    ) -> None:
-        super().__init__(OneJointCore(level, self.task, action_mode, 1, threads), render_mode)
-
-
-class OneJointVectorEnv(ThrowVectorEnv):
-    """Abstract: N arms. Subclasses say what is thrown where."""
-
-    task: ClassVar[Task]
-
-    def __init__(
-        self,
-        num_envs: int = 1,
-        level: Level = "nominal",
-        action_mode: GoalMode = "virtual_goal",
-        threads: int = 2,
-        render_mode: str | None = None,
-    ) -> None:
-        super().__init__(OneJointCore(level, self.task, action_mode, num_envs, threads), render_mode)
-
-
-@final
-class OneJointThrowEnv(OneJointEnv):
-    """A plate on one motor throws a block so that it passes a state: place, angle and vertical speed.
-
-    ## Description
-
-    The block lies on the arm. The arm turns anticlockwise from rest, accelerating so that the block stays put, and
-    brakes as hard as it can: the block leaves and turns on as it flies. Four numbers at the release (angle and speed of
-    the arm, radius of the block, flight time) fix four of the goal: x, y, phi and the vertical speed dy. The planner
-    of Miyashita et al. 2010 finds them, and a motion of the arm that keeps its margins, as if the block came free at
-    once and met no air. The real block lies a little too far out and comes free late, the real arm is heavier and rubs:
-    the action corrects for that.
-
-    One step is one throw: plan, references, one rollout of the physics, outcome. With the level `contact` the stoppers
-    that hold the block stay physical: they push the block while the arm brakes and take half of its spin. No release
-    reaches the usual goals then; there are eight others, and the vertical speed is left free.
+    """Abstract: one arm. Subclasses say what is thrown where.
 
     ## Action Space
 
@@ -77,7 +37,7 @@ class OneJointThrowEnv(OneJointEnv):
     ## Observation Space
 
     `Box(-5, 5, (14,), float32)`: goal and nominal plan, as (value - centre) / scale, clipped. Nothing hidden enters.
-    `pnt_gym.cells.pallet.observation.decode` turns observations back into physical values.
+    `pnt_gym.cells.one_joint.observation.decode` turns observations back into physical values.
 
     | Num | Observation | Min | Max | Centre | Scale | Unit | Meaning |
     |---|---|---|---|---|---|---|---|
@@ -107,14 +67,76 @@ class OneJointThrowEnv(OneJointEnv):
     | position | max(0, 1 - landing error / 0.1 m) | 1.0 |
     | angle | max(0, 1 - angle error / 30 deg) | 0.3 |
     | speed | max(0, 1 - speed error / 0.4 m/s) | 0.2 |
-    | success | 1 if all errors are within tolerance: 5 mm, 2 deg, 0.05 m/s | 0.5 |
+    | success | 1 if the throw did what its task asks | 0.5 |
 
-    `info` also has `is_success`, `is_complete` (the whole task of the episode is done), `landing_error`,
-    `landing_along` (x), `landing_across` (y) [m], `angle_error` [rad], `speed_error` [m/s] of the simulated flight;
-    `error_x`, `error_y`, `error_phi`, `error_dy`, the same as the camera saw them, from which controllers learn;
-    `cycle_time` [s] until the object has arrived and the arm is back, `in_pallet`, `touched_other` (another pallet),
-    `recontact` and `rim` (always False here), `residual_clipped`, `peak_torque` [N m], `item` (index of the kind that
-    was thrown), `target_x`, `target_y`, and `kind`: the index of the coming one.
+    `info` also has `is_success`, `landing_error` [m], `angle_error` [rad] and `speed_error` [m/s] of the simulated
+    flight; `error_x`, `error_y`, `error_phi`, `error_dy`, what the camera saw of them, from which controllers learn;
+    `cycle_time` [s] until the object has arrived and the arm is back, `residual_clipped`, `peak_torque` [N m], `item`
+    (index of the kind that was thrown), `target_x`, `target_y`, and `kind`: the index of the coming one.
+
+    ## Arguments
+
+    | Parameter | Type | Default | Description |
+    |---|---|---|---|
+    | `level` | str, path or mapping | `"nominal"` | shipped level (contact, ideal, late, nominal, paper), yours |
+    | `action_mode` | str | `"virtual_goal"` | `virtual_goal` or `release_state` |
+    | `threads` | int | 1 (vector: 2) | physics threads; results do not depend on it |
+    | `render_mode` | str or None | None | `rgb_array`: coming throw, `rgb_array_list`: last throw, `human` |
+    | `num_envs` | int | 1 | only of the vector form, `gymnasium.make_vec` |
+
+    ## Version History
+
+    * v0: first version.
+    """
+
+    task: ClassVar[Task]
+
+    def __init__(
+        self,
+        level: Level = "nominal",
+        action_mode: str = "virtual_goal",
+        threads: int = 1,
+        render_mode: str | None = None,
+    ) -> None:
+        super().__init__(_core(level, self.task, action_mode, 1, threads), render_mode)
+
+
+class OneJointVectorEnv(ThrowVectorEnv):
+    """Abstract: N arms. Subclasses say what is thrown where."""
+
+    task: ClassVar[Task]
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        level: Level = "nominal",
+        action_mode: str = "virtual_goal",
+        threads: int = 2,
+        render_mode: str | None = None,
+    ) -> None:
+        super().__init__(_core(level, self.task, action_mode, num_envs, threads), render_mode)
+
+
+@final
+class OneJointThrowEnv(OneJointEnv):
+    """A plate on one motor throws a block so that it passes a state: place, angle and vertical speed.
+
+    ## Description
+
+    The block lies on the arm. The arm turns anticlockwise from rest, accelerating so that the block stays put, and
+    brakes as hard as it can: the block leaves and turns on as it flies. Four numbers at the release (angle and speed of
+    the arm, radius of the block, flight time) fix four of the goal: x, y, phi and the vertical speed dy. The planner
+    of Miyashita et al. 2010 finds them, and a motion of the arm that keeps its margins, as if the block came free at
+    once and met no air. The real block lies a little too far out and comes free late, the real arm is heavier and rubs:
+    the action corrects for that.
+
+    One step is one throw: plan, references, one rollout of the physics, outcome. With the level `contact` the stoppers
+    that hold the block stay physical: they push the block while the arm brakes and take half of its spin. No release
+    reaches the usual goals then; there are eight others, and the vertical speed is left free.
+
+    ## Rewards
+
+    Success: all errors are within the tolerance, 5 mm, 2 deg and 0.05 m/s by default.
 
     ## Starting State
 
@@ -125,20 +147,6 @@ class OneJointThrowEnv(OneJointEnv):
     ## Episode End
 
     Termination after the one throw. The observation returned with it is that of the next episode's throw.
-
-    ## Arguments
-
-    | Parameter | Type | Default | Description |
-    |---|---|---|---|
-    | `level` | str, path or mapping | `"nominal"` | shipped level (ideal, nominal, late, contact, paper) or a file |
-    | `action_mode` | str | `"virtual_goal"` | `virtual_goal` or `release_state` |
-    | `threads` | int | 1 (vector: 2) | physics threads; results do not depend on it |
-    | `render_mode` | str or None | None | `rgb_array`: coming throw, `rgb_array_list`: last throw, `human` |
-    | `num_envs` | int | 1 | only of the vector form, `gymnasium.make_vec` |
-
-    ## Version History
-
-    * v0: first version.
     """
 
     task: ClassVar[Task] = "throw"
@@ -162,63 +170,9 @@ class OneJointSortEnv(OneJointEnv):
     Arm, block, planner and what the planner does not know are those of `OneJointThrow-v0`. The simulation goes on until
     the block lies still.
 
-    ## Action Space
-
-    `Box(-1, 1, (4,), float32)` in the mode `virtual_goal` (default); in `release_state` `Box(-1, 1, (3,), float32)`.
-    Zero is the analytic planner. Values outside are clipped; a residual without a feasible plan is shortened to the
-    longest feasible part of it and reported as `residual_clipped`.
-
-    | Num | Action (`virtual_goal`) | Min | Max | At 1, with the default scale |
-    |---|---|---|---|---|
-    | 0 | goal along x | -1 | 1 | 0.20 m to the right |
-    | 1 | goal along y | -1 | 1 | 0.20 m higher |
-    | 2 | angle at the goal | -1 | 1 | 60 deg further anticlockwise |
-    | 3 | vertical speed at the goal | -1 | 1 | 0.8 m/s more upward |
-
-    The throw is planned again from scratch for the virtual goal, as in the paper. In `release_state` three numbers move
-    the state at the release by raw amounts: 10 deg of the arm, 3 rad/s of its speed, 0.03 m of the object's radius.
-
-    ## Observation Space
-
-    `Box(-5, 5, (14,), float32)`: goal and nominal plan, as (value - centre) / scale, clipped. Nothing hidden enters.
-    `pnt_gym.cells.pallet.observation.decode` turns observations back into physical values.
-
-    | Num | Observation | Min | Max | Centre | Scale | Unit | Meaning |
-    |---|---|---|---|---|---|---|---|
-    | 0 | goal_x | -5 | 5 | -0.15 | 0.2 | m | where the centre of mass has to pass |
-    | 1 | goal_y | -5 | 5 | 0.25 | 0.15 | m | up from the pivot |
-    | 2 | goal_phi | -5 | 5 | 3 | 0.6 | rad | angle to have there, not wrapped |
-    | 3 | goal_dy | -5 | 5 | -0.9 | 0.7 | m/s | vertical speed to have there |
-    | 4 | release_angle | -5 | 5 | 0.5 | 0.4 | rad | theta_t of the nominal plan |
-    | 5 | release_speed | -5 | 5 | 9.5 | 2 | rad/s | dtheta_t of the nominal plan |
-    | 6 | radius | -5 | 5 | 0.25 | 0.04 | m | l_t of the nominal plan |
-    | 7 | flight_time | -5 | 5 | 0.28 | 0.08 | s | t_f of the nominal plan |
-    | 8 | arm_time | -5 | 5 | 0.15 | 0.1 | s | from rest to the release, of the nominal plan |
-    | 9 | braking | -5 | 5 | -200 | 60 | rad/s2 | acceleration of the arm after the release, of the nominal plan |
-    | 10 | is_first | -5 | 5 | 0.5 | 0.5 | - | kind of throw, one-hot |
-    | 11 | is_second | -5 | 5 | 0.5 | 0.5 | - | kind of throw, one-hot |
-    | 12 | is_third | -5 | 5 | 0.5 | 0.5 | - | kind of throw, one-hot |
-    | 13 | tilt | -5 | 5 | 0 | 0.1 | rad | of the goal against the kind's nominal goal: how the part below lies |
-
     ## Rewards
 
-    The sum of four terms, each in [0, 1] times its weight; `info` carries them as `reward_position`, `reward_angle`,
-    `reward_speed` and `reward_success`. The errors are those of the simulated flight where it passes nearest to the
-    goal.
-
-    | Term | Formula | Weight |
-    |---|---|---|
-    | position | max(0, 1 - landing error / 0.1 m) | 1.0 |
-    | angle | max(0, 1 - angle error / 30 deg) | 0.3 |
-    | speed | max(0, 1 - speed error / 0.4 m/s) | 0.2 |
-    | success | 1 if the block lies at rest in its pallet and touched no other | 0.5 |
-
-    `info` also has `is_success`, `is_complete` (the whole task of the episode is done), `landing_error`,
-    `landing_along` (x), `landing_across` (y) [m], `angle_error` [rad], `speed_error` [m/s] of the simulated flight;
-    `error_x`, `error_y`, `error_phi`, `error_dy`, the same as the camera saw them, from which controllers learn;
-    `cycle_time` [s] until the object has arrived and the arm is back, `in_pallet`, `touched_other` (another pallet),
-    `recontact` and `rim` (always False here), `residual_clipped`, `peak_torque` [N m], `item` (index of the kind that
-    was thrown), `target_x`, `target_y`, and `kind`: the index of the coming one.
+    Success: the block lies at rest in its pallet (`in_pallet`) and touched no other (`touched_other`).
 
     ## Starting State
 
@@ -228,20 +182,6 @@ class OneJointSortEnv(OneJointEnv):
     ## Episode End
 
     Termination after the one throw. The observation returned with it is that of the next episode's throw.
-
-    ## Arguments
-
-    | Parameter | Type | Default | Description |
-    |---|---|---|---|
-    | `level` | str, path or mapping | `"nominal"` | shipped level (ideal, nominal, late, contact) or a file |
-    | `action_mode` | str | `"virtual_goal"` | `virtual_goal` or `release_state` |
-    | `threads` | int | 1 (vector: 2) | physics threads; results do not depend on it |
-    | `render_mode` | str or None | None | `rgb_array`: coming throw, `rgb_array_list`: last throw, `human` |
-    | `num_envs` | int | 1 | only of the vector form, `gymnasium.make_vec` |
-
-    ## Version History
-
-    * v0: first version.
     """
 
     task: ClassVar[Task] = "sort"
@@ -264,63 +204,10 @@ class OneJointAssemblyEnv(OneJointEnv):
     horizontal speed left. The second part is aimed at the first one as it lies. Arm, planner and what the planner
     does not know are those of `OneJointThrow-v0`; the parts differ in mass, inertia and height.
 
-    ## Action Space
-
-    `Box(-1, 1, (4,), float32)` in the mode `virtual_goal` (default); in `release_state` `Box(-1, 1, (3,), float32)`.
-    Zero is the analytic planner. Values outside are clipped; a residual without a feasible plan is shortened to the
-    longest feasible part of it and reported as `residual_clipped`.
-
-    | Num | Action (`virtual_goal`) | Min | Max | At 1, with the default scale |
-    |---|---|---|---|---|
-    | 0 | goal along x | -1 | 1 | 0.20 m to the right |
-    | 1 | goal along y | -1 | 1 | 0.20 m higher |
-    | 2 | angle at the goal | -1 | 1 | 60 deg further anticlockwise |
-    | 3 | vertical speed at the goal | -1 | 1 | 0.8 m/s more upward |
-
-    The throw is planned again from scratch for the virtual goal, as in the paper. In `release_state` three numbers move
-    the state at the release by raw amounts: 10 deg of the arm, 3 rad/s of its speed, 0.03 m of the object's radius.
-
-    ## Observation Space
-
-    `Box(-5, 5, (14,), float32)`: goal and nominal plan, as (value - centre) / scale, clipped. Nothing hidden enters.
-    `pnt_gym.cells.pallet.observation.decode` turns observations back into physical values.
-
-    | Num | Observation | Min | Max | Centre | Scale | Unit | Meaning |
-    |---|---|---|---|---|---|---|---|
-    | 0 | goal_x | -5 | 5 | -0.15 | 0.2 | m | where the centre of mass has to pass |
-    | 1 | goal_y | -5 | 5 | 0.25 | 0.15 | m | up from the pivot |
-    | 2 | goal_phi | -5 | 5 | 3 | 0.6 | rad | angle to have there, not wrapped |
-    | 3 | goal_dy | -5 | 5 | -0.9 | 0.7 | m/s | vertical speed to have there |
-    | 4 | release_angle | -5 | 5 | 0.5 | 0.4 | rad | theta_t of the nominal plan |
-    | 5 | release_speed | -5 | 5 | 9.5 | 2 | rad/s | dtheta_t of the nominal plan |
-    | 6 | radius | -5 | 5 | 0.25 | 0.04 | m | l_t of the nominal plan |
-    | 7 | flight_time | -5 | 5 | 0.28 | 0.08 | s | t_f of the nominal plan |
-    | 8 | arm_time | -5 | 5 | 0.15 | 0.1 | s | from rest to the release, of the nominal plan |
-    | 9 | braking | -5 | 5 | -200 | 60 | rad/s2 | acceleration of the arm after the release, of the nominal plan |
-    | 10 | is_first | -5 | 5 | 0.5 | 0.5 | - | kind of throw, one-hot |
-    | 11 | is_second | -5 | 5 | 0.5 | 0.5 | - | kind of throw, one-hot |
-    | 12 | is_third | -5 | 5 | 0.5 | 0.5 | - | kind of throw, one-hot |
-    | 13 | tilt | -5 | 5 | 0 | 0.1 | rad | of the goal against the kind's nominal goal: how the part below lies |
-
     ## Rewards
 
-    The sum of four terms, each in [0, 1] times its weight; `info` carries them as `reward_position`, `reward_angle`,
-    `reward_speed` and `reward_success`. The errors are those of the simulated flight where it passes nearest to the
-    goal.
-
-    | Term | Formula | Weight |
-    |---|---|---|
-    | position | max(0, 1 - landing error / 0.1 m) | 1.0 |
-    | angle | max(0, 1 - angle error / 30 deg) | 0.3 |
-    | speed | max(0, 1 - speed error / 0.4 m/s) | 0.2 |
-    | success | 1 if the part lies at rest on its stand, or joined to the part before | 0.5 |
-
-    `info` also has `is_success`, `is_complete` (the whole task of the episode is done), `landing_error`,
-    `landing_along` (x), `landing_across` (y) [m], `angle_error` [rad], `speed_error` [m/s] of the simulated flight;
-    `error_x`, `error_y`, `error_phi`, `error_dy`, the same as the camera saw them, from which controllers learn;
-    `cycle_time` [s] until the object has arrived and the arm is back, `in_pallet`, `touched_other` (another pallet),
-    `recontact` and `rim` (always False here), `residual_clipped`, `peak_torque` [N m], `item` (index of the kind that
-    was thrown), `target_x`, `target_y`, and `kind`: the index of the coming one.
+    Success: the part lies at rest on its stand, or joined to the part before (`in_pallet`), and the second touched no
+    stand (`touched_other`); `is_complete` says that both are in place.
 
     ## Starting State
 
@@ -330,20 +217,6 @@ class OneJointAssemblyEnv(OneJointEnv):
 
     Termination after the second throw, or after the first if the part is not in place: there is nothing to put the
     second on. The observation returned with it is that of the next episode's first throw.
-
-    ## Arguments
-
-    | Parameter | Type | Default | Description |
-    |---|---|---|---|
-    | `level` | str, path or mapping | `"nominal"` | shipped level (ideal, nominal, late, contact) or a file |
-    | `action_mode` | str | `"virtual_goal"` | `virtual_goal` or `release_state` |
-    | `threads` | int | 1 (vector: 2) | physics threads; results do not depend on it |
-    | `render_mode` | str or None | None | `rgb_array`: coming throw, `rgb_array_list`: last throw, `human` |
-    | `num_envs` | int | 1 | only of the vector form, `gymnasium.make_vec` |
-
-    ## Version History
-
-    * v0: first version.
     """
 
     task: ClassVar[Task] = "assembly"

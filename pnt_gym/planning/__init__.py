@@ -1,19 +1,34 @@
-"""Plans in closed form: numbers in, numbers out, N at a time."""
+"""Plans in closed form: numbers in, numbers out, N at a time.
 
-from pnt_gym.planning.ballistics import GRAVITY, apex, flight_state, flight_time, landing_point
-from pnt_gym.planning.intercept import Intercept, InterceptReason, plan_intercept
-from pnt_gym.planning.limits import MotionLimits
-from pnt_gym.planning.plan import InfeasibleThrow, Reason, Release, ReleaseBatch
-from pnt_gym.planning.release import (
+========== =========================================================== ==========================================
+folder     subject                                                     who flies it
+========== =========================================================== ==========================================
+motion     limits, S-curves, transfers, meetings with a belt, roots    all cells
+straight   the throw on a straight line (Hassan et al. 2022)           conveyor; `single` and `scalar` users alone
+free       the throw in a free direction                               conveyor, level `fast`
+one_joint  the one-joint throw to a pose (Miyashita et al. 2010)       one_joint; papers alone: `plan`,
+                                                                       `programme`, `interior`, `goals`
+cycles     cycles from pick to pick that Hassan et al. 2022 compare    papers alone
+paths      the ellipse and its peers (Choe et al. 2023), their timing  papers alone
+optimal    bounds by nonlinear programming, which need casadi          papers and tests alone
+========== =========================================================== ==========================================
+"""
+
+from pnt_gym.constants import GRAVITY
+from pnt_gym.planning.motion.ballistics import apex, flight_state, flight_time, landing_point
+from pnt_gym.planning.motion.intercept import Intercept, InterceptReason, plan_intercept
+from pnt_gym.planning.motion.limits import MotionLimits
+from pnt_gym.planning.motion.scurve import SCurve, min_time_scurve, speed_at
+from pnt_gym.planning.motion.segments import accelerate, brake, brake_distance, coast, line_segments, rest_to_rest
+from pnt_gym.planning.motion.trajectory import HandPath, JerkTrajectory, PeakRatios, Samples, Segments
+from pnt_gym.planning.motion.workspace import EllipticWorkspace
+from pnt_gym.planning.straight.plan import InfeasibleThrow, Reason, Release, ReleaseBatch
+from pnt_gym.planning.straight.release import (
     plan_release,
     plan_release_batch,
     release_at_elevation,
     release_at_point,
 )
-from pnt_gym.planning.scurve import SCurve, min_time_scurve, speed_at
-from pnt_gym.planning.segments import accelerate, brake, brake_distance, coast, line_segments, rest_to_rest
-from pnt_gym.planning.trajectory import HandPath, JerkTrajectory, PeakRatios, Samples, Segments
-from pnt_gym.planning.workspace import EllipticWorkspace
 
 __all__ = [
     "GRAVITY",

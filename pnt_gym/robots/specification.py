@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
 
+from pnt_gym.arrays import Point
+from pnt_gym.constants import AIR_DENSITY, AIR_VISCOSITY, GRAVITY
 from pnt_gym.engine import MjsBody, MjSpec, mujoco
 from pnt_gym.errors import ConfigError
-from pnt_gym.planning.ballistics import GRAVITY
 
 LOOP_SOLREF: Final = (0.002, 1.0)
 """Time constant (s) and damping ratio of the loops; MuJoCo's slower default opens them by 2.5 mm."""
 LOOP_SOLIMP: Final = (0.99, 0.999, 0.001, 0.5, 2.0)
 """Impedance of the loops: nearly rigid from the first micrometre on."""
+LOOP: Final[Mapping[str, Point]] = {"solref": LOOP_SOLREF, "solimp": LOOP_SOLIMP}
 LONGEST_STEP: Final = 0.002
 """Up to here loops and motors are accurate, and the one-joint thrower releases no worse than it repeats [s]."""
 
 
-def set_options(spec: MjSpec, timestep: float, density: float = 1.2, viscosity: float = 1.8e-5) -> None:
+def set_options(spec: MjSpec, timestep: float, density: float = AIR_DENSITY, viscosity: float = AIR_VISCOSITY) -> None:
     """Set the physics options that all robots need.
 
     Explicit Euler is deliberate: implicit integrators apply the motors' damping after the constraints are solved and
@@ -54,14 +57,7 @@ def set_options(spec: MjSpec, timestep: float, density: float = 1.2, viscosity: 
 def set_inertia(
     body: MjsBody, mass: float, centre: tuple[float, float, float], inertia: tuple[float, float, float]
 ) -> None:
-    """Explicit inertia: what the body looks like has no mass.
-
-    Args:
-        body: of a mujoco.MjSpec.
-        mass: [kg]
-        centre: of mass in the body's frame [m].
-        inertia: about the centre along the body's axes [kg m2].
-    """
+    """Explicit mass, centre of mass [m], and inertia about it along the body's axes [kg m2]: looks have no mass."""
     body.explicitinertial = True
     body.mass, body.ipos, body.inertia = mass, np.array(centre), np.array(inertia)
 
@@ -69,15 +65,8 @@ def set_inertia(
 def add_motor(spec: MjSpec, name: str, joint: str, torque: float, kp: float, kv: float) -> None:
     """Joint PD with torque feed-forward inside the engine, so that a rollout needs no Python controller.
 
-    The motor takes three consecutive controls: angle, speed, feed-forward torque.
-
-    Args:
-        spec: a mujoco.MjSpec.
-        name: of the actuator.
-        joint: that it turns.
-        torque: largest, either way [N m].
-        kp: [N m/rad]
-        kv: [N m s/rad]
+    The motor takes three consecutive controls: angle, speed, feed-forward torque. It gives at most `torque` [N m]
+    either way; its gains are in N m/rad and N m s/rad.
     """
     inputs = mujoco.mjtCtrlInput.mjINPUT_POS, mujoco.mjtCtrlInput.mjINPUT_VEL, mujoco.mjtCtrlInput.mjINPUT_FF
     motor = spec.add_actuator(
@@ -90,17 +79,52 @@ def add_motor(spec: MjSpec, name: str, joint: str, torque: float, kp: float, kv:
     motor.set_to_pid(kp=kp, kv=kv, ctrlspec=sum(int(bit.value) for bit in inputs))
 
 
-def close_loop(spec: MjSpec, name: str, end: str, attach: str) -> None:
+def add_arm(spec: MjSpec, name: str, pivot: Point, azimuth: float, armature: float, damping: float = 0.0) -> MjsBody:
+    """An arm along x of its frame on a hinge of the same name; a positive angle, right-handed about -y, lifts it."""
+    half = azimuth / 2
+    body = spec.worldbody.add_body(name=name, pos=pivot, quat=[np.cos(half), 0, 0, np.sin(half)])
+    body.add_joint(name=name, axis=[0, -1, 0], armature=armature, damping=np.array([damping, 0.0, 0.0]))
+    return body
+
+
+def add_rod(arm: MjsBody, name: str, place: Point, length: float, mass: float, radius: float) -> MjsBody:
+    """Hang a slender rod from an arm by a U joint, along -z of its frame, with the site "NAME_end" at its end.
+
+    Hinges "NAME_swing" about the motor axis, then "NAME_tilt" about x, never lock below 90 degrees. Only the inertia
+    about the rod's own axis depends on the radius.
+    """
+    body = arm.add_body(name=name, pos=place)
+    body.add_joint(name=f"{name}_swing", axis=[0, -1, 0])
+    body.add_joint(name=f"{name}_tilt", axis=[1, 0, 0])
+    across = mass * length**2 / 12.0
+    set_inertia(body, mass, (0, 0, -length / 2.0), (across, across, mass * radius**2))
+    add_site(body, f"{name}_end", (0, 0, -length))
+    return body
+
+
+def add_level_platform(spec: MjSpec) -> tuple[MjsBody, list[str]]:
+    """The body "platform", which three slides keep level, and their names."""
+    body, slides = spec.worldbody.add_body(name="platform"), [f"platform_{axis}" for axis in "xyz"]
+    for name, axis in zip(slides, np.eye(3), strict=True):
+        body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+    return body, slides
+
+
+def add_site(body: MjsBody, name: str, place: Point = (0.0, 0.0, 0.0)) -> None:
+    """A named point in a body's frame [m], in a group that is not drawn."""
+    body.add_site(name=name, pos=place, size=[0.003] * 3, group=4)
+
+
+def join_sites(spec: MjSpec, name: str, one: str, other: str, softness: Mapping[str, Point] = LOOP) -> None:
     """Hold two sites together.
 
-    Sites, not bodies: the loop then does not depend on a closed pose at compile time.
+    Sites, not bodies: a loop then does not depend on a closed pose at compile time.
     """
-    spec.add_equality(
-        name=name,
-        type=mujoco.mjtEq.mjEQ_CONNECT,
-        objtype=mujoco.mjtObj.mjOBJ_SITE,
-        name1=end,
-        name2=attach,
-        solref=LOOP_SOLREF,
-        solimp=LOOP_SOLIMP,
-    )
+    kinds = {"type": mujoco.mjtEq.mjEQ_CONNECT, "objtype": mujoco.mjtObj.mjOBJ_SITE}
+    spec.add_equality(name=name, name1=one, name2=other, **kinds, **softness)
+
+
+def join_angles(spec: MjSpec, name: str, one: str, other: str, softness: Mapping[str, Point] = LOOP) -> None:
+    """Keep two joints at the same angle."""
+    kinds = {"type": mujoco.mjtEq.mjEQ_JOINT, "objtype": mujoco.mjtObj.mjOBJ_JOINT}
+    spec.add_equality(name=name, name1=one, name2=other, data=np.eye(12)[1], **kinds, **softness)

@@ -9,20 +9,18 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from toy_cell import register_toy
 
 from agents.benchmark import plan as plans
-from agents.benchmark.__main__ import path_of
-from agents.benchmark.cells import run_cell
 from agents.benchmark.compare import assemble, errors, successes
-from agents.benchmark.plan import Plan, cells, read_plan
+from agents.benchmark.plan import Plan, pieces, read_plan
+from agents.benchmark.run import jobs, run_piece
 from agents.cli import UsageError
-from agents.files import read_json
 from agents.report.__main__ import Arguments as ReportArguments
 from agents.report.__main__ import main as report
 from agents.report.readme import stale_readme, with_blocks
-from agents.report.tables import benchmark_table, markdown
+from agents.report.tables import benchmark_table
 from agents.versions import ROOT
+from tests.tools.toy_cell import register_toy
 
 register_toy()
 PLAN: dict[str, Any] = {
@@ -49,8 +47,7 @@ PLAN: dict[str, Any] = {
 def done(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     plan = Plan.model_validate(PLAN)
     work = tmp_path_factory.mktemp("work")
-    files = [run_cell(cell, work) for cell in cells(plan)]
-    results = [result for file in files for result in read_json(file)["results"]]
+    results = [result for piece in pieces(plan) for result in run_piece(piece, work)["results"]]
     found = {**assemble(plan, results), "plan": plan.model_dump(mode="json"), "results": results}
     return {**found, "versions": {"python": "3"}, "seconds": 1.0}
 
@@ -107,18 +104,18 @@ def test_unmeasured_throws_are_left_out_of_errors() -> None:
 
 def test_keys_change_with_what_numbers_depend_on(monkeypatch: pytest.MonkeyPatch) -> None:
     def keys(**changes: Any) -> set[str]:
-        return {cell.key for cell in cells(Plan.model_validate({**PLAN, **changes}))}
+        return {piece.key for piece in pieces(Plan.model_validate({**PLAN, **changes}))}
 
     assert keys() == keys()
     for change in ({"picks": 121}, {"seed": 1}, {"num_envs": 4}):
         assert not keys() & keys(**change)
     assert len(keys() & keys(train_level="unseen")) == 0
     before = keys()
-    monkeypatch.setattr(plans, "_code_digest", lambda: "other code")
+    monkeypatch.setattr(plans, "code_digest", lambda _: "other code")
     assert not before & keys()
 
 
-def test_training_is_one_cell_for_all_its_throw_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_training_is_one_piece_for_all_its_throw_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     settings = {
         "policy": "MlpPolicy",
         "learning_starts": 16,
@@ -128,16 +125,15 @@ def test_training_is_one_cell_for_all_its_throw_counts(tmp_path: Path, monkeypat
         "gamma": 0.0,
         "policy_kwargs": {"net_arch": [8]},
     }
-    monkeypatch.setattr("agents.benchmark.cells.hyperparameters", lambda *_: settings)
+    monkeypatch.setattr("agents.benchmark.run.hyperparameters", lambda *_: settings)
     sac = {"label": "sac", "controller": "sac", "throws": [32, 64], "seeds": [0]}
     small = {**PLAN, "entries": [sac], "learned": [], "references": [], "floors": {}, "levels": ["waste"], "picks": 16}
-    (cell,) = cells(Plan.model_validate(small))
-    first = read_json(run_cell(cell, tmp_path))["results"]
+    (piece,) = pieces(Plan.model_validate(small))
+    first = run_piece(piece, tmp_path)["results"]
     assert [r["throws"] for r in first] == [32, 64]
     assert first[0]["columns"] != first[1]["columns"]
-    # A cell that was cut off after its training goes on from the run it left.
-    path_of(cell, tmp_path).unlink()
-    again = read_json(run_cell(cell, tmp_path))["results"]
+    # A piece that was cut off after its training goes on from the run it left.
+    again = run_piece(piece, tmp_path)["results"]
     assert [r["columns"] for r in again] == [r["columns"] for r in first]
 
 
@@ -171,7 +167,7 @@ def test_missing_and_damaged_plans_are_explained(tmp_path: Path) -> None:
 def test_shipped_plans_hold_together(name: str) -> None:
     plan = read_plan(ROOT / "configs" / f"{name}.yaml")
     assert plan.name == name
-    assert len({cell.name for cell in cells(plan)}) == len(cells(plan))
+    assert len({job.file for job in jobs(plan)}) == len(jobs(plan)) == len(pieces(plan))
 
 
 def test_report_writes_tables_figures_and_page(done: dict[str, Any], tmp_path: Path) -> None:
@@ -194,7 +190,7 @@ def test_report_writes_tables_figures_and_page(done: dict[str, Any], tmp_path: P
     report(ReportArguments(results=tmp_path, readme=tmp_path / "README.top"))
     assert figures == {path.name: path.read_bytes() for path in (tmp_path / "figures").iterdir()}
     top = (tmp_path / "README.top").read_text()
-    assert benchmark_table(done) in top
+    assert benchmark_table(done).markdown() in top
     assert top.startswith("# x\n<!-- table:benchmark -->")
     assert top.endswith("<!-- /table -->\nend\n")
     assert not stale_readme(tmp_path / "README.top", tmp_path)
@@ -216,12 +212,3 @@ def test_report_without_results_says_how_to_get_some(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=r"holds no results yet.*agents\.benchmark"):
         report(ReportArguments(results=tmp_path, readme=tmp_path / "README.md"))
     assert not list(tmp_path.iterdir())
-
-
-def test_markdown_table() -> None:
-    assert markdown(["a", "b"], [["x", "1"]]) == "| a | b |\n| --- | ---: |\n| x | 1 |"
-
-
-def test_readme_tables_equal_the_results() -> None:
-    readme, results = ROOT / "README.md", ROOT / "results"
-    assert not stale_readme(readme, results), "run python -m agents.report"

@@ -12,9 +12,9 @@ from typing import Any
 
 import pytest
 import yaml
-from commands import call, environment
 
 from agents import runs
+from tests.tools.commands import call, environment
 
 CONTRACT = {
     "env",

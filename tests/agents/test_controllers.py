@@ -9,23 +9,24 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from toy_cell import POSE, POSE_BIAS, PoseVectorEnv, ToyVectorEnv, observation_of, outcome_of
 
 from agents.cli import UsageError
 from agents.controllers import NAMES, Learner, load_state, make_controller, save_state
 from agents.controllers.ballistic import AnalyticHeight, MeanLead, landing_change, mean_delay
-from agents.controllers.cell_table import mean_shift, virtual_goal
+from agents.controllers.bucket_table import mean_shift, virtual_goal
 from agents.controllers.oracle import Oracle
 from agents.controllers.ridge import Ridge
 from agents.controllers.shift import ideal_shift, to_action
-from agents.evaluation import evaluate, practise, summary
-from pnt_gym.cells.observation import FEATURES
-from pnt_gym.config import load
+from agents.evaluation import held_out, practise
+from agents.throws import summary
+from pnt_gym.cells.conveyor.action import correction
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.observation import FEATURES
 from pnt_gym.errors import PntGymError
-from pnt_gym.residual import shift_correction
+from tests.tools.toy_cell import POSE, POSE_BIAS, PoseVectorEnv, ToyVectorEnv, observation_of, outcome_of
 
-WASTE, NOMINAL, IDEAL = load("waste"), load("nominal"), load("ideal")
-ON_WASTE, ON_NOMINAL = shift_correction(WASTE, "release_point"), shift_correction(NOMINAL, "release_point")
+WASTE, NOMINAL, IDEAL = ConveyorConfig.load("waste"), ConveyorConfig.load("nominal"), ConveyorConfig.load("ideal")
+ON_WASTE, ON_NOMINAL = correction(WASTE, "release_point"), correction(NOMINAL, "release_point")
 LEARNERS = ("mean_shift", "virtual_goal", "ridge", "mlp")
 
 
@@ -85,7 +86,7 @@ def test_mean_lead_takes_back_a_late_release() -> None:
 def test_mean_delay_is_plausible_and_scales_with_the_mismatch() -> None:
     assert 0.015 < mean_delay(WASTE) < 0.060
     assert mean_delay(IDEAL) == 0.0
-    assert mean_delay(load("waste", mismatch=0.5)) == pytest.approx(0.5 * mean_delay(WASTE))
+    assert mean_delay(ConveyorConfig.load("waste", mismatch=0.5)) == pytest.approx(0.5 * mean_delay(WASTE))
 
 
 def test_analytic_height_takes_back_a_low_centre_of_mass() -> None:
@@ -144,7 +145,7 @@ def test_virtual_goal_refuses_a_gain_that_cannot_converge(gain: float) -> None:
         virtual_goal(ON_NOMINAL, gain)
 
 
-def test_mean_shift_is_the_mean_and_keeps_cells_apart() -> None:
+def test_mean_shift_is_the_mean_and_keeps_buckets_apart() -> None:
     controller = mean_shift(ON_NOMINAL)
     bins = NOMINAL.bins.fixed
     here, there = (encode(target_x=b.x, target_y=b.y) for b in bins)
@@ -163,12 +164,12 @@ def test_an_item_never_thrown_gets_the_mean_over_all_items_or_no_virtual_goal() 
         assert controller.act(other)[0, 0] * NOMINAL.action.along == pytest.approx(expected, abs=1e-6)
 
 
-def test_cells_are_bins_or_quarters() -> None:
+def test_buckets_are_bins_or_quarters() -> None:
     fixed = observation_of(np.concatenate([encode(target_x=b.x, target_y=b.y) for b in NOMINAL.bins.fixed]))
-    assert [place for _, place in ON_NOMINAL.cells(fixed.features, fixed.kind)] == ["inside", "outside"]
+    assert [place for _, place in ON_NOMINAL.buckets(fixed.features, fixed.kind)] == ["inside", "outside"]
     corners = [(-0.4, 0.3), (0.4, 0.3), (-0.4, 0.7), (0.4, 0.7)]
     drawn = observation_of(np.concatenate([encode(target_x=x, target_y=y) for x, y in corners]))
-    assert [p for _, p in ON_WASTE.cells(drawn.features, drawn.kind)] == [
+    assert [p for _, p in ON_WASTE.buckets(drawn.features, drawn.kind)] == [
         "left-near",
         "right-near",
         "left-far",
@@ -218,10 +219,10 @@ def test_ridge_without_signal_predicts_the_mean() -> None:
 @pytest.mark.parametrize("name", LEARNERS)
 def test_learners_beat_no_correction(name: str) -> None:
     env = ToyVectorEnv(8)
-    base = summary(evaluate(make_controller("analytic", env), env, 400, 0))["landing_error_mean_m"]
+    base = summary(held_out(make_controller("analytic", env), env, 400, 0))["landing_error_mean_m"]
     controller = make_controller(name, env)
     practise(controller, env, 160, 0)
-    assert summary(evaluate(controller, env, 400, 0))["landing_error_mean_m"] < 0.95 * base
+    assert summary(held_out(controller, env, 400, 0))["landing_error_mean_m"] < 0.95 * base
 
 
 def test_ridge_learns_from_few_throws_what_a_mean_cannot() -> None:
@@ -230,13 +231,13 @@ def test_ridge_learns_from_few_throws_what_a_mean_cannot() -> None:
     for name in ("ridge", "mean_shift"):
         controller = make_controller(name, env)
         practise(controller, env, 160, 0)
-        error[name] = summary(evaluate(controller, env, 400, 0))["landing_error_mean_m"]
+        error[name] = summary(held_out(controller, env, 400, 0))["landing_error_mean_m"]
     assert error["ridge"] < 0.5 * error["mean_shift"]
 
 
 def test_oracle_leaves_the_noise() -> None:
     env = ToyVectorEnv(8)
-    error = summary(evaluate(make_controller("oracle", env), env, 400, 0))["landing_error_mean_m"]
+    error = summary(held_out(make_controller("oracle", env), env, 400, 0))["landing_error_mean_m"]
     assert error < 0.003  # the toy's noise is 2 mm per axis
 
 
@@ -280,11 +281,11 @@ def test_state_of_another_controller_or_a_damaged_file_is_refused(tmp_path: Path
         load_state(ridge, tmp_path / "bad.npz")
 
 
-def test_a_table_saved_with_two_numbers_per_cell_is_read(tmp_path: Path) -> None:
-    """The form of the files on disk: names of the cells, their shifts in metres, their counts."""
-    cells = np.array(["paper|inside", "paper|*"])
+def test_a_table_saved_with_two_numbers_per_bucket_is_read(tmp_path: Path) -> None:
+    """The form of the files on disk: names of the buckets, their shifts in metres, their counts."""
+    buckets = np.array(["paper|inside", "paper|*"])
     shift, count = np.array([[-0.05, 0.012], [0.02, 0.0]]), np.array([4, 9])
-    np.savez(tmp_path / "old.npz", controller=np.array("virtual_goal"), cells=cells, shift=shift, count=count)
+    np.savez(tmp_path / "old.npz", controller=np.array("virtual_goal"), buckets=buckets, shift=shift, count=count)
     controller = virtual_goal(ON_NOMINAL)
     load_state(controller, tmp_path / "old.npz")
     places = {b.name: encode(target_x=b.x, target_y=b.y) for b in NOMINAL.bins.fixed}
@@ -321,11 +322,11 @@ def test_controllers_of_shifts_say_that_xyz_is_not_theirs(name: str) -> None:
 @pytest.mark.parametrize("name", [*LEARNERS, "oracle"])
 def test_four_numbers_are_learned_as_two_are(name: str) -> None:
     env = PoseVectorEnv()
-    base = evaluate(make_controller("analytic", env), env, 80, 0)
+    base = held_out(make_controller("analytic", env), env, 80, 0)
     np.testing.assert_allclose(base.error.mean(axis=0), POSE_BIAS, atol=0.02 * POSE.tolerance.max())
     controller = make_controller(name, env)
     practise(controller, env, 160, 0)
-    left = evaluate(controller, env, 160, 0)
+    left = held_out(controller, env, 160, 0)
     assert left.error.shape == (160, 4)
     # What is left of the bias is small against the tolerance, in every coordinate.
     assert (np.abs(left.error.mean(axis=0)) < 0.2 * POSE.tolerance).all()

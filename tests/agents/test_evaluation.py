@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
-from toy_cell import PoseVectorEnv, ToyVectorEnv
 
 from agents.controllers import Observation, Outcome, make_controller
 from agents.environments import make_vector, stream_seed
-from agents.evaluation import Throws, evaluate, failures, practise, summary, throw_records
+from agents.evaluation import held_out, practise
+from agents.tables import console, summary_table
+from agents.throws import Throws, failures, scatter, summary, throw_records
 from pnt_gym.errors import PntGymError
+from tests.tools.toy_cell import PoseVectorEnv, ToyVectorEnv
 
 
 class Recorder:
@@ -19,8 +23,8 @@ class Recorder:
 
     name = "recorder"
 
-    def __init__(self, action: float = 0.0) -> None:
-        self.action = action
+    def __init__(self, action: float = 0.0, size: int = 2) -> None:
+        self.action, self.size = action, size
         self.seen: list[np.ndarray] = []
         self.learned: list[Outcome] = []
 
@@ -29,7 +33,7 @@ class Recorder:
 
     def act(self, observation: Observation) -> np.ndarray:
         self.seen.append(observation.features)
-        return np.full((len(observation.kind), 2), self.action, dtype=np.float32)
+        return np.full((len(observation.kind), self.size), self.action, dtype=np.float32)
 
     def learn(self, outcome: Outcome) -> None:
         self.learned.append(outcome)
@@ -52,14 +56,14 @@ class Student(Recorder):
 @pytest.mark.parametrize("picks", [1, 3, 4, 9])
 def test_exactly_the_picks_asked_for(picks: int) -> None:
     told: list[int] = []
-    throws = evaluate(Recorder(), ToyVectorEnv(4), picks, 0, progress=told.append)
+    throws = held_out(Recorder(), ToyVectorEnv(4), picks, 0, progress=told.append)
     assert len(throws) == picks == sum(told)
-    assert throws.target.shape == (picks, 2)
+    assert throws.told["target_x"].shape == (picks,)
 
 
 def test_controllers_meet_the_same_objects() -> None:
     one, two = Recorder(0.0), Recorder(0.7)
-    a, b = evaluate(one, ToyVectorEnv(4), 40, 3), evaluate(two, ToyVectorEnv(4), 40, 3)
+    a, b = held_out(one, ToyVectorEnv(4), 40, 3), held_out(two, ToyVectorEnv(4), 40, 3)
     assert np.array_equal(np.concatenate(one.seen), np.concatenate(two.seen))
     assert np.array_equal(a.item, b.item)
     assert not np.array_equal(a.landing_error, b.landing_error)
@@ -67,8 +71,8 @@ def test_controllers_meet_the_same_objects() -> None:
 
 def test_another_seed_means_other_objects() -> None:
     one, two = Recorder(), Recorder()
-    evaluate(one, ToyVectorEnv(4), 8, 0)
-    evaluate(two, ToyVectorEnv(4), 8, 1)
+    held_out(one, ToyVectorEnv(4), 8, 0)
+    held_out(two, ToyVectorEnv(4), 8, 1)
     assert not np.isin(np.concatenate(one.seen)[:, 0], np.concatenate(two.seen)[:, 0]).any()
 
 
@@ -78,7 +82,7 @@ def test_practice_and_evaluation_never_share_an_object() -> None:
     practise(student, env, 40, 0)
     practice = np.concatenate(student.seen)[:, 0]
     student.seen.clear()
-    evaluate(student, env, 40, 0)
+    held_out(student, env, 40, 0)
     assert not np.isin(np.concatenate(student.seen)[:, 0], practice).any()
 
 
@@ -101,9 +105,9 @@ def test_practice_is_announced_and_learned_from_but_evaluation_is_frozen() -> No
     assert student.announced == 10
     assert student.ended
     assert sum(len(o.error) for o in student.learned) == 10
-    evaluate(student, env, 8, 0)
+    held_out(student, env, 8, 0)
     assert sum(len(o.error) for o in student.learned) == 10
-    evaluate(student, env, 8, 0, online=True)
+    held_out(student, env, 8, 0, online=True)
     assert sum(len(o.error) for o in student.learned) == 18
 
 
@@ -114,12 +118,12 @@ def test_those_who_do_not_learn_do_not_practise() -> None:
 
 
 def test_summary_agrees_with_the_throws() -> None:
-    throws = evaluate(make_controller("random", ToyVectorEnv(4)), ToyVectorEnv(4), 60, 0)
+    throws = held_out(make_controller("random", ToyVectorEnv(4)), ToyVectorEnv(4), 60, 0)
     figures = summary(throws)
     assert figures["success_rate"] == pytest.approx(throws.is_success.mean())
     assert figures["success_low"] < figures["success_rate"] < figures["success_high"]
     assert figures["landing_error_mean_m"] == pytest.approx(
-        np.hypot(throws.landing_along, throws.landing_across).mean()
+        np.hypot(throws.told["landing_along"], throws.told["landing_across"]).mean()
     )
     assert figures["picks_per_min"] == pytest.approx(100.0)  # the toy needs 0.6 s a pick
     assert figures["sorted_per_min"] == pytest.approx(100.0 * throws.is_success.mean())
@@ -134,45 +138,79 @@ def test_failures_sum_to_what_failed() -> None:
     zeros = np.zeros(count)
     throws = Throws(
         item=np.zeros(count, dtype=np.int64),
-        target=np.zeros((count, 2)),
         landing_error=zeros,
-        landing_along=zeros,
-        landing_across=zeros,
-        error=np.zeros((count, 2)),
         is_success=flags[0],
         cycle_time=zeros + 1,
-        recontact=flags[1],
-        rim=flags[2],
         clipped=zeros.astype(bool),
         reward=zeros,
+        told={"recontact": flags[1], "rim": flags[2]},
     )
     assert sum(failures(throws).values()) == pytest.approx(0.5)
+    assert failures(replace(throws, told={"rim": flags[2]})) == {"failed_rim": 0.25, "failed_missed": 0.25}
+    assert failures(replace(throws, told={"recontact": flags[1]})) == {"failed_recontact": 0.25}
+    assert failures(replace(throws, told={})) == {}
 
 
 def test_unmeasured_landings_become_null_not_nan() -> None:
-    throws = evaluate(Recorder(), ToyVectorEnv(4), 4, 0)
-    throws.landing_error[1] = throws.landing_along[1] = np.nan
-    assert throw_records(throws, ToyVectorEnv(4).core.item_names)[1]["landing_error_m"] is None
+    throws = held_out(Recorder(), ToyVectorEnv(4), 4, 0)
+    throws.landing_error[1] = throws.told["landing_along"][1] = np.nan
+    record = throw_records(throws, ToyVectorEnv(4).core.item_names)[1]
+    assert record["landing_error_m"] is record["landing_along_m"] is None
     assert summary(throws)["unmeasured"] == 1
 
 
 def test_errors_beyond_the_landing_are_recorded_by_their_names() -> None:
     env = PoseVectorEnv(4)
-    throws = evaluate(make_controller("analytic", env), env, 6, 0)
-    throws.error[2, 3] = np.nan
-    records = throw_records(throws, env.core.item_names, env.core.correction)
+    throws = held_out(make_controller("analytic", env), env, 6, 0)
+    throws.told["error_dy"][2] = np.nan
+    records = throw_records(throws, env.core.item_names)
     assert [r["error_phi"] for r in records] == throws.error[:, 2].tolist()
     assert records[2]["error_dy"] is None
-    plain = throw_records(throws, env.core.item_names)
-    assert set(records[0]) - set(plain[0]) == set(env.core.correction.errors)
+    assert np.isnan(throws.error[2, 3])
     toy = ToyVectorEnv(4)
-    (record,) = throw_records(evaluate(Recorder(), toy, 1, 0), toy.core.item_names, toy.core.correction)
-    assert set(record) == set(plain[0])
+    (record,) = throw_records(held_out(Recorder(), toy, 1, 0), toy.core.item_names)
+    assert set(records[0]) - set(record) == set(env.core.correction.errors)
+
+
+def test_bias_and_spread_are_kept_apart_for_each_error() -> None:
+    random, count = np.random.default_rng(1), 50_000
+    told = {
+        "landing_along": 0.03 + 0.01 * random.standard_normal(count),
+        "error_phi": -0.002 + 0.004 * random.standard_normal(count),
+        "unjudged": random.standard_normal(count),
+    }
+    told["error_phi"][7] = np.nan
+    found = scatter(replace(held_out(Recorder(), ToyVectorEnv(4), 4, 0), told=told, errors=("error_phi",)))
+    assert set(found) == {"bias_along_m", "spread_along_m", "bias_error_phi", "spread_error_phi"}
+    assert found["bias_along_m"] == pytest.approx(0.03, abs=3e-4)
+    assert found["spread_along_m"] == pytest.approx(0.01, rel=0.02)
+    assert found["bias_error_phi"] == pytest.approx(-0.002, abs=3e-4)
+    assert found["spread_error_phi"] == pytest.approx(0.004, rel=0.02)
+
+
+def test_what_a_cell_does_not_tell_is_not_asked_for() -> None:
+    """A cell of another kind: no landing along or across, no rim and no touch, but flags of its own."""
+
+    class Terse(ToyVectorEnv):
+        def step(self, actions: np.ndarray) -> Any:
+            *rest, info = super().step(actions)
+            for name in ("landing_along", "landing_across", "rim", "recontact", "target_x", "target_y"):
+                del info[name]
+            return *rest, info | {"picked": np.array([True, False, True, True]), "note": np.array(["?"] * 4)}
+
+    env = Terse(4, action_mode="release_xyz")
+    throws = held_out(Recorder(size=3), env, 8, 0)
+    figures = summary(throws)
+    assert figures["picked_rate"] == 0.75
+    assert not [name for name in figures if name.startswith(("failed_", "bias_", "spread_"))]
+    (record, *_) = throw_records(throws, env.core.item_names)
+    assert set(record) == {"item", "landing_error_m", "success", "cycle_time_s", "clipped", "reward", "picked"}
+    console().print(summary_table("terse", figures))
 
 
 def test_an_action_mode_without_a_correction_has_no_errors_to_learn_from() -> None:
     env = ToyVectorEnv(4, action_mode="release_xyz")
-    throws = evaluate(make_controller("random", env), env, 10, 0)
+    throws = held_out(make_controller("random", env), env, 10, 0)
     assert throws.error.shape == (10, 0)
     assert np.isfinite(throws.landing_error).all()
 

@@ -12,15 +12,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.stats import norm
-from toy_cell import POSE, PoseVectorEnv, ToyVectorEnv, observation_of, outcome_of
 
 from agents.cli import UsageError
 from agents.controllers import Learner, load_state, make_controller, save_state
-from agents.controllers.cell_table import virtual_goal
+from agents.controllers.bucket_table import virtual_goal
 from agents.controllers.newton import NewtonGoal
 from agents.controllers.protocol import Learner as LearnerProtocol
 from agents.controllers.response import Response, gauss_newton, log_chance
-from agents.evaluation import evaluate, practise, summary
+from agents.evaluation import held_out, practise
+from agents.throws import summary
+from tests.tools.toy_cell import POSE, PoseVectorEnv, ToyVectorEnv, observation_of, outcome_of
 
 Errors = Callable[[np.ndarray], np.ndarray]
 """Errors (N, 4) in tolerances of actions (N, 4)."""
@@ -249,7 +250,7 @@ def test_two_numbers_are_learned_under_heavy_scatter() -> None:
     for name in ("analytic", "newton_goal"):
         controller = make_controller(name, env)
         practise(controller, env, 160, 0)
-        error[name] = summary(evaluate(controller, env, 400, 0))["landing_error_mean_m"]
+        error[name] = summary(held_out(controller, env, 400, 0))["landing_error_mean_m"]
     assert error["newton_goal"] < 0.95 * error["analytic"]
 
 
@@ -257,7 +258,7 @@ def test_four_numbers_are_learned_by_name() -> None:
     env = PoseVectorEnv()
     controller = make_controller("newton_goal", env)
     practise(controller, env, 96, 0)
-    left = evaluate(controller, env, 96, 0)
+    left = held_out(controller, env, 96, 0)
     assert left.is_success.mean() > 0.99
 
 

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import imageio.v3 as iio
 import pytest
-from commands import call
+
+from tests.tools.commands import call
 
 pytestmark = pytest.mark.usefixtures("opengl")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from commands import call
+from tests.tools.commands import call
 
 
 def test_a_published_policy_throws_as_the_run_did(tmp_path: Path) -> None:

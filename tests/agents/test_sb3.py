@@ -10,13 +10,13 @@ import pytest
 import torch
 from gymnasium.vector import AutoresetMode
 from stable_baselines3.common.vec_env import VecMonitor
-from toy_cell import ToyVectorEnv
 
 import pnt_gym
 from agents.cli import UsageError
 from agents.hyperparameters import hyperparameters, policy_arguments
 from agents.runs import ALGORITHMS
 from agents.sb3 import SameStepVecEnv, build
+from tests.tools.toy_cell import ToyVectorEnv
 
 torch.set_num_threads(1)
 
@@ -111,14 +111,23 @@ def test_first_policy_is_the_analytic_planner(algo: str) -> None:
 def test_shipped_hyperparameters_fit_every_environment(algo: str) -> None:
     for env_id in pnt_gym.ENV_IDS:
         assert hyperparameters(algo, env_id)["gamma"] == 0.0
+    assert hyperparameters(algo, "theirs:Own-v0") == hyperparameters(algo, "PnTRelease-v0")
+
+
+def test_an_environment_in_a_module_has_the_entry_of_its_id(tmp_path: Path) -> None:
+    file = tmp_path / "own.yml"
+    file.write_text("default: {gamma: 0.5}\nOwn-v0: {gamma: 0.1}\n")
+    assert hyperparameters("sac", "theirs:Own-v0", file) == {"gamma": 0.1}
+    assert hyperparameters("sac", "theirs:Other-v0", file) == {"gamma": 0.5}
 
 
 def test_bad_hyperparameters_are_explained(tmp_path: Path) -> None:
     env = SameStepVecEnv(ToyVectorEnv(4))
     with pytest.raises(UsageError, match=r"do not fit sac.*no_such_setting"):
         build("sac", env, {"policy": "MlpPolicy", "no_such_setting": 1}, 0)
+    (tmp_path / "one.yml").write_text("PnTRelease-v0: {gamma: 0.0}")
     with pytest.raises(UsageError, match="have no entry for 'Nowhere-v0'; entries are PnTRelease-v0"):
-        hyperparameters("sac", "Nowhere-v0")
+        hyperparameters("sac", "Nowhere-v0", tmp_path / "one.yml")
     with pytest.raises(UsageError, match="cannot read hyperparameters"):
         hyperparameters("sac", "PnTRelease-v0", tmp_path / "none.yml")
     (tmp_path / "bad.yml").write_text("a: [1,")

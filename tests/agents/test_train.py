@@ -13,13 +13,14 @@ import numpy as np
 import pytest
 import torch
 import yaml
-from toy_cell import ToyVectorEnv, register_toy
 
 from agents import runs
 from agents.cli import UsageError
 from agents.controllers import make_controller
-from agents.evaluation import evaluate, summary
+from agents.evaluation import held_out
+from agents.throws import summary
 from agents.train import Arguments, main
+from tests.tools.toy_cell import ToyVectorEnv, register_toy
 
 register_toy()
 SMALL: dict[str, Any] = {
@@ -106,7 +107,7 @@ def test_training_learns(asked: Arguments, tmp_path: Path) -> None:
     main(replace(asked, steps=1200, checkpoint_every=1200))
     env = ToyVectorEnv(8)
     error = {
-        name: summary(evaluate(make_controller(name, env), env, 400, 0))["landing_error_mean_m"]
+        name: summary(held_out(make_controller(name, env), env, 400, 0))["landing_error_mean_m"]
         for name in ("analytic", str(tmp_path / "run"))
     }
     assert error[str(tmp_path / "run")] < 0.85 * error["analytic"]

@@ -3,11 +3,11 @@
 import gymnasium as gym
 import numpy as np
 import pytest
-from throw_tools import CONVEYOR, MODES, zeros
 
 import pnt_gym
 from pnt_gym.envs.conveyor import PnTConveyorEnv, PnTConveyorVectorEnv
 from pnt_gym.errors import ActionError, ConfigError
+from tests.tools.throws import CONVEYOR, MODES, zeros
 
 
 def sentence(caught, *parts):

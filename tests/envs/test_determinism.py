@@ -8,9 +8,9 @@ import sys
 import gymnasium as gym
 import numpy as np
 import pytest
-from throw_tools import HARD, same_bits, zeros
 
 import pnt_gym
+from tests.tools.throws import HARD, same_bits, zeros
 
 SCRIPT = """
 import hashlib, sys

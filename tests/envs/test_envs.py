@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 from stable_baselines3.common.env_checker import check_env as check_for_sb3
-from throw_tools import CONVEYOR, FEATURES, MODES, vary, zeros
 
 import pnt_gym
-from pnt_gym.cells.observation import decode
-from pnt_gym.envs.core import COMMON_INFO
+from pnt_gym.cells.base.core import COMMON_INFO
+from pnt_gym.cells.conveyor.observation import decode
+from tests.tools.throws import CONVEYOR, FEATURES, MODES, vary, zeros
 
 SHORT = vary("nominal", picks_per_shift=4)
 CASES = [(env_id, mode) for env_id in pnt_gym.ENV_IDS for mode in MODES[env_id]]
@@ -99,7 +99,7 @@ def test_returned_observations_are_the_callers_own():
 
 @pytest.mark.parametrize("env_id", CONVEYOR)
 def test_the_reward_is_the_sum_of_its_terms_and_each_is_its_formula(env_id):
-    config = vary("waste", reward={"landing": 2.0, "sorted": 0.7, "time": 0.3})
+    config = vary("waste", reward={"landing": 2.0, "success": 0.7, "time": 0.3})
     env = gym.make(env_id, level=config)
     env.reset(seed=0)
     rng = np.random.default_rng(0)
@@ -109,9 +109,9 @@ def test_the_reward_is_the_sum_of_its_terms_and_each_is_its_formula(env_id):
         landing = 2.0 * max(0.0, 1.0 - info["landing_error"] / 0.25)
         in_time = 0.3 * max(0.0, 1.0 - info["cycle_time"] / 3.0)
         assert info["reward_landing"] == pytest.approx(landing, abs=1e-12)
-        assert info["reward_sorted"] == pytest.approx(0.7 * info["is_success"], abs=1e-12)
+        assert info["reward_success"] == pytest.approx(0.7 * info["is_success"], abs=1e-12)
         assert info["reward_time"] == pytest.approx(in_time, abs=1e-12)
-        terms = info["reward_landing"] + info["reward_sorted"] + info["reward_time"]
+        terms = info["reward_landing"] + info["reward_success"] + info["reward_time"]
         assert reward == pytest.approx(terms, abs=1e-12)
         seen.add(info["is_success"])
         env.reset()

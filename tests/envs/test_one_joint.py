@@ -3,12 +3,12 @@
 import gymnasium as gym
 import numpy as np
 import pytest
-from throw_tools import ONE_JOINT, zeros
 
-from pnt_gym.cells.pallet.config import load
-from pnt_gym.cells.pallet.observation import FEATURES, decode
-from pnt_gym.cells.pallet.tasks import PUSHED
+from pnt_gym.cells.one_joint.config import OneJointConfig
+from pnt_gym.cells.one_joint.observation import FEATURES, decode
+from pnt_gym.cells.one_joint.tasks import PUSHED
 from pnt_gym.errors import ConfigError
+from tests.tools.throws import ONE_JOINT, zeros
 
 PAPER = np.array([0.0, 0.4, np.deg2rad(150.0), 0.0])
 
@@ -157,7 +157,7 @@ def test_nothing_hidden_is_seen():
     """The observation is the same whatever the mismatch is."""
     seen = []
     for level in ("ideal", "nominal", "late"):
-        env = gym.make("OneJointThrow-v0", level=load(level, goals=load("paper").goals))
+        env = gym.make("OneJointThrow-v0", level=OneJointConfig.load(level, goals=OneJointConfig.load("paper").goals))
         seen.append(env.reset(seed=5)[0])
     assert len(seen[0]) == len(FEATURES)
     assert np.array_equal(seen[0], seen[1])
@@ -215,3 +215,25 @@ def test_a_pushed_block_is_thrown_at_goals_that_it_can_reach():
     assert names("OneJointThrow-v0", {"release": "contact", "goals": {"region": {}}}) == ("goal",)
     for env_id in ("OneJointSort-v0", "OneJointAssembly-v0"):
         assert names(env_id, "contact") == names(env_id, "nominal")
+
+
+SHARED = {
+    "is_success", "landing_error", "cycle_time", "residual_clipped", "item", "kind", "angle_error", "speed_error",
+    "peak_torque", "target_x", "target_y", "error_x", "error_y", "error_phi", "error_dy", "reward_position",
+    "reward_angle", "reward_speed", "reward_success",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("env_id", "more"),
+    [
+        ("OneJointThrow-v0", set()),
+        ("OneJointSort-v0", {"in_pallet", "touched_other"}),
+        ("OneJointAssembly-v0", {"in_pallet", "touched_other", "is_complete"}),
+    ],
+)
+def test_a_task_tells_what_it_has_a_meaning_for_and_nothing_else(env_id, more):
+    env = gym.make(env_id)
+    env.reset(seed=0)
+    *_, info = env.step(zeros(env_id))
+    assert set(info) == SHARED | more

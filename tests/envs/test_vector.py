@@ -7,9 +7,9 @@ import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
-from throw_tools import CONVEYOR, FEATURES, GRIPPER, MODES, ONE_JOINT, same_bits, vary, zeros
 
 import pnt_gym
+from tests.tools.throws import CONVEYOR, FEATURES, GRIPPER, MODES, ONE_JOINT, same_bits, vary, zeros
 
 N, STEPS, SEED = 3, 5, 21
 SHIFT = vary("waste", picks_per_shift=2)

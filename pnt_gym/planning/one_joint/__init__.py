@@ -1,9 +1,9 @@
 """Throwing a block to a pose with one joint (Miyashita et al. 2010)."""
 
 from pnt_gym.planning.one_joint.batch import ThrowPlans, plan_releases, plan_throws
-from pnt_gym.planning.one_joint.estimate import Arrival, Flight, arrival, fit_flight
+from pnt_gym.planning.one_joint.estimate import Arrival, FittedFlight, arrival, fit_flight
 from pnt_gym.planning.one_joint.feasibility import ThrowReason, UnreachableGoal
-from pnt_gym.planning.one_joint.goals import Goals, ReleaseBox, goals_from_uniform, random_goals
+from pnt_gym.planning.one_joint.goals import GoalBatch, ReleaseBox, random_goals
 from pnt_gym.planning.one_joint.landing import landing_state, release_states, release_states_batch
 from pnt_gym.planning.one_joint.motion import ArmMotion, ArmSample
 from pnt_gym.planning.one_joint.parameters import Arm, Block
@@ -16,8 +16,8 @@ __all__ = [
     "ArmSample",
     "Arrival",
     "Block",
-    "Flight",
-    "Goals",
+    "FittedFlight",
+    "GoalBatch",
     "ReleaseBox",
     "ThrowPlan",
     "ThrowPlans",
@@ -25,7 +25,6 @@ __all__ = [
     "UnreachableGoal",
     "arrival",
     "fit_flight",
-    "goals_from_uniform",
     "landing_state",
     "next_virtual_goal",
     "plan_releases",

@@ -15,10 +15,11 @@ from typing import final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.planning.arrays import Bools, Floats, Ints
-from pnt_gym.planning.one_joint._family import Objective, Task, best_motions, kept
-from pnt_gym.planning.one_joint._flight import land
+from pnt_gym.arrays import Bools, Floats, Ints, take
+from pnt_gym.errors import PlanningError
+from pnt_gym.planning.one_joint.family import Objective, Task, best_motions, kept
 from pnt_gym.planning.one_joint.feasibility import ThrowReason, arm_radius, first_reason
+from pnt_gym.planning.one_joint.flight import land
 from pnt_gym.planning.one_joint.landing import four, release_states_batch
 from pnt_gym.planning.one_joint.motion import ArmMotion
 from pnt_gym.planning.one_joint.parameters import Arm, Block
@@ -48,27 +49,12 @@ class ThrowPlans:
     margins: Floats
     radius: Floats
 
-    def take(self, index: Ints | Bools) -> ThrowPlans:
-        """Return the plans at ``index``, an integer array or a mask."""
-        return ThrowPlans(
-            self.goal[index],
-            self.u[index],
-            self.motion.take(index),
-            self.feasible[index],
-            self.reason[index],
-            self.margins[index],
-            self.radius[index],
-        )
-
 
 def plan_throws(
     goals: ArrayLike,
     *,
     arm: Arm | None = None,
     block: Block | None = None,
-    objective: Objective = "max_min",
-    weights: WeightName | ArrayLike = "balanced",
-    static_start: bool = True,
 ) -> ThrowPlans:
     """Return a plan for each goal (N, 4), all at once; a row comes out the same whatever else is planned with it.
 
@@ -76,16 +62,14 @@ def plan_throws(
         goals: x, y [m], phi [rad], dy [m/s].
         arm: the paper's when not given.
         block: the paper's when not given.
-        objective: what the motion of each plan is chosen by.
-        weights: a name or six numbers, for the objective "squares".
-        static_start: whether the block must rest by itself before the throw.
 
     Raises:
-        ValueError: the shape is not (N, 4), a number is not finite, or the weights are not known.
+        ValueError: the shape is not (N, 4) or a number is not finite.
     """
     arm, block = arm or Arm(), block or Block()
     found = release_states_batch(goals, arm=arm, block=block)
-    return _plan(found.goal, found.u, found.reason, arm, block, objective, weights, static_start)
+    task = Task(found.u, arm_radius(found.u, block.half_height), arm, block)
+    return _plan(found.goal, found.reason, task)
 
 
 def plan_releases(
@@ -99,55 +83,55 @@ def plan_releases(
 ) -> ThrowPlans:
     """Return a plan for each release (N, 4) = theta_t, omega_t, l_t, t_f, as `plan_throws` does for goals.
 
+    Args:
+        u: releases (N, 4).
+        arm: the paper's when not given.
+        block: the paper's when not given.
+        objective: what the motion of each plan is chosen by.
+        weights: a name or six numbers, for the objective "squares".
+        static_start: whether the block must rest by itself before the throw.
+
     Raises:
         ValueError: the shape is not (N, 4), a number is not finite, or the weights are not known.
     """
     arm, block = arm or Arm(), block or Block()
     releases = four(u, "u")
     if releases.ndim != 2:
-        raise ValueError(f"u must have shape (N, 4), got {releases.shape}")
+        raise PlanningError(f"u must have shape (N, 4), got {releases.shape}")
     reason, _ = first_reason(releases, arm, block)
     whole = releases[:, 2] > block.half_height
     goal = np.full_like(releases, np.nan)
     goal[whole] = land(releases[whole], block.half_height)
-    return _plan(goal, releases, reason, arm, block, objective, weights, static_start)
-
-
-def _plan(
-    goal: Floats,
-    u: Floats,
-    reason: Ints,
-    arm: Arm,
-    block: Block,
-    objective: Objective,
-    weights: WeightName | ArrayLike,
-    static_start: bool,
-) -> ThrowPlans:
-    rows = np.nonzero(reason == ThrowReason.FEASIBLE)[0]
     task = Task(
-        u[rows], arm_radius(u[rows], block.half_height), arm, block, objective, weights_of(weights), static_start
+        releases,
+        arm_radius(releases, block.half_height),
+        arm,
+        block,
+        objective,
+        tuple(weights_of(weights).tolist()),
+        static_start,
     )
-    motion, margins = best_motions(task)
+    return _plan(goal, reason, task)
+
+
+def _plan(goal: Floats, reason: Ints, task: Task) -> ThrowPlans:
+    rows = np.nonzero(reason == ThrowReason.FEASIBLE)[0]
+    motion, margins = best_motions(take(task, rows))
     good = kept(margins)
     reason = reason.copy()
     reason[rows[~good]] = int(ThrowReason.NO_MOTION)
+
+    def spread(values: Floats) -> Floats:
+        every = np.full((len(goal), *values.shape[1:]), np.nan)
+        every[rows[good]] = values[good]
+        return every
+
     return ThrowPlans(
         goal,
-        np.where((reason == ThrowReason.FEASIBLE)[:, None], u, np.nan),
-        _spread(motion, rows, good, u.shape[0]),
+        np.where((reason == ThrowReason.FEASIBLE)[:, None], task.u, np.nan),
+        ArmMotion(spread(motion.knots), spread(motion.time_step), spread(motion.braking)),
         reason == ThrowReason.FEASIBLE,
         reason,
-        _scatter(margins[good], rows[good], u.shape[0]),
-        _scatter(task.radius[good], rows[good], u.shape[0]),
+        spread(margins),
+        spread(task.radius[rows]),
     )
-
-
-def _spread(motion: ArmMotion, rows: Ints, good: Bools, count: int) -> ArmMotion:
-    parts = (motion.knots, motion.time_step, motion.braking)
-    return ArmMotion(*(_scatter(part[good], rows[good], count) for part in parts))
-
-
-def _scatter(values: Floats, rows: Ints, count: int) -> Floats:
-    every = np.full((count, *values.shape[1:]), np.nan)
-    every[rows] = values
-    return every

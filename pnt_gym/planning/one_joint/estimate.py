@@ -7,15 +7,16 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.planning.arrays import Bools, Floats
-from pnt_gym.planning.ballistics import GRAVITY
+from pnt_gym.arrays import Bools, Floats
+from pnt_gym.constants import GRAVITY
+from pnt_gym.errors import PlanningError
 
 SCALES: Final = (1.0, 1.0, 0.1, 0.1)
 """Diagonal of T for x, y [1/m], phi [1/rad] and dy [s/m]; the paper gives none."""
 POLISHES: Final = 3
 
 
-class Flight(NamedTuple):
+class FittedFlight(NamedTuple):
     """N ballistic flights: their motion at time zero, each (N,) [m, m/s, rad, rad/s]."""
 
     x: Floats
@@ -45,7 +46,9 @@ class Arrival(NamedTuple):
     time: Floats
 
 
-def fit_flight(times: ArrayLike, x: ArrayLike, y: ArrayLike, phi: ArrayLike, mask: ArrayLike | None = None) -> Flight:
+def fit_flight(
+    times: ArrayLike, x: ArrayLike, y: ArrayLike, phi: ArrayLike, mask: ArrayLike | None = None
+) -> FittedFlight:
     """Return the ballistic flights that fit the measured places and angles best in the least-squares sense.
 
     Args:
@@ -61,22 +64,24 @@ def fit_flight(times: ArrayLike, x: ArrayLike, y: ArrayLike, phi: ArrayLike, mas
     columns = [np.asarray(value, dtype=np.float64) for value in (x, y, phi)]
     shape = columns[0].shape
     if len(shape) != 2 or any(column.shape != shape for column in columns):
-        raise ValueError(f"x, y and phi must have one shape (N, M), got {[column.shape for column in columns]}")
+        raise PlanningError(f"x, y and phi must have one shape (N, M), got {[column.shape for column in columns]}")
     counts = _mask(mask, shape)
     time = np.asarray(times, dtype=np.float64)
     if time.shape not in (shape, shape[1:]):
-        raise ValueError(f"times must have shape ({shape[1]},) or {shape}, got {time.shape}")
+        raise PlanningError(f"times must have shape ({shape[1]},) or {shape}, got {time.shape}")
     time = np.broadcast_to(time, shape)
     for name, column in (("times", time), ("x", columns[0]), ("y", columns[1]), ("phi", columns[2])):
         if not np.isfinite(column[counts]).all():
-            raise ValueError(f"{name} must be finite where the mask counts it")
+            raise PlanningError(f"{name} must be finite where the mask counts it")
     time = np.where(counts, time, 0.0)
     columns[1] = columns[1] + 0.5 * GRAVITY * time * time
     (x0, vx), (y0, vy), (phi0, spin) = _lines(time, columns, counts)
-    return Flight(x0, y0, phi0, vx, vy, spin)
+    return FittedFlight(x0, y0, phi0, vx, vy, spin)
 
 
-def arrival(flight: Flight, goal: ArrayLike, scales: ArrayLike = SCALES, earliest: ArrayLike | None = None) -> Arrival:
+def arrival(
+    flight: FittedFlight, goal: ArrayLike, scales: ArrayLike = SCALES, earliest: ArrayLike | None = None
+) -> Arrival:
     """Return the states of the flights that are nearest to their goals (appendix, Eq. 35).
 
     The derivative of the squared distance is a cubic in time, whose inflection is the apex of the flight. It has
@@ -93,7 +98,7 @@ def arrival(flight: Flight, goal: ArrayLike, scales: ArrayLike = SCALES, earlies
     """
     weights, target = _squares(scales), np.asarray(goal, dtype=np.float64)
     if target.shape != (flight.x.size, 4):
-        raise ValueError(f"goal must have shape ({flight.x.size}, 4), got {target.shape}")
+        raise PlanningError(f"goal must have shape ({flight.x.size}, 4), got {target.shape}")
     candidates = _nearest_times(flight, target, weights)
     if earliest is not None:
         candidates = np.maximum(candidates, np.broadcast_to(np.asarray(earliest, dtype=np.float64), flight.x.shape))
@@ -107,7 +112,7 @@ def _mask(mask: ArrayLike | None, shape: tuple[int, ...]) -> Bools:
         return np.ones(shape, dtype=np.bool_)
     counts = np.asarray(mask, dtype=np.bool_)
     if counts.shape != shape:
-        raise ValueError(f"mask must have shape {shape}, got {counts.shape}")
+        raise PlanningError(f"mask must have shape {shape}, got {counts.shape}")
     return counts
 
 
@@ -120,7 +125,7 @@ def _lines(time: Floats, columns: list[Floats], counts: Bools) -> list[tuple[Flo
     short = (number < 2) | (spread <= 0.0)
     if short.any():
         row = int(np.argmax(short))
-        raise ValueError(f"row {row} has {number[row]} samples at fewer than two distinct times; a line needs two")
+        raise PlanningError(f"row {row} has {number[row]} samples at fewer than two distinct times; a line needs two")
     lines: list[tuple[Floats, Floats]] = []
     for column in columns:
         value = np.where(counts, column, 0.0)
@@ -133,19 +138,19 @@ def _lines(time: Floats, columns: list[Floats], counts: Bools) -> list[tuple[Flo
 def _squares(scales: ArrayLike) -> Floats:
     values = np.asarray(scales, dtype=np.float64)
     if values.shape != (4,) or not np.isfinite(values).all() or (values < 0.0).any():
-        raise ValueError(f"scales must be four finite numbers of at least 0, got {scales!r}")
+        raise PlanningError(f"scales must be four finite numbers of at least 0, got {scales!r}")
     if values[1] == 0.0:
-        raise ValueError("the scale of y is 0; it must be positive, or no point of the flight is nearest")
+        raise PlanningError("the scale of y is 0; it must be positive, or no point of the flight is nearest")
     return values * values
 
 
-def _distance(flight: Flight, time: Floats, goal: Floats, weights: Floats) -> Floats:
+def _distance(flight: FittedFlight, time: Floats, goal: Floats, weights: Floats) -> Floats:
     away = flight.state(time) - goal
     square = weights * away * away
     return square[:, 0] + square[:, 1] + square[:, 2] + square[:, 3]
 
 
-def _nearest_times(flight: Flight, goal: Floats, weights: Floats) -> Floats:
+def _nearest_times(flight: FittedFlight, goal: Floats, weights: Floats) -> Floats:
     """Candidates (3, N): the real roots of s^3 + p s + q = 0 in the time s from the apex; one repeated where alone."""
     apex = flight.vy / GRAVITY
     top = flight.state(apex)

@@ -2,49 +2,33 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
 from typing import final
 
 import numpy as np
 
-from pnt_gym.planning.arrays import Bools, Floats, Ints
-from pnt_gym.planning.one_joint.grasp import Window, acceleration_window, braking, reactions
+from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.errors import PntGymError
+from pnt_gym.planning.one_joint.grasp import AccelerationWindow, acceleration_window, braking, reactions
 from pnt_gym.planning.one_joint.parameters import Arm, Block
+from pnt_gym.planning.reasons import SpokenReason
 
 
 @final
-class ThrowReason(IntEnum):
+class ThrowReason(SpokenReason):
     """Why a goal has no throw; from farthest to nearest to one."""
 
-    FEASIBLE = 0
-    NO_RELEASE = 1
-    SPEED = 2
-    ANGLE = 3
-    RADIUS = 4
-    WINDOW = 5
-    HELD = 6
-    NO_MOTION = 7
-
-
-_SENTENCES = {
-    ThrowReason.FEASIBLE: "a throw exists",
-    ThrowReason.NO_RELEASE: "no release within the arm's range of angles reaches the goal",
-    ThrowReason.SPEED: "the speed of the release is outside the arm's limits",
-    ThrowReason.ANGLE: "the angle of the release is outside the arm's range",
-    ThrowReason.RADIUS: "the block would lie beyond the arm's end",
-    ThrowReason.WINDOW: "no acceleration at the release keeps both grasp and torque limit",
-    ThrowReason.HELD: "the motor cannot brake hard enough to let the block go",
-    ThrowReason.NO_MOTION: "no motion from rest to the release keeps grasp and limits",
-}
-
-
-def explain(reason: int) -> str:
-    """Return the sentence that belongs to a reason code."""
-    return _SENTENCES[ThrowReason(reason)]
+    FEASIBLE = 0, "a throw exists"
+    NO_RELEASE = 1, "no release within the arm's range of angles reaches the goal"
+    SPEED = 2, "the speed of the release is outside the arm's limits"
+    ANGLE = 3, "the angle of the release is outside the arm's range"
+    RADIUS = 4, "the block would lie beyond the arm's end"
+    WINDOW = 5, "no acceleration at the release keeps both grasp and torque limit"
+    HELD = 6, "the motor cannot brake hard enough to let the block go"
+    NO_MOTION = 7, "no motion from rest to the release keeps grasp and limits"
 
 
 @final
-class UnreachableGoal(ValueError):
+class UnreachableGoal(PntGymError):
     """No throw reaches the goal; ``reasons`` says in words what each release that would cannot keep."""
 
     def __init__(self, goal: Floats, reasons: tuple[str, ...]) -> None:
@@ -113,7 +97,7 @@ def _force_reasons(u: Floats, radius: Floats, arm: Arm, block: Block) -> tuple[s
     return ()
 
 
-def _window(u: Floats, radius: Floats, arm: Arm, block: Block) -> Window:
+def _window(u: Floats, radius: Floats, arm: Arm, block: Block) -> AccelerationWindow:
     # A radius of zero is ruled out by itself.
     return acceleration_window(u[..., 0], u[..., 1], np.where(radius > 0.0, radius, 1.0), arm, block)
 

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pnt_gym.planning.arrays import Bools, Floats
-from pnt_gym.planning.ballistics import GRAVITY
+from pnt_gym.arrays import Bools, Floats
+from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.one_joint.parameters import Arm, Block
 
 
@@ -29,7 +29,7 @@ class Reactions(NamedTuple):
     moment_b: Floats
 
 
-class Window(NamedTuple):
+class AccelerationWindow(NamedTuple):
     """Accelerations of the arm between ``low`` and ``high`` [rad/s2] keep grasp and torque; none if low >= high."""
 
     low: Floats
@@ -71,7 +71,7 @@ def torque_limit(speed: Floats, arm: Arm) -> Floats:
     return np.maximum(arm.torque - (arm.torque - last) * beyond, 0.0)
 
 
-def acceleration_window(angle: Floats, speed: Floats, radius: Floats, arm: Arm, block: Block) -> Window:
+def acceleration_window(angle: Floats, speed: Floats, radius: Floats, arm: Arm, block: Block) -> AccelerationWindow:
     """Return the accelerations at a state of the arm that keep the dynamic grasp and the torque limits.
 
     Eqs. 1-3 and 21 are linear in the acceleration, so each of Eqs. 4-6 and 9 bounds it on one side.
@@ -89,7 +89,7 @@ def acceleration_window(angle: Floats, speed: Floats, radius: Floats, arm: Arm, 
     slope = np.where(lever == spin, 1e-300, lever - spin)
     low = np.where(slope > 0.0, np.maximum(low, moment_a / slope), low)
     high = np.where(slope < 0.0, np.minimum(high, moment_a / slope), high)
-    return Window(low, high)
+    return AccelerationWindow(low, high)
 
 
 def braking(speed: Floats, arm: Arm) -> Floats:

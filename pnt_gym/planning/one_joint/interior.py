@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from pnt_gym.planning._casadi import QUIET, load_casadi
-from pnt_gym.planning.arrays import Floats
-from pnt_gym.planning.one_joint._family import FORCED
-from pnt_gym.planning.one_joint._shapes import INTERVALS
+from pnt_gym.arrays import Floats
+from pnt_gym.planning.casadi_module import QUIET, load_casadi
+from pnt_gym.planning.one_joint.family import FORCED
 from pnt_gym.planning.one_joint.margins import STATIC_ROOM
 from pnt_gym.planning.one_joint.programme import ACCELERATION, OTHERS, Bend, Programme
+from pnt_gym.planning.one_joint.shapes import INTERVALS
 
 ITERATIONS = 300
 

@@ -6,18 +6,18 @@ A release u is (theta_t, omega_t, l_t, t_f) in [rad, rad/s, m, s], a landing sta
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final, final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.planning.arrays import Bools, Floats, Ints
-from pnt_gym.planning.one_joint._flight import land
-from pnt_gym.planning.one_joint._releases import find_releases
+from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.errors import PlanningError
 from pnt_gym.planning.one_joint.feasibility import ThrowReason, first_reason, reasons_of
+from pnt_gym.planning.one_joint.flight import land
 from pnt_gym.planning.one_joint.parameters import Arm, Block
+from pnt_gym.planning.one_joint.releases import find_releases
 
 TURNS: Final = (-2, -1, 0, 1, 2)
 """Extra whole turns of the block that `release_states` looks for."""
@@ -43,7 +43,7 @@ class ReleaseStates:
 
 @final
 @dataclass(frozen=True, eq=False)
-class ReleaseBatch:
+class BestReleases:
     """The release for each of N landing states.
 
     Attributes:
@@ -73,7 +73,7 @@ def landing_state(u: ArrayLike, half_height: float = 0.015) -> Floats:
     half_height = _checked_height(half_height)
     radius = release[..., 2]
     if (radius < half_height).any() or (radius <= 0.0).any():
-        raise ValueError(
+        raise PlanningError(
             f"l_t is {radius.min():.6g} m; it is the distance of the centre of mass from the pivot and must be "
             f"positive and at least half_height = {half_height:.6g} m"
         )
@@ -96,7 +96,7 @@ def release_states(
     """
     goal = four(z, "z")
     if goal.shape != (4,):
-        raise ValueError(f"z must have shape (4,), got {goal.shape}; release_states_batch takes many")
+        raise PlanningError(f"z must have shape (4,), got {goal.shape}; release_states_batch takes many")
     arm, block = arm or Arm(), replace(block or Block(), half_height=_checked_height(half_height))
     found = find_releases(goal[None], block.half_height, (-np.pi, np.pi), TURNS)
     order = np.lexsort((found.u[:, 3], found.turns))
@@ -105,28 +105,25 @@ def release_states(
     return ReleaseStates(u, turns, np.array([not r for r in reasons], dtype=np.bool_), reasons)
 
 
-def release_states_batch(
-    z: ArrayLike, *, arm: Arm | None = None, block: Block | None = None, turns: Sequence[int] = (0,)
-) -> ReleaseBatch:
+def release_states_batch(z: ArrayLike, *, arm: Arm | None = None, block: Block | None = None) -> BestReleases:
     """Return the best feasible release for each landing state ``z`` (N, 4), all at once.
 
-    Only releases within the arm's range of angles are looked for, so a landing state whose every release lies
-    outside is reported as having none there.
+    Only releases without extra turns and within the arm's range of angles are looked for, so a landing state whose
+    every release lies outside is reported as having none there.
 
     Args:
         z: x, y [m], phi [rad], dy [m/s].
         arm: whose limits decide; the paper's when not given.
         block: what is thrown; the paper's when not given.
-        turns: extra whole turns that the block may make; without any it arrives at phi itself.
 
     Raises:
         ValueError: the shape is not (N, 4) or a number is not finite.
     """
     goal = four(z, "z")
     if goal.ndim != 2:
-        raise ValueError(f"z must have shape (N, 4), got {goal.shape}")
+        raise PlanningError(f"z must have shape (N, 4), got {goal.shape}")
     arm, block = arm or Arm(), block or Block()
-    found = find_releases(goal, block.half_height, arm.angle, turns)
+    found = find_releases(goal, block.half_height, arm.angle, turns=(0,))
     reason, room = first_reason(found.u, arm, block)
     count = goal.shape[0]
     u = np.full((count, 4), np.nan)
@@ -137,7 +134,7 @@ def release_states_batch(
     u[row], code[row] = found.u[order], reason[order]
     feasible = code == ThrowReason.FEASIBLE
     u[~feasible] = np.nan
-    return ReleaseBatch(goal, u, feasible, code)
+    return BestReleases(goal, u, feasible, code)
 
 
 def four(values: ArrayLike, name: str) -> Floats:
@@ -149,17 +146,17 @@ def four(values: ArrayLike, name: str) -> Floats:
     try:
         array = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):
-        raise ValueError(f"{name} must be numbers of shape (..., 4), got {values!r}") from None
+        raise PlanningError(f"{name} must be numbers of shape (..., 4), got {values!r}") from None
     if array.ndim < 1 or array.shape[-1] != 4:
-        raise ValueError(f"{name} must have shape (..., 4), got {array.shape}")
+        raise PlanningError(f"{name} must have shape (..., 4), got {array.shape}")
     bad = ~np.isfinite(array)
     if bad.any():
         where = tuple(int(i) for i in np.argwhere(bad)[0])
-        raise ValueError(f"{name} must be finite, got {array[bad][0]} at index {where}")
+        raise PlanningError(f"{name} must be finite, got {array[bad][0]} at index {where}")
     return array
 
 
 def _checked_height(half_height: float) -> float:
     if not (np.isfinite(half_height) and half_height >= 0.0):
-        raise ValueError(f"half_height is {half_height}; it must be finite and at least 0 m")
+        raise PlanningError(f"half_height is {half_height}; it must be finite and at least 0 m")
     return float(half_height)

@@ -10,8 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from pnt_gym.planning.arrays import Floats
-from pnt_gym.planning.ballistics import GRAVITY
+from pnt_gym.arrays import Floats
+from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.one_joint.grasp import loads, torque_limit
 from pnt_gym.planning.one_joint.motion import ArmMotion
 from pnt_gym.planning.one_joint.parameters import Arm, Block

@@ -8,7 +8,8 @@ from typing import NamedTuple, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.planning.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import Floats
+from pnt_gym.errors import PlanningError
 
 
 class ArmSample(NamedTuple):
@@ -42,11 +43,11 @@ class ArmMotion:
     def __post_init__(self) -> None:
         _check_shapes(self.knots, self.time_step, self.braking)
         if (self.time_step <= 0.0).any():
-            raise ValueError(f"time_step must be positive [s], got {np.nanmin(self.time_step)}")
+            raise PlanningError(f"time_step must be positive [s], got {np.nanmin(self.time_step)}")
         wrong = (self.braking * self.release_speed >= 0.0) & (self.release_speed != 0.0)
         if wrong.any():
             row = int(np.argmax(wrong))
-            raise ValueError(
+            raise PlanningError(
                 f"braking is {self.braking[row]:.4g} rad/s2 at a release speed of {self.release_speed[row]:.4g} rad/s; "
                 "it must point the other way"
             )
@@ -115,10 +116,6 @@ class ArmMotion:
         # Rows without a motion compare as False everywhere and keep their NaN.
         return ArmSample(angle, speed, np.where(time < 0.0, 0.0 * acceleration, acceleration))
 
-    def take(self, index: Ints | Bools) -> ArmMotion:
-        """Return the motions at ``index``, an integer array or a mask."""
-        return ArmMotion(self.knots[index], self.time_step[index], self.braking[index])
-
     def _braking_time(self) -> Floats:
         speed = self.release_speed
         return np.where(speed == 0.0, 0.0, -speed / np.where(speed == 0.0, 1.0, self.braking))
@@ -127,7 +124,7 @@ class ArmMotion:
         time = np.asarray(times, dtype=np.float64)
         count = self.knots.shape[0]
         if time.ndim not in (1, 2) or (time.ndim == 2 and time.shape[0] != count):
-            raise ValueError(f"times must have shape (M,) or ({count}, M), got {time.shape}")
+            raise PlanningError(f"times must have shape (M,) or ({count}, M), got {time.shape}")
         return np.broadcast_to(time, (count, time.shape[-1]))
 
     def _spline(self, time: Floats) -> ArmSample:
@@ -184,7 +181,7 @@ def _cubics(knots: Floats) -> Floats:
 
 def _check_shapes(knots: Floats, time_step: Floats, braking: Floats) -> None:
     if knots.ndim != 2 or knots.shape[1] < 4:
-        raise ValueError(f"knots must have shape (N, n + 3) with n >= 1, got {knots.shape}")
+        raise PlanningError(f"knots must have shape (N, n + 3) with n >= 1, got {knots.shape}")
     for name, value in (("time_step", time_step), ("braking", braking)):
         if value.shape != (knots.shape[0],):
-            raise ValueError(f"{name} must have shape ({knots.shape[0]},), got {value.shape}")
+            raise PlanningError(f"{name} must have shape ({knots.shape[0]},), got {value.shape}")

@@ -11,6 +11,8 @@ from typing import final
 
 import numpy as np
 
+from pnt_gym.errors import PlanningError
+
 
 @final
 @dataclass(frozen=True)
@@ -34,7 +36,7 @@ class Block:
         for name in ("mass", "half_length", "depth"):
             _positive(f"block {name}", getattr(self, name))
         if not (np.isfinite(self.half_height) and self.half_height >= 0.0):
-            raise ValueError(f"block half_height is {self.half_height}; it must be at least 0")
+            raise PlanningError(f"block half_height is {self.half_height}; it must be at least 0")
 
     @property
     def inertia(self) -> float:
@@ -82,11 +84,11 @@ class Arm:
         for name in ("actuator_inertia", "friction"):
             value = getattr(self, name)
             if not (np.isfinite(value) and value >= 0.0):
-                raise ValueError(f"arm {name} is {value}; it must be at least 0")
+                raise PlanningError(f"arm {name} is {value}; it must be at least 0")
         if not 0.0 < self.knee < 1.0:
-            raise ValueError(f"arm knee is {self.knee}; it must lie between 0 and 1")
+            raise PlanningError(f"arm knee is {self.knee}; it must lie between 0 and 1")
         if not self.angle[0] < self.angle[1]:
-            raise ValueError(f"arm angle runs from {self.angle[0]} to {self.angle[1]} rad; the range is empty")
+            raise PlanningError(f"arm angle runs from {self.angle[0]} to {self.angle[1]} rad; the range is empty")
 
     @property
     def inertia(self) -> float:
@@ -101,4 +103,4 @@ class Arm:
 
 def _positive(name: str, value: float) -> None:
     if not (np.isfinite(value) and value > 0.0):
-        raise ValueError(f"{name} is {value}; it must be positive and finite")
+        raise PlanningError(f"{name} is {value}; it must be positive and finite")

@@ -13,17 +13,18 @@ from typing import Final, Literal, NamedTuple, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.planning.arrays import Floats
-from pnt_gym.planning.one_joint._family import Objective
-from pnt_gym.planning.one_joint._shapes import INTERVALS
+from pnt_gym.arrays import Floats
+from pnt_gym.errors import PlanningError
 from pnt_gym.planning.one_joint.batch import plan_releases
-from pnt_gym.planning.one_joint.feasibility import ThrowReason, UnreachableGoal, arm_radius, explain
+from pnt_gym.planning.one_joint.family import Objective
+from pnt_gym.planning.one_joint.feasibility import ThrowReason, UnreachableGoal, arm_radius
 from pnt_gym.planning.one_joint.interior import solve_interior
 from pnt_gym.planning.one_joint.landing import four, release_states, release_states_batch
 from pnt_gym.planning.one_joint.margins import margin_units, motion_margins
 from pnt_gym.planning.one_joint.motion import ArmMotion
 from pnt_gym.planning.one_joint.parameters import Arm, Block
 from pnt_gym.planning.one_joint.programme import LEAST, Programme, Throw, Weighing
+from pnt_gym.planning.one_joint.shapes import INTERVALS
 from pnt_gym.planning.one_joint.weights import WeightName, weights_of
 
 Solver = Literal["slsqp", "ipopt"]
@@ -122,7 +123,7 @@ def plan_throw(
     """
     target = four(goal, "goal")
     if target.shape != (4,):
-        raise ValueError(f"goal must have shape (4,), got {target.shape}; plan_throws takes many")
+        raise PlanningError(f"goal must have shape (4,), got {target.shape}; plan_throws takes many")
     _check_options(solver, objective, guesses, starts)
     arm, block = arm or Arm(), block or Block()
     weighing = Weighing(objective, weights_of(weights))
@@ -133,7 +134,7 @@ def plan_throw(
     attempt = partial(_attempt, throw, arm, block, weighing, static_start, solver)
     found, tried, iterations = _solutions(chain(family, _random(arm, seed)), attempt, starts)
     if not found:
-        raise UnreachableGoal(target, (f"{explain(ThrowReason.NO_MOTION)} ({tried} first guesses)",))
+        raise UnreachableGoal(target, (f"{ThrowReason.NO_MOTION.sentence} ({tried} first guesses)",))
     best = min(found, key=lambda solution: solution.cost)
     return ThrowPlan(
         target,
@@ -168,13 +169,13 @@ def _solutions(
 
 def _check_options(solver: str, objective: str, guesses: str, starts: int) -> None:
     if solver not in ("slsqp", "ipopt"):
-        raise ValueError(f"solver is {solver!r}; it must be 'slsqp' or 'ipopt'")
+        raise PlanningError(f"solver is {solver!r}; it must be 'slsqp' or 'ipopt'")
     if objective not in ("squares", "max_min"):
-        raise ValueError(f"objective is {objective!r}; it must be 'squares' or 'max_min'")
+        raise PlanningError(f"objective is {objective!r}; it must be 'squares' or 'max_min'")
     if guesses not in ("family", "random"):
-        raise ValueError(f"guesses is {guesses!r}; it must be 'family' or 'random'")
+        raise PlanningError(f"guesses is {guesses!r}; it must be 'family' or 'random'")
     if starts < 1:
-        raise ValueError(f"starts is {starts}; it must be at least 1")
+        raise PlanningError(f"starts is {starts}; it must be at least 1")
 
 
 def _release(goal: Floats, arm: Arm, block: Block) -> Floats:
@@ -188,7 +189,7 @@ def _release(goal: Floats, arm: Arm, block: Block) -> Floats:
         return found.u[0]
     every = release_states(goal, block.half_height, arm=arm, block=block)
     why = [", ".join(said) for said, turns in zip(every.reasons, every.turns, strict=True) if turns == 0]
-    raise UnreachableGoal(goal, tuple(why) or (explain(ThrowReason.NO_RELEASE),))
+    raise UnreachableGoal(goal, tuple(why) or (ThrowReason.NO_RELEASE.sentence,))
 
 
 def _family(u: Floats, arm: Arm, block: Block, weighing: Weighing, static_start: bool) -> Iterator[Floats]:

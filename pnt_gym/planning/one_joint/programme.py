@@ -16,14 +16,14 @@ from typing import Final, NamedTuple, final
 
 import numpy as np
 
-from pnt_gym.planning.arrays import Floats
-from pnt_gym.planning.ballistics import GRAVITY
-from pnt_gym.planning.one_joint._family import FORCED, Objective
-from pnt_gym.planning.one_joint._shapes import INTERVALS, Shapes
+from pnt_gym.arrays import Floats
+from pnt_gym.constants import GRAVITY
+from pnt_gym.planning.one_joint.family import FORCED, Objective
 from pnt_gym.planning.one_joint.grasp import braking
 from pnt_gym.planning.one_joint.margins import STATIC_ROOM
 from pnt_gym.planning.one_joint.motion import ArmMotion
 from pnt_gym.planning.one_joint.parameters import Arm, Block
+from pnt_gym.planning.one_joint.shapes import INTERVALS, Shapes
 
 ACCELERATION: Final = 100.0
 """Unit of the accelerations [rad/s2]."""

@@ -1,4 +1,4 @@
-"""Learning from throw to throw: the virtual goal (Miyashita et al. 2010, section 5), and Newton's method beside it."""
+"""Learning from throw to throw: the virtual goal (Miyashita et al. 2010, section 5)."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.planning.arrays import Bools, Floats
-from pnt_gym.planning.one_joint._flight import landing_jacobian
+from pnt_gym.arrays import Bools, Floats
+from pnt_gym.errors import PlanningError
+from pnt_gym.planning.motion.roots import bisect
 from pnt_gym.planning.one_joint.landing import release_states_batch
 from pnt_gym.planning.one_joint.parameters import Arm, Block
 
@@ -34,7 +35,7 @@ def next_virtual_goal(virtual: Floats, goal: Floats, measured: Floats, gain: Arr
     """
     gains = np.asarray(gain, dtype=np.float64)
     if gains.shape not in ((), (4,)) or not np.isfinite(gains).all() or (gains < 0.0).any():
-        raise ValueError(f"gain must be one or four finite numbers of at least 0, got {gain!r}")
+        raise PlanningError(f"gain must be one or four finite numbers of at least 0, got {gain!r}")
     _one_shape(virtual=virtual, goal=goal, measured=measured)
     return virtual + gains * (goal - measured)
 
@@ -63,52 +64,18 @@ def pull_back(last: Floats, proposed: Floats, feasible: Feasible | None = None) 
     if not rows.size:
         return result, outside
     start, way = last[rows], proposed[rows] - last[rows]
-    share, step = np.zeros(rows.size), 0.5
-    for _ in range(HALVINGS):
-        farther = share + step
-        good = test(start + farther[:, None] * way)
-        share = np.where(good, farther, share)
-        step *= 0.5
+
+    def has_throw(share: Floats) -> Bools:
+        return test(start + share[:, None] * way)
+
+    share, _ = bisect(has_throw, np.zeros(rows.size), np.ones(rows.size), HALVINGS)
     # A share of zero is the last goal itself, to the bit.
     result[rows] = np.where(share[:, None] > 0.0, start + share[:, None] * way, start)
     return result, outside
-
-
-def newton_step(error: Floats, jacobian: Floats, damping: float = 1e-6) -> Floats:
-    """Return the changes of the releases (N, 4) that take the errors away if the Jacobians are right.
-
-    Args:
-        error: goal less measured landing state (N, 4).
-        jacobian: dz/du (N, 4, 4), as `release_jacobian` or what `broyden` made of it.
-        damping: added to the squares of the singular values; keeps steps finite where a Jacobian is singular.
-    """
-    transposed = np.swapaxes(jacobian, 1, 2)
-    square = (transposed[:, :, :, None] * jacobian[:, None]).sum(axis=2) + damping * np.eye(4)
-    pull = (transposed * error[:, None]).sum(axis=2)
-    return np.asarray(np.linalg.solve(square, pull[..., None]), dtype=np.float64)[..., 0]
-
-
-def release_jacobian(u: Floats, block: Block | None = None) -> Floats:
-    """Return dz/du (N, 4, 4) of the model at the releases ``u`` (N, 4) (Eq. 11)."""
-    return landing_jacobian(u, (block or Block()).half_height)
-
-
-def broyden(jacobian: Floats, step: Floats, change: Floats) -> Floats:
-    """Return the Jacobians (N, 4, 4) nearest to the given ones that explain what the last steps changed.
-
-    Args:
-        jacobian: of the last throws (N, 4, 4).
-        step: change of the releases (N, 4); rows of zeros leave their Jacobian as it is.
-        change: of the measured landing states (N, 4).
-    """
-    size = (step * step).sum(axis=1)
-    surprise = change - (jacobian * step[:, None]).sum(axis=2)
-    update = surprise[:, :, None] * step[:, None] / np.where(size > 0.0, size, 1.0)[:, None, None]
-    return jacobian + np.where((size > 0.0)[:, None, None], update, 0.0)
 
 
 def _one_shape(**arrays: Floats) -> None:
     shapes = {name: array.shape for name, array in arrays.items()}
     first = next(iter(shapes.values()))
     if len(first) != 2 or first[1] != 4 or any(shape != first for shape in shapes.values()):
-        raise ValueError(f"goals must have one shape (N, 4), got {shapes}")
+        raise PlanningError(f"goals must have one shape (N, 4), got {shapes}")

@@ -12,7 +12,7 @@ from typing import NamedTuple, Protocol, TypeAlias, final
 
 import numpy as np
 
-from pnt_gym.planning.arrays import Floats
+from pnt_gym.arrays import Floats
 
 Vector: TypeAlias = tuple[float, float]
 # Cells of the arc-length table and Gauss points in each: half an ellipse of b / a = 1e-3 is exact to 1e-12.

@@ -15,7 +15,8 @@ from typing import final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.planning.arrays import Floats
+from pnt_gym.arrays import Floats
+from pnt_gym.errors import PlanningError
 from pnt_gym.planning.paths.curves import EllipseArc, Vector
 
 # A critical angle this close to a whole degree [deg] counts as one: the ellipse would be a line.
@@ -65,7 +66,7 @@ class EllipsePath:
         _finite(self.half_rise, "half_rise")
         _positive(self.top_height, "top")
         if not abs(self.half_rise) < self.top_height:
-            raise ValueError(
+            raise PlanningError(
                 f"top must lie above both ends, more than |half_rise| = {abs(self.half_rise)} m above the centre, "
                 f"got {self.top_height}"
             )
@@ -92,11 +93,11 @@ class EllipsePath:
         _positive(half_width, "half_width")
         _finite(half_rise, "half_rise")
         if half_rise == 0.0:
-            raise ValueError("half_rise must not be 0: the angle does not choose a level ellipse; use with_top")
+            raise PlanningError("half_rise must not be 0: the angle does not choose a level ellipse; use with_top")
         critical = math.atan(half_rise / half_width)
         if not abs(critical) < angle * math.copysign(1.0, half_rise) < 0.5 * math.pi:
             low, high = sorted((math.degrees(critical), math.copysign(90.0, half_rise)))
-            raise ValueError(f"angle must lie between {low:.9g} and {high:.9g} degrees, got {math.degrees(angle)}")
+            raise PlanningError(f"angle must lie between {low:.9g} and {high:.9g} degrees, got {math.degrees(angle)}")
         # w^2 = a^2 b^2 / l^2 with the squares of Eqs. 21 and 23 in closed form.
         ratio, slope = half_rise / half_width, math.tan(angle)
         chord = half_width**2 * (1.0 + ratio * slope) * (1.0 - ratio / slope)
@@ -116,10 +117,10 @@ class EllipsePath:
         """
         _positive(half_width, "half_width")
         if not (math.isfinite(half_rise) and half_rise > 0.0):
-            raise ValueError(f"the paper's rule needs a half_rise above 0 [m], got {half_rise}; use with_top")
+            raise PlanningError(f"the paper's rule needs a half_rise above 0 [m], got {half_rise}; use with_top")
         critical = math.degrees(math.atan(half_rise / half_width))
         if abs(critical - round(critical)) < WHOLE_DEGREE or critical > 89.0:
-            raise ValueError(
+            raise PlanningError(
                 f"the paper's rule has no ellipse for half_width {half_width} and half_rise {half_rise} m: the "
                 f"critical angle is {critical:.9g} degrees, and it must not be whole or above 89; use with_top"
             )
@@ -209,7 +210,7 @@ class EllipsePath:
         _positive(rate, "rate")
         least = rate * self.semi_minor**2 / self.semi_major
         if math.pi / least > MOST_NODES:
-            raise ValueError(f"rate must be at least {rate * math.pi / least / MOST_NODES:.3g} rad/m, got {rate}")
+            raise PlanningError(f"rate must be at least {rate * math.pi / least / MOST_NODES:.3g} rad/m, got {rate}")
         end = self.theta_t2
         theta = [self.theta_t1]
         while theta[-1] > end:
@@ -252,9 +253,9 @@ def approximate_half_circumference(semi_major: ArrayLike, semi_minor: ArrayLike)
 
 def _positive(value: float, name: str) -> None:
     if not (math.isfinite(value) and value > 0.0):
-        raise ValueError(f"{name} must be positive and finite, got {value}")
+        raise PlanningError(f"{name} must be positive and finite, got {value}")
 
 
 def _finite(value: float, name: str) -> None:
     if not math.isfinite(value):
-        raise ValueError(f"{name} must be finite [m], got {value}")
+        raise PlanningError(f"{name} must be finite [m], got {value}")

@@ -14,7 +14,8 @@ from typing import final
 
 import numpy as np
 
-from pnt_gym.planning.arrays import Bools, Floats, Ints, Point, vector
+from pnt_gym.arrays import Bools, Floats, Ints, Point, vector
+from pnt_gym.errors import PlanningError
 from pnt_gym.planning.paths.curves import (
     CurvePoints,
     EllipseArc,
@@ -56,11 +57,11 @@ class PlanePath:
 
     def __init__(self, curves: tuple[PlaneCurve, ...]) -> None:
         if not curves:
-            raise ValueError("a path needs at least one piece, got none")
+            raise PlanningError("a path needs at least one piece, got none")
         self.pieces = tuple(MeasuredCurve(curve) for curve in curves)
         lengths = [piece.length for piece in self.pieces]
         if not min(lengths) > 0.0:
-            raise ValueError(f"every piece of a path needs a length above 0 [m], got {min(lengths)}")
+            raise PlanningError(f"every piece of a path needs a length above 0 [m], got {min(lengths)}")
         self.joints = tuple(_joint(a, b) for a, b in zip(self.pieces[:-1], self.pieces[1:], strict=True))
         self.borders: Floats = np.concatenate([[0.0], np.cumsum(lengths)])
         self.length = float(self.borders[-1])
@@ -134,10 +135,10 @@ class SpacePath:
         way = last - first
         run = math.hypot(way[0], way[1])
         if run == 0.0:
-            raise ValueError("the place lies straight above or below the pick: there is no plane to move in")
+            raise PlanningError("the place lies straight above or below the pick: there is no plane to move in")
         span = path.end - path.start
         if abs(span[0] - run) > 1e-6 or abs(span[1] - way[2]) > 1e-6:
-            raise ValueError(
+            raise PlanningError(
                 f"the path spans {span[0]:.6f} m by {span[1]:.6f} m, but pick and place lie {run:.6f} m and "
                 f"{way[2]:.6f} m apart"
             )
@@ -185,9 +186,7 @@ def line_ellipse_line(ellipse: EllipsePath, lift: float, drop: float) -> PlanePa
     )
 
 
-def lame_path(
-    width: float, lift: float, drop: float, corner: Vector, exponent: float = 3.0, last_corner: Vector | None = None
-) -> PlanePath:
+def lame_path(width: float, lift: float, drop: float, corner: Vector, exponent: float = 3.0) -> PlanePath:
     """Return the path straight up by ``lift``, round a Lamé corner, level, round another, straight down by ``drop``.
 
     The exponent 2 makes the corners quarters of an ellipse, which only join with the same direction. Between 2 and
@@ -199,25 +198,24 @@ def lame_path(
         drop: vertical part at the place [m].
         corner: width d and height e of a corner [m].
         exponent: m of |x/d|^m + |y/e|^m = 1: 2, or at least 3.
-        last_corner: of the corner at the place where it differs, of any height.
 
     Raises:
         ValueError: if a length is negative or not finite, a corner has no width or height, both do not fit into
             the width, or the exponent is neither 2 nor at least 3 and finite.
     """
     _checked(width, lift, drop)
-    (d, e), (d2, e2) = corner, corner if last_corner is None else last_corner
-    if not (min(d, e, d2, e2) > 0.0 and math.isfinite(e) and math.isfinite(e2) and d + d2 <= width * (1.0 + GAP)):
-        raise ValueError(f"corners need a width and a height above 0 and must fit into {width} m, got {(d, e, d2, e2)}")
+    d, e = corner
+    if not (min(d, e) > 0.0 and math.isfinite(e) and 2.0 * d <= width * (1.0 + GAP)):
+        raise PlanningError(f"corners need a width and a height above 0 and must fit into {width} m, got {(d, e)}")
     if not (exponent == 2.0 or 3.0 <= exponent < math.inf):
-        raise ValueError(f"exponent must be 2 or at least 3, got {exponent}")
-    top, far = lift + e, width - d2
+        raise PlanningError(f"exponent must be 2 or at least 3, got {exponent}")
+    top, far = lift + e, width - d
     return _chain(
         Line((0.0, 0.0), (0.0, lift)),
         _corner((d, lift), (-d, 0.0), (0.0, e), exponent),
         Line((d, top), (max(far, d), top)),
-        _corner((far, top - e2), (0.0, e2), (d2, 0.0), exponent),
-        Line((width, top - e2), (width, top - e2 - drop)),
+        _corner((far, top - e), (0.0, e), (d, 0.0), exponent),
+        Line((width, top - e), (width, top - e - drop)),
     )
 
 
@@ -235,17 +233,17 @@ def _chain(*curves: PlaneCurve) -> PlanePath:
 
 def _checked(width: float, lift: float, drop: float) -> None:
     if not (math.isfinite(width) and width > 0.0):
-        raise ValueError(f"width must be positive and finite [m], got {width}")
+        raise PlanningError(f"width must be positive and finite [m], got {width}")
     for name, value in (("lift", lift), ("drop", drop)):
         if not (math.isfinite(value) and value >= 0.0):
-            raise ValueError(f"{name} must be finite and not negative [m], got {value}")
+            raise PlanningError(f"{name} must be finite and not negative [m], got {value}")
 
 
 def _joint(before: MeasuredCurve, after: MeasuredCurve) -> Joint:
     last, first = before.at(np.array([before.length])), after.at(np.zeros(1))
     gap = float(np.abs(last.position - first.position).max())
     if gap > GAP:
-        raise ValueError(f"the pieces of a path must meet, got a gap of {gap:.3g} m")
+        raise PlanningError(f"the pieces of a path must meet, got a gap of {gap:.3g} m")
     if float(np.abs(last.tangent - first.tangent).max()) > TURN:
         return Joint.CORNER
     jump = abs(float(first.curvature[0] - last.curvature[0]))

@@ -19,7 +19,7 @@ import numpy as np
 from pnt_gym.engine import MjsBody, MjSpec, mujoco
 from pnt_gym.planning.one_joint.parameters import Arm
 from pnt_gym.robots.one_joint.visuals import dress_arm, dress_stand
-from pnt_gym.robots.specification import add_motor
+from pnt_gym.robots.specification import add_motor, add_site, join_angles, join_sites, set_inertia
 
 GRIP_SOLREF: Final = (0.002, 1.0)
 """Time constant [s] and damping ratio of the grip: two steps of 1 ms, the stiffest that MuJoCo allows there."""
@@ -100,9 +100,8 @@ def add_one_joint(spec: MjSpec, arm: Arm, drive: Drive, touches: bool) -> MjsBod
     )
     # The plate is balanced on the shaft: its centre of mass is taken to be the pivot, as in the planner.
     plate = (arm.inertia - arm.actuator_inertia) * factor
-    body.explicitinertial = True
-    body.mass = arm.density * arm.length * arm.width * arm.thickness
-    body.ipos, body.inertia = np.zeros(3), np.array([_LONG_AXIS_INERTIA, plate, plate])
+    mass = arm.density * arm.length * arm.width * arm.thickness
+    set_inertia(body, mass, (0, 0, 0), (_LONG_AXIS_INERTIA, plate, plate))
     dress_arm(body, arm)
     if touches:
         _add_surface(body, arm)
@@ -120,35 +119,15 @@ def add_plane_joints(body: MjsBody, name: str) -> None:
 def add_grip(spec: MjSpec, arm: MjsBody, body: MjsBody, name: str) -> GripNames:
     """Hold a part rigidly on the arm, with its centre of mass at a site of the arm and turned as the arm is.
 
-    A point and an angle are coupled instead of a weld: the angle's row is then exact over whole turns.
-
-    Args:
-        spec: the specification.
-        arm: the arm's body.
-        body: the part's body, with the joints of `add_plane_joints`.
-        name: of the part.
+    A point and an angle are coupled instead of a weld: the angle's row is then exact over whole turns. The part's body
+    has the joints of `add_plane_joints`, by its name.
     """
     names = GripNames(f"seat_{name}", (f"hold_{name}", f"turn_{name}"))
-    arm.add_site(name=names.seat, size=[0.003] * 3, group=4)
-    body.add_site(name=f"centre_{name}", size=[0.003] * 3, group=4)
+    add_site(arm, names.seat)
+    add_site(body, f"centre_{name}")
     soft = {"solref": GRIP_SOLREF, "solimp": GRIP_SOLIMP}
-    spec.add_equality(
-        name=names.equalities[0],
-        type=mujoco.mjtEq.mjEQ_CONNECT,
-        objtype=mujoco.mjtObj.mjOBJ_SITE,
-        name1=names.seat,
-        name2=f"centre_{name}",
-        **soft,
-    )
-    spec.add_equality(
-        name=names.equalities[1],
-        type=mujoco.mjtEq.mjEQ_JOINT,
-        objtype=mujoco.mjtObj.mjOBJ_JOINT,
-        name1=f"{name}_phi",
-        name2="arm",
-        data=np.eye(12)[1],
-        **soft,
-    )
+    join_sites(spec, names.equalities[0], names.seat, f"centre_{name}", soft)
+    join_angles(spec, names.equalities[1], f"{name}_phi", "arm", soft)
     return names
 
 

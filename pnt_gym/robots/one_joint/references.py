@@ -12,8 +12,8 @@ from typing import final
 
 import numpy as np
 
-from pnt_gym.planning.arrays import Bools, Floats, Ints
-from pnt_gym.planning.ballistics import GRAVITY
+from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.one_joint.motion import ArmMotion
 from pnt_gym.planning.one_joint.parameters import Arm
 

@@ -10,17 +10,10 @@ from typing import final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.planning.arrays import Floats
-from pnt_gym.planning.ballistics import GRAVITY
+from pnt_gym.arrays import Floats
+from pnt_gym.constants import GRAVITY
 from pnt_gym.robots.t3kr.geometry import N_ARMS, T3KR, T3krGeometry
-from pnt_gym.robots.t3kr.kinematics import (
-    ArmPose,
-    components,
-    jacobian_rows,
-    per_arm,
-    solve_arms,
-    solve_normal,
-)
+from pnt_gym.robots.t3kr.kinematics import ArmPose, components, jacobian_rows, per_arm, solve_arms, solve_normal
 
 
 @final
@@ -48,7 +41,7 @@ class HandMotion:
 @final
 @dataclass(frozen=True)
 class JointMotion:
-    """Joint angle (rad), velocity (rad/s), acceleration (rad/s^2) and motor torque (N m); (4, M) arrays."""
+    """Joint angle (rad), velocity (rad/s), acceleration (rad/s^2), motor torque (N m); (4, M) or (4, N, K) arrays."""
 
     position: Floats
     velocity: Floats
@@ -119,16 +112,7 @@ def _platform_load(arms: ArmPose, q_dot: Floats, q_ddot: Floats, hand: HandMotio
 
 
 def joint_velocity(position: ArrayLike, velocity: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
-    """Arm velocities.
-
-    Args:
-        position: (..., 3) TCP, m.
-        velocity: (..., 3) m/s.
-        geometry: the robot.
-
-    Returns:
-        (..., 4) rad/s; NaN where out of reach.
-    """
+    """Arm velocities (..., 4) in rad/s; arguments and NaN as `inverse_dynamics`."""
     shape, hand = HandMotion.stack(position, velocity, np.zeros(3))
     return per_arm(joint_motion(hand, geometry).velocity, shape)
 
@@ -136,17 +120,7 @@ def joint_velocity(position: ArrayLike, velocity: ArrayLike, geometry: T3krGeome
 def joint_acceleration(
     position: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike, geometry: T3krGeometry = T3KR
 ) -> Floats:
-    """Arm accelerations.
-
-    Args:
-        position: (..., 3) TCP, m.
-        velocity: (..., 3) m/s.
-        acceleration: (..., 3) m/s^2.
-        geometry: the robot.
-
-    Returns:
-        (..., 4) rad/s^2; NaN where out of reach.
-    """
+    """Arm accelerations (..., 4) in rad/s^2; arguments and NaN as `inverse_dynamics`."""
     shape, hand = HandMotion.stack(position, velocity, acceleration)
     return per_arm(joint_motion(hand, geometry).acceleration, shape)
 

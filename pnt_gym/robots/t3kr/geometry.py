@@ -13,7 +13,8 @@ from typing import Annotated, Self, final
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from pnt_gym.planning.arrays import Floats
+from pnt_gym.arrays import Floats
+from pnt_gym.errors import PlanningError
 
 N_ARMS = 4
 
@@ -51,6 +52,8 @@ class ArmFrames:
     """(4, 1) y of attach - pivot in the arm frame, m."""
     offset_z: float
     """z of attach - pivot, the same for all arms, m."""
+    motor_axis: Floats
+    """(4, 3) unit vectors along the motor axes."""
 
 
 @final
@@ -110,18 +113,18 @@ class T3krGeometry(BaseModel):
     @model_validator(mode="after")
     def _links_close(self) -> Self:
         if self.z_min >= self.z_max:
-            raise ValueError(f"z_min = {self.z_min} m must be below z_max = {self.z_max} m")
+            raise PlanningError(f"z_min = {self.z_min} m must be below z_max = {self.z_max} m")
         if self.arm_com > self.arm_length:
-            raise ValueError(f"arm_com = {self.arm_com} m must lie on the arm of {self.arm_length} m")
+            raise PlanningError(f"arm_com = {self.arm_com} m must lie on the arm of {self.arm_length} m")
         drop = self.pivot_z - self.z_min - self.attach_height
         if drop >= self.arm_length + self.rod_length:
-            raise ValueError(
+            raise PlanningError(
                 f"arm_length + rod_length = {self.arm_length + self.rod_length} m must exceed the {drop} m "
                 "from the base down to the lowest platform"
             )
         return self
 
-    @property
+    @cached_property
     def arm_inertia(self) -> float:
         """Inertia of one arm about its own centre of mass, kg m^2: a uniform bar of the same length."""
         return self.arm_mass * self.arm_length**2 / 12.0
@@ -146,6 +149,7 @@ class T3krGeometry(BaseModel):
             offset_x=(cos * x + sin * y)[:, None],
             offset_y=(cos * y - sin * x)[:, None],
             offset_z=float(z[0]),
+            motor_axis=np.stack([-sin, cos, 0.0 * height], axis=1),
         )
 
 

@@ -11,7 +11,7 @@ from typing import final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pnt_gym.planning.arrays import Floats
+from pnt_gym.arrays import Floats
 from pnt_gym.robots.t3kr.geometry import N_ARMS, T3KR, T3krGeometry
 
 

@@ -9,12 +9,17 @@ only the parallelograms hold it.
 from dataclasses import dataclass
 from typing import Literal, final
 
-import numpy as np
-
-from pnt_gym.engine import MjsBody, MjSpec, mujoco
+from pnt_gym.engine import MjSpec, mujoco
 from pnt_gym.errors import ConfigError
-from pnt_gym.planning.arrays import Floats
-from pnt_gym.robots.specification import add_motor, close_loop, set_inertia
+from pnt_gym.robots.specification import (
+    add_arm,
+    add_level_platform,
+    add_motor,
+    add_rod,
+    add_site,
+    join_sites,
+    set_inertia,
+)
 from pnt_gym.robots.t3kr.geometry import N_ARMS, T3KR, T3krGeometry
 from pnt_gym.robots.t3kr.visuals import dress_arm, dress_base, dress_platform, dress_rod
 
@@ -25,11 +30,7 @@ _PLATFORM_INERTIA = (0.006, 0.006, 0.010)
 _ARM_TWIST_INERTIA = 1e-3
 """Of an arm about its long axis, kg m^2; an arm never turns about it."""
 _ROD_RADIUS = 0.008
-"""Carbon tube, m; only its small inertia about its own axis depends on it."""
-
-_SLIDES = ("platform_x", "platform_y", "platform_z")
-_SITE_SIZE = (0.006, 0.006, 0.006)
-_HIDDEN = 4
+"""Carbon tube, m."""
 
 
 @final
@@ -58,15 +59,9 @@ def rod_names(arm: int, rods: Rods) -> tuple[str, ...]:
 
 
 def add_t3kr(spec: MjSpec, geometry: T3krGeometry = T3KR, rods: Rods = "four") -> T3krHandles:
-    """Add the robot to a model specification.
+    """Add the robot to a model specification, whose z = 0 is the top of its workspace, and return the names.
 
-    Args:
-        spec: a mujoco.MjSpec; its world's z = 0 is the top of the robot's workspace.
-        geometry: the robot.
-        rods: "four" (fast, the default) or "eight" (complete parallelograms, for validation).
-
-    Returns:
-        The names of everything added.
+    Four rods are fast; eight, complete parallelograms, are for validation.
 
     Raises:
         ConfigError: (a ValueError) rods is neither "four" nor "eight".
@@ -92,51 +87,31 @@ def _rod_sides(geometry: T3krGeometry, rods: Rods) -> tuple[float, ...]:
 
 
 def _add_arm(spec: MjSpec, geometry: T3krGeometry, arm: int, rods: Rods) -> list[str]:
-    half = float(geometry.arms.azimuth[arm]) / 2
-    body = spec.worldbody.add_body(
-        name=f"arm_{arm}", pos=geometry.arms.pivot[arm], quat=[np.cos(half), 0, 0, np.sin(half)]
-    )
-    # A positive angle lifts the arm: right-handed about -y of the arm frame.
-    body.add_joint(name=f"arm_{arm}", axis=[0, -1, 0], armature=geometry.armature)
+    frames, joints = geometry.arms, [f"arm_{arm}"]
+    body = add_arm(spec, joints[0], frames.pivot[arm], float(frames.azimuth[arm]), geometry.armature)
     inertia = (_ARM_TWIST_INERTIA, geometry.arm_inertia, geometry.arm_inertia)
     set_inertia(body, geometry.arm_mass, (geometry.arm_com, 0, 0), inertia)
-    dress_arm(body, geometry, axle=rods == "eight")
-    joints = [f"arm_{arm}"]
+    single = rods == "eight"
+    dress_arm(body, geometry, axle=single)
+    mass = geometry.rod_mass * (1.0 if single else 2.0)
     for name, side in zip(rod_names(arm, rods), _rod_sides(geometry, rods), strict=True):
-        joints += _add_rod(body, geometry, name, side)
+        rod = add_rod(body, name, (geometry.arm_length, side, 0), geometry.rod_length, mass, _ROD_RADIUS)
+        dress_rod(rod, geometry, single)
+        joints += [f"{name}_swing", f"{name}_tilt"]
     return joints
 
 
-def _add_rod(arm: MjsBody, geometry: T3krGeometry, name: str, side: float) -> list[str]:
-    """A rod along -z of its frame; hinges about the motor axis, then about x, never lock below 90 degrees."""
-    length, single = geometry.rod_length, side != 0.0
-    mass = geometry.rod_mass * (1.0 if single else 2.0)
-    body = arm.add_body(name=name, pos=[geometry.arm_length, side, 0])
-    body.add_joint(name=f"{name}_swing", axis=[0, -1, 0])
-    body.add_joint(name=f"{name}_tilt", axis=[1, 0, 0])
-    across = mass * length**2 / 12.0
-    set_inertia(body, mass, (0, 0, -length / 2), (across, across, mass * _ROD_RADIUS**2))
-    body.add_site(name=f"{name}_end", pos=[0, 0, -length], size=_SITE_SIZE, group=_HIDDEN)
-    dress_rod(body, geometry, single)
-    return [f"{name}_swing", f"{name}_tilt"]
-
-
 def _add_platform(spec: MjSpec, geometry: T3krGeometry, rods: Rods) -> list[str]:
-    body = spec.worldbody.add_body(name="platform")
-    joints: list[str] = [*_SLIDES]
-    for name, axis in zip(_SLIDES, np.eye(3), strict=True):
-        body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+    body, joints = add_level_platform(spec)
     if rods == "eight":
         body.add_joint(name="platform_turn", type=mujoco.mjtJoint.mjJNT_BALL)
         joints.append("platform_turn")
     set_inertia(body, geometry.platform_mass, (0, 0, geometry.attach_height), _PLATFORM_INERTIA)
-    body.add_site(name="tcp", size=_SITE_SIZE, group=_HIDDEN)
+    add_site(body, "tcp")
     frames = geometry.arms
     for arm in range(N_ARMS):
-        axis = np.array([-frames.sin[arm, 0], frames.cos[arm, 0], 0.0])
         for name, side in zip(rod_names(arm, rods), _rod_sides(geometry, rods), strict=True):
-            place: Floats = frames.attach[arm] + side * axis
-            body.add_site(name=f"{name}_attach", pos=place, size=_SITE_SIZE, group=_HIDDEN)
+            add_site(body, f"{name}_attach", frames.attach[arm] + side * frames.motor_axis[arm])
     dress_platform(body, geometry, axles=rods == "eight")
     return joints
 
@@ -145,5 +120,5 @@ def _close_loops(spec: MjSpec, rods: Rods) -> tuple[str, ...]:
     names: list[str] = []
     for rod in (name for arm in range(N_ARMS) for name in rod_names(arm, rods)):
         names.append(f"loop_{rod.removeprefix('rod_')}")
-        close_loop(spec, names[-1], f"{rod}_end", f"{rod}_attach")
+        join_sites(spec, names[-1], f"{rod}_end", f"{rod}_attach")
     return tuple(names)

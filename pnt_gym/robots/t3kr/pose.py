@@ -3,10 +3,11 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pnt_gym.arrays import Floats, Ints
 from pnt_gym.engine import MjModel, mujoco
-from pnt_gym.planning.arrays import Floats, Ints
+from pnt_gym.robots.t3kr.geometry import N_ARMS
 from pnt_gym.robots.t3kr.kinematics import components, solve_arms
-from pnt_gym.robots.t3kr.model import T3krHandles, rod_names
+from pnt_gym.robots.t3kr.model import T3krHandles
 
 CONTROLS_PER_MOTOR = 3
 """Position (rad), velocity (rad/s) and feed-forward torque (N m)."""
@@ -29,7 +30,7 @@ def closed_pose(tcp: ArrayLike, handles: T3krHandles) -> Floats:
     # A rod's frame is turned by q + swing about -y of the arm frame, then by tilt about x.
     swing = np.arctan2(arms.rod_x, -arms.rod_z) - q
     tilt = np.arctan2(arms.rod_y, np.hypot(arms.rod_x, arms.rod_z))
-    rods = [swing[:, None], tilt[:, None]] * len(rod_names(0, handles.rods))
+    rods = [swing[:, None], tilt[:, None]] * (len(handles.equalities) // N_ARMS)
     chains = np.concatenate([q[:, None], *rods], axis=1).reshape(-1, points.shape[1])
     level = np.zeros((4, points.shape[1]) if handles.rods == "eight" else (0, points.shape[1]))
     level[:1] = 1.0

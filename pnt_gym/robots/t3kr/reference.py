@@ -5,15 +5,12 @@ angle is the cubic with the exact end angles and velocities, the joint velocity 
 and the torque is linear. Everything is element-wise, so a row does not depend on the other rows.
 """
 
-from dataclasses import dataclass
-from typing import final
-
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pnt_gym.arrays import Floats, joined, take
 from pnt_gym.errors import PntGymError
-from pnt_gym.planning.arrays import Floats
-from pnt_gym.robots.t3kr.dynamics import HandMotion, joint_motion
+from pnt_gym.robots.t3kr.dynamics import HandMotion, JointMotion, joint_motion
 from pnt_gym.robots.t3kr.geometry import N_ARMS, T3KR, T3krGeometry
 
 N_CONTROLS = 12
@@ -21,16 +18,6 @@ N_CONTROLS = 12
 
 _BLOCK = 4096
 """Poses evaluated together: their temporaries stay in the processor's second-level cache."""
-
-
-@final
-@dataclass(frozen=True)
-class JointKnots:
-    """Joint angle (rad), velocity (rad/s) and torque (N m) at the knots of N motions; (4, N, K) arrays."""
-
-    position: Floats
-    velocity: Floats
-    torque: Floats
 
 
 def knot_count(steps: int, stride: int) -> int:
@@ -55,7 +42,7 @@ def joint_knots(
     payload: ArrayLike = 0.0,
     *,
     geometry: T3krGeometry = T3KR,
-) -> JointKnots:
+) -> JointMotion:
     """Inverse kinematics and dynamics at the knots.
 
     Args:
@@ -66,20 +53,13 @@ def joint_knots(
         geometry: the robot.
 
     Returns:
-        The knots; NaN where a pose is out of reach.
+        What the motors do at the knots, (4, N, K) arrays; NaN where a pose is out of reach.
     """
     (rows, knots), hand = HandMotion.stack(position, velocity, acceleration, payload)
-    angle, speed, torque = np.empty((3, N_ARMS, rows * knots))
-    for start in range(0, rows * knots, _BLOCK):
-        part = slice(start, start + _BLOCK)
-        piece = HandMotion(
-            hand.position[:, part], hand.velocity[:, part], hand.acceleration[:, part], hand.payload[part]
-        )
-        motion = joint_motion(piece, geometry)
-        angle[:, part], speed[:, part] = motion.position, motion.velocity
-        torque[:, part] = motion.torque
-    shape = (N_ARMS, rows, knots)
-    return JointKnots(angle.reshape(shape), speed.reshape(shape), torque.reshape(shape))
+    blocks = (slice(start, start + _BLOCK) for start in range(0, rows * knots, _BLOCK))
+    motion = joined([joint_motion(take(hand, (..., block)), geometry) for block in blocks], axis=1)
+    arrays = (motion.position, motion.velocity, motion.acceleration, motion.torque)
+    return JointMotion(*(values.reshape(N_ARMS, rows, knots) for values in arrays))
 
 
 def joint_references(
@@ -90,17 +70,10 @@ def joint_references(
     *,
     geometry: T3krGeometry = T3KR,
 ) -> Floats:
-    """References without interpolation: one exact sample per Cartesian sample.
-
-    Args:
-        position: (N, M, 3) TCP, m.
-        velocity: (N, M, 3) m/s.
-        acceleration: (N, M, 3) m/s^2.
-        payload: held mass, kg; broadcast to (N, M).
-        geometry: the robot.
+    """References without interpolation, one exact sample per Cartesian sample; arguments as `joint_knots`.
 
     Returns:
-        (N, M, 12) controls [position, velocity, torque] of motors 0 to 3; NaN where out of reach.
+        (N, K, 12) controls [position, velocity, torque] of motors 0 to 3; NaN where out of reach.
     """
     knots = joint_knots(position, velocity, acceleration, payload, geometry=geometry)
     out = np.empty((*knots.position.shape[1:], N_CONTROLS))
@@ -109,7 +82,7 @@ def joint_references(
     return out
 
 
-def upsample(knots: JointKnots, spacing: float, stride: int, out: Floats) -> Floats:
+def upsample(knots: JointMotion, spacing: float, stride: int, out: Floats) -> Floats:
     """Fill a control array from knots, sample k at time k * spacing / stride (the start of physics step k).
 
     Args:
@@ -138,7 +111,7 @@ def upsample(knots: JointKnots, spacing: float, stride: int, out: Floats) -> Flo
     return out
 
 
-def _upsample_arm(knots: JointKnots, arm: int, spacing: float, stride: int, out: Floats) -> None:
+def _upsample_arm(knots: JointMotion, arm: int, spacing: float, stride: int, out: Floats) -> None:
     """Cubic Hermite in p0 + h01 (p1 - p0) + h10 v0 + h11 v1 form, its derivative, and a linear torque."""
     position, velocity, torque = knots.position[arm], knots.velocity[arm], knots.torque[arm]
     at_knots = out[:, ::stride]

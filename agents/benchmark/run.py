@@ -1,0 +1,143 @@
+"""Doing one piece of the benchmark: learn, throw the held-out objects, keep every throw."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from agents import runs
+from agents.benchmark.plan import Piece, Plan, pieces
+from agents.controllers import Learner, make_controller
+from agents.controllers.own import Policy, model_policy
+from agents.controllers.protocol import Controller
+from agents.environments import Env, core_of, make_vector
+from agents.evaluation import held_out, practise
+from agents.hyperparameters import hyperparameters
+from agents.runs import ALGORITHMS
+from agents.throws import Throws
+from agents.work import Job
+from pnt_gym.arrays import Bools
+
+OUTCOMES = {"sorted": "s", "recontact": "t", "rim": "r", "missed": "m"}
+"""Letter of each outcome: success, touched again by the robot, crossed the opening only; or missed it, which every
+failure counts as in a cell that does not tell how a throw failed."""
+
+
+def jobs(plan: Plan) -> list[Job]:
+    """The plan's work, as processes do it side by side."""
+    return [Job(piece.name, piece.key, partial(run_piece, piece), piece.cost) for piece in pieces(plan)]
+
+
+def run_piece(piece: Piece, kept: Path) -> dict[str, Any]:
+    """Results of a piece of work; training leaves its run in the folder `kept` and goes on from there."""
+    results: list[dict[str, Any]] = []
+    for throws, seconds, controller in _learn(piece, kept):
+        for level in piece.levels:
+            env = _cells(piece, level)
+            able = _transfer(controller, piece, env)
+            found = held_out(able, env, piece.plan.picks, piece.plan.seed)
+            env.close()
+            head = {"label": piece.entry.label, "controller": piece.entry.controller, "throws": throws}
+            more = {"seed": piece.seed, "level": level, "train_level": piece.train_level, "learn_seconds": seconds}
+            results.append({**head, **more, "columns": columns(found)})
+    return {"results": results}
+
+
+def _cells(piece: Piece, level: str) -> Env:
+    return make_vector(piece.plan.env, level, piece.plan.num_envs, threads=1)
+
+
+def columns(throws: Throws) -> dict[str, Any]:
+    """Throws as columns, rounded to 0.01 mm and 0.1 ms; cells without an along and across tell the error alone."""
+    told = {"along_m": "landing_along", "across_m": "landing_across"}
+    places = {column: throws.told[name] for column, name in told.items() if name in throws.told}
+    return {
+        "item": throws.item.tolist(),
+        **{column: _rounded(values, 5) for column, values in (places or {"error_m": throws.landing_error}).items()},
+        "cycle_s": _rounded(throws.cycle_time, 4),
+        "outcome": _outcomes(throws),
+        "clipped": int(throws.clipped.sum()),
+        "recontact": int(_flag(throws, "recontact").sum()),
+    }
+
+
+def _outcomes(throws: Throws) -> str:
+    """One letter of `OUTCOMES` per throw."""
+    *letters, missed = OUTCOMES.values()
+    kinds = [throws.is_success, _flag(throws, "recontact"), _flag(throws, "rim")]
+    return "".join(np.select(kinds, letters, missed))
+
+
+def _flag(throws: Throws, name: str) -> Bools:
+    return throws.told.get(name, np.zeros(len(throws), dtype=np.bool_))
+
+
+def _rounded(values: np.ndarray, digits: int) -> list[float | None]:
+    return [round(float(v), digits) if np.isfinite(v) else None for v in values]
+
+
+def _learn(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Controller]]:
+    """Throws learned from, seconds it took, and the controller, for each throw count of the piece."""
+    if piece.entry.controller in ALGORITHMS:
+        yield from _train(piece, kept)
+        return
+    env = _cells(piece, piece.train_level)
+    controller = make_controller(piece.entry.controller, env, **piece.entry.options)
+    controller.reset(piece.seed)
+    began = time.perf_counter()
+    practise(controller, env, piece.throws[0], piece.seed)
+    seconds = round(time.perf_counter() - began, 1)
+    env.close()
+    yield piece.throws[0], seconds, controller
+
+
+def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Controller]]:
+    """Train, or go on training, and yield the policy at each throw count."""
+    from agents.progress import Stop  # noqa: PLC0415 - imports torch
+    from agents.sb3 import SameStepVecEnv, build  # noqa: PLC0415
+    from agents.train import learn  # noqa: PLC0415
+
+    algo, folder = piece.entry.controller, kept / f"{piece.name}-{piece.key}-run"
+    env = SameStepVecEnv(_cells(piece, piece.train_level))
+    core = core_of(env.env)
+    asked = {
+        "env": piece.plan.env,
+        "level": piece.train_level,
+        "algo": algo,
+        "steps": max(piece.throws),
+        "seed": piece.seed,
+        "num_envs": env.num_envs,
+        "action_mode": core.action_mode,
+        "checkpoint_every": max(piece.throws),
+    }
+    if runs.checkpoints(folder):
+        model = runs.restore(folder, env)
+    else:
+        settings = {**hyperparameters(algo, piece.plan.env), **piece.entry.options}
+        model = build(algo, env, settings, piece.seed)
+        runs.create(folder, asked, settings, core.config, model)
+    for throws in piece.throws:
+        began = time.perf_counter()
+        if model.num_timesteps < throws:
+            leg = {**asked, "steps": throws, "checkpoint_every": throws}
+            learn(model, env, folder, leg, Stop(), quiet=True)
+        seconds = round(time.perf_counter() - began, 1)
+        place = next(p for p in runs.checkpoints(folder) if int(p.name) >= throws)
+        yield int(place.name), seconds, model_policy(runs.load_model(folder, checkpoint=place), algo, env.env)
+    env.close()
+
+
+def _transfer(controller: Controller, piece: Piece, env: Env) -> Controller:
+    """The same knowledge in a controller of the level that is evaluated."""
+    if isinstance(controller, Policy):
+        return controller
+    able = make_controller(piece.entry.controller, env, **piece.entry.options)
+    able.reset(piece.seed)
+    if isinstance(able, Learner) and isinstance(controller, Learner):
+        able.restore(controller.state())
+    return able

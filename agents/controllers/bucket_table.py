@@ -1,0 +1,117 @@
+"""Corrections kept per item kind and place: the running mean, and the virtual goal of iterative learning.
+
+Both forget everything but kind and place; what differs from throw to throw (seal, mass, speed, grasp) is
+noise to them. Buckets are named, so a table learned on one level serves another that shares its items.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import final
+
+import numpy as np
+
+from agents.controllers.protocol import Actions, Learner, Observation, Outcome, State
+from agents.controllers.shift import check_width, ideal_shift, instructive, to_action
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.base.action import Correction
+from pnt_gym.errors import PntGymError
+
+Step = Callable[[int], float]
+"""Weight of the newest throw, from the number of throws a bucket has seen, this one included."""
+
+ANY = "*"
+
+
+@final
+class BucketTable(Learner):
+    """Shift (E,) per item and place, with coarser buckets to fall back on.
+
+    Args:
+        name: name of the controller.
+        correction: what an action means, and which bucket a throw belongs to.
+        step: weight of the newest throw.
+        share_all: an item never thrown gets the correction over all items; otherwise none.
+    """
+
+    def __init__(self, name: str, correction: Correction, step: Step, *, share_all: bool) -> None:
+        self.name = name
+        self._correction = correction
+        self._step = step
+        self._share_all = share_all
+        self.reset(0)
+
+    def reset(self, seed: int) -> None:
+        """Forget every bucket."""
+        self._shift: dict[str, Floats] = {}
+        self._count: dict[str, int] = {}
+
+    def act(self, observation: Observation) -> Actions:
+        """The shift of each throw's bucket, else of its item, else of all items, else zero: (N, E)."""
+        buckets = self._correction.buckets(observation.features, observation.kind)
+        shift = [self._find(self._chain(*bucket)) for bucket in buckets]
+        return to_action(np.array(shift).reshape(-1, self._correction.count), self._correction)
+
+    def learn(self, outcome: Outcome) -> None:
+        """Move each throw's bucket, and the coarser ones around it, towards the shift that was right.
+
+        For a batch this is the update that the same throws one after another would have made: with the
+        shift s in force, s + K (d - z) = s + K (ideal - s).
+        """
+        ideal = ideal_shift(outcome, self._correction)
+        usable = instructive(outcome)
+        seen = outcome.observation
+        for row, bucket in enumerate(self._correction.buckets(seen.features, seen.kind)):
+            if usable[row]:
+                self._update(self._chain(*bucket), ideal[row])
+
+    def state(self) -> State:
+        """Names, shifts and counts of the buckets."""
+        names = list(self._shift)
+        return {
+            "buckets": np.array(names, dtype=np.str_),
+            "shift": np.array([self._shift[n] for n in names]).reshape(-1, self._correction.count),
+            "count": np.array([self._count[n] for n in names], dtype=np.int64),
+        }
+
+    def restore(self, state: State) -> None:
+        """Take over buckets.
+
+        Raises:
+            UsageError: their shifts have another number of coordinates.
+        """
+        check_width(state["shift"], self._correction, self.name)
+        names = [str(n) for n in state["buckets"]]
+        self._shift = {n: np.asarray(s, dtype=np.float64) for n, s in zip(names, state["shift"], strict=True)}
+        self._count = {n: int(c) for n, c in zip(names, state["count"], strict=True)}
+
+    def _chain(self, item: str, place: str) -> list[str]:
+        """Buckets from fine to coarse."""
+        chain = [f"{item}|{place}", f"{item}|{ANY}"]
+        return [*chain, f"{ANY}|{ANY}"] if self._share_all else chain
+
+    def _find(self, chain: Sequence[str]) -> Floats:
+        return next((self._shift[name] for name in chain if name in self._shift), np.zeros(self._correction.count))
+
+    def _update(self, chain: Sequence[str], ideal: Floats) -> None:
+        for depth, bucket in enumerate(chain):
+            # A bucket met for the first time starts from what would have been used there.
+            before = self._find(chain[depth:])
+            self._count[bucket] = self._count.get(bucket, 0) + 1
+            self._shift[bucket] = before + self._step(self._count[bucket]) * (ideal - before)
+
+
+def mean_shift(correction: Correction) -> BucketTable:
+    """The mean of the shifts that would have been right, per item and place."""
+    return BucketTable("mean_shift", correction, lambda count: 1.0 / count, share_all=True)
+
+
+def virtual_goal(correction: Correction, gain: float = 0.5) -> BucketTable:
+    """Iterative learning of a virtual goal, z_hat += K (z_d - z), per item and place (Miyashita 2010).
+
+    Raises:
+        PntGymError: a gain outside (0, 2), where the update cannot converge.
+    """
+    if not 0.0 < gain < 2.0:
+        raise PntGymError(f"virtual_goal: gain is {gain}; it must lie between 0 and 2")
+    return BucketTable("virtual_goal", correction, lambda count: gain, share_all=False)

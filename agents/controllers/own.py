@@ -1,0 +1,124 @@
+"""Controllers from elsewhere: a class of the user's, a function, a model of stable-baselines3."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeAlias, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agents.cli import UsageError, one_sentence
+from agents.controllers.protocol import Actions, Controller, Observation
+from agents.environments import Env, core_of, own_module
+from agents.trained import find_trained
+from pnt_gym.errors import PntGymError
+
+Function: TypeAlias = Callable[[NDArray[np.float32]], Any]
+"""Observations (N, D) to actions (N, A)."""
+
+
+@final
+class Policy(Controller):
+    """What maps observations to actions and learns nothing.
+
+    Args:
+        function: the map.
+        name: name in tables.
+    """
+
+    def __init__(self, function: Function, name: str) -> None:
+        self.function, self.name = function, name
+
+    def act(self, observation: Observation) -> Actions:
+        """What the function says (N, A)."""
+        return np.asarray(self.function(observation.features), dtype=np.float32)
+
+
+def controller_of(policy: Any, env: Env) -> Controller:
+    """A controller from what a user has at hand.
+
+    Args:
+        policy: a controller or the class of one, a model of stable-baselines3, or a function of observations (N, D) to
+            actions (N, A).
+        env: the environment it will act in.
+
+    Raises:
+        UsageError: it is none of these, or a model that does not fit the environment.
+    """
+    if inspect.isclass(policy):
+        return _made(policy, repr(policy.__name__), env)
+    if hasattr(policy, "act"):
+        return _complete(policy, repr(type(policy).__name__))
+    if hasattr(policy, "predict"):
+        return model_policy(policy, type(policy).__name__.lower(), env)
+    if callable(policy):
+        return Policy(policy, getattr(policy, "__name__", type(policy).__name__))
+    raise UsageError(f"a policy is a controller, a model or a function of observations, not {policy!r}")
+
+
+def own_controller(reference: str, env: Env, **options: Any) -> Controller:
+    """The controller that MODULE:CLASS names; `Controller` says what the class has to be.
+
+    Raises:
+        UsageError: there is no such class, it cannot be made, or it makes no controller.
+    """
+    module, _, name = reference.partition(":")
+    made = getattr(own_module(module), name, None)
+    if not callable(made):
+        raise UsageError(f"module {module!r} has no class {name!r}")
+    return _made(made, repr(reference), env, **options)
+
+
+def _made(made: Callable[..., Any], name: str, env: Env, **options: Any) -> Controller:
+    try:
+        if "core" in inspect.signature(made).parameters:
+            options["core"] = core_of(env)
+        controller = made(**options)
+    except PntGymError:
+        raise
+    except Exception as error:
+        raise UsageError(f"controller {name} cannot be made: {type(error).__name__}: {one_sentence(error)}") from error
+    return _complete(controller, name)
+
+
+def _complete(controller: Any, name: str) -> Controller:
+    missing = [part for part in ("name", "reset", "act", "learn") if not hasattr(controller, part)]
+    if missing:
+        raise UsageError(f"controller {name} has no {' and no '.join(missing)}; inherit agents.controllers.Controller")
+    return controller
+
+
+def trained_policy(place: Path, env: Env) -> Policy:
+    """The policy in a run folder, an RL-Zoo folder or a model file; runs code in it.
+
+    Raises:
+        UsageError: it is missing or damaged, or does not fit the environment.
+    """
+    from agents.sb3 import SameStepVecEnv, load_policy, load_statistics  # noqa: PLC0415 - torch takes a second to import
+
+    found = find_trained(place)
+    model = load_policy(found.model)
+    policy = model_policy(model, type(model).__name__.lower(), env, f"the policy of {str(place)!r}")
+    if found.statistics is None:
+        return policy
+    statistics = load_statistics(found.statistics, SameStepVecEnv(env))
+    return Policy(lambda features: policy.function(statistics.normalize_obs(features)), policy.name)
+
+
+def model_policy(model: Any, name: str, env: Env, what: str = "the model") -> Policy:
+    """The mean action of a model of stable-baselines3.
+
+    Raises:
+        UsageError: it does not fit the environment.
+    """
+    own = (model.observation_space.shape, model.action_space.shape)
+    here = (env.single_observation_space.shape, env.single_action_space.shape)
+    if own != here:
+        raise UsageError(
+            f"{what} takes observations {own[0]} and gives actions {own[1]}, but the environment has {here[0]} and "
+            f"{here[1]}"
+        )
+    return Policy(lambda features: model.predict(features, deterministic=True)[0], name)

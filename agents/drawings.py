@@ -1,0 +1,60 @@
+"""Drawing tools: figures as SVG that has the same bytes for the same data."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+COLOURS: Final = (
+    "#4c72b0", "#dd8452", "#55a868", "#c44e52", "#8172b3", "#937860", "#da8bc3", "#8c8c8c", "#ccb974", "#64b5cd",
+    "#2f4b26", "#000000",
+)  # fmt: skip
+
+
+def svg(figure: Figure) -> str:
+    """A figure as SVG text, the same bytes for the same data."""
+    import matplotlib as mpl  # noqa: PLC0415 - heavy, needed for reports only
+
+    buffer = io.StringIO()
+    # Without salt and with a date, two runs over the same data would differ.
+    with mpl.rc_context({"svg.hashsalt": "pnt_gym", "svg.fonttype": "path"}):
+        figure.savefig(buffer, format="svg", bbox_inches="tight", metadata={"Date": None})
+    return buffer.getvalue()
+
+
+def subplots(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Figure, list[Axes]]:
+    """A figure of a size in inches and its axes, row by row."""
+    from matplotlib.figure import Figure as MatplotlibFigure  # noqa: PLC0415 - heavy, needed for reports only
+
+    figure = MatplotlibFigure(figsize=size, layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False, **options)
+    return figure, list(axes.ravel())
+
+
+def dress(axes: Axes, across: str, up: str, title: str = "", *, legend: str = "", **options: Any) -> None:
+    """Names of both axes, a title, a pale grid, a legend at a place, and what else `Axes.set` takes."""
+    axes.set(xlabel=across, ylabel=up, **options)
+    axes.set_title(title, fontsize=10)
+    axes.grid(alpha=0.3)
+    if legend:
+        axes.legend(fontsize=8, loc=legend)
+
+
+def frames_figure(frames: Sequence[tuple[str, NDArray[np.uint8]]], columns: int = 2, width: float = 10.0) -> Figure:
+    """Pictures of one size (height, width, 3) with a title each, in rows; the width of the whole is in inches."""
+    rows = -(-len(frames) // columns)
+    high, wide = frames[0][1].shape[:2]
+    figure, axes = subplots(rows, columns, (width, width * rows * high / (columns * wide) + 0.3 * rows))
+    for panel, (title, frame) in zip(axes, frames, strict=False):
+        panel.imshow(frame, interpolation="none")
+        panel.set_title(title, fontsize=10)
+        panel.set_axis_off()
+    return figure

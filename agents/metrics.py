@@ -1,0 +1,192 @@
+"""What throws are worth: throughput, success, landing error, and paired comparisons.
+
+Pure arrays with one entry per throw. Every interval is a 95 % interval. Two
+controllers that threw the same objects are compared throw by throw (paired), which removes what the
+objects have in common.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from statistics import NormalDist
+from typing import final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pnt_gym.arrays import Floats, Ints
+from pnt_gym.errors import PntGymError
+
+CONFIDENCE = 0.95
+RESAMPLES = 4000
+_BLOCK = 250  # resamples drawn at once: bounds the memory at 250 x N indices
+
+
+class MetricError(PntGymError):
+    """Throws that a figure cannot be computed from."""
+
+
+@final
+@dataclass(frozen=True)
+class Interval:
+    """An estimate with its confidence interval."""
+
+    value: float
+    low: float
+    high: float
+
+    @property
+    def excludes_zero(self) -> bool:
+        """Whether zero lies outside the interval."""
+        return self.low > 0.0 or self.high < 0.0
+
+
+@final
+@dataclass(frozen=True)
+class Landing:
+    """How far objects came down from their targets [m]."""
+
+    mean: float
+    p95: float
+    iqm: float
+    """Mean of the middle half of the errors."""
+    unmeasured: int
+    """Throws without a landing; they are left out of the figures above."""
+
+
+@final
+@dataclass(frozen=True)
+class Throughput:
+    """Picks per minute of one robot doing the throws one after another."""
+
+    attempted: float
+    sorted: float
+    cycle_time: float
+    """Mean [s]."""
+
+
+def wilson(successes: int, throws: int) -> Interval:
+    """Success rate with Wilson's score interval (Wilson 1927), sound near 0 and 1 too.
+
+    Raises:
+        MetricError: no throws, or more successes than throws.
+    """
+    if throws < 1 or not 0 <= successes <= throws:
+        raise MetricError(
+            f"{successes} successes in {throws} throws: need at least 1 throw and 0 to {throws} successes"
+        )
+    z = NormalDist().inv_cdf(0.5 + CONFIDENCE / 2.0)
+    rate = successes / throws
+    centre = (rate + z**2 / (2 * throws)) / (1.0 + z**2 / throws)
+    half = z / (1.0 + z**2 / throws) * np.sqrt(rate * (1.0 - rate) / throws + z**2 / (4 * throws**2))
+    # Rounding may leave the interval a hair inside the rate at its ends.
+    return Interval(rate, min(rate, max(0.0, float(centre - half))), max(rate, min(1.0, float(centre + half))))
+
+
+def landing(error: ArrayLike) -> Landing:
+    """Landing figures of throws that came down so far from their targets (N,) [m], NaN where nobody knows.
+
+    Raises:
+        MetricError: no throw has a finite landing.
+    """
+    (rows,) = _columns(error=error)
+    measured = rows[np.isfinite(rows)]
+    if measured.size == 0:
+        raise MetricError(f"none of {len(rows)} throws has a finite landing")
+    return Landing(
+        mean=float(measured.mean()),
+        p95=float(np.percentile(measured, 95)),
+        iqm=interquartile_mean(measured),
+        unmeasured=len(rows) - len(measured),
+    )
+
+
+def interquartile_mean(values: ArrayLike) -> float:
+    """Mean of the middle half of the values."""
+    rows = np.sort(*_columns(values=values))
+    cut = len(rows) // 4
+    return float(rows[cut : len(rows) - cut].mean())
+
+
+def throughput(success: ArrayLike, cycle_time: ArrayLike) -> Throughput:
+    """Attempted and sorted picks per minute.
+
+    Args:
+        success: whether each throw ended in its bin (N,).
+        cycle_time: pick to pick, with dwell (N,) [s].
+
+    Raises:
+        MetricError: the arrays differ in shape, or a cycle time is not positive and finite.
+    """
+    done, seconds = _columns(success=success, cycle_time=cycle_time)
+    if not (np.isfinite(seconds).all() and (seconds > 0).all()):
+        raise MetricError(f"cycle times must be positive and finite; the smallest is {seconds.min()} s")
+    total = float(seconds.sum())
+    return Throughput(60.0 * len(seconds) / total, 60.0 * float(done.sum()) / total, total / len(seconds))
+
+
+def mean_interval(values: ArrayLike, *, seed: int = 0) -> Interval:
+    """Mean of values (N,) with its bootstrap percentile interval."""
+    (rows,) = _columns(values=values)
+    return _percentiles(float(rows.mean()), np.concatenate([rows[i].mean(axis=1) for i in _resamples(len(rows), seed)]))
+
+
+def paired_mean(a: ArrayLike, b: ArrayLike) -> Interval:
+    """Mean of a - b over throws (N,) of the same objects, with its paired bootstrap interval.
+
+    Throws in which either value is not finite are left out.
+
+    Raises:
+        MetricError: the arrays differ in shape.
+    """
+    x, y = _columns(a=a, b=b)
+    return mean_interval((x - y)[np.isfinite(x) & np.isfinite(y)])
+
+
+def paired_rate(success_a: ArrayLike, time_a: ArrayLike, success_b: ArrayLike, time_b: ArrayLike) -> Interval:
+    """Sorted picks per minute of a less those of b, over throws (N,) of the same objects.
+
+    The rates are ratios of sums, so whole throws are drawn again, with both controllers' success and time.
+
+    Args:
+        success_a: whether a's throws ended in their bin; a share where several seeds are averaged.
+        time_a: a's cycle times [s].
+        success_b: likewise of b.
+        time_b: likewise of b [s].
+
+    Raises:
+        MetricError: the arrays differ in shape.
+    """
+    sa, ta, sb, tb = _columns(success_a=success_a, time_a=time_a, success_b=success_b, time_b=time_b)
+
+    def rate(index: Ints | slice) -> Floats:
+        return 60.0 * (sa[index].sum(-1) / ta[index].sum(-1) - sb[index].sum(-1) / tb[index].sum(-1))
+
+    drawn = np.concatenate([rate(index) for index in _resamples(len(sa), 0)])
+    return _percentiles(float(rate(slice(None))), drawn)
+
+
+def _resamples(count: int, seed: int) -> list[Ints]:
+    """Blocks of bootstrap indices (B, count)."""
+    random = np.random.default_rng(seed)
+    blocks = RESAMPLES // _BLOCK
+    return [random.integers(count, size=(_BLOCK, count)) for _ in range(blocks)]
+
+
+def _percentiles(value: float, drawn: Floats) -> Interval:
+    tail = 50.0 * (1.0 - CONFIDENCE)
+    low, high = np.percentile(drawn, [tail, 100.0 - tail])
+    return Interval(value, float(low), float(high))
+
+
+def _columns(**values: ArrayLike) -> list[Floats]:
+    """Arrays of one length by name, a number per throw in each."""
+    columns: list[Floats] = []
+    for name, given in values.items():
+        column = np.asarray(given, dtype=np.float64)
+        if column.ndim != 1 or column.size == 0:
+            raise MetricError(f"{name} must hold one number per throw and at least one throw, got shape {column.shape}")
+        columns.append(column)
+        if len(column) != len(columns[0]):
+            raise MetricError(f"paired arrays must be of one length, got {len(columns[0])} and {len(column)}")
+    return columns

@@ -1,0 +1,105 @@
+"""All that was found about papers as one record of JSON values, and the tables in it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any, Final, TypeAlias
+
+from agents.reproduce.finding import Overview
+from agents.reproduce.grids import Rows, plain
+from agents.reproduce.papers import package
+from agents.tables import Grid
+from agents.versions import versions
+
+Record: TypeAlias = Mapping[str, Any]
+AGREES: Final = "reproduced"
+FEW: Final = 5
+"""How many tables of a paper without an overview the terminal shows."""
+
+
+def assemble(command: str, found: Mapping[str, Mapping[str, Any]]) -> tuple[dict[str, Any], dict[str, str]]:
+    """One record of what parts found, by "paper/part"; and the drawings by file name."""
+    papers: dict[str, list[Mapping[str, Any]]] = {}
+    for name, part in found.items():
+        papers.setdefault(name.split("/")[0], []).append(part)
+    rows = [row for part in found.values() for row in part["rows"]]
+    overviews = {paper: package(paper).overview(_by_quantity(rows, paper)) for paper in papers}
+    figures = {
+        paper: {**_united(parts, "figures"), **overviews[paper].figures} for paper, parts in papers.items()
+    }  # fmt: skip
+    record = {
+        "command": command,
+        "versions": versions(),
+        "seconds": {name: part["seconds"] for name, part in found.items()},
+        "papers": list(papers),
+        "titles": {paper: package(paper).SHORT for paper in papers},
+        "figures": {paper: list(drawn) for paper, drawn in figures.items()},
+        "data": {paper: _united(parts, "data") for paper, parts in papers.items()},
+        "overview": {paper: _as_json(overview) for paper, overview in overviews.items()},
+        "grids": {paper: [grid for part in parts for grid in part["grids"]] for paper, parts in papers.items()},
+        "rows": rows,
+    }
+    return record, {name: text for drawn in figures.values() for name, text in drawn.items()}
+
+
+def headlines(record: Record) -> list[Grid]:
+    """The tables worth a terminal: every paper's overview, what does not agree, and how many figures do."""
+    shown: list[Grid] = []
+    for paper in record["papers"]:
+        first = list(overview_grids(record, paper).values()) or part_grids(record, paper)[:FEW]
+        shown += [*first, disagreements(record, paper), verdicts(record, paper)]
+    return [grid for grid in shown if grid.rows]
+
+
+def all_grids(record: Record, paper: str) -> list[Grid]:
+    """Every table of a paper, those of its overview first."""
+    shown = [*overview_grids(record, paper).values(), *part_grids(record, paper), disagreements(record, paper)]
+    return [grid for grid in shown if grid.rows]
+
+
+def overview_grids(record: Record, paper: str) -> dict[str, Grid]:
+    """The tables that draw on several parts of a paper, by name."""
+    found = record["overview"][paper]["grids"]
+    return {name: grid for name, fields in found.items() if (grid := Grid(**fields)).rows}
+
+
+def part_grids(record: Record, paper: str) -> list[Grid]:
+    """The tables of a paper's parts."""
+    return [Grid(**fields) for fields in record["grids"][paper] if fields["rows"]]
+
+
+def disagreements(record: Record, paper: str) -> Grid:
+    """Published figures that were not found again, each with what shows it."""
+    shown = [row for row in _compared(record, paper) if row["verdict"] != AGREES]
+    return plain(f"{record['titles'][paper]}: what does not agree", shown, drop=f"{paper}/")
+
+
+def verdicts(record: Record, paper: str) -> Grid:
+    """How many published figures got which verdict, and how many of ours stand beside them."""
+    found = [row["verdict"] for row in _compared(record, paper)]
+    lines = [[verdict, str(found.count(verdict))] for verdict in sorted(set(found))]
+    ours = len(_by_quantity(record["rows"], paper)) - len(found)
+    beside = [["ours, not compared", str(ours)]] if ours else []
+    return Grid(f"{record['titles'][paper]}: verdicts", ["verdict", "figures"], [*lines, *beside])
+
+
+def _compared(record: Record, paper: str) -> list[Mapping[str, Any]]:
+    """Rows of what the paper says under its own conditions."""
+    rows = _by_quantity(record["rows"], paper).values()
+    return [row for row in rows if row["published"] is not None and row["verdict"] != "ours"]
+
+
+def _by_quantity(rows: Iterable[Mapping[str, Any]], paper: str) -> Rows:
+    return {row["quantity"]: row for row in rows if row["paper"] == paper}
+
+
+def _united(parts: Iterable[Mapping[str, Any]], entry: str) -> dict[str, Any]:
+    """The entries of all parts as one."""
+    return {name: value for part in parts for name, value in part[entry].items()}
+
+
+def _as_json(overview: Overview) -> dict[str, Any]:
+    """Tables with their notes and the notes by themselves; drawings are kept as files."""
+    notes = dict(overview.notes)
+    grids = {name: grid._asdict() | {"note": notes.get(name, grid.note)} for name, grid in overview.grids.items()}
+    return {"grids": grids, "notes": notes}

@@ -1,0 +1,319 @@
+"""Planned cycles tried out in the conveyor cell's physics: any hand path, any pick, any target, any item.
+
+The cell draws its picks and plans their throws; here both are given, and the plant only says what comes of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, NamedTuple, final
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from pnt_gym.arrays import Bools, Floats, Ints, finite_points, finite_rows, length, same_count
+from pnt_gym.cells.base.flight import ObjectFlight
+from pnt_gym.cells.base.items import item_arrays
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.objects import NORMALS, UNIFORMS, objects_from_draws
+from pnt_gym.cells.conveyor.outcome import Flown, judge
+from pnt_gym.cells.conveyor.plant import ConveyorPlant, HandCycle
+from pnt_gym.cells.conveyor.scene import CUP_LENGTH
+from pnt_gym.engine import mujoco
+from pnt_gym.errors import PntGymError
+from pnt_gym.planning.motion.ballistics import flight_time
+from pnt_gym.planning.motion.trajectory import HandPath
+from pnt_gym.planning.motion.workspace import EllipticWorkspace
+from pnt_gym.planning.straight.plan import MIN_REACH, ReleaseBatch
+from pnt_gym.robots.t3kr.geometry import T3KR
+
+OPENING: Final = (0.24, 0.235)
+"""Inner opening of the sorting box along x and y in the levels `ideal` and `nominal` [m]."""
+BELT_HEIGHT: Final = T3KR.z_min - 0.20
+"""The belt is out of the way [m], so that no row depends on another's object; at its usual place under the object it
+moves a landing by less than 0.001 mm."""
+REST: Final = 1e-6
+"""A hand slower than this [m/s] puts its object down; a faster one throws it."""
+AGREEMENT: Final = 1e-4
+"""Path and plan may differ by this at pick and release [m] or [m/s]."""
+CLEAR_AFTER: Final = 0.020
+"""Cup and object part at the release; their distance counts from this long after it [s]."""
+CLEAR_UNTIL: Final = 0.250
+"""By then the object is far from the cup [s]."""
+TIMESTEP: Final = 0.0004
+"""Physics step [s]: the robot's control rate."""
+SAMPLING: Final = 0.002
+"""Tracking, clearance and workspace are looked at this often [s]."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Trials:
+    """N cycles as the simulator measured them.
+
+    A thrown object lands where it comes down through the target's height (see `Outcome.landing`), one that is put
+    down (released at rest) where it is let go: both are points of its centre of mass.
+    """
+
+    landing: Floats
+    """x, y (N, 2) [m]."""
+    landing_error: Floats
+    """Distance of the landing from the target (N,) [m]."""
+    landing_along: Floats
+    """Landing from the target, along the line from pick to target (N,) [m]."""
+    landing_across: Floats
+    """Landing from the target, to the left of that line (N,) [m]."""
+    in_opening: Bools
+    """The landing lies inside the opening (N,)."""
+    in_bin: Bools
+    """At the end the object lies in the bin for good (N,)."""
+    recontact: Bools
+    """The cup touched the object after the release (N,)."""
+    clearance: Floats
+    """Smallest distance of cup and object from 20 ms after the release on (N,) [m]; 0 where they touched. Takes the
+    object to go on turning as at its release."""
+    peak_torque: Floats
+    """Largest motor torque (N,) [N m]."""
+    release_tracking: Floats
+    """Distance of the hand from its reference at the release (N,) [m]."""
+    path_tracking: Floats
+    """Largest distance of the hand from its reference on the whole path (N,) [m]."""
+    delay: Floats
+    """Release later than commanded by this (N,) [s]."""
+    final: Floats
+    """Centre of mass at the end (N, 3) [m]."""
+
+    def __len__(self) -> int:
+        return int(self.landing_error.shape[0])
+
+
+@final
+class Throws(NamedTuple):
+    """N planned cycles of the hand, each with an object to throw or to put down.
+
+    Picks, targets and path are those of the planner's point mass: the object's centre of mass at mismatch 0, the cup
+    tip at mismatch 1.
+    """
+
+    picks: ArrayLike
+    """Where the hand starts at rest, object under the cup (N, 3) [m]."""
+    targets: ArrayLike
+    """Centres of the bins' openings (N, 3) [m], all at one height."""
+    items: Sequence[str]
+    """Name of each object in the catalogue (N,)."""
+    path: HandPath
+    """N paths of the hand."""
+    release_time: ArrayLike
+    """When the valve is commanded (N,) [s]."""
+    release_position: ArrayLike
+    """Where the hand then is (N, 3) [m]."""
+    release_velocity: ArrayLike
+    """How fast it then moves (N, 3) [m/s]; zero where the object is put down."""
+
+
+def run_trials(throws: Throws, *, mismatch: float, seeds: Sequence[int] | None = None, threads: int = 1) -> Trials:
+    """Execute planned cycles with the closed-chain robot, N side by side; no row depends on the others.
+
+    Args:
+        throws: the cycles.
+        mismatch: strength of all unmodelled effects, 0 (the planner's own world) to 3.
+        seeds: of each object's hidden values (N,); 0, 1, ... when not given.
+        threads: worker threads of the physics; results do not depend on it.
+
+    Raises:
+        PntGymError: shapes disagree, an item is unknown, path and plan contradict each other, a number is out of range,
+            or the hand leaves the workspace.
+        PhysicsError: the engine warned, or stopped a simulation.
+    """
+    items, path = throws.items, throws.path
+    pick, target = finite_points(throws.picks, "picks"), finite_points(throws.targets, "targets")
+    seeds = range(len(pick)) if seeds is None else seeds
+    _check_counts(len(pick), targets=len(target), items=len(items), path=len(path.duration), seeds=len(seeds))
+    release = _release(pick, target, throws)
+    _check_plan(pick, target, release, path)
+    config = _config(target, items, mismatch)
+    context = trial_context(config, items, seeds, pick, target, release)
+    plant = ConveyorPlant(config, len(pick), threads)
+    flown = plant.fly(context, HandCycle(release, release.time, path))
+    return _judged(plant, context, release, path, flown)
+
+
+def trial_context(
+    config: ConveyorConfig,
+    items: Sequence[str],
+    seeds: Sequence[int],
+    pick: Floats,
+    target: Floats,
+    release: ReleaseBatch,
+    ceiling: float = np.inf,
+) -> Context:
+    """Picks of the cell that are given instead of drawn, below a greatest height of their releases [m].
+
+    Each object is of the kind asked for; its other draws come from a generator with its own seed.
+    """
+    if min(seeds) < 0:
+        raise PntGymError(f"seed must not be negative, got {min(seeds)}")
+    generators, count = [np.random.default_rng(seed) for seed in seeds], len(pick)
+    normals = np.stack([generator.standard_normal(NORMALS) for generator in generators])
+    uniforms = np.stack([generator.random(UNIFORMS) for generator in generators])
+    index = np.array([config.items.index(name) for name in items])
+    uniforms[:, 0] = (index + 0.5) / len(config.items)
+    objects = objects_from_draws(normals, uniforms, config, item_arrays(config.item_list()))
+    return Context(
+        objects=objects,
+        pick=pick,
+        target=target,
+        opening=np.tile(OPENING, (count, 1)),
+        bin=np.zeros(count, dtype=np.int64),
+        percent=objects.percent,
+        plan=release,
+        belt_speed=config.belt.speed,
+        ceiling=np.full(count, ceiling),
+        belt_shift=objects.belt_error * (pick[:, 0] - config.belt.camera_x),
+    )
+
+
+def _check_counts(rows: int, **others: int) -> None:
+    if rows == 0:
+        raise PntGymError("picks holds no row; give at least one")
+    for name, count in others.items():
+        same_count("picks", rows, name, count)
+
+
+def _release(pick: Floats, target: Floats, throws: Throws) -> ReleaseBatch:
+    """The planned releases; an object put down, or let go below the target and falling, has no flight."""
+    count, point = len(pick), finite_points(throws.release_position, "release_position")
+    speed = finite_points(throws.release_velocity, "release_velocity")
+    _check_counts(count, release_position=len(point), release_velocity=len(speed))
+    rate = length(speed)
+    flat = np.sqrt(speed[:, 0] ** 2 + speed[:, 1] ** 2)
+    nothing, never = np.zeros(count), np.zeros(count, dtype=np.bool_)
+    return ReleaseBatch(
+        position=point,
+        velocity=speed,
+        direction=speed / np.where(rate > 0.0, rate, 1.0)[:, None],
+        speed=rate,
+        acceleration=nothing,
+        angle=np.arctan2(speed[:, 2], flat),
+        azimuth=np.arctan2(speed[:, 1], speed[:, 0]),
+        distance=length(point - pick),
+        time=finite_rows(throws.release_time, count, "release_time"),
+        flight_time=np.nan_to_num(flight_time(point, speed, target[:, 2])),
+        ceiling_active=never,
+        workspace_active=never,
+        feasible=~never,
+        reason=np.zeros(count, dtype=np.int64),
+        straight=never,
+    )
+
+
+def _check_plan(pick: Floats, target: Floats, release: ReleaseBatch, path: HandPath) -> None:
+    """Raise PntGymError unless pick, release and path belong together and the robot reaches them."""
+    reach = length((target - pick) * np.array([1.0, 1.0, 0.0]))
+    if not (reach > MIN_REACH).all():
+        raise PntGymError(f"row {np.argmin(reach)}: pick and target lie above one another; they must be apart")
+    outside = (release.time < 0.0) | (release.time > path.duration)
+    if outside.any():
+        row = int(np.argmax(outside))
+        span = f"the path lasts from 0 to {path.duration[row]:.4f} s"
+        raise PntGymError(f"row {row}: release_time is {release.time[row]:.4f} s, but {span}")
+    at = path.sample(np.stack([np.zeros_like(release.time), release.time], axis=1))
+    _check_same("starts at", at.position[:, 0], "pick", pick)
+    _check_same("is at the release at", at.position[:, 1], "release_position", release.position)
+    _check_same("has at the release the velocity", at.velocity[:, 1], "release_velocity", release.velocity)
+    times = np.arange(0.0, float(path.duration.max()) + SAMPLING, SAMPLING)
+    hand = path.sample(times).position
+    workspace = EllipticWorkspace(T3KR.workspace_x, T3KR.workspace_y, T3KR.z_min, T3KR.z_max)
+    left = workspace.margin(hand) < -AGREEMENT
+    if left.any():
+        row, sample = (int(i) for i in np.argwhere(left)[0])
+        what = "pick" if sample == 0 else "path"
+        size = f"|x| / {T3KR.workspace_x}, |y| / {T3KR.workspace_y} elliptic, z from {T3KR.z_min} to {T3KR.z_max} m"
+        raise PntGymError(f"row {row}: the {what} at {_point(hand[row, sample])} lies outside the workspace ({size})")
+
+
+def _check_same(does: str, found: Floats, name: str, expected: Floats) -> None:
+    wrong = length(found - expected) > AGREEMENT
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        raise PntGymError(f"row {row}: the path {does} {_point(found[row])}, but {name} is {_point(expected[row])}")
+
+
+def _point(values: Floats) -> str:
+    return "(" + ", ".join(f"{value:.4f}" for value in values) + ")"
+
+
+def _config(target: Floats, items: Sequence[str], mismatch: float) -> ConveyorConfig:
+    """A cell with these items and a bin of its own for every row."""
+    low, high = target.min(axis=0), target.max(axis=0)
+    if high[2] - low[2] > AGREEMENT:
+        raise PntGymError(f"targets lie at heights from {low[2]} to {high[2]} m; they must share one")
+    random = {"x": (low[0], high[0]), "y": (low[1], high[1]), "side": (min(OPENING), max(OPENING))}
+    bins = {"rim": target[0, 2], "random": random}
+    level = {"name": "trial", "items": tuple(dict.fromkeys(items)), "belt": {"height": BELT_HEIGHT}, "bins": bins}
+    return ConveyorConfig.load(level, mismatch=mismatch, timestep=TIMESTEP)
+
+
+def _judged(plant: ConveyorPlant, context: Context, release: ReleaseBatch, path: HandPath, flown: Flown) -> Trials:
+    """What the cell makes of the throws; but an object that is put down lands where it is let go."""
+    nothing, flight = np.zeros(len(release.speed)), flown.flight
+    outcome = judge(flown, context, plant.config, path.duration, nothing)
+    let_go = flight.position[np.arange(len(nothing)), flight.release_step, :2]
+    landing = np.where((release.speed < REST)[:, None], let_go, outcome.landing)
+    miss = landing - context.target[:, :2]
+    along, across = context.to_throw_frame(miss)
+    return Trials(
+        landing=landing,
+        landing_error=np.sqrt(along**2 + across**2),
+        landing_along=along,
+        landing_across=across,
+        in_opening=np.asarray((np.abs(miss) <= context.opening / 2).all(axis=1)),
+        in_bin=outcome.in_bin,
+        recontact=outcome.recontact,
+        clearance=np.where(outcome.recontact, 0.0, _clearance(plant, context, flown)),
+        peak_torque=outcome.peak_torque,
+        release_tracking=outcome.tracking_error,
+        path_tracking=_path_tracking(plant, context, path, flown),
+        delay=context.objects.delay,
+        final=outcome.final,
+    )
+
+
+def _path_tracking(plant: ConveyorPlant, context: Context, path: HandPath, flown: Flown) -> Floats:
+    """Largest distance of the hand from its reference (N,) [m]."""
+    step = plant.config.timestep
+    steps = np.arange(0, flown.hand.shape[1], max(round(SAMPLING / step), 1), dtype=np.int64)
+    planned = path.sample(steps * step + flown.start[:, None]).position + context.cup_offset[:, None]
+    error = length(flown.hand[:, steps] - planned)
+    return np.where(steps <= flown.flight.last_step[:, None], error, 0.0).max(axis=1)
+
+
+def _clearance(plant: ConveyorPlant, context: Context, flown: Flown) -> Floats:
+    """Smallest distance of cup and object while the object falls away (N,) [m]."""
+    model, data = plant.scene.model, mujoco.MjData(plant.scene.model)
+    cup, thing = model.geom("cup").id, plant.scene.object_geom
+    data.geom_xmat[cup] = np.eye(3).ravel()
+    found = np.full(len(context.pick), np.inf)
+    for row in range(len(found)):
+        own = plant.batch.get_model(row)
+        turn, steps = _turning(flown.flight, context, row, plant.config.timestep)
+        matrices = (turn * Rotation.from_quat(own.geom_quat[thing], scalar_first=True)).as_matrix()
+        centre = flown.flight.position[row, steps] + turn.apply(own.geom_pos[thing])
+        for step, place, matrix in zip(steps, centre, matrices, strict=True):
+            data.geom_xpos[cup] = flown.hand[row, step] + np.array([0.0, 0.0, CUP_LENGTH / 2])
+            data.geom_xpos[thing], data.geom_xmat[thing] = place, matrix.ravel()
+            gap = float(mujoco.mj_geomDistance(own, data, cup, thing, 0.5, None))
+            found[row] = min(found[row], max(gap, 0.0))
+    return found
+
+
+def _turning(flight: ObjectFlight, context: Context, row: int, timestep: float) -> tuple[Rotation, Ints]:
+    """K rotations of one object and the steps (K,) they belong to, while its clearance counts."""
+    first = int(flight.release_step[row])
+    ends = min(first + round(CLEAR_UNTIL / timestep), int(flight.last_step[row]) + 1)
+    steps = np.arange(first + round(CLEAR_AFTER / timestep), ends, max(round(SAMPLING / timestep), 1), dtype=np.int64)
+    spun = context.objects.spin[row] * ((steps - first) * timestep)[:, None]
+    return Rotation.from_rotvec(spun) * Rotation.from_euler("z", float(context.objects.yaw[row])), steps

@@ -1,0 +1,169 @@
+"""Throws that were carried out, as arrays, and what they are worth: figures for people, tables and JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, Self, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agents import metrics
+from pnt_gym.arrays import Bools, Floats, Ints
+
+FIELDS: Final = {
+    "item": ("item", np.int64),
+    "landing_error": ("landing_error", np.float64),
+    "is_success": ("is_success", np.bool_),
+    "cycle_time": ("cycle_time", np.float64),
+    "clipped": ("residual_clipped", np.bool_),
+}
+"""What every cell tells of a throw: our name, and the key and type in the info."""
+METRES: Final = {"landing_along": "landing_along_m", "landing_across": "landing_across_m"}
+"""Numbers of some cells that records name with their unit."""
+FAILURES: Final = ("recontact", "rim")
+"""What stood between a throw and success, the first that holds; the last one tells a target that was reached."""
+
+
+@final
+@dataclass(frozen=True)
+class Throws:
+    """N throws in the order they are counted, one array entry each."""
+
+    item: Ints
+    """Index into the core's `item_names`."""
+    landing_error: Floats
+    is_success: Bools
+    cycle_time: Floats
+    clipped: Bools
+    """The action was infeasible and another one was executed."""
+    reward: Floats
+    told: Mapping[str, NDArray[Any]]
+    """What else this cell tells, by the keys of its info."""
+    errors: tuple[str, ...] = ()
+    """Those of the keys that a controller learns from: the errors of the core's correction."""
+
+    @classmethod
+    def of(cls, info: Mapping[str, Any], reward: NDArray[Any], errors: tuple[str, ...]) -> Self:
+        """The throws of one step of a vector environment, from its info and rewards."""
+        known = results(info, len(reward))
+        fields: dict[str, Any] = {name: known.pop(key).astype(kind) for name, (key, kind) in FIELDS.items()}
+        return cls(**fields, reward=np.array(reward, dtype=np.float64), told=known, errors=errors)
+
+    def __len__(self) -> int:
+        return len(self.item)
+
+    @property
+    def error(self) -> Floats:
+        """Errors in the coordinates that actions shift (N, E)."""
+        columns = [self.told[name].astype(np.float64) for name in self.errors]
+        return np.stack(columns, axis=-1) if columns else np.zeros((len(self), 0))
+
+    def head(self, count: int) -> Self:
+        """The first `count` throws."""
+        return self._with({name: column[:count] for name, column in self._columns().items()})
+
+    @classmethod
+    def concatenate(cls, parts: Sequence[Throws]) -> Throws:
+        """Throws one after another."""
+        columns = [part._columns() for part in parts]
+        return parts[0]._with({name: np.concatenate([c[name] for c in columns]) for name in columns[0]})
+
+    def _columns(self) -> dict[str, NDArray[Any]]:
+        return {**{name: getattr(self, name) for name in (*FIELDS, "reward")}, **self.told}
+
+    def _with(self, columns: dict[str, NDArray[Any]]) -> Self:
+        fields = {name: columns.pop(name) for name in (*FIELDS, "reward")}
+        return type(self)(**fields, told=columns, errors=self.errors)
+
+
+def results(info: Mapping[str, Any], count: int) -> dict[str, NDArray[Any]]:
+    """What N throws came to, number by number (N,), but for `kind`, which is of the coming ones.
+
+    Gymnasium's own vector environments keep what ended an episode apart, in `final_info`.
+    """
+    final = info.get("final_info", {})
+    over = np.asarray(info.get("_final_info", np.zeros(count, dtype=np.bool_)))
+    found: dict[str, NDArray[Any]] = {}
+    for name in {**info, **final}:
+        if name != "kind" and not name.startswith("_"):
+            values = np.asarray(info.get(name, final.get(name)))
+            if values.shape == (count,) and values.dtype.kind in "biuf":
+                found[name] = np.where(over, final.get(name, values), values)
+    return found
+
+
+def summary(throws: Throws) -> dict[str, float | int]:
+    """Figures of an evaluation, by the names of the JSON contract."""
+    rate = metrics.wilson(int(throws.is_success.sum()), len(throws))
+    pace = metrics.throughput(throws.is_success, throws.cycle_time)
+    where = metrics.landing(throws.landing_error)
+    return {
+        "picks": len(throws),
+        "picks_per_min": pace.attempted,
+        "sorted_per_min": pace.sorted,
+        "success_rate": rate.value,
+        "success_low": rate.low,
+        "success_high": rate.high,
+        "landing_error_mean_m": where.mean,
+        "landing_error_p95_m": where.p95,
+        "landing_error_iqm_m": where.iqm,
+        **scatter(throws),
+        "cycle_time_mean_s": pace.cycle_time,
+        "clipped_rate": float(throws.clipped.mean()),
+        "reward_mean": float(throws.reward.mean()),
+        "unmeasured": where.unmeasured,
+        **failures(throws),
+        **{f"{name}_rate": float(flag.mean()) for name, flag in throws.told.items() if flag.dtype == np.bool_},
+    }
+
+
+def scatter(throws: Throws) -> dict[str, float]:
+    """Mean and deviation of the landing along and across, and of the errors of the correction, in their own units."""
+    found: dict[str, float] = {}
+    for name in dict.fromkeys([*(name for name in METRES if name in throws.told), *throws.errors]):
+        values = throws.told[name][np.isfinite(throws.told[name])]
+        if values.size > 0:
+            label = METRES.get(name, name).removeprefix("landing_")
+            found |= {f"bias_{label}": float(values.mean()), f"spread_{label}": float(values.std())}
+    return found
+
+
+def failures(throws: Throws) -> dict[str, float]:
+    """Share of all throws that failed, by what stood between, where the cell tells: all shares sum to the failure rate.
+
+    A touched object is counted as touched whatever it did then; the rest either missed the target
+    (opening or pose) or reached it without staying there.
+    """
+    failed, shares = ~throws.is_success, dict[str, float]()
+    for name in FAILURES:
+        if name in throws.told:
+            one = failed & throws.told[name].astype(np.bool_)
+            shares[f"failed_{name}"] = float(one.mean())
+            failed = failed & ~one
+    return shares | ({"failed_missed": float(failed.mean())} if FAILURES[-1] in throws.told else {})
+
+
+def throw_records(throws: Throws, item_names: Sequence[str]) -> list[dict[str, Any]]:
+    """One JSON object per throw: what every cell tells, then all that this one does."""
+    columns = {
+        "item": [item_names[i] for i in throws.item],
+        "landing_error_m": throws.landing_error,
+        "success": throws.is_success,
+        "cycle_time_s": throws.cycle_time,
+        "clipped": throws.clipped,
+        "reward": throws.reward,
+        **{METRES.get(name, name): column for name, column in throws.told.items()},
+    }
+    if {"target_x", "target_y"} <= set(columns):
+        columns["target"] = np.stack([columns.pop("target_x"), columns.pop("target_y")], axis=-1)
+    rows = zip(*(_plain(column) for column in columns.values()), strict=True)
+    return [dict(zip(columns, row, strict=True)) for row in rows]
+
+
+def _plain(column: Sequence[str] | NDArray[Any]) -> list[Any]:
+    """As JSON has it, which knows no NaN."""
+    if not isinstance(column, np.ndarray):
+        return list(column)
+    return [value if np.isfinite(value).all() else None for value in column.tolist()]

@@ -1,0 +1,91 @@
+"""Fingerprints of what every environment gives: what a refactoring must keep to the last bit.
+
+`python benchmarks/step_hashes.py --json before.json`, then after the change `--against before.json`. Fingerprints hold
+on one machine with one set of versions: other vector instructions round differently.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+import pnt_gym.errors
+
+CONVEYOR = ("ideal", "nominal", "waste", "unseen", "tight", "fast")
+ONE_JOINT = ("ideal", "nominal", "late", "paper", "contact")
+GRIPPER = ("ideal", "nominal", "late", "patient", "drop", "belt")
+CASES = {
+    "PnTConveyor-v0": (CONVEYOR, ("release_point", "release_xyz", "virtual_goal")),
+    "PnTRelease-v0": (CONVEYOR, ("release_point", "release_xyz", "virtual_goal")),
+    "OneJointThrow-v0": (ONE_JOINT, ("virtual_goal", "release_state")),
+    "OneJointSort-v0": (ONE_JOINT, ("virtual_goal", "release_state")),
+    "OneJointAssembly-v0": (ONE_JOINT, ("virtual_goal", "release_state")),
+    "GripperToss-v0": (GRIPPER, ("release", "release_point")),
+}
+CELLS, STEPS = 4, 4
+
+
+def fingerprint(value: Any) -> str:
+    """Of an array's type, shape and bytes; NaN counts as one value."""
+    array = np.ascontiguousarray(value)
+    return hashlib.sha256(f"{array.dtype} {array.shape}".encode() + array.tobytes()).hexdigest()[:16]
+
+
+def fingerprints(env_id: str, level: str, mode: str) -> dict[str, str]:
+    """Of everything that a few steps of a vector environment return, by name; of the refusal of a level."""
+    try:
+        env = gym.make_vec(env_id, num_envs=CELLS, level=level, action_mode=mode)
+    except pnt_gym.errors.ConfigError as error:
+        return {"refused": str(error)}
+    random = np.random.default_rng(7)
+    observation, info = env.reset(seed=11)
+    parts = {"observation": [observation], "reward": [], "ended": []}
+    parts |= {f"info/{name}": [value] for name, value in info.items() if not name.startswith("_")}
+    for step in range(STEPS):
+        action = (0.3, 0.6, 1.0, 0.0)[step] * random.uniform(-1.0, 1.0, env.action_space.shape)
+        observation, reward, over, cut, info = env.step(action.astype(np.float32))
+        parts["observation"].append(observation)
+        parts["reward"].append(reward)
+        parts["ended"].append(np.stack([over, cut]))
+        for name, value in info.items():
+            if not name.startswith("_") and isinstance(value, np.ndarray) and value.dtype != object:
+                parts.setdefault(f"info/{name}", []).append(value)
+    env.close()
+    return {name: fingerprint(np.stack(values)) for name, values in parts.items()}
+
+
+def main() -> int:
+    """Write fingerprints, or compare them with those of another code state."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--json", type=Path, help="where to write the fingerprints")
+    parser.add_argument("--against", type=Path, help="fingerprints of another code state")
+    parser.add_argument("--env", choices=sorted(CASES), help="only this environment")
+    args = parser.parse_args()
+    made: dict[str, dict[str, str]] = {}
+    for env_id, (levels, modes) in CASES.items():
+        for level in levels if args.env in (None, env_id) else ():
+            for mode in modes:
+                made[f"{env_id}/{level}/{mode}"] = fingerprints(env_id, level, mode)
+    if args.json:
+        args.json.write_text(json.dumps({"version": pnt_gym.__version__, "made": made}, indent=1))
+    if not args.against:
+        return 0
+    before = json.loads(args.against.read_text())["made"]
+    differences = [
+        f"{case}: {', '.join(names)}"
+        for case, parts in made.items()
+        if (names := [n for n in sorted(parts.keys() | before[case].keys()) if parts.get(n) != before[case].get(n)])
+    ]
+    print("\n".join(differences) or f"{len(made)} cases: all fingerprints are equal")
+    return bool(differences)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

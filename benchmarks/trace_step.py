@@ -1,0 +1,89 @@
+"""How far one action travels: files and functions of the project that one `env.step` enters, calls, and depth.
+
+`python benchmarks/trace_step.py [--env ID] [--level NAME] [--list]`. A symptom of how straight the way of the data is,
+measured with `sys.setprofile` after a warm-up; nobody merges good functions for it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import FrameType
+from typing import Any, final
+
+import gymnasium as gym
+import numpy as np
+
+import pnt_gym
+
+ROOT = Path(pnt_gym.__file__).resolve().parent
+
+
+@final
+@dataclass
+class Trace:
+    """What a profiled call entered; frames outside the package do not count."""
+
+    functions: Counter[tuple[str, str]] = field(default_factory=Counter[tuple[str, str]])
+    depth: int = 0
+    deepest: int = 0
+
+    def __call__(self, frame: FrameType, event: str, _: Any) -> None:
+        """Take in one event of `sys.setprofile`."""
+        if event not in ("call", "return") or not frame.f_code.co_filename.startswith(str(ROOT)):
+            return
+        self.depth += 1 if event == "call" else -1
+        if event == "call":
+            self.functions[frame.f_code.co_filename, frame.f_code.co_qualname] += 1
+            self.deepest = max(self.deepest, self.depth)
+
+    @property
+    def files(self) -> Counter[str]:
+        """Calls by file."""
+        found: Counter[str] = Counter()
+        for (file, _), calls in self.functions.items():
+            found[str(Path(file).relative_to(ROOT))] += calls
+        return found
+
+
+def trace_step(env_id: str, level: str) -> Trace:
+    """Of one step with an action of 0.1, after two others."""
+    env = gym.make(env_id, level=level).unwrapped
+    env.reset(seed=0)
+    action = np.full(env.action_space.shape or (), 0.1, dtype=np.float32)
+    for _ in range(2):
+        if any(env.step(action)[2:4]):
+            env.reset()
+    trace = Trace()
+    sys.setprofile(trace)
+    try:
+        env.step(action)
+    finally:
+        sys.setprofile(None)
+    env.close()
+    return trace
+
+
+def main() -> None:
+    """Print the figures, and with --list every function."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--env", default="PnTConveyor-v0")
+    parser.add_argument("--level", default="nominal")
+    parser.add_argument("--list", action="store_true", help="every function with its calls")
+    args = parser.parse_args()
+    trace = trace_step(args.env, args.level)
+    print(
+        f"{args.env} {args.level}: {len(trace.files)} files, {len(trace.functions)} functions, "
+        f"{sum(trace.functions.values())} calls, {trace.deepest} deep"
+    )
+    if args.list:
+        for file in sorted(trace.files):
+            names = [f"{name} x{n}" for (path, name), n in trace.functions.items() if path.endswith(file)]
+            print(f"{file}: {', '.join(names)}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,129 @@
+"""Array aliases, the shape checks of plans, and taking, replacing and joining rows of records with arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import fields, is_dataclass
+from functools import cache
+from operator import attrgetter, itemgetter
+from typing import Any, TypeAlias, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pnt_gym.errors import PlanningError
+
+Floats: TypeAlias = NDArray[np.float64]
+Bools: TypeAlias = NDArray[np.bool_]
+Ints: TypeAlias = NDArray[np.int64]
+Point: TypeAlias = Sequence[float] | Floats
+
+RecordT = TypeVar("RecordT")
+
+
+def finite_points(values: ArrayLike, name: str) -> Floats:
+    """Return ``values`` as a contiguous float64 array of shape (N, 3) [m].
+
+    Raises:
+        ValueError: if the shape is not (N, 3) or a coordinate is NaN or infinite.
+    """
+    points = np.ascontiguousarray(values, dtype=np.float64)
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise PlanningError(f"{name} must have shape (N, 3), got {points.shape}")
+    _require_finite(points, name)
+    return points
+
+
+def finite_rows(values: ArrayLike, count: int, name: str) -> Floats:
+    """Return ``values``, one number or (N,), as a contiguous float64 array of shape (count,).
+
+    Raises:
+        ValueError: if the shape is neither () nor (count,), or a value is NaN or infinite.
+    """
+    rows = np.asarray(values, dtype=np.float64)
+    if rows.shape not in ((), (count,)):
+        raise PlanningError(f"{name} must be one number or have shape ({count},), got {rows.shape}")
+    _require_finite(rows, name)
+    return np.ascontiguousarray(np.broadcast_to(rows, (count,)))
+
+
+def vector(value: Point, name: str) -> Floats:
+    """Return ``value`` as a float64 array of shape (3,).
+
+    Raises:
+        ValueError: if it is not three finite numbers.
+    """
+    array = np.asarray(value, dtype=np.float64)
+    if array.shape != (3,) or not np.isfinite(array).all():
+        raise PlanningError(f"{name} must be three finite numbers, got {value!r}")
+    return array
+
+
+def same_count(name: str, rows: int, other: str, other_rows: int) -> None:
+    """Raise ValueError unless two arrays hold the same number of rows."""
+    if rows != other_rows:
+        raise PlanningError(f"{name} has {rows} rows but {other} has {other_rows}; give one row each")
+
+
+def length(vectors: Floats) -> Floats:
+    """Return the Euclidean length (...,) of vectors (..., 3).
+
+    The sum is written out so that a row gives the same bits whatever the batch size is.
+    """
+    x, y, z = vectors[..., 0], vectors[..., 1], vectors[..., 2]
+    return np.sqrt(x * x + y * y + z * z)
+
+
+def take(record: RecordT, index: Any) -> RecordT:
+    """The record at a numpy index of the leading shape; fields that are neither arrays nor records stay.
+
+    Args:
+        record: a dataclass or a NamedTuple of arrays, other such records and plain values.
+        index: any numpy index.
+    """
+    return _each(itemgetter(index), record)
+
+
+def replaced(record: RecordT, index: Any, other: RecordT) -> RecordT:
+    """A copy of the record whose arrays hold those of another record at a numpy index."""
+
+    def overwritten(values: Floats, new: Floats) -> Floats:
+        mixed = values.copy()
+        mixed[index] = new
+        return mixed
+
+    return _each(overwritten, record, other)
+
+
+def joined(records: Sequence[RecordT], axis: int = 0) -> RecordT:
+    """The rows of all records, one after the other along an axis; plain values are those of the first."""
+
+    def one_after_the_other(*values: Floats) -> Floats:
+        return np.concatenate(values, axis=axis)
+
+    return _each(one_after_the_other, *records)
+
+
+def _each(change: Callable[..., Any], first: Any, *others: Any) -> Any:
+    """A record like the given ones, each of its arrays made from theirs."""
+    if isinstance(first, np.ndarray):
+        return change(first, *others)
+    made: dict[str, Any] = {}
+    for name in _columns(first.__class__):
+        made[name] = _each(change, *map(attrgetter(name), (first, *others)))
+    return first.__class__(**made) if made else first
+
+
+@cache
+def _columns(kind: Any) -> tuple[str, ...]:
+    """Names of the values that records of a type are made from; none for any other type."""
+    if is_dataclass(kind):
+        return tuple(field.name for field in fields(kind) if field.init)
+    return getattr(kind, "_fields", ())
+
+
+def _require_finite(values: Floats, name: str) -> None:
+    bad = ~np.isfinite(values)
+    if bad.any():
+        where = tuple(int(i) for i in np.argwhere(bad)[0])
+        raise PlanningError(f"{name} must be finite, got {values[bad][0]} at index {where}")

@@ -1,0 +1,178 @@
+"""Actions: how a robot reads them, how they become a plan that it can carry out, and what they mean to a learner."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, Generic, Protocol, TypeAlias, TypeVar, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pnt_gym.arrays import Bools, Floats, Ints, replaced, take
+from pnt_gym.errors import ActionError, ConfigError
+from pnt_gym.planning.motion.roots import bisect
+
+_HALVINGS: Final = 12
+"""Bisection of a residual that must shrink: to 1/4096 of its length."""
+
+Buckets: TypeAlias = Callable[[NDArray[np.float32], Ints], list[tuple[str, str]]]
+"""Observations (N, D) and kinds (N,) to a name of the thing thrown and of the place it is thrown to, per throw."""
+Possible: TypeAlias = Callable[[NDArray[np.float32], int, Floats], Bools]
+"""Observation (D,) and kind of one throw, and shifts (M, E) of it in actions: which of them have a plan (M,)."""
+
+
+class Plans(Protocol):
+    """N plans: a record of arrays."""
+
+    @property
+    def feasible(self) -> Bools:
+        """Which of them the robot can carry out (N,)."""
+        ...
+
+
+PlannerT = TypeVar("PlannerT")
+ContextT = TypeVar("ContextT")
+PlansT = TypeVar("PlansT", bound=Plans)
+
+
+@final
+@dataclass(frozen=True)
+class ActionMode(Generic[PlannerT, ContextT, PlansT]):
+    """One way to read an action in [-1, 1] as a residual on the nominal plan; zero is the nominal plan itself.
+
+    Attributes:
+        name: for level and command line.
+        numbers: what each of its A numbers moves, for people.
+        scale: a cell's config to what 1 is worth in each number (A,).
+        plan: planner, coming throws and residual (N, A) in units to plans, feasible or not; a row's plan does not
+            depend on the other rows.
+        errors: the measured errors of a throw that the numbers shift one to one; none where they do not.
+    """
+
+    name: str
+    numbers: tuple[str, ...]
+    scale: Callable[[Any], Floats]
+    plan: Callable[[PlannerT, ContextT, Floats], PlansT]
+    errors: tuple[str, ...] = ()
+
+
+Modes: TypeAlias = Mapping[str, ActionMode[Any, Any, Any]]
+"""A robot's action modes by name, the default first."""
+
+
+def by_name(*modes: ActionMode[Any, Any, Any]) -> Modes:
+    """Action modes by their names."""
+    return {mode.name: mode for mode in modes}
+
+
+def mode_of(modes: Modes, name: str) -> ActionMode[Any, Any, Any]:
+    """The action mode of a name.
+
+    Raises:
+        ConfigError: there is none.
+    """
+    if name not in modes:
+        raise ConfigError(f"action_mode is {name!r}; it must be one of {', '.join(modes)}")
+    return modes[name]
+
+
+def corrected(
+    mode: ActionMode[PlannerT, ContextT, PlansT], planner: PlannerT, context: ContextT, actions: Floats, scale: Floats
+) -> tuple[PlansT, Bools]:
+    """Feasible plans for actions, and which of their residuals had to be shortened for them (N,).
+
+    A residual without a feasible plan is shortened to the longest part that has one, by bisection; the nominal plan is
+    feasible by construction, so shortening towards it ends at a feasible plan.
+
+    Args:
+        mode: how the actions are read.
+        planner: the robot's.
+        context: the coming throws.
+        actions: (N, A) within [-1, 1].
+        scale: what an action of 1 is worth (A,).
+    """
+    plans = mode.plan(planner, context, actions * scale)
+    clipped = ~plans.feasible
+    rows = np.flatnonzero(clipped)
+    if rows.size == 0:
+        return plans, clipped
+    there, wanted = take(context, rows), actions[rows]
+
+    def part(share: Floats) -> PlansT:
+        return mode.plan(planner, there, wanted * share[:, None] * scale)
+
+    longest, _ = bisect(lambda share: part(share).feasible, np.zeros(rows.size), np.ones(rows.size), _HALVINGS)
+    return replaced(plans, rows, part(longest)), clipped
+
+
+@final
+@dataclass(frozen=True)
+class Correction:
+    """How the E numbers of an action shift the E errors of a throw.
+
+    Where each number of an action moves one measured error one to one, a throw that went wrong says by itself what
+    would have been right: what was asked for minus the error that came out.
+    """
+
+    errors: tuple[str, ...]
+    """Names of the errors, one per number: keys of a step's info and attributes of a preview, each (N,)."""
+    scale: Floats
+    """How far an action of 1 moves each error (E,), in the error's unit."""
+    exploration: Floats
+    """Standard deviation of the shifts that a learner adds in practice (E,), in the errors' units."""
+    tolerance: Floats
+    """Errors that count alike (E,), in their own units: the size of an error is its length in these."""
+    buckets: Buckets
+    """Which bucket of a table each throw belongs to."""
+    possible: Possible | None = None
+    """Which shifts the robot can do; None where only a throw shows it, by being shortened."""
+
+    @property
+    def count(self) -> int:
+        """The number of coordinates E."""
+        return len(self.errors)
+
+
+def limited_actions(actions: object, count: int, size: int, mode: str) -> Floats:
+    """Actions as a float64 array (count, size), clipped to [-1, 1].
+
+    Args:
+        actions: what the caller gave.
+        count: number of cells.
+        size: numbers in one action.
+        mode: name of the action mode, for the error.
+
+    Raises:
+        ActionError: wrong shape, or NaN or infinite values.
+    """
+    try:
+        array = np.asarray(actions, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ActionError(f"action is {actions!r}; it must be an array of numbers") from None
+    expected = (count, size)
+    if array.shape != expected:
+        raise ActionError(f"action has shape {array.shape}; {mode!r} with {count} cells needs {expected}")
+    bad = ~np.isfinite(array)
+    if bad.any():
+        row = int(np.argwhere(bad)[0][0])
+        raise ActionError(f"action of cell {row} is {array[row].tolist()}; it must be finite and within [-1, 1]")
+    return np.clip(array, -1.0, 1.0)
+
+
+def padded(residual: Floats, size: int) -> Floats:
+    """Residuals (N, A) with zeros for the numbers that their mode leaves out, (N, size)."""
+    return np.concatenate([residual, np.zeros((len(residual), size - residual.shape[1]))], axis=1)
+
+
+def quarters(x: Floats, y: Floats, middle: Sequence[float], names: tuple[str, str]) -> list[str]:
+    """Names of the quarters of an area that points (N,) lie in.
+
+    Args:
+        x: of the points.
+        y: of the points.
+        middle: x, y of the area's middle.
+        names: of its far and its near half along y.
+    """
+    right, far = x > middle[0], y > middle[1]
+    return [f"{'right' if r else 'left'}-{names[0] if f else names[1]}" for r, f in zip(right, far, strict=True)]

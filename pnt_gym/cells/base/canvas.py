@@ -1,0 +1,172 @@
+"""Where pictures are drawn: offscreen, or in a window; and shapes that are drawn and not simulated."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any, Final, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pnt_gym.arrays import Floats
+from pnt_gym.engine import MjData, MjModel, has_display, mujoco
+from pnt_gym.errors import ConfigError
+
+Frame = NDArray[np.uint8]
+
+RENDER_MODES: Final = ("rgb_array", "rgb_array_list", "human")
+FPS: Final = 30
+SIZE: Final = (720, 1280)
+"""Height and width of a frame [pixels]."""
+_LIBRARIES: Final = (
+    "rendering needs an OpenGL library: install EGL (Debian and Ubuntu: apt-get install libegl1 libgl1-mesa-dri), "
+    "or set MUJOCO_GL=osmesa with libosmesa6"
+)
+
+
+@final
+@dataclass(frozen=True)
+class Marker:
+    """A shape that is drawn and not simulated."""
+
+    type: int
+    size: Floats
+    position: Floats
+    frame: Floats
+    """Rotation matrix (9,)."""
+    rgba: Floats
+
+    @classmethod
+    def dot(cls, position: Floats, rgba: Floats, radius: float) -> Marker:
+        """A small sphere."""
+        return cls(int(mujoco.mjtGeom.mjGEOM_SPHERE.value), np.full(3, radius), position, np.eye(3).ravel(), rgba)
+
+    def add_to(self, scene: Any) -> None:
+        """Add the shape to a scene that has room for it."""
+        if scene.ngeom >= scene.maxgeom:
+            return
+        geom = scene.geoms[scene.ngeom]
+        mujoco.mjv_initGeom(geom, self.type, self.size, self.position, self.frame, self.rgba.astype(np.float32))
+        scene.ngeom += 1
+
+
+@final
+class Canvas:
+    """Offscreen pictures of models that share one layout.
+
+    Args:
+        camera: MuJoCo's camera.
+        size: height and width of a frame [pixels].
+    """
+
+    def __init__(self, camera: Any, size: tuple[int, int] = SIZE) -> None:
+        self._camera = camera
+        self._size = size
+        self._renderer: Any = None
+
+    def draw(self, model: MjModel, data: MjData, markers: Iterable[Marker]) -> Frame:
+        """A picture (height, width, 3).
+
+        Raises:
+            ConfigError: no OpenGL library could be loaded.
+        """
+        renderer = self._opened(model)
+        renderer.update_scene(data, self._camera)
+        for marker in markers:
+            marker.add_to(renderer.scene)
+        return renderer.render().copy()
+
+    def close(self) -> None:
+        """Free the renderer; safe to call twice."""
+        if self._renderer is not None:
+            self._renderer.close()
+            self._renderer = None
+
+    def _opened(self, model: MjModel) -> Any:
+        """The renderer for this model; every simulation's model has the same layout and is drawn by the same one."""
+        if self._renderer is None:
+            self._renderer = _new_renderer(model, self._size)
+            self._renderer._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = 0
+        self._renderer._model = model
+        return self._renderer
+
+
+@final
+class Window:
+    """MuJoCo's interactive window on one model.
+
+    Args:
+        model: shown, and changed by `play`.
+        data: as it stands.
+
+    Raises:
+        ConfigError: there is no display.
+    """
+
+    def __init__(self, model: MjModel, data: MjData) -> None:
+        others = set(threading.enumerate())
+        self._window = _open_window(model, data)
+        self._threads = set(threading.enumerate()) - others
+        self._model, self._data = model, data
+
+    def play(self, states: Iterable[MjData], write_model: Callable[[MjModel], object]) -> None:
+        """Show states that are 1 / `FPS` seconds apart in real time.
+
+        Args:
+            states: of the simulation shown.
+            write_model: writes the simulation's model into the given one.
+        """
+        for state in states:
+            started = time.perf_counter()
+            with self._window.lock():
+                write_model(self._model)
+                self._data.qpos[:] = state.qpos
+                mujoco.mj_forward(self._model, self._data)
+            self._window.sync()
+            time.sleep(max(1.0 / FPS - (time.perf_counter() - started), 0.0))
+
+    def close(self) -> None:
+        """Close it, and wait for its threads."""
+        self._window.close()
+        for thread in self._threads:  # one that still draws when Python ends crashes the process
+            thread.join(timeout=5.0)
+
+
+def rendering_problem() -> str | None:
+    """Why this machine cannot draw, in one sentence; None if it can."""
+    try:
+        _new_renderer(mujoco.MjSpec().compile(), (8, 8)).close()
+    except ConfigError as error:
+        return str(error)
+    return None
+
+
+def _new_renderer(model: MjModel, size: tuple[int, int]) -> Any:
+    """An offscreen renderer.
+
+    Raises:
+        ConfigError: no OpenGL library could be loaded.
+    """
+    if not has_display() and os.environ.get("MUJOCO_GL", "glfw") == "glfw":
+        raise ConfigError(_LIBRARIES)  # asking GLFW here would abort the process
+    try:
+        return mujoco.Renderer(model, *size)
+    except Exception as error:
+        raise ConfigError(f"{_LIBRARIES} ({type(error).__name__}: {error})") from None
+
+
+def _open_window(model: MjModel, data: MjData) -> Any:
+    if not has_display():
+        raise ConfigError("render_mode 'human' needs a display; use 'rgb_array' on a headless machine")
+    from mujoco import viewer  # noqa: PLC0415  # pyright: ignore[reportMissingTypeStubs]
+
+    window: Any = viewer
+    return window.launch_passive(model, data, show_left_ui=False, show_right_ui=False)
+
+
+if __name__ == "__main__":
+    print(rendering_problem() or "rendering works on this machine")

@@ -1,0 +1,194 @@
+"""What the configs of all cells have in common: frozen sections, and levels that say only what differs.
+
+A level is its `base` plus differences; without a `base` it differs from the level `nominal` of its family, whose own
+values are the defaults of the config. Shipped levels are YAML files in a folder that bears the robot's name, a user's
+own is a file or a mapping of the same form.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Final, Self, TypeAlias, cast
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic_core import to_jsonable_python
+
+from pnt_gym.errors import ConfigError
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Share = Annotated[float, Field(gt=0, le=1)]
+Range = tuple[Finite, Finite]
+Level: TypeAlias = str | Path | BaseModel | Mapping[str, Any]
+"""A shipped level's name, a YAML file, a mapping in the file's form, or a config as it is."""
+
+ROOT: Final = "nominal"
+"""The level that all others of a family differ from."""
+
+
+class Section(BaseModel):
+    """Abstract: part of a config; frozen, and an unknown key is an error."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+def ordered(section: Section, where: str, *names: str) -> None:
+    """Make sure that ranges of a section do not run backwards.
+
+    Args:
+        section: the section.
+        where: its name in the level, for the error.
+        names: of fields that are a `Range`.
+
+    Raises:
+        ValueError: a range whose first value is larger.
+    """
+    for name in names:
+        low, high = getattr(section, name)
+        if low > high:
+            raise ValueError(f"{where}.{name} runs from {low} to {high}; the first value must not be larger")
+
+
+class LevelConfig(Section):
+    """Abstract: everything that describes a cell. Subclasses name the folder of their shipped levels."""
+
+    folder: ClassVar[str | Path]
+    """Name of the robot, and so of the folder of its shipped levels; a path where the levels are a user's own."""
+    alternatives: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    """Keys of a section that exclude each other: a level that gives one of them drops those of its base."""
+
+    name: str = Field(default="custom", min_length=1)
+    mismatch: Annotated[float, Field(ge=0, le=3)] = Field(
+        default=1.0,
+        description="The dial m: 0 is the planner's own world, 1 is realistic; scales every unmodelled effect.",
+    )
+
+    @classmethod
+    def load(cls, level: Level = ROOT, **changes: Any) -> Self:
+        """A config from a shipped level's name, a YAML file, a mapping or a config.
+
+        Args:
+            level: what describes the cell.
+            changes: top-level values that replace those of the level, e.g. `mismatch=0.5`.
+
+        Raises:
+            ConfigError: no such level or file, unknown key, a value out of its range, or the config of another cell.
+        """
+        if isinstance(level, cls):
+            data, source = level.model_dump(exclude_unset=True), f"config {level.name!r}"
+        elif isinstance(level, BaseModel):
+            raise ConfigError(f"level is a {type(level).__name__}; this cell is described by a {cls.__name__}")
+        elif isinstance(level, Mapping):
+            data, source = cls._complete({"name": "custom", **level}, ()), "config"
+        else:
+            data, source = cls._from_file(level, ()), f"level file {str(level)!r}"
+        data.update(changes)
+        try:
+            return cls.model_validate(data)
+        except ValidationError as error:
+            raise ConfigError(f"{source}: {_first_problem(error)}") from None
+
+    @classmethod
+    def level_names(cls) -> tuple[str, ...]:
+        """Names of the shipped levels."""
+        return tuple(sorted(path.stem for path in _shipped(cls.folder).glob("*.yaml")))
+
+    @classmethod
+    def _from_file(cls, level: str | Path, above: tuple[str, ...]) -> dict[str, Any]:
+        """A level and all that it differs from, as one mapping; `above` are the files that named it as their base."""
+        names = cls.level_names()
+        if level == ROOT and ROOT not in names:  # a family without shipped levels has its defaults
+            return {"name": ROOT}
+        path = _find(cls.folder, level, names)
+        if str(path) in above:
+            circle = " -> ".join(Path(p).stem for p in (*above, str(path)))
+            raise ConfigError(f"level file {str(level)!r}: levels are their own base: {circle}")
+        data = {"name": path.stem, **_read(path)}
+        if path == _shipped(cls.folder) / f"{ROOT}.yaml":
+            return data
+        base = path.parent / str(data.get("base", ""))
+        if base.is_file():  # a base beside the file that names it
+            data["base"] = base
+        return cls._complete(data, (*above, str(path)))
+
+    @classmethod
+    def _complete(cls, data: Mapping[str, Any], above: tuple[str, ...]) -> dict[str, Any]:
+        """Differences on top of what they differ from."""
+        own = dict(data)
+        base = own.pop("base", ROOT)
+        if not isinstance(base, str | Path):
+            raise ConfigError(f"base is {base!r}; it must be the name of a level or a YAML file")
+        return _merged(cls._from_file(base, above), own, cls.alternatives)
+
+
+def written(level: Level) -> str | dict[str, Any]:
+    """A level as JSON can hold it: a name or path as text, a mapping or a config in the form of a level file."""
+    if isinstance(level, str | Path):
+        return str(level)
+    if isinstance(level, BaseModel):
+        return level.model_dump(mode="json", exclude_unset=True)
+    return cast("dict[str, Any]", to_jsonable_python(dict(level)))
+
+
+def _merged(below: dict[str, Any], above: Mapping[str, Any], alternatives: Mapping[str, Any]) -> dict[str, Any]:
+    """Mappings merge key by key, anything else replaces what lies below; a section given as an object is complete."""
+    merged = dict(below)
+    for key, value in above.items():
+        under = merged.get(key)
+        if isinstance(value, Mapping) and isinstance(under, Mapping):
+            new, old = cast("Mapping[str, Any]", value), cast("Mapping[str, Any]", under)
+            group = alternatives.get(key, ())
+            excluded = [name for name in group if name not in new] if any(name in new for name in group) else []
+            kept = {name: part for name, part in old.items() if name not in excluded}
+            merged[key] = _merged(kept, new, {})
+        else:
+            merged[key] = value
+    return merged
+
+
+def _shipped(folder: str | Path) -> Path:
+    """A folder of shipped levels: inside an installed wheel, or beside the package in a checkout."""
+    if isinstance(folder, Path):
+        return folder
+    package = Path(__file__).resolve().parents[2]
+    installed = package / "levels"
+    return (installed if installed.is_dir() else package.parent / "configs" / "cells") / folder
+
+
+def _find(folder: str | Path, level: str | Path, names: tuple[str, ...]) -> Path:
+    text = str(level)
+    if text in names:
+        return _shipped(folder) / f"{text}.yaml"
+    path = Path(level)
+    if not path.suffix:
+        raise ConfigError(f"unknown level {text!r}; shipped levels are {', '.join(names)}, or give a YAML file")
+    if not path.is_file():
+        raise ConfigError(f"level file {text!r} does not exist")
+    return path
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        data: Any = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ConfigError(f"level file {str(path)!r} is not valid YAML: {str(error).splitlines()[0]}") from None
+    if not isinstance(data, dict):
+        raise ConfigError(f"level file {str(path)!r} must hold a mapping of settings, it holds {type(data).__name__}")
+    return cast("dict[str, Any]", data)
+
+
+def _first_problem(error: ValidationError) -> str:
+    """The first complaint of pydantic as one sentence."""
+    problem = error.errors()[0]
+    where = ".".join(str(part) for part in problem["loc"])
+    message = problem["msg"].removeprefix("Value error, ")
+    if problem["type"] == "extra_forbidden":
+        return f"unknown key {where!r}"
+    if problem["type"] == "value_error":
+        return message
+    if problem["type"] == "missing":
+        return f"key {where!r} is missing"
+    return f"{where} is {problem['input']!r}: {message[0].lower()}{message[1:]}"

@@ -1,0 +1,323 @@
+"""What stands behind every environment: a cell whose robots throw in step, actions in, observations and rewards out.
+
+A robot is one subclass of `Cell`; environments, evaluation, training and benchmark know only `Core`.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, Final, Generic, Protocol, TypeVar, final
+
+import numpy as np
+from gymnasium.spaces import Box
+from numpy.typing import NDArray
+
+from pnt_gym.arrays import Bools, Floats, Ints, replaced
+from pnt_gym.cells.base.action import Correction, Modes, Plans, corrected, limited_actions, mode_of
+from pnt_gym.cells.base.config import LevelConfig
+from pnt_gym.cells.base.features import CLIP
+from pnt_gym.cells.base.view import View
+from pnt_gym.errors import ConfigError
+
+Generators = list[np.random.Generator]
+
+COMMON_INFO: Final = ("is_success", "landing_error", "cycle_time", "residual_clipped", "item", "kind")
+"""What every cell tells of a throw; the errors of its `Correction` and what only it knows come on top."""
+
+
+class Throws(Protocol):
+    """N coming throws: a record of arrays."""
+
+    @property
+    def kind(self) -> Ints:
+        """What the cell's classifier says of the things to throw: index into `Cell.item_names` (N,)."""
+        ...
+
+
+class Verdict(Protocol):
+    """What became of N throws: a record of arrays, made once and complete."""
+
+    @property
+    def is_success(self) -> Bools:
+        """It crossed its target's opening and lies at rest in it; without a bin: it passed its goal (N,)."""
+        ...
+
+    @property
+    def landing_error(self) -> Floats:
+        """Distance from the target (N,) [m]."""
+        ...
+
+    @property
+    def cycle_time(self) -> Floats:
+        """From one throw to the next, dwell included (N,) [s]."""
+        ...
+
+
+ConfigT = TypeVar("ConfigT", bound=LevelConfig)
+ThrowsT = TypeVar("ThrowsT", bound=Throws)
+PlansT = TypeVar("PlansT", bound=Plans)
+VerdictT = TypeVar("VerdictT", bound=Verdict)
+
+
+class Cell(ABC, Generic[ConfigT, ThrowsT, PlansT, VerdictT]):
+    """Abstract: N robots in their surroundings, throwing in step.
+
+    Args:
+        config: the cell.
+        count: number of cells N.
+        threads: worker threads of the physics; results do not depend on it.
+
+    Raises:
+        ConfigError: a count or a number of threads below one.
+    """
+
+    modes: ClassVar[Modes]
+    """Its action modes, the default first."""
+    reward_terms: ClassVar[tuple[str, ...]]
+    """Names of the reward's terms."""
+
+    features: int
+    """Numbers D in an observation."""
+    item_names: Sequence[str]
+    """What `kind` and `item` of the info are indices into."""
+    dwell: float = 0.0
+    """Part of the cycle time in which the hand holds still to grip [s]."""
+    episode: int = 1
+    """Throws in an episode."""
+    terminates: bool = True
+    """Whether an episode that is over terminates, its task being done or lost; others are truncated."""
+    planner: Any
+    """What the action modes plan with."""
+    context: ThrowsT
+    """The coming throws."""
+
+    def __init__(self, config: ConfigT, count: int, threads: int) -> None:
+        for name, value in (("num_envs", count), ("threads", threads)):
+            if value < 1:
+                raise ConfigError(f"{name} is {value}; it must be at least 1")
+        self.config = config
+        self.count = count
+        self.generators: Generators = [np.random.default_rng(0) for _ in range(count)]
+        """Each row draws from its own, so it gives the same alone and in a batch."""
+
+    def reset(self, rows: Ints, generators: Generators) -> None:
+        """Begin anew in some rows, each with its own generator."""
+        for row, generator in zip(rows, generators, strict=True):
+            self.generators[int(row)] = generator
+        self.context = replaced(self.context, rows, self.first(rows))
+
+    @abstractmethod
+    def first(self, rows: Ints) -> ThrowsT:
+        """The first throws of an episode in some rows."""
+
+    @abstractmethod
+    def observe(self) -> NDArray[np.float32]:
+        """Observations of the coming throws (N, D)."""
+
+    @abstractmethod
+    def throw(self, plans: PlansT) -> VerdictT:
+        """Carry out feasible plans, one per cell, and move on to the next throws."""
+
+    @abstractmethod
+    def preview(self, plans: PlansT, jitter: bool = False) -> VerdictT:
+        """What the coming throws would do, without moving on; with `jitter`, as `throw` will have their scatter."""
+
+    @abstractmethod
+    def reward(self, outcome: VerdictT) -> Mapping[str, Floats]:
+        """Weighted reward terms by the names of `reward_terms`, (N,) each; before weighting each is in [0, 1]."""
+
+    @abstractmethod
+    def info(self, outcome: VerdictT, thrown: ThrowsT) -> dict[str, NDArray[Any]]:
+        """What else is told of throws beside `COMMON_INFO`, (N,) each."""
+
+    def correction(self, mode: str) -> Correction | None:
+        """What an action of a mode means to a controller that learns from errors; None where it is not one to one."""
+        return None
+
+    def ended(self, outcome: VerdictT, thrown: ThrowsT) -> Bools | None:
+        """Episodes that these throws end before their length (N,); None for none."""
+        return None
+
+    def view(self) -> View:
+        """Pictures of the cells; row 0 is recorded from now on.
+
+        Raises:
+            ConfigError: nothing of this cell can be drawn.
+        """
+        raise ConfigError(f"{type(self).__name__} has no pictures; it does not say how it is drawn")
+
+
+@final
+@dataclass(frozen=True)
+class Step:
+    """What one throw in every cell gave."""
+
+    observation: NDArray[np.float32]
+    """Of the next throws (N, D)."""
+    reward: Floats
+    """(N,)"""
+    ended: Bools
+    """Episodes that are over (N,)."""
+    info: dict[str, NDArray[Any]]
+    """Named results, (N,) each: `COMMON_INFO`, the reward's terms, and what the cell adds."""
+
+
+@final
+class Episodes:
+    """Counts the throws of N cells, and knows which of them need a new draw when their episode begins.
+
+    Args:
+        count: number of cells N.
+        length: throws in an episode.
+        drawn: whether the cell draws the next episode's first throw by itself after the last one of an episode.
+    """
+
+    def __init__(self, count: int, length: int, drawn: bool) -> None:
+        self._length, self._drawn = length, drawn
+        self._throws = np.zeros(count, dtype=np.int64)
+        self._fresh = np.zeros(count, dtype=np.bool_)
+
+    def begin(self, rows: Ints, seeded: bool) -> Ints:
+        """Begin new episodes in some rows; returns the positions in `rows` of those that must be drawn anew."""
+        self._throws[rows] = 0
+        draw = np.full(len(rows), True) if seeded else ~self._fresh[rows]
+        self._fresh[rows] = False
+        return np.flatnonzero(draw)
+
+    def thrown(self, early: Bools | None = None) -> Bools:
+        """Count one throw in every cell; returns the episodes that are over (N,).
+
+        Args:
+            early: episodes that this throw ends before their length (N,); None for none.
+        """
+        self._throws += 1
+        ended = self._throws >= self._length
+        if early is not None:
+            ended = ended | early
+        self._fresh = ended & self._drawn
+        return ended
+
+
+@final
+class Core:
+    """A cell behind the environments: actions in, observations, rewards and infos out.
+
+    Args:
+        cell: N robots that throw in step.
+        action_mode: how an action is read; None for the cell's default.
+
+    Raises:
+        ConfigError: an unknown action mode.
+    """
+
+    def __init__(self, cell: Cell[Any, Any, Any, Any], action_mode: str | None = None) -> None:
+        self.cell = cell
+        self.action_mode = next(iter(cell.modes)) if action_mode is None else action_mode
+        mode = mode_of(cell.modes, self.action_mode)
+        self.config, self.count = cell.config, cell.count
+        self.item_names, self.dwell, self.terminates = cell.item_names, cell.dwell, cell.terminates
+        self.action_sizes: Mapping[str, int] = {name: len(mode.numbers) for name, mode in cell.modes.items()}
+        self.shift_modes: Sequence[str] = tuple(name for name, mode in cell.modes.items() if mode.errors)
+        self.correction = cell.correction(self.action_mode)
+        self.observation_space = Box(-CLIP, CLIP, (cell.features,), np.float32)
+        self.action_space = Box(-1.0, 1.0, (len(mode.numbers),), np.float32)
+        self._scale = mode.scale(cell.config)
+        self._episodes = Episodes(cell.count, cell.episode, drawn=cell.terminates)
+
+    @property
+    def context(self) -> Any:
+        """The coming throws."""
+        return self.cell.context
+
+    def reset(self, rows: Ints, generators: Generators, seeded: bool) -> None:
+        """Begin new episodes in some rows.
+
+        Args:
+            rows: which cells.
+            generators: one per row; the row keeps drawing from it.
+            seeded: whether the generators are new; if not, a throw that is already drawn is kept.
+        """
+        chosen = self._episodes.begin(rows, seeded)
+        if chosen.size > 0:
+            self.cell.reset(rows[chosen], [generators[i] for i in chosen])
+
+    def observe(self) -> NDArray[np.float32]:
+        """Observations of the coming throws (N, D)."""
+        return self.cell.observe()
+
+    def kinds(self) -> dict[str, NDArray[Any]]:
+        """`kind`: what the cell's classifier says of the coming things to throw, index into `item_names`, (N,)."""
+        return {"kind": self.cell.context.kind.copy()}
+
+    def plan(self, actions: object) -> tuple[Any, Bools]:
+        """Feasible plans nearest to what actions (N, A) ask for, and which actions had to be shortened (N,).
+
+        Raises:
+            ActionError: wrong shape, NaN or infinite values.
+        """
+        cell, mode = self.cell, self.cell.modes[self.action_mode]
+        limited = limited_actions(actions, self.count, len(mode.numbers), mode.name)
+        return corrected(mode, cell.planner, cell.context, limited, self._scale)
+
+    def step(self, actions: object) -> Step:
+        """Throw in every cell.
+
+        Args:
+            actions: (N, A) within [-1, 1]; values outside are clipped.
+
+        Raises:
+            ActionError: wrong shape, NaN or infinite values.
+        """
+        cell, thrown = self.cell, self.cell.context
+        plans, clipped = self.plan(actions)
+        outcome = cell.throw(plans)
+        terms = cell.reward(outcome)
+        info = {
+            "is_success": outcome.is_success,
+            "landing_error": outcome.landing_error,
+            "cycle_time": outcome.cycle_time,
+            "residual_clipped": clipped,
+            "item": thrown.kind.copy(),
+            **cell.info(outcome, thrown),
+            **{f"reward_{name}": term for name, term in terms.items()},
+            **self.kinds(),
+        }
+        ended = self._episodes.thrown(cell.ended(outcome, thrown))
+        return Step(cell.observe(), sum(terms.values(), np.zeros(self.count)), ended, info)
+
+    def preview(self, actions: object, jitter: bool = False) -> Any:
+        """What actions would do to the coming throws, hidden values included, without advancing.
+
+        This is privileged: the oracle uses it, and figures do.
+
+        Args:
+            actions: (N, A).
+            jitter: whether what is drawn anew in every throw takes part.
+
+        Returns:
+            An outcome with the errors of `correction` among its attributes, (N,) each.
+        """
+        plans, _ = self.plan(actions)
+        return self.cell.preview(plans, jitter)
+
+    def view(self) -> View:
+        """Pictures of the cells; row 0 is recorded from now on."""
+        return self.cell.view()
+
+
+def require_feasible(plans: Plans) -> None:
+    """Make sure that every cell has a plan that it can carry out.
+
+    Raises:
+        ValueError: one has not.
+    """
+    if not plans.feasible.all():
+        row = int(np.flatnonzero(~plans.feasible)[0])
+        raise ValueError(f"the plan of cell {row} is not feasible; throw only plans whose `feasible` is True")
+
+
+def scalars(info: dict[str, NDArray[Any]], row: int) -> dict[str, Any]:
+    """One row of a step's info as plain Python values."""
+    return {name: values[row].item() for name, values in info.items()}

@@ -1,0 +1,53 @@
+"""Tables of features: every number of an observation with its unit, centre and scale, and the way there and back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pnt_gym.arrays import Floats
+
+CLIP: Final = 5.0
+"""Bound of every entry of an observation."""
+
+
+@final
+@dataclass(frozen=True)
+class Feature:
+    """One entry of the observation: (value - centre) / scale, clipped to [-CLIP, CLIP]."""
+
+    name: str
+    unit: str
+    centre: float
+    scale: float
+    meaning: str
+    value: Callable[[Any], Floats]
+    """Its physical value (N,) from the coming throws."""
+
+
+@final
+class FeatureTable:
+    """The entries of one kind of observation.
+
+    Args:
+        features: in the order of the observation.
+    """
+
+    def __init__(self, features: Sequence[Feature]) -> None:
+        self._centre = np.array([f.centre for f in features])
+        self._scale = np.array([f.scale for f in features])
+        self._index = {f.name: i for i, f in enumerate(features)}
+
+    def encode(self, values: Sequence[Floats]) -> NDArray[np.float32]:
+        """Observations (N, D), float32 within [-CLIP, CLIP], from the physical values of each feature, (N,) each."""
+        scaled = (np.stack(values, axis=-1) - self._centre) / self._scale
+        return np.clip(scaled, -CLIP, CLIP).astype(np.float32)
+
+    def decode(self, observation: NDArray[np.floating]) -> dict[str, Floats]:
+        """Physical values by feature name from observations (..., D); clipped entries stay clipped."""
+        values = np.asarray(observation, dtype=np.float64) * self._scale + self._centre
+        return {name: values[..., i] for name, i in self._index.items()}

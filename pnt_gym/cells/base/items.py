@@ -1,0 +1,211 @@
+"""What an item is: size, mass, drag, seal, grip and contact; and items stacked into arrays to draw from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Final, Literal, Self, TypeVar, final, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints, model_validator
+
+from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.constants import GRAVITY
+
+Shape = Literal["ellipsoid", "cylinder", "box"]
+SHAPES: Final[tuple[Shape, ...]] = get_args(Shape)
+ELLIPSOID, CYLINDER, BOX = range(len(SHAPES))
+
+_Scalar = TypeVar("_Scalar", bound=np.generic)
+
+_Extent = Annotated[float, Field(gt=0.0, le=1.0)]
+_Line = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, pattern=r"^[^\n\r]*$")]
+
+
+def shape_index(shape: str) -> int:
+    """Index of a shape in `SHAPES`: 0 ellipsoid, 1 cylinder, 2 box.
+
+    Raises:
+        ValueError: the shape is none of these.
+    """
+    for index, known in enumerate(SHAPES):
+        if shape == known:
+            return index
+    raise ValueError(f"shape {shape!r} is not one of {', '.join(SHAPES)}.")
+
+
+@final
+class Item(BaseModel):
+    """One kind of object as it lies on the belt, SI units.
+
+    Attributes:
+        name: key in the catalogue.
+        shape: body of the same extents used for contact and drag.
+        size: full extents (L, W, H) in m, H vertical; a cylinder lies with its axis along L and has W = H.
+        mass: kg, empty and dry.
+        drag: drag coefficient Cd on the area facing the flow.
+        com_depth: depth of the centre of mass below the top, as a share of the height.
+        seal_force: holding force F0 of the suction cup on this surface in N, greater than the weight; None where no cup
+            holds it.
+        container: it may carry a residue.
+        friction: sliding friction coefficient.
+        rolling_friction: longest arm in m at which a contact can oppose rolling (MuJoCo's rolling friction).
+        restitution: rebound speed over impact speed, 0 to 1.
+        upright: whether claws take it with its first axis up instead of across them.
+        pad_friction: friction against the pads of claws; None: that of its sliding.
+        opening_delay: at m = 1 claws that hold it begin to open this much late, in s.
+        oversize: at m = 1 it is larger by this share than the planner of the claws thinks.
+        source: one line: where the numbers come from, or what is assumed and why.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    name: Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$")]
+    shape: Shape
+    size: tuple[_Extent, _Extent, _Extent]
+    mass: float = Field(gt=0.0, le=5.0)
+    drag: float = Field(gt=0.0, le=3.0)
+    com_depth: float = Field(default=0.5, gt=0.0, lt=1.0)
+    seal_force: float | None = Field(default=None, gt=0.0, le=200.0)
+    container: bool = False
+    friction: float = Field(gt=0.0, le=2.0)
+    rolling_friction: float = Field(gt=0.0, le=0.1)
+    restitution: float = Field(ge=0.0, le=1.0)
+    upright: bool = False
+    pad_friction: float | None = Field(default=None, gt=0.0, le=2.0)
+    opening_delay: float = Field(default=0.0, ge=0.0, le=1.0)
+    oversize: float = Field(default=0.0, gt=-0.5, le=1.0)
+    source: _Line
+
+    @property
+    def height(self) -> float:
+        """Extent upwards as claws take it [m]."""
+        return self.size[0] if self.upright else self.size[2]
+
+    @model_validator(mode="after")
+    def _is_consistent(self) -> Self:
+        _, width, height = self.size
+        if self.shape == "cylinder" and width != height:
+            raise ValueError(f"cylinder {self.name!r} needs one diameter, but W = {width} m and H = {height} m.")
+        weight = self.mass * GRAVITY
+        if self.seal_force is not None and self.seal_force <= weight:
+            held = f"seal_force of {self.name!r} is {self.seal_force} N"
+            raise ValueError(f"{held}, but must exceed its weight of {weight:.3f} N.")
+        return self
+
+
+@final
+@dataclass(frozen=True)
+class ItemTable:
+    """K items as read-only arrays, to be drawn from by index; the meaning of a column is that of `Item`.
+
+    Attributes:
+        names: K names.
+        shape: (K,) index in `SHAPES`.
+        size: (K, 3) m.
+        mass: (K,) kg.
+        drag: (K,).
+        com_depth: (K,) share of the height.
+        seal_force: (K,) N; NaN where no cup holds it.
+        container: (K,) bool.
+        friction: (K,).
+        rolling_friction: (K,) m.
+        restitution: (K,).
+        solref: (K, 2) of contacts that rebound so, see `contact_solref`.
+    """
+
+    names: tuple[str, ...]
+    shape: Ints
+    size: Floats
+    mass: Floats
+    drag: Floats
+    com_depth: Floats
+    seal_force: Floats
+    container: Bools
+    friction: Floats
+    rolling_friction: Floats
+    restitution: Floats
+    solref: Floats
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+
+def item_arrays(items: Sequence[Item]) -> ItemTable:
+    """Stack items into arrays, in the order given.
+
+    Args:
+        items: K >= 1 items; an item may occur twice.
+
+    Returns:
+        Read-only arrays with K rows.
+
+    Raises:
+        ValueError: no items.
+    """
+    if len(items) == 0:
+        raise ValueError("0 items given, but a table needs at least 1.")
+
+    def column(values: Sequence[object]) -> Floats:
+        return _read_only(np.array(values, dtype=np.float64))
+
+    return ItemTable(
+        names=tuple(i.name for i in items),
+        shape=_read_only(np.array([shape_index(i.shape) for i in items], dtype=np.int64)),
+        size=column([i.size for i in items]),
+        mass=column([i.mass for i in items]),
+        drag=column([i.drag for i in items]),
+        com_depth=column([i.com_depth for i in items]),
+        seal_force=column([np.nan if i.seal_force is None else i.seal_force for i in items]),
+        container=_read_only(np.array([i.container for i in items], dtype=np.bool_)),
+        friction=column([i.friction for i in items]),
+        rolling_friction=column([i.rolling_friction for i in items]),
+        restitution=column([i.restitution for i in items]),
+        solref=_read_only(contact_solref([i.restitution for i in items])),
+    )
+
+
+def _read_only(array: NDArray[_Scalar]) -> NDArray[_Scalar]:
+    array.flags.writeable = False
+    return array
+
+
+_DEAD_TIME_CONSTANT = 0.003  # s, MuJoCo solref of a contact meant not to bounce
+_LEAST_BOUNCE = float(np.exp(-2.0))  # rebound of a critically damped contact that cannot pull
+_LEAST_DAMPING = 0.005  # keeps the time constant finite at restitution 1
+# Damping ratio cos(phi) against rebound exp(-2 phi / tan(phi)), phi from 0 (critical) to pi/2 (none).
+_PHI = np.linspace(0.0, np.pi / 2.0, 4097)
+_BOUNCE = np.concatenate([[_LEAST_BOUNCE], np.exp(-2.0 * _PHI[1:] / np.tan(_PHI[1:]))])
+
+
+def contact_solref(restitution: ArrayLike) -> Floats:
+    """MuJoCo `solref` (time constant, damping ratio) of a contact that rebounds with the given restitution.
+
+    A contact is a spring and damper with damping ratio zeta = cos(phi) that pushes but never pulls, so the
+    body leaves when the force, not the depth, is back at zero. That makes e = exp(-2 phi / tan(phi))
+    (Schwager and Poeschel 2007, "Coefficient of restitution and linear-dashpot model revisited"), while the
+    more familiar exp(-pi zeta / sqrt(1 - zeta^2)) would rebound up to 0.15 too high. The stiffness rises with
+    sqrt(e) so that every impact goes as deep as the critically damped one, 1.1 mm per m/s: even a 12 mm plate
+    does not pass a 10 mm wall at 9 m/s. Half a period lasts 3.4 ms or more. Damping cannot bring the rebound
+    below exp(-2), which is 0.135: up to there the result is (0.003, 1). At restitution 1 the damping ratio is
+    0.005.
+
+    MuJoCo averages the solref of two geoms of equal priority: give the item's geom the higher priority.
+
+    Args:
+        restitution: (...) rebound speed over impact speed, 0 to 1.
+
+    Returns:
+        (..., 2) time constant in s and damping ratio.
+
+    Raises:
+        ValueError: a restitution is outside 0 to 1 or not a number.
+    """
+    e = np.asarray(restitution, dtype=np.float64)
+    if not np.all((e >= 0.0) & (e <= 1.0)):
+        bad = e[~((e >= 0.0) & (e <= 1.0))].flat[0]
+        raise ValueError(f"restitution is {bad}, but must be from 0 to 1.")
+    damping = np.maximum(np.cos(np.interp(e, _BOUNCE, _PHI)), _LEAST_DAMPING)
+    stiffening = np.sqrt(np.maximum(e, _LEAST_BOUNCE) / _LEAST_BOUNCE)
+    return np.stack([_DEAD_TIME_CONSTANT / (damping * stiffening), damping], axis=-1)

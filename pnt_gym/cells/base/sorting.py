@@ -1,0 +1,185 @@
+"""A sorting line without its robot: items that ride a belt past bins, and how well its sensors see them.
+
+Two robots sort on it: the conveyor cell is one, and the gripper robot's cell can take over belt, items and bins of one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, ClassVar, Self
+
+from pydantic import Field, model_validator
+
+from pnt_gym.cells.base.catalogue import ItemsConfig
+from pnt_gym.cells.base.config import Finite, NonNegative, Positive, Range, Section, ordered
+
+
+class Belt(Section):
+    """The conveyor: a surface that moves along +x, and the stream of objects on it."""
+
+    height: Finite = Field(
+        default=-0.90, description="z of the surface [m]; a 50 mm object is then picked at the paper's -0.85."
+    )
+    speed: Positive = Field(default=0.25, description="Surface speed along +x [m/s].")
+    x: Range = Field(default=(-1.4, 0.8), description="Extent along x [m].")
+    y: Range = Field(default=(-0.55, -0.08), description="Extent along y [m].")
+    pick_x: Range = Field(default=(-0.30, 0.30), description="Window in which an object may be picked, along x [m].")
+    lane_y: Range = Field(default=(-0.45, -0.20), description="Where objects lie across the belt [m].")
+    spacing: Range = Field(default=(0.10, 0.30), description="Gap between consecutive objects along x, uniform [m].")
+    camera_x: Finite = Field(
+        default=-0.80, description="Where the camera sees an object; a belt-speed error grows from here [m]."
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        ordered(self, "belt", "x", "y", "pick_x", "lane_y", "spacing")
+        if self.spacing[0] <= 0:
+            raise ValueError(f"belt.spacing starts at {self.spacing[0]}; gaps must be greater than 0 m")
+        if not (self.x[0] <= self.pick_x[0] and self.pick_x[1] <= self.x[1]):
+            raise ValueError(f"belt.pick_x {self.pick_x} leaves the belt, which spans x {self.x}")
+        if not (self.y[0] <= self.lane_y[0] and self.lane_y[1] <= self.y[1]):
+            raise ValueError(f"belt.lane_y {self.lane_y} leaves the belt, which spans y {self.y}")
+        return self
+
+
+class Bin(Section):
+    """One fixed bin: the centre of its opening and the inner size of the opening."""
+
+    name: str = Field(min_length=1)
+    x: Finite
+    y: Finite
+    size: tuple[Positive, Positive] = Field(default=(0.22, 0.22), description="Inner opening along x and y [m].")
+    accepts: tuple[str, ...] = Field(default=(), description="Items sorted here; empty: any item may be sent here.")
+
+
+class RandomBins(Section):
+    """One square bin per throw, drawn anew: a cell with very many bins."""
+
+    x: Range = (-0.50, 0.50)
+    y: Range = (0.25, 0.75)
+    side: Range = Field(default=(0.12, 0.14), description="Inner side of the opening, uniform [m].")
+    item_clearance: NonNegative = Field(
+        default=0.0,
+        description="The opening is at least the item's longest side plus this [m]; 0 switches the rule off.",
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        ordered(self, "bins.random", "x", "y", "side")
+        if self.side[0] <= 0:
+            raise ValueError(f"bins.random.side starts at {self.side[0]}; an opening must be wider than 0 m")
+        return self
+
+
+class Bins(Section):
+    """The bins: a fixed list, or one random bin per throw."""
+
+    fixed: tuple[Bin, ...] = ()
+    random: RandomBins | None = None
+    rim: Finite = Field(default=-0.85, description="z of the rim plane, where landing is measured [m].")
+    depth: Positive = Field(default=0.30, description="Inner depth below the rim [m].")
+    wall: Annotated[float, Field(ge=0.004, le=0.1)] = Field(
+        default=0.010, description="Wall thickness [m]; thinner than 4 mm lets fast objects through."
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if bool(self.fixed) == (self.random is not None):
+            raise ValueError("bins needs either a list `fixed` or a section `random`, and not both")
+        names = [b.name for b in self.fixed]
+        if len(set(names)) != len(names):
+            raise ValueError(f"bins.fixed names {names} must differ from one another")
+        return self
+
+
+class Spread(Section):
+    """How much throws of one item differ (hidden values; assumed unless noted)."""
+
+    mass: NonNegative = Field(default=0.22, description="Lognormal.")
+    size: NonNegative = Field(default=0.08, description="Lognormal, common to the three axes.")
+    size_axis: NonNegative = Field(default=0.04, description="Lognormal, per axis.")
+    drag: NonNegative = Field(default=0.12, description="Lognormal.")
+    seal: NonNegative = Field(default=0.40, description="Lognormal, seal quality.")
+    com_depth: NonNegative = Field(default=0.06, description="Normal, share of the height.")
+    grasp: NonNegative = Field(default=0.008, description="Normal per axis, cup against centre of mass [m].")
+    height: NonNegative = Field(default=0.002, description="Normal, lip compression and height error [m].")
+    belt_speed: NonNegative = Field(default=0.005, description="Normal, relative error of the belt speed.")
+    spin: NonNegative = Field(
+        default=1.0, description="Normal about x and y at release [rad/s]; a third of it about z."
+    )
+    spin_per_offset: NonNegative = Field(default=30.0, description="Spin per metre of grasp offset [rad/s/m].")
+    feedforward: NonNegative = Field(default=0.10, description="Torque feed-forward too small by this share.")
+    yaw: NonNegative = Field(default=1.5707963267948966, description="Half range of the yaw on the belt [rad].")
+    residue_chance: Annotated[float, Field(ge=0, le=1)] = Field(
+        default=0.4, description="Containers that are not empty."
+    )
+    residue: NonNegative = Field(default=1.5, description="Most residue, in item masses.")
+
+
+class Noise(Section):
+    """What the cell's sensors add to a measured value (one standard deviation)."""
+
+    size: NonNegative = Field(default=0.003, description="Camera outline and height [m].")
+    mass: NonNegative = Field(default=0.10, description="Relative.")
+    seal: NonNegative = Field(default=0.10, description="Vacuum sensor, relative.")
+    yaw: NonNegative = Field(default=0.05, description="[rad]")
+    grasp: NonNegative = Field(default=0.004, description="Camera outline against cup position [m].")
+
+
+class SortingLine(ItemsConfig):
+    """Abstract: what a level says of belt, items, bins and sensors."""
+
+    folder: ClassVar[str | Path] = "conveyor"
+    alternatives: ClassVar[Mapping[str, tuple[str, ...]]] = {"bins": ("fixed", "random")}
+
+    items: tuple[str, ...] = Field(default=("paper", "metal_can", "plastic_package"), min_length=1)
+    belt: Belt = Belt()
+    bins: Bins
+    spread: Spread = Spread()
+    noise: Noise = Noise()
+
+    @model_validator(mode="after")
+    def _check_line(self) -> Self:
+        self._check_bins()
+        return self
+
+    def _check_bins(self) -> None:
+        wall = self.bins.wall
+        if self.bins.random is not None:
+            r = self.bins.random
+            reach = (r.side[1] / 2 + wall, r.side[1] / 2 + wall)
+            self._check_off_belt(
+                "bins.random", (r.x[0] - reach[0], r.x[1] + reach[0]), r.y[0] - reach[1], r.y[1] + reach[1]
+            )
+        for i, b in enumerate(self.bins.fixed):
+            half = (b.size[0] / 2 + wall, b.size[1] / 2 + wall)
+            self._check_off_belt(f"bin {b.name!r}", (b.x - half[0], b.x + half[0]), b.y - half[1], b.y + half[1])
+            for other in self.bins.fixed[:i]:
+                if _overlap(b, other, wall):
+                    raise ValueError(f"bin {b.name!r} overlaps bin {other.name!r}; move one of them")
+            for item in b.accepts:
+                if item not in self.items:
+                    raise ValueError(f"bin {b.name!r} accepts {item!r}, which is not among the items {self.items}")
+        if self.bins.fixed and all(b.accepts for b in self.bins.fixed):
+            for name in self.items:
+                if not any(name in b.accepts for b in self.bins.fixed):
+                    raise ValueError(
+                        f"no bin accepts item {name!r}; add it to a bin or leave one bin's `accepts` empty"
+                    )
+
+    def _check_off_belt(self, what: str, x: Range, y_low: float, y_high: float) -> None:
+        belt = self.belt
+        if x[0] < belt.x[1] and belt.x[0] < x[1] and y_low < belt.y[1] and belt.y[0] < y_high:
+            raise ValueError(
+                f"{what} spans y {y_low:.3f}..{y_high:.3f} m and lies on the belt, "
+                f"which spans y {belt.y[0]}..{belt.y[1]} m; move it off the belt"
+            )
+
+
+def _overlap(a: Bin, b: Bin, wall: float) -> bool:
+    """Whether two bins stand in each other; neighbours may share a wall."""
+    return (
+        abs(a.x - b.x) < (a.size[0] + b.size[0]) / 2 + wall - 1e-9
+        and abs(a.y - b.y) < (a.size[1] + b.size[1]) / 2 + wall - 1e-9
+    )

@@ -1,0 +1,117 @@
+"""What the scenes of all cells are built from: light, colours, a free object, and sensors of contact."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, Final
+
+import numpy as np
+
+from pnt_gym.engine import MjsBody, MjSpec, mujoco
+
+Rgba = tuple[float, float, float, float]
+
+SURROUNDINGS_SOLREF: Final = (0.004, 1.0)
+"""Time constant [s] and damping ratio of contacts with what stands around."""
+FLOOR_RGBA: Final[Rgba] = (0.82, 0.83, 0.84, 1.0)
+BELT_RGBA: Final[Rgba] = (0.20, 0.22, 0.24, 1.0)
+BIN_RGBA: Final[Rgba] = (0.16, 0.42, 0.62, 1.0)
+OBJECT_RGBA: Final[Rgba] = (0.93, 0.80, 0.36, 1.0)
+HAND_RGBA: Final[Rgba] = (0.95, 0.47, 0.09, 1.0)
+BELT_THICKNESS: Final = 0.04
+"""Of a belt's plate [m]."""
+
+
+def light_stage(spec: MjSpec, ambient: float = 0.38, diffuse: float = 0.42) -> None:
+    """Set size and shadows of pictures, the light at the camera, and a plain bright sky.
+
+    MuJoCo's black default hides carbon rods.
+
+    Args:
+        spec: a mujoco.MjSpec.
+        ambient: of the light at the camera, the same in every direction.
+        diffuse: of the light at the camera.
+    """
+    visual = spec.visual
+    visual.global_.offwidth, visual.global_.offheight = 1920, 1080
+    visual.headlight.ambient, visual.headlight.diffuse = np.full(3, ambient), np.full(3, diffuse)
+    visual.quality.shadowsize = 4096
+    spec.add_texture(
+        name="sky",
+        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
+        rgb1=[0.90, 0.93, 0.96],
+        rgb2=[0.55, 0.62, 0.70],
+        width=64,
+        height=384,
+    )
+
+
+def add_floor(spec: MjSpec, height: float, half: float, **more: Any) -> None:
+    """A plane that a camera sees and objects may fall on.
+
+    Args:
+        spec: a mujoco.MjSpec.
+        height: z of the plane [m].
+        half: half of its side as it is drawn [m].
+        more: attributes of the geom.
+    """
+    plane = mujoco.mjtGeom.mjGEOM_PLANE
+    spec.worldbody.add_geom(
+        name="floor", type=plane, size=[half, half, 0.1], pos=[0, 0, height], rgba=FLOOR_RGBA, **more
+    )
+
+
+def add_free_object(spec: MjSpec, mass: float, inertia: float, half: float, **geom: Any) -> MjsBody:
+    """A free body `object` whose frame is at its centre of mass, with one geom `object` of any shape.
+
+    The plant overwrites mass, inertia, shape and size in every simulation.
+
+    Args:
+        spec: a mujoco.MjSpec.
+        mass: at compile time [kg].
+        inertia: at compile time, about every axis [kg m2].
+        half: half extent at compile time [m].
+        geom: further attributes of the geom.
+    """
+    body = spec.worldbody.add_body(name="object", pos=[0, 0, 0])
+    body.add_freejoint(name="object")
+    body.explicitinertial = True
+    body.mass, body.inertia, body.ipos = mass, np.full(3, inertia), np.zeros(3)
+    box = mujoco.mjtGeom.mjGEOM_BOX
+    body.add_geom(name="object", type=box, size=[half] * 3, fluid_ellipsoid=1, **geom)
+    return body
+
+
+def add_motion_sensors(spec: MjSpec, hand_site: str) -> None:
+    """Position and velocity of the free object, then the position of the hand: three columns each."""
+    obj, sensor = mujoco.mjtObj, mujoco.mjtSensor
+    spec.add_sensor(type=sensor.mjSENS_FRAMEPOS, objtype=obj.mjOBJ_XBODY, objname="object")
+    spec.add_sensor(type=sensor.mjSENS_FRAMELINVEL, objtype=obj.mjOBJ_XBODY, objname="object")
+    spec.add_sensor(type=sensor.mjSENS_FRAMEPOS, objtype=obj.mjOBJ_SITE, objname=hand_site)
+
+
+def add_contact_sensor(spec: MjSpec, kind: Any, name: str, other: str | None = None) -> None:
+    """Two columns: how many contacts there are, and the smallest distance [m].
+
+    Args:
+        spec: a mujoco.MjSpec.
+        kind: mujoco.mjtObj of both.
+        name: whose contacts.
+        other: with what; None for anything.
+    """
+    found_and_distance, nearest, one = 0b1001, 1, 1
+    pair = {} if other is None else {"reftype": kind, "refname": other}
+    spec.add_sensor(
+        type=mujoco.mjtSensor.mjSENS_CONTACT,
+        objtype=kind,
+        objname=name,
+        intprm=[found_and_distance, nearest, one],
+        **pair,
+    )
+
+
+def add_torque_sensors(spec: MjSpec, motors: Iterable[str]) -> None:
+    """One column a motor: its torque [N m]."""
+    for motor in motors:
+        spec.add_sensor(type=mujoco.mjtSensor.mjSENS_ACTUATORFRC, objtype=mujoco.mjtObj.mjOBJ_ACTUATOR, objname=motor)

@@ -1,0 +1,166 @@
+"""What environments and videos ask of a picture of a cell, and what the pictures of all cells have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any, Final, Protocol, final
+
+import numpy as np
+
+from pnt_gym.cells.base.canvas import FPS, SIZE, Canvas, Frame, Marker, Window
+from pnt_gym.cells.base.plant import Plant, Recording
+from pnt_gym.engine import MjData, MjModel
+from pnt_gym.errors import ConfigError
+
+_PLANNED: Final = np.array([0.10, 0.45, 0.90, 0.9])
+_FLOWN: Final = np.array([0.95, 0.35, 0.10, 1.0])
+
+
+class View(Protocol):
+    """Pictures of N cells; row 0 is recorded as long as the view is open."""
+
+    def frame(self, row: int = 0) -> Frame:
+        """The coming throw of one cell, (height, width, 3)."""
+        ...
+
+    def last_throw(self, fps: int = FPS) -> list[Frame]:
+        """Frames of the last throw of row 0 at true rate; empty before the first throw."""
+        ...
+
+    def render(self, mode: str) -> Frame | list[Frame]:
+        """What Gymnasium's `render` returns for rgb_array and rgb_array_list."""
+        ...
+
+    def show(self) -> None:
+        """Play the last throw in a window in real time.
+
+        Raises:
+            ConfigError: there is no display.
+        """
+        ...
+
+    def close(self) -> None:
+        """Free renderer and window; safe to call twice."""
+        ...
+
+
+class Filmed(Protocol):
+    """A simulated cell that can be drawn."""
+
+    @property
+    def plant(self) -> Plant[Any, Any, Any]:
+        """Its physics."""
+        ...
+
+    def pose(self, row: int) -> tuple[MjModel, MjData]:
+        """Model and data of one simulation as it stands before the coming throw."""
+        ...
+
+    def markers(self, row: int) -> list[Marker]:
+        """What is drawn beside the simulation before the coming throw."""
+        ...
+
+    def markers_at(self, time: float) -> list[Marker]:
+        """What is drawn beside the simulation in the recorded throw, after a time [s]."""
+        ...
+
+
+@final
+class ThrowView:
+    """Offscreen pictures and the interactive window of a cell: the planned flight in blue, the flown one in orange.
+
+    Args:
+        cell: the simulated cells; row 0 is recorded from now on.
+        camera: MuJoCo's camera.
+        dots: size of the flights' dots, 1 for a cell some metres wide.
+        size: height and width of a frame [pixels].
+    """
+
+    def __init__(self, cell: Filmed, camera: Any, dots: float = 1.0, size: tuple[int, int] = SIZE) -> None:
+        self._cell, self._dots = cell, dots
+        self._canvas = Canvas(camera, size)
+        self._window: Window | None = None
+        cell.plant.record_row = 0
+
+    def frame(self, row: int = 0) -> Frame:
+        """The coming throw of one cell, (height, width, 3).
+
+        Raises:
+            ConfigError: no OpenGL library could be loaded.
+        """
+        model, data = self._cell.pose(row)
+        return self._canvas.draw(model, data, self._cell.markers(row))
+
+    def last_throw(self, fps: int = FPS) -> list[Frame]:
+        """Frames of the last throw of row 0 at true rate; empty before the first throw."""
+        recording = self._cell.plant.recording
+        return [] if recording is None else list(self._frames(recording, 1.0 / fps))
+
+    def render(self, mode: str) -> Frame | list[Frame]:
+        """What Gymnasium's `render` returns for rgb_array and rgb_array_list."""
+        return self.frame() if mode == "rgb_array" else self.last_throw()
+
+    def show(self) -> None:
+        """Play the last throw in a window in real time.
+
+        Raises:
+            ConfigError: there is no display.
+        """
+        recording = self._cell.plant.recording
+        model, data = self._cell.pose(0)
+        if self._window is None:
+            self._window = Window(model, data)
+        if recording is not None:
+            self._window.play(
+                (shown for shown, _ in recording.play(1.0 / FPS)), partial(self._cell.plant.batch.get_model, 0)
+            )
+
+    def close(self) -> None:
+        """Free renderer and window; safe to call twice."""
+        self._canvas.close()
+        if self._window is not None:
+            self._window.close()
+            self._window = None
+        self._cell.plant.record_row = None
+
+    def _frames(self, recording: Recording, interval: float) -> Iterator[Frame]:
+        planned = [Marker.dot(p, _PLANNED, 0.006 * self._dots) for p in recording.plan]
+        for data, trail in recording.play(interval):
+            flown = [Marker.dot(p, _FLOWN, 0.008 * self._dots) for p in trail]
+            yield self._canvas.draw(recording.model, data, planned + flown + self._cell.markers_at(float(data.time)))
+
+
+def record_video(view: View, throws: Iterable[object], path: str | Path, fps: int = FPS, slow: int = 1) -> Path:
+    """Write a video of throws, at true rate or slower.
+
+    Args:
+        view: films row 0 of its cells, e.g. `core.view()`; it is closed at the end.
+        throws: an iterable that carries out one throw per item, e.g. a generator that steps an environment.
+        path: the .mp4 file.
+        fps: frames per second.
+        slow: how many times slower than in truth it runs.
+
+    Raises:
+        ConfigError: no OpenGL library, or imageio with ffmpeg is not installed.
+    """
+    try:
+        writer = _video_writer()
+        frames = [frame for _ in throws for frame in view.last_throw(fps * slow)]
+    finally:
+        view.close()
+    if not frames:
+        raise ConfigError("a video needs at least one throw, got 0")
+    target = Path(path)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    writer.imwrite(target, np.stack(frames), fps=fps, codec="libx264")
+    return target
+
+
+def _video_writer() -> Any:
+    try:
+        import imageio.v3 as iio  # noqa: PLC0415  # pyright: ignore[reportMissingTypeStubs]
+    except ImportError:
+        raise ConfigError("video needs imageio with ffmpeg: pip install 'pnt_gym[video]'") from None
+    return iio

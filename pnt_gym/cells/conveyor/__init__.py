@@ -1,0 +1,1 @@
+"""The conveyor cell: a T3KR-class robot picks objects off a moving belt and throws them into bins (Hassan 2022)."""

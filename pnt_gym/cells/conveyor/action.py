@@ -1,0 +1,102 @@
+"""The conveyor's residual: an action in [-1, 1] corrects the release of a plan; zero is the plan itself.
+
+Three modes, all on the same planner:
+
+* `release_point` (2 numbers): the release point moves along the throw line and sideways at the planned elevation,
+  by what moves the drag-free landing `action x (along, across)`. Well conditioned: one action unit is the same
+  shift of the landing wherever the throw goes.
+* `release_xyz` (3 numbers): the release point moves by raw metres along, sideways and up. The same centimetre may move
+  the landing by one centimetre or by ten.
+* `virtual_goal` (2 numbers): the target is moved and the throw planned from scratch, as in Miyashita et al. 2010.
+  The minimum-time plan can jump between its flat and its steep branch when the goal moves a little.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pnt_gym.arrays import Floats, Ints
+from pnt_gym.cells.base.action import ActionMode, Correction, by_name, padded, quarters
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.observation import decode
+from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.planning.straight.plan import ReleaseBatch
+
+ERRORS: Final = ("landing_along", "landing_across")
+EXPLORATION: Final = (0.015, 0.0075)
+"""Standard deviation of the shift that a learner adds in practice, along and across [m]."""
+
+
+def _aimed(planner: PickPlanner, context: Context, residual: Floats) -> ReleaseBatch:
+    slack = planner.config.motion.ceiling_slack
+    return planner.checked(context, planner.mover.aimed(context, _goal(context, residual), slack))
+
+
+def _moved(planner: PickPlanner, context: Context, residual: Floats) -> ReleaseBatch:
+    sideways = context.from_throw_frame(residual[:, 0], residual[:, 1])
+    point = context.plan.position + np.concatenate([sideways, residual[:, 2:3]], axis=1)
+    return planner.checked(context, planner.mover.moved(context, point))
+
+
+def _replanned(planner: PickPlanner, context: Context, residual: Floats) -> ReleaseBatch:
+    goal = _goal(context, residual)
+    return planner.checked(context, planner.mover.plan(context.pick, goal, context.limits, context.ceiling))
+
+
+def _goal(context: Context, residual: Floats) -> Floats:
+    """The targets (N, 3) moved along the throw and to its left [m]."""
+    return context.target + padded(context.from_throw_frame(residual[:, 0], residual[:, 1]), 3)
+
+
+def _shift(config: ConveyorConfig) -> Floats:
+    return np.array([config.action.along, config.action.across])
+
+
+MODES: Final = by_name(
+    ActionMode(
+        "release_point",
+        ("release point along the throw line", "release point sideways, at the planned elevation"),
+        _shift,
+        _aimed,
+        ERRORS,
+    ),
+    ActionMode(
+        "release_xyz",
+        ("release point along the throw", "release point sideways", "release point up"),
+        lambda config: np.array(config.action.xyz),
+        _moved,
+    ),
+    ActionMode("virtual_goal", ("target along the throw", "target to its left"), _shift, _replanned, ERRORS),
+)
+
+
+def correction(config: ConveyorConfig, mode: str) -> Correction | None:
+    """How an action shifts the landing along and across the throw; None where it has no such meaning."""
+    if not MODES[mode].errors:
+        return None
+    return Correction(
+        errors=ERRORS,
+        scale=_shift(config),
+        exploration=np.array(EXPLORATION),
+        tolerance=np.ones(2),
+        buckets=partial(_buckets, config),
+    )
+
+
+def _buckets(config: ConveyorConfig, features: NDArray[np.float32], kind: Ints) -> list[tuple[str, str]]:
+    """Item and bin of each throw: the bin's name, or the quarter that a random bin is drawn in."""
+    seen = decode(features)
+    x, y = seen["target_x"], seen["target_y"]
+    if config.bins.random is not None:
+        area = config.bins.random
+        places = quarters(x, y, (float(np.mean(area.x)), float(np.mean(area.y))), ("far", "near"))
+    else:
+        bins = config.bins.fixed
+        gap = np.hypot(x[:, None] - [b.x for b in bins], y[:, None] - [b.y for b in bins])
+        places = [bins[int(i)].name for i in gap.argmin(axis=1)]
+    return [(config.items[k], place) for k, place in zip(kind, places, strict=True)]

@@ -1,0 +1,147 @@
+"""The conveyor cell: N robots at N belts, throwing in step."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, Literal, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pnt_gym.arrays import Floats, Ints
+from pnt_gym.cells.base.action import Correction, Modes
+from pnt_gym.cells.base.canvas import Marker
+from pnt_gym.cells.base.core import Cell
+from pnt_gym.cells.base.view import ThrowView
+from pnt_gym.cells.conveyor.action import MODES, correction
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.movers import ThrowMotion
+from pnt_gym.cells.conveyor.objects import Objects
+from pnt_gym.cells.conveyor.observation import FEATURES, observe
+from pnt_gym.cells.conveyor.outcome import Outcome, judge, reward_terms
+from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.cells.conveyor.plant import ConveyorPlant, HandCycle
+from pnt_gym.cells.conveyor.sources import BeltPicks, IndependentPicks, PickSource
+from pnt_gym.cells.conveyor.view import camera, objects_on_belt
+from pnt_gym.engine import MjData, MjModel
+from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
+from pnt_gym.planning.straight.plan import ReleaseBatch
+
+Picks = Literal["belt", "independent"]
+
+
+@final
+class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
+    """N cells in step: `context` holds the coming picks, `throw` carries them out and brings the next.
+
+    Args:
+        config: the cell.
+        count: number of cells N.
+        picks: "belt" for a stream of objects on the moving belt, "independent" for unrelated picks.
+        threads: worker threads of the physics; results do not depend on it.
+    """
+
+    modes: ClassVar[Modes] = MODES
+    reward_terms: ClassVar[tuple[str, ...]] = ("landing", "success", "time")
+    features = len(FEATURES)
+
+    def __init__(self, config: ConveyorConfig, count: int, picks: Picks, threads: int = 1) -> None:
+        super().__init__(config, count, threads)
+        self.terminates = picks == "independent"
+        self.episode = 1 if self.terminates else config.picks_per_shift
+        self.item_names = config.items
+        self.dwell = config.motion.dwell
+        self.planner = PickPlanner(config)
+        self.plant = ConveyorPlant(config, count, threads)
+        source = IndependentPicks if self.terminates else BeltPicks
+        self._source: PickSource = source(self.planner, self.generators)
+        self.context = self.first(np.arange(count))
+        self.upstream: tuple[Objects, Floats] | None = None
+        """What was on the belt when the recorded throw began; for pictures."""
+
+    def first(self, rows: Ints) -> Context:
+        """First picks of an episode for some rows."""
+        return self._source.first(rows)
+
+    def observe(self) -> NDArray[np.float32]:
+        """Observations of the coming picks (N, 26)."""
+        return observe(self.context)
+
+    def throw(self, plans: ReleaseBatch) -> Outcome:
+        """Throw in every cell and move on to the next picks.
+
+        Args:
+            plans: feasible releases, one per cell.
+        """
+        context, motion = self.context, self.planner.mover.throw(self.context, plans)
+        if self.plant.record_row is not None:
+            self.upstream = self._source.waiting(self.plant.record_row)
+        following = self._source.following(motion, context.limits)
+        outcome = self._flown(context, plans, motion, following.back, following.wait)
+        self.context = following.context
+        return outcome
+
+    def preview(self, plans: ReleaseBatch, jitter: bool = False) -> Outcome:
+        """What the coming throws would do, without moving on; the hand returns to its own pick.
+
+        Args:
+            plans: feasible releases, one per cell.
+            jitter: whether the release time carries its random part.
+        """
+        context = self.context if jitter else self.context.expected()
+        motion = self.planner.mover.throw(context, plans)
+        back = self.planner.mover.back(motion, context.pick, context.limits)
+        return self._flown(context, plans, motion, back, np.zeros(self.count))
+
+    def reward(self, outcome: Outcome) -> dict[str, Floats]:
+        """Weighted reward terms by name, each (N,)."""
+        return reward_terms(outcome, self.config.reward)
+
+    def info(self, outcome: Outcome, thrown: Context) -> dict[str, NDArray[Any]]:
+        """What the belt cell tells of throws, (N,) each."""
+        return {
+            "landing_along": outcome.landing_along,
+            "landing_across": outcome.landing_across,
+            "wait_time": outcome.wait_time,
+            "in_opening": outcome.in_opening,
+            "in_bin": outcome.in_bin,
+            "rim": outcome.rim,
+            "recontact": outcome.recontact,
+            "peak_torque": outcome.peak_torque,
+            "bin": thrown.bin.copy(),
+            "target_x": thrown.target[:, 0].copy(),
+            "target_y": thrown.target[:, 1].copy(),
+        }
+
+    def correction(self, mode: str) -> Correction | None:
+        """How an action shifts the landing along and across the throw; None where it has no such meaning."""
+        return correction(self.config, mode)
+
+    def view(self) -> ThrowView:
+        """Pictures of the cells; row 0 is recorded from now on."""
+        return ThrowView(self, camera())
+
+    def waiting(self, row: int) -> tuple[Objects, Floats] | None:
+        """Objects upstream of one cell's present pick and their centres (K, 3) [m]; for pictures."""
+        return self._source.waiting(row)
+
+    def pose(self, row: int) -> tuple[MjModel, MjData]:
+        """Model and data of one simulation as it stands before the coming throw."""
+        self.plant.write(self.context)
+        return self.plant.stand(row)
+
+    def markers(self, row: int) -> list[Marker]:
+        """The objects upstream, which the physics does not simulate before they are picked."""
+        return objects_on_belt(self.waiting(row), self.config.belt, 0.0)
+
+    def markers_at(self, time: float) -> list[Marker]:
+        """The same, a time [s] after the recorded throw began."""
+        return objects_on_belt(self.upstream, self.config.belt, time)
+
+    def _flown(
+        self, context: Context, release: ReleaseBatch, motion: ThrowMotion, back: Segments, wait: Floats
+    ) -> Outcome:
+        """The outcome of throws and returns."""
+        path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back])
+        flown = self.plant.fly(context, HandCycle(release, motion.release_time, path))
+        return judge(flown, context, self.config, path.duration + self.dwell, wait)

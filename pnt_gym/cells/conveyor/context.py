@@ -1,0 +1,127 @@
+"""A pick as it stands before the throw: object, pick, target, limits and the nominal plan."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import final
+
+import numpy as np
+
+from pnt_gym.arrays import Floats, Ints
+from pnt_gym.cells.conveyor.objects import Objects
+from pnt_gym.planning.motion.limits import LimitRows, MotionLimits
+from pnt_gym.planning.straight.plan import ReleaseBatch
+
+
+@final
+@dataclass(frozen=True)
+class Measured:
+    """What the sensors report of N objects: all that an observation may contain of them."""
+
+    shape: Ints
+    size: Floats
+    mass: Floats
+    seal: Floats
+    yaw: Floats
+    grasp: Floats
+    """Centre of mass from the cup axis along world x, y (N, 2) [m]."""
+
+
+@final
+@dataclass(frozen=True)
+class Context:
+    """N picks, each with the object under the cup.
+
+    Positions are of the planner's point mass. At mismatch 1 that is the cup tip, at 0 the centre of mass.
+    """
+
+    objects: Objects
+    pick: Floats
+    """(N, 3) [m]"""
+    target: Floats
+    """Centre of the opening at the rim plane, (N, 3) [m]."""
+    opening: Floats
+    """Inner size of the opening along x and y, (N, 2) [m]."""
+    bin: Ints
+    """Index of the fixed bin, or 0 where the bin is drawn per throw, (N,)."""
+    percent: Floats
+    """Speed setting (N,) [%]."""
+    plan: ReleaseBatch
+    """The analytic planner's release: object as a point at the cup."""
+    belt_speed: float
+    ceiling: Floats
+    """Highest release z of the nominal plan (N,) [m]."""
+    belt_shift: Floats
+    """Grasp offset along x that the belt-speed error adds (N,) [m]."""
+
+    @property
+    def kind(self) -> Ints:
+        """Index of each object into the cell's items (N,)."""
+        return self.objects.kind
+
+    @cached_property
+    def limits(self) -> LimitRows:
+        """Limits of each throw."""
+        return MotionLimits.t3kr(self.percent).arrays(len(self.percent))
+
+    @cached_property
+    def direction(self) -> Floats:
+        """Horizontal unit vector from pick to target (N, 2)."""
+        delta = self.target[:, :2] - self.pick[:, :2]
+        return delta / self.distance[:, None]
+
+    @cached_property
+    def distance(self) -> Floats:
+        """Horizontal distance from pick to target (N,) [m]."""
+        delta = self.target[:, :2] - self.pick[:, :2]
+        return np.sqrt(delta[:, 0] ** 2 + delta[:, 1] ** 2)
+
+    @cached_property
+    def azimuth(self) -> Floats:
+        """Heading of the throw from +x (N,) [rad]."""
+        return np.arctan2(self.direction[:, 1], self.direction[:, 0])
+
+    @cached_property
+    def relative_yaw(self) -> Floats:
+        """Measured yaw of the object from the throw's heading (N,) [rad]."""
+        return self.measured.yaw - self.azimuth
+
+    @cached_property
+    def grasp(self) -> Floats:
+        """True centre of mass from the cup axis along x, y (N, 2) [m]."""
+        return self.objects.grasp + np.stack([self.belt_shift, np.zeros_like(self.belt_shift)], axis=-1)
+
+    @cached_property
+    def cup_offset(self) -> Floats:
+        """Cup tip from the planner's point (N, 3) [m]."""
+        zero = np.zeros_like(self.objects.known_depth)
+        return np.stack([zero, zero, self.objects.known_depth], axis=-1)
+
+    @cached_property
+    def measured(self) -> Measured:
+        """What the sensors say of the objects."""
+        o = self.objects
+        return Measured(
+            shape=o.shape,
+            size=o.measured_size,
+            mass=o.measured_mass,
+            seal=o.measured_seal,
+            yaw=o.measured_yaw,
+            grasp=self.grasp + o.grasp_noise,
+        )
+
+    def expected(self) -> Context:
+        """The same picks without what differs from throw to throw of one object."""
+        objects = self.objects
+        return replace(self, objects=replace(objects, delay=objects.delay - objects.jitter))
+
+    def to_throw_frame(self, vector: Floats) -> tuple[Floats, Floats]:
+        """Horizontal vectors (N, 2+) as components along the throw and to its left, each (N,)."""
+        ex, ey = self.direction[:, 0], self.direction[:, 1]
+        return vector[:, 0] * ex + vector[:, 1] * ey, vector[:, 1] * ex - vector[:, 0] * ey
+
+    def from_throw_frame(self, along: Floats, across: Floats) -> Floats:
+        """World x, y (N, 2) of a vector given along and left of the throw."""
+        ex, ey = self.direction[:, 0], self.direction[:, 1]
+        return np.stack([along * ex - across * ey, along * ey + across * ex], axis=-1)

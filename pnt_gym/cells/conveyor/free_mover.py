@@ -1,0 +1,278 @@
+"""The mover with a free release direction: throw and return are planned as fast transfers between moving states.
+
+Rows for which no such throw exists are thrown straight. The return goes through the top of the approach in flight. It
+stops there where the object is not in the window yet, and where no flight keeps the rules; only if a stop there breaks
+a rule too does the hand brake along the line of the release and go back on straight lines, as the straight mover does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats, length, replaced, take
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.movers import Meeting, StraightMover, ThrowMotion, straight_back
+from pnt_gym.planning.free.approach import approach_entry
+from pnt_gym.planning.free.check import keeps_rules
+from pnt_gym.planning.free.legs import return_leg, throw_leg
+from pnt_gym.planning.free.release import free_releases, top, turning_point
+from pnt_gym.planning.free.rules import HandRules
+from pnt_gym.planning.motion.ballistics import flight_time
+from pnt_gym.planning.motion.intercept import plan_intercept
+from pnt_gym.planning.motion.limits import Limits
+from pnt_gym.planning.motion.segments import accelerate, brake, brake_distance, coast
+from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
+from pnt_gym.planning.motion.transfer import PIECES
+from pnt_gym.planning.motion.workspace import EllipticWorkspace
+from pnt_gym.planning.straight.plan import CONTACT, Reason, ReleaseBatch
+
+COLUMNS: Final = PIECES + 8
+"""Segments of a return: a transfer, a wait, and an approach from rest to rest; other returns have fewer."""
+
+
+@final
+class FreeMover:
+    """Throws with a free release direction.
+
+    Args:
+        config: the cell.
+        workspace: where the hand may be.
+    """
+
+    def __init__(self, config: ConveyorConfig, workspace: EllipticWorkspace) -> None:
+        follow = config.motion.follow_through
+        self._belt = config.belt
+        self._straight = StraightMover(config, workspace)
+        self._workspace = workspace
+        self.rules = HandRules(
+            approach=config.motion.clearance,
+            window=follow.window,
+            hand_cap=follow.hand_cap,
+            clear_distance=follow.clear_distance,
+            margin=follow.margin,
+            workspace=workspace,
+        )
+
+    def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
+        """The quickest release of a grid of choices, or the straight throw where there is none."""
+        # The next pick is not known yet, so the release must leave room for any return.
+        free = free_releases(pick, target, limits, ceiling=ceiling, rules=self.rules)
+        release = self._released(pick, free.position, free.velocity, free.flight_time, limits, ceiling)
+        rows = np.flatnonzero(~self.is_feasible(pick, release, limits))
+        if rows.size > 0:
+            release = replaced(
+                release, rows, self._straight.plan(pick[rows], target[rows], take(limits, rows), ceiling[rows])
+            )
+        return release
+
+    def aimed(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
+        """The nominal release moved level by what the target was moved, at the same velocity."""
+        plan, shift = context.plan, goal - context.target
+        release = self._shifted(context, plan.position + shift, plan.flight_time)
+        rows = np.flatnonzero(plan.straight)
+        if rows.size > 0:
+            release = replaced(release, rows, self._straight.aimed(take(context, rows), goal[rows], slack))
+        return release
+
+    def moved(self, context: Context, point: Floats) -> ReleaseBatch:
+        """Releases at the points, at the nominal velocity."""
+        flight = flight_time(point, context.plan.velocity, context.target[:, 2])
+        release = self._shifted(context, point, flight)
+        rows = np.flatnonzero(context.plan.straight)
+        if rows.size > 0:
+            release = replaced(release, rows, self._straight.moved(take(context, rows), point[rows]))
+        return release
+
+    def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
+        """Which throws exist and leave the hand room to turn back inside the workspace."""
+        known = release.feasible[:, None]
+        velocity = np.where(known, release.velocity, 0.0)
+        position = np.where(known, release.position, pick)
+        turn = turning_point(position + self.rules.window * velocity, velocity, limits)
+        inside = self._workspace.contains
+        good = release.feasible & inside(pick) & inside(position) & inside(turn)
+        return np.where(release.straight, self._straight.is_feasible(pick, release, limits), good)
+
+    def throw(self, context: Context, release: ReleaseBatch) -> ThrowMotion:
+        """The motion to the release and the window."""
+        pick, limits = context.pick, context.limits
+        roof = self._roof(context.ceiling)
+        curved = throw_leg(pick, release.position, release.velocity, limits, roof).segments
+        line = accelerate(release.direction, release.distance, limits)
+        straight = release.straight
+        way = replaced(curved, straight, take(line.padded(curved.durations.shape[1]), straight))
+        time = way.durations.sum(axis=1)
+        window = np.full(len(pick), self.rules.window)
+        return ThrowMotion(
+            pick=pick,
+            segments=Segments.joined([way, coast(window)]),
+            release_time=time,
+            stop=release.position + window[:, None] * release.velocity,
+            stop_time=time + window,
+            velocity=release.velocity,
+            roof=roof,
+        )
+
+    def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
+        """Through the top of the approach without stopping where that keeps the rules, else with a stop."""
+        moves, down = return_leg(motion.stop, motion.velocity, next_pick, limits, motion.roof, self.rules)
+        found = _padded([moves.segments, down])
+        rows = np.flatnonzero(~(moves.feasible & self._keeps(motion, found, next_pick, limits)))
+        if rows.size > 0:
+            nothing = np.zeros(rows.size)
+            some, goal, own = take(motion, rows), next_pick[rows], take(limits, rows)
+            hovered, good = self._hover(some, goal, own, nothing)
+            stopping = self._stopping(some, goal, nothing, own)
+            found = replaced(found, rows, replaced(stopping, good, take(hovered, good)))
+        return found
+
+    def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
+        """The earliest meeting, in flight where that is possible."""
+        low, high = self._belt.pick_x
+        found = self._in_flight(motion, place, limits, None)
+        early = np.flatnonzero(found.position[:, 0] < low)
+        if early.size > 0:
+            found = replaced(found, early, self._at_border(take(motion, early), place[early], take(limits, early)))
+        inside = (found.position[:, 0] >= low - 1e-9) & (found.position[:, 0] <= high)
+        rows = np.flatnonzero(~(found.feasible & inside))
+        if rows.size > 0:
+            found = replaced(found, rows, self._with_stop(take(motion, rows), place[rows], take(limits, rows)))
+        return found
+
+    def _in_flight(self, motion: ThrowMotion, place: Floats, limits: Limits, arrival: Floats | None) -> Meeting:
+        """Meetings without a stop, not before `arrival` (N,) [s] if given."""
+        drift = np.zeros_like(place)
+        drift[:, 0] = self._belt.speed
+        shortest = None
+        if arrival is not None:
+            shortest = arrival - approach_entry(limits, len(place), self.rules.approach).down.durations.sum(axis=1)
+        moves, down = return_leg(
+            motion.stop, motion.velocity, place, limits, motion.roof, self.rules, drift=drift, shortest=shortest
+        )
+        time = np.where(moves.feasible, moves.duration, 0.0) + down.durations.sum(axis=1)
+        position = place + drift * time[:, None]
+        back = _padded([moves.segments, down])
+        good = moves.feasible & self._keeps(motion, back, position, limits)
+        return Meeting(position, time, np.zeros(len(time)), back, good)
+
+    def _at_border(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
+        """Meetings of hands that would be there before the object: after a wait, or by a slower flight."""
+        enters = (self._belt.pick_x[0] - place[:, 0]) / self._belt.speed
+        found = self._waiting(motion, place, limits, enters)
+        rows = np.flatnonzero(~found.feasible)
+        if rows.size > 0:
+            found = replaced(
+                found, rows, self._in_flight(take(motion, rows), place[rows], take(limits, rows), enters[rows])
+            )
+        return found
+
+    def _waiting(self, motion: ThrowMotion, place: Floats, limits: Limits, enters: Floats) -> Meeting:
+        """Meetings at the border of the window when the objects enter it (N,) [s], after a stop above that point."""
+        position = place.copy()
+        position[:, 0] = self._belt.pick_x[0]
+        back, good = self._hover(motion, position, limits, np.zeros(len(place)))
+        wait = enters - back.durations.sum(axis=1)
+        good &= wait >= 0.0
+        wait = np.where(good, wait, 0.0)
+        durations = back.durations.copy()
+        durations[:, PIECES] = wait
+        return Meeting(position, enters, wait, replace(back, durations=durations), good)
+
+    def _hover(self, motion: ThrowMotion, next_pick: Floats, limits: Limits, wait: Floats) -> tuple[Segments, Bools]:
+        """Returns with a stop and a wait (N,) [s] above the next pick, and which of them keep the rules."""
+        moves, down = return_leg(motion.stop, motion.velocity, next_pick, limits, motion.roof, self.rules, hover=True)
+        back = _padded([moves.segments, coast(wait), down])
+        return back, moves.feasible & self._keeps(motion, back, next_pick, limits)
+
+    def _with_stop(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
+        """Meetings of hands that brake, move straight above the pick, wait, and go down."""
+        halt, stop = self._halt(motion, limits)
+        time = halt.durations.sum(axis=1)
+        belt = np.array([self._belt.speed, 0.0, 0.0])
+        found = plan_intercept(
+            stop,
+            place + belt * time[:, None],
+            belt,
+            limits,
+            clearance=self.rules.approach,
+            window=self._belt.pick_x,
+        )
+        position = np.where(found.feasible[:, None], found.position, place)
+        wait = np.where(found.feasible, found.wait, 0.0)
+        total = np.where(found.feasible, found.time, 0.0) + time
+        return Meeting(position, total, wait, self._stopping(motion, position, wait, limits), found.feasible)
+
+    def _stopping(self, motion: ThrowMotion, next_pick: Floats, wait: Floats, limits: Limits) -> Segments:
+        """Brake along the release velocity, then back on straight lines."""
+        halt, stop = self._halt(motion, limits)
+        way = straight_back(stop, next_pick, wait, limits, self.rules.approach)
+        return _padded([halt, way])
+
+    def _halt(self, motion: ThrowMotion, limits: Limits) -> tuple[Segments, Floats]:
+        """Braking at once along the release velocity, and where the hand then is (N, 3) [m]."""
+        speed = length(motion.velocity)
+        ahead = motion.velocity / np.maximum(speed, 1e-12)[:, None]
+        return brake(ahead, speed, limits), motion.stop + ahead * brake_distance(speed, limits)[:, None]
+
+    def _keeps(self, motion: ThrowMotion, back: Segments, next_pick: Floats, limits: Limits) -> Bools:
+        """Which returns keep limits and rules."""
+        path = JerkTrajectory(motion.stop, back.durations, back.jerks, motion.velocity)
+        low = np.minimum(motion.stop[:, 2], next_pick[:, 2])
+        return keeps_rules(path, np.zeros(len(low)), limits, motion.roof, self.rules, (low, low))
+
+    def _shifted(self, context: Context, position: Floats, flight: Floats) -> ReleaseBatch:
+        """Releases at moved points with the nominal velocity."""
+        return self._released(context.pick, position, context.plan.velocity, flight, context.limits, context.ceiling)
+
+    def _released(
+        self,
+        pick: Floats,
+        position: Floats,
+        velocity: Floats,
+        flight: Floats,
+        limits: Limits,
+        ceiling: Floats,
+    ) -> ReleaseBatch:
+        """Releases as the planner's batch; feasible where a motion to them was found."""
+        motion = throw_leg(
+            pick, np.where(flight[:, None] > 0.0, position, np.nan), velocity, limits, self._roof(ceiling)
+        )
+        good = motion.feasible
+        gap = np.where(good, 0.0, np.nan)
+        speed = length(velocity) + gap
+        level = np.sqrt(velocity[:, 0] ** 2 + velocity[:, 1] ** 2)
+        never = np.zeros(good.shape, dtype=np.bool_)
+        return ReleaseBatch(
+            position=position + gap[:, None],
+            velocity=velocity + gap[:, None],
+            direction=velocity / speed[:, None],
+            speed=speed,
+            acceleration=_greatest(motion.segments) + gap,
+            angle=np.arctan2(velocity[:, 2], level) + gap,
+            azimuth=np.arctan2(velocity[:, 1], velocity[:, 0]) + gap,
+            distance=length(position - pick) + gap,
+            time=motion.duration,
+            flight_time=flight + gap,
+            ceiling_active=good & (position[:, 2] >= ceiling - CONTACT),
+            workspace_active=never,
+            feasible=good,
+            reason=np.where(good, int(Reason.FEASIBLE), int(Reason.CEILING)),
+            straight=never.copy(),
+        )
+
+    def _roof(self, ceiling: Floats) -> Floats:
+        return top(ceiling, self.rules)
+
+
+def _greatest(parts: Segments) -> Floats:
+    """Greatest acceleration (N,) [m/s2] of motions that start without."""
+    return length(np.cumsum(parts.durations[..., None] * parts.jerks, axis=1)).max(axis=1)
+
+
+def _padded(parts: list[Segments]) -> Segments:
+    """The parts one after the other, filled up with segments of no duration."""
+    return Segments.joined(parts).padded(COLUMNS)

@@ -1,0 +1,221 @@
+"""Objects on the belt: what is true of each (hidden) and what the cell's sensors say of it.
+
+One object is one row of standard draws (normal and uniform) from its own cell's generator. Everything here is a
+pure function of those rows, so a cell gives the same objects alone and in a batch.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.arrays import Floats, Ints
+from pnt_gym.cells.base.items import CYLINDER, ItemTable
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.sections import Suction
+from pnt_gym.constants import GRAVITY
+
+TARGET_DRAWS = 8
+"""Bins that may be tried for one object before it is let go."""
+
+_NORMALS: Final = {
+    "mass": 0,
+    "size": slice(1, 2),
+    "size_axis": slice(2, 5),
+    "drag": 5,
+    "seal": 6,
+    "com_depth": 7,
+    "grasp": slice(8, 10),
+    "height": 10,
+    "belt_speed": 11,
+    "jitter": 12,
+    "spin": slice(13, 16),
+    "measured_size": slice(16, 19),
+    "measured_mass": 19,
+    "measured_seal": 20,
+    "measured_yaw": 21,
+    "grasp_noise": slice(22, 24),
+}
+"""Columns of an object's standard normal draws."""
+NORMALS = 24
+_UNIFORMS: Final = {
+    "kind": 0,
+    "lane": 1,
+    "gap": 2,
+    "yaw": 3,
+    "residue_chance": 4,
+    "residue": 5,
+    "percent": 6,
+    "place": slice(8, 12),
+    "bin": slice(12, 12 + 3 * TARGET_DRAWS),
+}
+"""Columns of its uniform draws; column 7 is not used."""
+UNIFORMS = 12 + 3 * TARGET_DRAWS
+_SMALLEST = 0.005
+"""The camera reports no extent below this [m]."""
+_MIN_DEPTH, _MAX_DEPTH = 0.05, 0.95
+
+
+@final
+@dataclass(frozen=True)
+class Objects:
+    """Objects with any leading shape S; lengths in m, masses in kg, forces in N, angles in rad.
+
+    The first block is hidden truth, `measured_*` is what sensors report, the rest are the draws that place it.
+    """
+
+    kind: Ints
+    """Index into the cell's item list, S."""
+    shape: Ints
+    """0 ellipsoid, 1 cylinder lying along x, 2 box, S."""
+    size: Floats
+    """Full extents as it lies before yaw, S + (3,)."""
+    mass: Floats
+    drag: Floats
+    com_depth: Floats
+    """Centre of mass below the cup [m]."""
+    known_depth: Floats
+    """The part of `com_depth` that the planner knows: all of it without mismatch, nothing at mismatch 1 [m]."""
+    seal: Floats
+    """Force of the vacuum before release F0 [N]."""
+    delay: Floats
+    """Release later than commanded by this [s]."""
+    jitter: Floats
+    """The part of `delay` that differs from throw to throw [s]."""
+    friction: Floats
+    rolling_friction: Floats
+    solref: Floats
+    """Of its contacts, S + (2,)."""
+    yaw: Floats
+    grasp: Floats
+    """Centre of mass from the cup axis along x, y at zero belt-speed error, S + (2,) [m]."""
+    belt_error: Floats
+    """Relative error of the belt speed; adds to `grasp` along x with the distance from the camera."""
+    spin: Floats
+    """Angular velocity gained at release, about x, y, z [rad/s], S + (3,)."""
+
+    measured_size: Floats
+    measured_mass: Floats
+    measured_seal: Floats
+    measured_yaw: Floats
+    grasp_noise: Floats
+    """What the camera adds to the true grasp offset, S + (2,) [m]."""
+
+    lane_y: Floats
+    gap: Floats
+    """Distance to the object before it on the belt [m]."""
+    percent: Floats
+    """Speed setting of its throw [%]."""
+    place: Floats
+    """Uniform draws for a pick without a belt: where it is picked and where the next object waits, S + (4,)."""
+    bin_draw: Floats
+    """Uniform draws that choose its bin, S + (TARGET_DRAWS, 3)."""
+
+
+def draw_objects(
+    generators: list[np.random.Generator], count: int, config: ConveyorConfig, table: ItemTable
+) -> Objects:
+    """`count` new objects of the table's items for each generator, shape (len(generators), count)."""
+    normals = np.stack([g.standard_normal((count, NORMALS)) for g in generators])
+    uniforms = np.stack([g.random((count, UNIFORMS)) for g in generators])
+    return objects_from_draws(normals, uniforms, config, table)
+
+
+def objects_from_draws(normals: Floats, uniforms: Floats, config: ConveyorConfig, table: ItemTable) -> Objects:
+    """Objects from standard draws.
+
+    Args:
+        normals: S + (NORMALS,) standard normal.
+        uniforms: S + (UNIFORMS,) in [0, 1).
+        config: the cell; its mismatch scales every hidden effect, not the catalogue and not the sensor noise.
+        table: the items, stacked.
+    """
+    m, spread, noise = config.mismatch, config.spread, config.noise
+    z = {name: normals[..., column] for name, column in _NORMALS.items()}
+    u = {name: uniforms[..., column] for name, column in _UNIFORMS.items()}
+    kind = np.minimum((u["kind"] * len(config.items)).astype(np.int64), len(config.items) - 1)
+    size = _sizes(table, kind, z["size"], z["size_axis"], config)
+    leftover = table.container[kind] & (u["residue_chance"] < spread.residue_chance)
+    residue = np.where(leftover, spread.residue * u["residue"], 0.0)
+    mass = table.mass[kind] * np.exp(spread.mass * z["mass"]) * (1.0 + residue)
+    seal = table.seal_force[kind] * np.exp(spread.seal * z["seal"])
+    depth = table.com_depth[kind] + spread.com_depth * z["com_depth"] + 0.12 * residue / (1.0 + residue)
+    com_depth = np.clip(depth, _MIN_DEPTH, _MAX_DEPTH) * size[..., 2] + m * spread.height * z["height"]
+    grasp = m * spread.grasp * z["grasp"]
+    jitter = m * config.suction.jitter * z["jitter"]
+    yaw = spread.yaw * (2.0 * u["yaw"] - 1.0)
+    percents = np.asarray(config.limits.percent)
+    lane, gap = config.belt.lane_y, config.belt.spacing
+    return Objects(
+        kind=kind,
+        shape=table.shape[kind],
+        size=size,
+        mass=mass,
+        drag=table.drag[kind] * np.exp(spread.drag * z["drag"]),
+        com_depth=com_depth,
+        known_depth=max(1.0 - m, 0.0) * com_depth,
+        seal=seal,
+        delay=np.maximum(m * release_delay(seal, mass, config.suction) + jitter, 0.0),
+        jitter=jitter,
+        friction=table.friction[kind],
+        rolling_friction=table.rolling_friction[kind],
+        solref=table.solref[kind],
+        yaw=yaw,
+        grasp=grasp,
+        belt_error=m * spread.belt_speed * z["belt_speed"],
+        spin=_spin(m * spread.spin * z["spin"], spread.spin_per_offset * grasp),
+        measured_size=_measured_size(size, noise.size * z["measured_size"]),
+        measured_mass=mass * np.exp(noise.mass * z["measured_mass"]),
+        measured_seal=seal * np.exp(noise.seal * z["measured_seal"]),
+        measured_yaw=yaw + noise.yaw * z["measured_yaw"],
+        grasp_noise=noise.grasp * z["grasp_noise"],
+        lane_y=lane[0] + (lane[1] - lane[0]) * u["lane"],
+        gap=gap[0] + (gap[1] - gap[0]) * u["gap"],
+        percent=percents[np.minimum((u["percent"] * len(percents)).astype(np.int64), len(percents) - 1)],
+        place=u["place"],
+        bin_draw=u["bin"].reshape(*uniforms.shape[:-1], TARGET_DRAWS, 3),
+    )
+
+
+def release_delay(seal: Floats, mass: Floats, suction: Suction) -> Floats:
+    """Mean delay between the valve command and the moment the object is free [s].
+
+    The vacuum decays exponentially and holds until its force drops below the weight. A porous seal (low F0) vents
+    through its leak too, which shortens the time constant.
+
+    Args:
+        seal: vacuum force before the release F0 [N], any shape.
+        mass: mass of the object [kg], same shape.
+        suction: valve delay, time constant and leak.
+
+    Returns:
+        valve + tau_e ln(F0 / (m g)) [s], never below 0.
+    """
+    leak = np.where(seal < suction.leak_reference, suction.leak_reference / seal - 1.0, 0.0)
+    tau = suction.tau / (1.0 + suction.leak * leak)
+    return np.maximum(suction.valve + tau * np.log(seal / (mass * GRAVITY)), 0.0)
+
+
+def _sizes(table: ItemTable, kind: Ints, common: Floats, axes: Floats, config: ConveyorConfig) -> Floats:
+    """True extents from draws common to the axes S + (1,) and per axis S + (3,); a cylinder keeps one diameter."""
+    own = config.spread.size_axis * axes
+    own[..., 1] = np.where(table.shape[kind] == CYLINDER, own[..., 2], own[..., 1])
+    return table.size[kind] * np.exp(config.spread.size * common + own)
+
+
+def _spin(random: Floats, offset: Floats) -> Floats:
+    """Spin at release: a random part (a third of it about z), and one from the off-centre grip."""
+    spin = random.copy()
+    spin[..., 2] /= 3.0
+    spin[..., 0] += offset[..., 1]
+    spin[..., 1] -= offset[..., 0]
+    return spin
+
+
+def _measured_size(size: Floats, noise: Floats) -> Floats:
+    """What the camera says of length and width; the height is felt by the cup when it touches down."""
+    seen = np.maximum(size + noise, _SMALLEST)
+    seen[..., 2] = size[..., 2]
+    return seen

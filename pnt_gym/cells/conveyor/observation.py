@@ -1,0 +1,94 @@
+"""What the agent sees of a pick: measured values, the nominal plan, and the ratios that matter.
+
+One table names every feature with its unit, scale and value; the environments' docs, their spaces and `decode` are all
+made from it. Nothing hidden enters: `Context` hands over measurements only.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.base.features import Feature, FeatureTable
+from pnt_gym.cells.base.items import BOX, CYLINDER, ELLIPSOID
+from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.constants import GRAVITY
+
+
+def _is(shape: int, context: Context) -> Floats:
+    return (context.measured.shape == shape).astype(np.float64)
+
+
+def _frontal(context: Context) -> Floats:
+    """Area that faces the throw (N,) [m2]."""
+    length, width, height = context.measured.size.T
+    turned = context.relative_yaw
+    return height * (length * np.abs(np.sin(turned)) + width * np.abs(np.cos(turned)))
+
+
+FEATURES: Final = (
+    Feature("pick_x", "m", 0.0, 0.30, "pick point, cup centre", lambda c: c.pick[:, 0]),
+    Feature("pick_y", "m", -0.33, 0.15, "pick point, cup centre", lambda c: c.pick[:, 1]),
+    Feature("target_x", "m", 0.0, 0.40, "centre of the bin's opening", lambda c: c.target[:, 0]),
+    Feature("target_y", "m", 0.50, 0.25, "centre of the bin's opening", lambda c: c.target[:, 1]),
+    Feature("distance", "m", 0.85, 0.25, "horizontal distance from pick to target", lambda c: c.distance),
+    Feature("opening", "m", 0.15, 0.05, "smaller side of the opening", lambda c: c.opening.min(axis=-1)),
+    Feature("belt_speed", "m/s", 0.25, 0.25, "nominal belt speed", lambda c: np.full(len(c.pick), c.belt_speed)),
+    Feature("release_speed", "m/s", 2.2, 0.5, "of the nominal plan", lambda c: c.plan.speed),
+    Feature("elevation", "rad", 0.45, 0.30, "of the nominal plan", lambda c: c.plan.angle),
+    Feature("release_distance", "m", 0.35, 0.20, "pick to release, of the nominal plan", lambda c: c.plan.distance),
+    Feature("flight_time", "s", 0.28, 0.10, "of the nominal plan, without drag", lambda c: c.plan.flight_time),
+    Feature("length", "m", 0.12, 0.06, "measured, along the object", lambda c: c.measured.size[:, 0]),
+    Feature("width", "m", 0.07, 0.03, "measured, across the object", lambda c: c.measured.size[:, 1]),
+    Feature("height", "m", 0.05, 0.03, "measured", lambda c: c.measured.size[:, 2]),
+    Feature("is_ellipsoid", "-", 0.5, 0.5, "shape, one-hot", lambda c: _is(ELLIPSOID, c)),
+    Feature("is_cylinder", "-", 0.5, 0.5, "shape, one-hot", lambda c: _is(CYLINDER, c)),
+    Feature("is_box", "-", 0.5, 0.5, "shape, one-hot", lambda c: _is(BOX, c)),
+    Feature("ln_mass", "ln kg", -4.2, 0.8, "logarithm of the measured mass", lambda c: np.log(c.measured.mass)),
+    Feature(
+        "ln_seal", "ln N", 2.4, 0.6, "logarithm of the measured vacuum force F0",
+        lambda c: np.log(c.measured.seal),
+    ),
+    Feature(
+        "ln_grip_ratio", "-", 4.3, 0.8, "ln(F0 / (m g)): release delay is linear in it",
+        lambda c: np.log(c.measured.seal / (c.measured.mass * GRAVITY)),
+    ),
+    Feature(
+        "frontal_area_per_mass", "m2/kg", 0.35, 0.20, "area facing the throw over mass: drag",
+        lambda c: _frontal(c) / c.measured.mass,
+    ),
+    Feature(
+        "plan_area_per_mass", "m2/kg", 0.50, 0.30, "horizontal area over mass: lift",
+        lambda c: c.measured.size[:, 0] * c.measured.size[:, 1] / c.measured.mass,
+    ),
+    Feature(
+        "cos_2yaw", "-", 0.0, 1.0, "yaw of the object against the throw, doubled",
+        lambda c: np.cos(2.0 * c.relative_yaw),
+    ),
+    Feature(
+        "sin_2yaw", "-", 0.0, 1.0, "yaw of the object against the throw, doubled",
+        lambda c: np.sin(2.0 * c.relative_yaw),
+    ),
+    Feature(
+        "grasp_along", "m", 0.0, 0.010, "measured centre of mass from the cup, along the throw",
+        lambda c: c.to_throw_frame(c.measured.grasp)[0],
+    ),
+    Feature(
+        "grasp_across", "m", 0.0, 0.010, "measured centre of mass from the cup, left of the throw",
+        lambda c: c.to_throw_frame(c.measured.grasp)[1],
+    ),
+)  # fmt: skip
+_TABLE: Final = FeatureTable(FEATURES)
+
+
+def observe(context: Context) -> NDArray[np.float32]:
+    """Observations (N, 26) of the coming picks, float32 within [-CLIP, CLIP]."""
+    return _TABLE.encode([feature.value(context) for feature in FEATURES])
+
+
+def decode(observation: NDArray[np.floating]) -> dict[str, Floats]:
+    """Physical values by feature name from observations (..., 26); clipped entries stay clipped."""
+    return _TABLE.decode(observation)

@@ -1,0 +1,135 @@
+"""Which throws a cell takes on: a bin for an object, and whether the throw leaves room for a correction."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import final
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats, Ints, replaced, take
+from pnt_gym.cells.base.items import item_arrays
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.free_mover import FreeMover
+from pnt_gym.cells.conveyor.movers import Mover, StraightMover
+from pnt_gym.cells.conveyor.objects import TARGET_DRAWS, Objects, draw_objects
+from pnt_gym.cells.conveyor.scene import LIP_GAP
+from pnt_gym.planning.motion.limits import MotionLimits
+from pnt_gym.planning.motion.workspace import EllipticWorkspace
+from pnt_gym.planning.straight.plan import ReleaseBatch
+from pnt_gym.robots.t3kr.geometry import T3KR
+
+_MOVERS: dict[str, Callable[[ConveyorConfig, EllipticWorkspace], Mover]] = {
+    "straight": StraightMover,
+    "free_direction": FreeMover,
+}
+
+
+@final
+class PickPlanner:
+    """Chooses a bin for an object and plans its throw.
+
+    A throw is taken on if it stays inside the workspace for its target and for the target moved by `motion.reserve`
+    along the throw, so that every residual within that range has a feasible plan.
+    """
+
+    def __init__(self, config: ConveyorConfig) -> None:
+        self.config = config
+        self.workspace = EllipticWorkspace(T3KR.workspace_x, T3KR.workspace_y, T3KR.z_min, T3KR.z_max)
+        self.mover: Mover = _MOVERS[config.planner](config, self.workspace)
+        fixed = config.bins.fixed
+        self._centres = np.array([(b.x, b.y) for b in fixed]).reshape(-1, 2)
+        self._openings = np.array([b.size for b in fixed]).reshape(-1, 2)
+        self._accepts = _acceptance(config)
+        self._table = item_arrays(config.item_list())
+
+    def draw(self, generators: list[np.random.Generator], count: int) -> Objects:
+        """`count` new objects for each generator, shape (len(generators), count)."""
+        return draw_objects(generators, count, self.config, self._table)
+
+    def pick_point(self, objects: Objects, x: Floats) -> Floats:
+        """Where the planner takes objects at belt coordinate x (N,) to be: (N, 3) [m].
+
+        That is the cup tip on the object, lowered by what the planner knows of the centre of mass.
+        """
+        height = self.config.belt.height + objects.size[..., 2] + LIP_GAP - objects.known_depth
+        return np.stack([x, objects.lane_y, height], axis=-1)
+
+    def checked(self, context: Context, release: ReleaseBatch) -> ReleaseBatch:
+        """The releases, of which only those that the robot can execute are called feasible."""
+        return replace(release, feasible=self.mover.is_feasible(context.pick, release, context.limits))
+
+    def plan(self, objects: Objects, pick: Floats, attempt: int = 0) -> tuple[Context, Bools]:
+        """Contexts for objects at their picks, and which of them can be thrown (N,).
+
+        Bins are tried in the order of the object's own draws, from `attempt` on; rows without any feasible throw hold
+        the last try.
+        """
+        target, opening, index = self._bin(objects, attempt)
+        ceiling = pick[:, 2] + self.config.motion.ceiling
+        limits = MotionLimits.t3kr(objects.percent).arrays(len(pick))
+        context = Context(
+            objects=objects,
+            pick=pick,
+            target=target,
+            opening=opening,
+            bin=index,
+            percent=objects.percent,
+            plan=self.mover.plan(pick, target, limits, ceiling),
+            belt_speed=self.config.belt.speed,
+            ceiling=ceiling,
+            belt_shift=objects.belt_error * (pick[:, 0] - self.config.belt.camera_x),
+        )
+        good = self.mover.is_feasible(pick, context.plan, limits)
+        reserve = self.config.motion.reserve
+        for sign in (-1.0, 1.0) if reserve > 0.0 else ():
+            good &= self._has_reserve(context, sign * reserve)
+        rows = np.flatnonzero(~good)
+        if rows.size > 0 and attempt + 1 < (len(self._centres) or TARGET_DRAWS):
+            found, good[rows] = self.plan(take(objects, rows), pick[rows], attempt + 1)
+            context = replaced(context, rows, found)
+        return context, good
+
+    def _has_reserve(self, context: Context, along: float) -> Bools:
+        """Whether the throw is feasible too with its target moved along it."""
+        shift = np.zeros_like(context.target)
+        shift[:, :2] = along * context.direction
+        release = self.mover.aimed(context, context.target + shift, np.inf)
+        return self.mover.is_feasible(context.pick, release, context.limits)
+
+    def _bin(self, objects: Objects, attempt: int) -> tuple[Floats, Floats, Ints]:
+        """Centre at the rim (N, 3), opening (N, 2) and index (N,) of the bin tried at this attempt."""
+        draw, bins = objects.bin_draw[:, attempt], self.config.bins
+        rim = np.full(len(draw), bins.rim)
+        if bins.random is None:
+            index = self._fixed_bin(objects, attempt)
+            centre, opening = self._centres[index], self._openings[index]
+        else:
+            r = bins.random
+            index = np.zeros(len(draw), dtype=np.int64)
+            low, high = np.array([r.x[0], r.y[0]]), np.array([r.x[1], r.y[1]])
+            centre = low + (high - low) * draw[:, :2]
+            side = r.side[0] + (r.side[1] - r.side[0]) * draw[:, 2]
+            if r.item_clearance > 0.0:
+                side = np.maximum(side, objects.measured_size.max(axis=-1) + r.item_clearance)
+            opening = np.stack([side, side], axis=-1)
+        return np.concatenate([centre, rim[:, None]], axis=1), opening, index
+
+    def _fixed_bin(self, objects: Objects, attempt: int) -> Ints:
+        """Accepting bins in turn, starting at a random one."""
+        choices = self._accepts[objects.kind]
+        count = choices.sum(axis=1)
+        start = np.minimum((objects.bin_draw[:, 0, 0] * count).astype(np.int64), count - 1)
+        wanted = (start + attempt) % count
+        rank = np.cumsum(choices, axis=1) - 1
+        return np.argmax(choices & (rank == wanted[:, None]), axis=1)
+
+
+def _acceptance(config: ConveyorConfig) -> Bools:
+    """Which fixed bin (columns) takes which item (rows)."""
+    fixed = config.bins.fixed
+    return np.array([[not b.accepts or name in b.accepts for b in fixed] for name in config.items]).reshape(
+        len(config.items), len(fixed)
+    )

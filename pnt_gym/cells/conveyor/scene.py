@@ -1,0 +1,223 @@
+"""The conveyor cell as one MuJoCo model: robot, belt, bins, cup and the object being thrown.
+
+Everything that differs between throws (the object's shape, size, mass and drag, a bin drawn per throw) is a field
+that the plant overwrites per simulation; the model is compiled once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.base.sorting import Bins
+from pnt_gym.cells.base.stage import (
+    BELT_RGBA,
+    BELT_THICKNESS,
+    BIN_RGBA,
+    HAND_RGBA,
+    OBJECT_RGBA,
+    SURROUNDINGS_SOLREF,
+    add_contact_sensor,
+    add_floor,
+    add_free_object,
+    add_motion_sensors,
+    add_torque_sensors,
+    light_stage,
+)
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.constants import AIR_DENSITY, AIR_VISCOSITY
+from pnt_gym.engine import MjModel, MjSpec, mujoco
+from pnt_gym.robots.specification import LOOP_SOLIMP, LOOP_SOLREF, set_options
+from pnt_gym.robots.t3kr.model import T3krHandles, add_t3kr
+
+CUP_RADIUS: Final = 0.018
+"""Bellows suction cup for light waste, 36 mm wide [m]."""
+CUP_LENGTH: Final = 0.050
+LIP_GAP: Final = 0.0005
+"""The object hangs this far below the rigid part of the cup, so that holding it is not a contact [m]."""
+FLOOR_DROP: Final = 0.02
+"""The floor lies this far below the bins' bottoms [m]."""
+
+_OBJECT_BIT, _CUP_BIT = 1, 2
+
+SENSORS: Final = {
+    "object_position": slice(0, 3),
+    "object_velocity": slice(3, 6),
+    "hand_position": slice(6, 9),
+    "cup_contact": slice(9, 11),
+    "any_contact": slice(11, 13),
+    "torque": slice(13, 17),
+}
+"""Columns of sensordata. A contact is (number found, smallest distance [m])."""
+
+
+@final
+@dataclass(frozen=True)
+class Scene:
+    """The compiled cell and the ids the plant needs."""
+
+    model: MjModel
+    robot: T3krHandles
+    object_body: int
+    object_geom: int
+    object_qpos: int
+    object_qvel: int
+    grip_site: int
+    grip_equality: int
+    spin_controls: slice
+    bin_bodies: tuple[int, ...]
+
+
+def build_scene(config: ConveyorConfig, rods: str = "four") -> Scene:
+    """Compile the cell.
+
+    Args:
+        config: the cell.
+        rods: "four" (the default) or "eight" rods in the robot.
+    """
+    spec = mujoco.MjSpec()
+    set_options(spec, config.timestep, density=AIR_DENSITY * config.mismatch, viscosity=AIR_VISCOSITY * config.mismatch)
+    _add_stage(spec, config)
+    robot = add_t3kr(spec, rods="eight" if rods == "eight" else "four")
+    _add_cup(spec)
+    _add_object(spec)
+    for index, (x, y, size) in enumerate(_bin_places(config)):
+        _add_bin(spec, f"bin_{index}", (x, y), size, config.bins)
+    _add_sensors(spec, robot)
+    model = spec.compile()
+    joint = model.joint("object")
+    first_spin = int(model.actuator_ctrladr[model.actuator("spin_x").id])
+    return Scene(
+        model=model,
+        robot=robot,
+        object_body=model.body("object").id,
+        object_geom=model.geom("object").id,
+        object_qpos=int(joint.qposadr[0]),
+        object_qvel=int(joint.dofadr[0]),
+        grip_site=model.site("grip").id,
+        grip_equality=model.equality("grip").id,
+        spin_controls=slice(first_spin, first_spin + 3),
+        bin_bodies=tuple(model.body(f"bin_{i}").id for i in range(len(_bin_places(config)))),
+    )
+
+
+def bin_panels(size: Floats, bins: Bins) -> tuple[Floats, Floats]:
+    """Half extents and centres of a bin's five panels, relative to the centre of its opening.
+
+    Args:
+        size: inner opening along x and y (N, 2) [m].
+        bins: depth and wall thickness.
+
+    Returns:
+        Half extents (N, 5, 3) and centres (N, 5, 3) of the walls at +x, -x, +y, -y and of the bottom [m].
+    """
+    hx, hy = size[:, 0] / 2, size[:, 1] / 2
+    w, d = bins.wall / 2, bins.depth / 2
+    zero, wall, high = np.zeros_like(hx), np.full_like(hx, w), np.full_like(hx, d)
+    x_wall = np.stack([wall, hy + 2 * w, high], axis=-1)
+    y_wall = np.stack([hx, wall, high], axis=-1)
+    bottom = np.stack([hx + 2 * w, hy + 2 * w, wall], axis=-1)
+    half = np.stack([x_wall, x_wall, y_wall, y_wall, bottom], axis=1)
+    middle = np.stack([hx + w, zero, -high], axis=-1), np.stack([zero, hy + w, -high], axis=-1)
+    mirror = np.array([-1.0, -1.0, 1.0])
+    under = np.stack([zero, zero, -2 * high - wall], axis=-1)
+    centre = np.stack([middle[0], middle[0] * mirror, middle[1], middle[1] * mirror, under], axis=1)
+    return half, centre
+
+
+def _bin_places(config: ConveyorConfig) -> list[tuple[float, float, tuple[float, float]]]:
+    """Centre and opening of each modelled bin; a random bin starts at the middle of its range."""
+    bins = config.bins
+    if bins.random is None:
+        return [(b.x, b.y, b.size) for b in bins.fixed]
+    r = bins.random
+    return [(sum(r.x) / 2, sum(r.y) / 2, (r.side[1], r.side[1]))]
+
+
+def _add_stage(spec: MjSpec, config: ConveyorConfig) -> None:
+    """Light, floor and belt."""
+    light_stage(spec, ambient=0.35, diffuse=0.45)
+    spec.worldbody.add_light(pos=[0.6, -1.4, 1.6], dir=[-0.3, 0.6, -1.0], diffuse=np.full(3, 0.5))
+    ground = config.bins.rim - config.bins.depth - config.bins.wall - FLOOR_DROP
+    add_floor(spec, min(ground, config.belt.height - 0.3), 3.0, solref=SURROUNDINGS_SOLREF)
+    belt = config.belt
+    spec.worldbody.add_geom(
+        name="belt",
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=[(belt.x[1] - belt.x[0]) / 2, (belt.y[1] - belt.y[0]) / 2, BELT_THICKNESS / 2],
+        pos=[sum(belt.x) / 2, sum(belt.y) / 2, belt.height - BELT_THICKNESS / 2],
+        rgba=BELT_RGBA,
+        surfacevel=[belt.speed, 0, 0, 0, 0, 0],
+        solref=SURROUNDINGS_SOLREF,
+    )
+
+
+def _add_cup(spec: MjSpec) -> None:
+    """The cup stays solid after the release: an object that is touched again is really touched."""
+    spec.body("platform").add_geom(
+        name="cup",
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        size=[CUP_RADIUS, CUP_LENGTH / 2, 0],
+        pos=[0, 0, CUP_LENGTH / 2],
+        rgba=HAND_RGBA,
+        mass=0,
+        contype=_CUP_BIT,
+        conaffinity=0,
+        group=2,
+    )
+
+
+def _add_object(spec: MjSpec) -> None:
+    """A free body whose frame is at its centre of mass, with one geom of any shape and a site under the cup."""
+    body = add_free_object(
+        spec,
+        0.02,
+        1e-5,
+        0.03,
+        rgba=OBJECT_RGBA,
+        contype=_OBJECT_BIT,
+        conaffinity=_OBJECT_BIT | _CUP_BIT,
+        condim=6,  # without rolling friction a round object rolls off anything
+        priority=1,  # the item's own friction and rebound decide
+    )
+    body.add_site(name="grip", size=[0.004, 0.004, 0.004], group=4)
+    spec.add_equality(
+        name="grip",
+        type=mujoco.mjtEq.mjEQ_WELD,
+        objtype=mujoco.mjtObj.mjOBJ_SITE,
+        name1="tcp",
+        name2="grip",
+        solref=LOOP_SOLREF,
+        solimp=LOOP_SOLIMP,
+    )
+    for axis, gear in (("x", 3), ("y", 4), ("z", 5)):
+        motor = spec.add_actuator(
+            name=f"spin_{axis}", trntype=mujoco.mjtTrn.mjTRN_JOINT, target="object", gear=np.eye(6)[gear]
+        )
+        motor.set_to_motor()
+
+
+def _add_bin(spec: MjSpec, name: str, centre: tuple[float, float], size: tuple[float, float], bins: Bins) -> None:
+    body = spec.worldbody.add_body(name=name, pos=[*centre, bins.rim])
+    half, middle = bin_panels(np.array([size]), bins)
+    for k in range(5):
+        body.add_geom(
+            name=f"{name}_{k}",
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            size=half[0, k],
+            pos=middle[0, k],
+            rgba=BIN_RGBA,
+            solref=SURROUNDINGS_SOLREF,
+        )
+
+
+def _add_sensors(spec: MjSpec, robot: T3krHandles) -> None:
+    """In the order and widths of `SENSORS`."""
+    geom = mujoco.mjtObj.mjOBJ_GEOM
+    add_motion_sensors(spec, robot.tcp)
+    add_contact_sensor(spec, geom, "object", "cup")
+    add_contact_sensor(spec, geom, "object")
+    add_torque_sensors(spec, robot.actuators)

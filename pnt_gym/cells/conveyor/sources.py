@@ -1,0 +1,186 @@
+"""Where the next pick comes from: an independent draw, or the stream of objects on the moving belt."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, Protocol, final
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats, Ints, joined, replaced, take
+from pnt_gym.cells.base.core import Generators
+from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.movers import ThrowMotion
+from pnt_gym.cells.conveyor.objects import Objects
+from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.errors import ConfigError
+from pnt_gym.planning.motion.limits import LimitRows, MotionLimits
+from pnt_gym.planning.motion.trajectory import Segments
+
+MOST_DRAWS: Final = 120
+"""Objects tried in a row before the cell is declared impossible."""
+QUEUE: Final = 6
+"""Objects known upstream of the pick window."""
+STANDING_HEIGHT: Final = 0.05
+"""Height of the next object where there is no belt to bring one [m]."""
+
+
+@final
+@dataclass(frozen=True)
+class NextPick:
+    """Where the hand goes after a throw, and the pick it finds there."""
+
+    position: Floats
+    """Cup position of the next pick (N, 3) [m]."""
+    wait: Floats
+    """Standstill above it until the object arrives (N,) [s]."""
+    context: Context
+    back: Segments
+    """The motion there."""
+
+
+class PickSource(Protocol):
+    """Hands out picks to some rows of a cell; every row draws only from its own generator."""
+
+    def first(self, rows: Ints) -> Context:
+        """First picks of an episode for the cell's rows."""
+        ...
+
+    def following(self, motion: ThrowMotion, limits: LimitRows) -> NextPick:
+        """The picks that follow the throws of all rows."""
+        ...
+
+    def waiting(self, row: int) -> tuple[Objects, Floats] | None:
+        """The objects that come after one row's present pick, and their centres (K, 3) [m]; None without a belt."""
+        ...
+
+
+@final
+class IndependentPicks:
+    """Every pick is drawn anew and does not depend on the throw before: the contextual-bandit form."""
+
+    def __init__(self, planner: PickPlanner, generators: Generators) -> None:
+        self._planner = planner
+        self._generators = generators
+        self._place = np.zeros((len(generators), 2))
+
+    def first(self, rows: Ints) -> Context:
+        """One independent pick per row."""
+        return self._draw(rows)
+
+    def following(self, motion: ThrowMotion, limits: LimitRows) -> NextPick:
+        """A new pick that has nothing to do with the throw before."""
+        # The next object stands somewhere in the pick window; that draw belongs to the present pick.
+        belt = self._planner.config.belt
+        x = belt.pick_x[0] + (belt.pick_x[1] - belt.pick_x[0]) * self._place[:, 0]
+        y = belt.lane_y[0] + (belt.lane_y[1] - belt.lane_y[0]) * self._place[:, 1]
+        position = np.stack([x, y, np.full_like(x, belt.height + STANDING_HEIGHT)], axis=-1)
+        back = self._planner.mover.back(motion, position, limits)
+        return NextPick(position, np.zeros_like(x), self._draw(np.arange(len(x))), back)
+
+    def waiting(self, row: int) -> tuple[Objects, Floats] | None:
+        """Nothing: there is no belt."""
+        return None
+
+    def _draw(self, rows: Ints) -> Context:
+        """Objects are drawn until their throw is feasible."""
+        context, good = self._attempt(rows)
+        for _ in range(MOST_DRAWS):
+            pending = np.flatnonzero(~good)
+            if pending.size == 0:
+                self._place[rows] = context.objects.place[:, 1:3]
+                return context
+            found, fits = self._attempt(rows[pending])
+            context = replaced(context, pending, found)
+            good[pending] = fits
+        raise _impossible(self._planner)
+
+    def _attempt(self, rows: Ints) -> tuple[Context, Bools]:
+        config = self._planner.config
+        objects = take(self._planner.draw([self._generators[r] for r in rows], 1), np.s_[:, 0])
+        low, high = config.belt.pick_x
+        x = low + (high - low) * objects.place[:, 0]
+        return self._planner.plan(objects, self._planner.pick_point(objects, x))
+
+
+@final
+class BeltPicks:
+    """Objects ride the belt past the robot; the hand meets the first one that it can reach and throw.
+
+    Objects that leave the window before the hand is there, and those without a feasible throw, ride on.
+    """
+
+    def __init__(self, planner: PickPlanner, generators: Generators) -> None:
+        self._planner = planner
+        self._generators = generators
+        count = len(generators)
+        self.queue: Objects = planner.draw([np.random.default_rng(0) for _ in range(count)], QUEUE)
+        """Objects on the belt, nearest first (N, QUEUE)."""
+        self.queue_x: Floats = np.zeros((count, QUEUE))
+        """Where they are at the lift of the present pick (N, QUEUE) [m]."""
+        self.passed: Ints = np.zeros(count, dtype=np.int64)
+        """Objects let go since the episode began (N,)."""
+
+    def first(self, rows: Ints) -> Context:
+        """An empty belt with objects about to enter the window; the hand starts above its middle."""
+        config = self._planner.config
+        drawn = self._planner.draw([self._generators[row] for row in rows], QUEUE)
+        self.queue = replaced(self.queue, rows, drawn)
+        # The first object enters the window one gap after the episode begins.
+        self.queue_x[rows] = config.belt.pick_x[0] - np.cumsum(self.queue.gap[rows], axis=1)
+        self.passed[rows] = 0
+        middle = (config.belt.lane_y[0] + config.belt.lane_y[1]) / 2
+        start = np.tile([0.0, middle, config.belt.height + 0.3], (len(rows), 1))
+        limits = MotionLimits.t3kr(max(config.limits.percent)).arrays(len(rows))
+        return self.following(ThrowMotion.resting(start), limits, rows).context
+
+    def waiting(self, row: int) -> tuple[Objects, Floats] | None:
+        """The objects upstream on the belt."""
+        height = self._planner.config.belt.height + self.queue.size[row, :, 2] / 2
+        centre = np.stack([self.queue_x[row], self.queue.lane_y[row], height], axis=-1)
+        return take(self.queue, row), centre
+
+    def following(self, motion: ThrowMotion, limits: LimitRows, rows: Ints | None = None) -> NextPick:
+        """The first objects on the belt that can be met and thrown after throws of some rows; None for all rows."""
+        rows = np.arange(len(motion.stop)) if rows is None else rows
+        result, pending = None, np.arange(len(rows))
+        for draw in range(MOST_DRAWS):
+            place = draw % QUEUE
+            if place == 0 and draw > 0:  # the whole queue rides on
+                self._roll(rows[pending], QUEUE, np.zeros(pending.size))
+            found, time, good = self._meet(rows[pending], place, take(motion, pending), take(limits, pending))
+            result = found if result is None else replaced(result, pending, found)
+            self._roll(rows[pending[good]], place + 1, time[good])
+            pending = pending[~good]
+            if pending.size == 0:
+                return result
+        raise _impossible(self._planner)
+
+    def _meet(self, rows: Ints, place: int, motion: ThrowMotion, limits: LimitRows) -> tuple[NextPick, Floats, Bools]:
+        """Pick of the object at a place of the queue in some rows, the time until its lift, and which work out."""
+        config, objects = self._planner.config, take(self.queue, (rows, place))
+        x = self.queue_x[rows, place] + config.belt.speed * motion.stop_time
+        meeting = self._planner.mover.meet(motion, self._planner.pick_point(objects, x), limits)
+        context, throwable = self._planner.plan(objects, meeting.position)
+        found = NextPick(meeting.position, meeting.wait, context, meeting.back)
+        elapsed = motion.stop_time + meeting.time + config.motion.dwell
+        return found, elapsed, meeting.feasible & throwable
+
+    def _roll(self, rows: Ints, used: int, elapsed: Floats) -> None:
+        """Move the belt on, drop the objects that were picked or passed, and add new ones upstream."""
+        if rows.size == 0:
+            return
+        self.passed[rows] += used - 1
+        new = self._planner.draw([self._generators[row] for row in rows], used)
+        kept = take(self.queue, (rows, slice(used, None)))
+        x = self.queue_x[rows] + self._planner.config.belt.speed * elapsed[:, None]
+        self.queue = replaced(self.queue, rows, joined([kept, new], axis=1))
+        self.queue_x[rows] = np.concatenate([x[:, used:], x[:, -1:] - np.cumsum(new.gap, axis=1)], axis=1)
+
+
+def _impossible(planner: PickPlanner) -> ConfigError:
+    return ConfigError(
+        f"cell {planner.config.name!r}: no object has a feasible throw; check that the bins are in reach at "
+        f"{', '.join(f'{p:g}' for p in planner.config.limits.percent)} % of the robot's limits and that the "
+        f"follow-through of {planner.config.motion.follow_through.window} s leaves room inside the workspace"
+    )

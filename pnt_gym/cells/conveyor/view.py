@@ -1,0 +1,40 @@
+"""Pictures of the conveyor cell."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.base.canvas import Marker
+from pnt_gym.cells.base.fluid import geom_placement
+from pnt_gym.cells.base.sorting import Belt
+from pnt_gym.cells.base.stage import OBJECT_RGBA
+from pnt_gym.cells.conveyor.objects import Objects
+from pnt_gym.engine import mujoco
+
+
+def camera() -> Any:
+    """The standard view: belt, robot and bins from the front left."""
+    view = mujoco.MjvCamera()
+    view.lookat[:] = [-0.02, 0.10, -0.38]
+    view.distance, view.azimuth, view.elevation = 3.3, 146.0, -19.0
+    return view
+
+
+def objects_on_belt(upstream: tuple[Objects, Floats] | None, belt: Belt, time: float) -> list[Marker]:
+    """Objects and their centres (K, 3) [m], carried on by the belt for a time [s]; nothing where there are none."""
+    if upstream is None:
+        return []
+    objects, centre = upstream
+    moved = centre + np.array([belt.speed * time, 0.0, 0.0])
+    place = geom_placement(objects.shape, objects.size)
+    turned, frame = np.zeros(4), np.zeros(9)
+    markers: list[Marker] = []
+    for k in np.flatnonzero((moved[:, 0] >= belt.x[0]) & (moved[:, 0] <= belt.x[1])):
+        half = objects.yaw[k] / 2
+        mujoco.mju_mulQuat(turned, np.array([np.cos(half), 0.0, 0.0, np.sin(half)]), place.quat[k])
+        mujoco.mju_quat2Mat(frame, turned)
+        markers.append(Marker(int(place.type[k]), place.size[k], moved[k], frame.copy(), np.array(OBJECT_RGBA)))
+    return markers

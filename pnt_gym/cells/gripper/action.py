@@ -1,0 +1,62 @@
+"""The gripper robot's residual: an action in [-1, 1] corrects a planned toss; zero is the plan itself.
+
+Two modes, on the same planner:
+
+* `release` (3 numbers): the release point moves along the throw and to its left, with it the landing, and the claws
+  open earlier or later. Each number moves one measured error one to one: the landing along and across, and the moment
+  at which the object comes free.
+* `release_point` (2 numbers): the release point alone; the claws open when the planner says.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pnt_gym.arrays import Floats, Ints
+from pnt_gym.cells.base.action import ActionMode, Correction, by_name, padded
+from pnt_gym.cells.gripper.config import GripperConfig
+from pnt_gym.cells.gripper.context import Context
+from pnt_gym.cells.gripper.motion import TossPlans
+from pnt_gym.cells.gripper.planner import TossPlanner
+
+ERRORS: Final = ("landing_along", "landing_across", "release_delay")
+EXPLORATION: Final = 0.1
+"""Standard deviation of what a learner adds in practice, as a share of an action of 1."""
+ALIKE: Final = (0.010, 0.010, 0.005)
+"""Errors that count alike: landing [m], moment of the release [s]."""
+NUMBERS: Final = (
+    "release point along the throw",
+    "release point to the left",
+    "moment at which the claws begin to open",
+)
+
+
+def _corrected(planner: TossPlanner, context: Context, residual: Floats) -> TossPlans:
+    return planner.plan(context.kind, context.place, padded(residual, 3))
+
+
+MODES: Final = by_name(
+    ActionMode("release", NUMBERS, lambda config: config.action.scale(), _corrected, ERRORS),
+    ActionMode("release_point", NUMBERS[:2], lambda config: config.action.scale()[:2], _corrected, ERRORS[:2]),
+)
+
+
+def correction(config: GripperConfig, mode: str) -> Correction:
+    """How an action shifts the landing and, with three numbers, the moment of the release."""
+    errors, scale = MODES[mode].errors, MODES[mode].scale(config)
+    return Correction(
+        errors=errors,
+        scale=scale,
+        exploration=EXPLORATION * scale,
+        tolerance=np.array(ALIKE[: len(errors)]),
+        buckets=partial(_buckets, config),
+    )
+
+
+def _buckets(config: GripperConfig, features: NDArray[np.float32], kind: Ints) -> list[tuple[str, str]]:
+    """The kind of each object; each has its own compartment, so there is one place."""
+    return [(config.items[int(k)], "tray") for k in kind]

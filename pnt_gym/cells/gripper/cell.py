@@ -1,0 +1,169 @@
+"""The gripper robot's cell: N robots, picking and tossing in step."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, ClassVar, Final, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pnt_gym.arrays import Floats, Ints
+from pnt_gym.cells.base.action import Correction, Modes
+from pnt_gym.cells.base.canvas import Marker
+from pnt_gym.cells.base.core import Cell, require_feasible
+from pnt_gym.cells.base.view import ThrowView
+from pnt_gym.cells.gripper.action import MODES, correction
+from pnt_gym.cells.gripper.config import GripperConfig
+from pnt_gym.cells.gripper.context import Context
+from pnt_gym.cells.gripper.hidden import draw_hidden, expected_hidden
+from pnt_gym.cells.gripper.motion import TossPlans
+from pnt_gym.cells.gripper.observation import FEATURES, feature_table, observe
+from pnt_gym.cells.gripper.outcome import Outcome, judge, reward_terms
+from pnt_gym.cells.gripper.planner import TossPlanner
+from pnt_gym.cells.gripper.plant import GripperPlant
+from pnt_gym.cells.gripper.view import DOTS, camera
+from pnt_gym.engine import MjData, MjModel
+from pnt_gym.errors import ConfigError
+
+_PROBES: Final = 9
+
+
+@final
+class GripperCell(Cell[GripperConfig, Context, TossPlans, Outcome]):
+    """N cells in step: `context` holds the coming throws, `throw` carries them out and brings the next.
+
+    Args:
+        config: the cell.
+        count: number of cells N.
+        threads: worker threads of the physics; results do not depend on it.
+
+    Raises:
+        ConfigError: some pick or compartment of the config is out of the robot's reach.
+    """
+
+    modes: ClassVar[Modes] = MODES
+    reward_terms: ClassVar[tuple[str, ...]] = ("landing", "success", "time")
+    features = len(FEATURES)
+
+    def __init__(self, config: GripperConfig, count: int, threads: int = 1) -> None:
+        super().__init__(config, count, threads)
+        self.item_names = config.items
+        self.dwell = config.grip.closing + config.grip.hold
+        self.planner = TossPlanner(config)
+        self._check_reach()
+        self.plant = GripperPlant(config, count, threads)
+        self._table = feature_table(config)
+        self.context = self.first(np.arange(count))
+
+    def observe(self) -> NDArray[np.float32]:
+        """Observations of the coming throws (N, 15)."""
+        return observe(self.context, self._table)
+
+    def plan(self, correction: Floats | None = None) -> TossPlans:
+        """Plans of the coming throws, feasible or not.
+
+        Args:
+            correction: release point along the throw and to its left [m], opening later [s] (N, 3); none if not given.
+        """
+        return self.planner.plan(self.context.kind, self.context.place, correction)
+
+    def throw(self, plans: TossPlans) -> Outcome:
+        """Throw in every cell and move on to the next throws.
+
+        Args:
+            plans: feasible plans, one per cell.
+
+        Raises:
+            ValueError: a plan is not feasible.
+        """
+        outcome = self.preview(plans, jitter=True)
+        self.context = self.first(np.arange(self.count))
+        return outcome
+
+    def preview(self, plans: TossPlans, jitter: bool = False) -> Outcome:
+        """What the coming throws would do, without moving on.
+
+        Args:
+            plans: feasible plans, one per cell.
+            jitter: whether the throw's own scatter is included, as `throw` will have it; without, the objects are the
+                average ones of their kind.
+
+        Raises:
+            ValueError: a plan is not feasible.
+        """
+        require_feasible(plans)
+        context = self.context
+        if not jitter:
+            context = replace(context, hidden=expected_hidden(context.kind, self.config))
+        return judge(self.plant.fly(context, plans), plans, self.config, self.planner.return_time(plans))
+
+    def reward(self, outcome: Outcome) -> dict[str, Floats]:
+        """Weighted reward terms by name, each (N,)."""
+        return reward_terms(outcome, self.config.reward)
+
+    def info(self, outcome: Outcome, thrown: Context) -> dict[str, NDArray[Any]]:
+        """What the gripper robot's cell tells of throws, (N,) each."""
+        return {
+            "landing_along": outcome.landing_along,
+            "landing_across": outcome.landing_across,
+            "release_delay": outcome.release_delay,
+            "in_opening": outcome.in_opening,
+            "in_bin": outcome.in_bin,
+            "rim": outcome.rim,
+            "picked": outcome.picked,
+            "slip": outcome.slip,
+            "recontact": outcome.recontact,
+            "peak_torque": outcome.peak_torque,
+            "target_x": thrown.target[:, 0].copy(),
+            "target_y": thrown.target[:, 1].copy(),
+        }
+
+    def correction(self, mode: str) -> Correction:
+        """How an action shifts the landing and, with three numbers, the moment of the release."""
+        return correction(self.config, mode)
+
+    def view(self) -> ThrowView:
+        """Pictures of the cells; row 0 is recorded from now on."""
+        size = self.config.robot.size
+        return ThrowView(self, camera(size), DOTS * size)
+
+    def pose(self, row: int) -> tuple[MjModel, MjData]:
+        """Model and data of one simulation as it stands before the coming throw."""
+        self.plant.write(self.context, self.context.plans)
+        return self.plant.stand(row)
+
+    def markers(self, row: int) -> list[Marker]:
+        """Nothing."""
+        return []
+
+    def markers_at(self, time: float) -> list[Marker]:
+        """Nothing."""
+        return []
+
+    def _check_reach(self) -> None:
+        """Every kind from a grid over the picks: between its points, reach is safe by far more than the spacing."""
+        table, items = self.config.table, self.config.items
+        axes = np.linspace(*table.pick_x, _PROBES), np.linspace(*table.pick_y, _PROBES)
+        place = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
+        kind = np.repeat(np.arange(len(items)), len(place))
+        places = np.tile(place, (len(items), 1))
+        plans = self.planner.plan(kind, places)
+        missed = np.flatnonzero(~plans.feasible)
+        if missed.size > 0:
+            row = int(missed[0])
+            x, y = places[row]
+            raise ConfigError(
+                f"cell {self.config.name!r}: the {items[int(kind[row])]} cannot be brought from x {x:.3f} m, "
+                f"y {y:.3f} m to its compartment: {self.planner.fault(plans, row)}"
+            )
+
+    def first(self, rows: Ints) -> Context:
+        """The coming throws of some rows; none depends on the one before."""
+        generators, table = [self.generators[int(r)] for r in rows], self.config.table
+        kind = np.array([g.integers(len(self.config.items)) for g in generators], dtype=np.int64)
+        share = np.stack([g.random(2) for g in generators])
+        low, high = np.array([table.pick_x, table.pick_y]).T
+        place = low + share * (high - low)
+        hidden, measured = draw_hidden(generators, kind, place, self.config)
+        return Context(kind, place, measured, self.planner.plan(kind, place), hidden)

@@ -1,0 +1,237 @@
+"""Every number that describes a cell of the gripper robot, once, with its unit and its reason.
+
+The world's z = 0 is the plane of the robot's motor axes, as in Leveziel et al. Lengths do not grow with the robot: a
+level for a robot of another size says its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal, Self, cast, final
+
+import numpy as np
+from pydantic import Field, ValidationError, model_validator
+
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.base.catalogue import CLAW_ITEMS, ItemsConfig
+from pnt_gym.cells.base.config import Finite, NonNegative, Positive, Range, Section, Share, ordered
+from pnt_gym.cells.gripper.conveyor import Conveyor
+from pnt_gym.cells.gripper.robot import Robot
+
+Task = Literal["toss", "drop"]
+
+
+class Table(Section):
+    """Where the objects lie."""
+
+    height: Finite = Field(default=-0.321, description="z of the surface [m].")
+    x: Range = Field(default=(-0.110, 0.030), description="Extent along x [m].")
+    y: Range = Field(default=(-0.080, 0.080), description="Extent along y [m].")
+    pick_x: Range = Field(default=(-0.060, -0.020), description="Where objects are picked [m].")
+    pick_y: Range = Field(default=(-0.030, 0.030), description="[m]")
+    speed: NonNegative = Field(
+        default=0.0,
+        description="Of the surface, a belt's [m/s]; `pick_x` and `pick_y` are then where the claws begin to close.",
+    )
+    travel_deg: Finite = Field(default=0.0, description="Direction in which the belt moves, from the x axis [deg].")
+    camera: Finite = Field(
+        default=0.0,
+        description="Where the camera sees objects on the belt: this far from the origin along its travel [m].",
+    )
+
+    @property
+    def travel(self) -> Floats:
+        """Unit vector of the belt's travel (3,)."""
+        angle = np.deg2rad(self.travel_deg)
+        return np.array([np.cos(angle), np.sin(angle), 0.0])
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        ordered(self, "table", "x", "y", "pick_x", "pick_y")
+        return self
+
+
+class Tray(Section):
+    """Compartments in a row along y, one for each kind of object, in the order of `items`."""
+
+    x: Finite = Field(default=0.185, description="Middle of the row [m].")
+    y: Finite = Field(default=0.0, description="Middle of the row [m].")
+    rim: Finite = Field(default=-0.430, description="z of the rim plane, where landing is measured [m].")
+    depth: Positive = Field(default=0.050, description="Of the compartments below the rim [m].")
+    opening: tuple[Positive, Positive] = Field(
+        default=(0.052, 0.052), description="Inner opening of a compartment along x and y [m]."
+    )
+    wall: Annotated[float, Field(ge=0.002, le=0.1)] = Field(default=0.004, description="[m]")
+    settle: Positive = Field(default=0.14, description="Simulated after the planned landing, to come to lie [s].")
+
+    def centres(self, count: int) -> Floats:
+        """Middle of every compartment's opening (count, 3) [m]."""
+        pitch = self.opening[1] + self.wall
+        y = self.y + pitch * (np.arange(count) - (count - 1) / 2.0)
+        return np.stack([np.full(count, self.x), y, np.full(count, self.rim)], axis=-1)
+
+
+class Grip(Section):
+    """How the claws take hold and let go."""
+
+    open_deg: Finite = Field(default=-35.0, description="Angle of the halves above the object [deg].")
+    squeeze_deg: Positive = Field(
+        default=7.0, description="Closed beyond the first contact with the planned width; 4 N per pad [deg]."
+    )
+    release_deg: Positive = Field(default=10.0, description="Opened beyond that contact at the release [deg].")
+    closing: Positive = Field(default=0.070, description="Time to close [s].")
+    hold: NonNegative = Field(default=0.030, description="Standstill with closed claws before the lift [s].")
+    opening: Positive = Field(
+        default=0.060, description="Time to open; the prototype moves its halves by 15 deg in 60 ms (section VI-B) [s]."
+    )
+    clearance: Positive = Field(default=0.002, description="Lower edge of the pads above the table [m].")
+
+
+class Motion(Section):
+    """From the grip to the end of the toss."""
+
+    height: Finite = Field(default=-0.200, description="z of the platform at the release [m].")
+    release_x: tuple[Finite, ...] = Field(
+        default=(0.030, 0.045, 0.060, 0.070, 0.080), min_length=1, description="Release points that are tried [m]."
+    )
+    release_y: NonNegative = Field(default=0.6, description="Release at this share of the target's y.")
+    elevation_deg: tuple[Finite, ...] = Field(
+        default=(0.0, 8.0, 16.0, 24.0), min_length=1, description="Directions of the throw that are tried [deg]."
+    )
+    acceleration: Positive = Field(default=15.0, description="Largest on the throw's straight line [m/s2].")
+    move_acceleration: Positive | None = Field(
+        default=None,
+        description="Largest of the way from grip to line [m/s2]; null where motor speed alone bounds it, as that of a "
+        "small robot.",
+    )
+    before: NonNegative = Field(default=0.012, description="Constant velocity before the release [s].")
+    after: NonNegative = Field(
+        default=0.010,
+        description="Constant velocity after the release [s]; longer forgives a late opening and costs cycle time.",
+    )
+    speed_share: Share = Field(
+        default=0.75, description="Motor speeds up to this share of the largest; the rest is left for accelerations."
+    )
+    line_speed_share: Share = Field(default=0.85, description="The same on the throw's straight line.")
+    drop_height: Finite = Field(default=-0.215, description="z of the platform above a compartment to drop into [m].")
+    rest: NonNegative = Field(default=0.040, description="Standstill before the claws open for a drop [s].")
+
+
+class Errors(Section):
+    """What the planner does not know, at m = 1; every value is scaled by the mismatch m. All assumed."""
+
+    width: NonNegative = Field(default=0.02, description="Standard deviation of the size, relative.")
+    mass: NonNegative = Field(default=0.15, description="Lognormal.")
+    friction: NonNegative = Field(default=0.10, description="Lognormal.")
+    drag: NonNegative = Field(default=0.15, description="Lognormal.")
+    placement: NonNegative = Field(default=0.002, description="Standard deviation of the object's place per axis [m].")
+    yaw_deg: NonNegative = Field(default=3.0, description="Standard deviation of its direction [deg].")
+    delay: NonNegative = Field(default=1.0, description="Factor of every item's own `opening_delay`.")
+    timing: NonNegative = Field(default=0.002, description="Standard deviation of the opening's delay [s].")
+    feedforward: Annotated[float, Field(ge=0, le=1)] = Field(
+        default=0.30, description="The servos' feed-forward torque lacks this share, so they lag."
+    )
+    camera: NonNegative = Field(default=0.0003, description="Standard deviation of a measured extent [m].")
+    belt_speed: NonNegative = Field(default=0.0, description="Standard deviation of the belt's speed, relative.")
+
+
+class Action(Section):
+    """What an action of 1 means."""
+
+    along: Positive = Field(default=0.030, description="Release point along the throw, and so the landing [m].")
+    across: Positive = Field(default=0.015, description="Release point sideways [m].")
+    opening: Positive = Field(default=0.050, description="Opening earlier or later [s].")
+
+    def scale(self) -> Floats:
+        """The three as an array (3,) [m, m, s]."""
+        return np.array([self.along, self.across, self.opening])
+
+
+class Reward(Section):
+    """Weights of the reward's terms, each of which lies in [0, 1]."""
+
+    landing: NonNegative = Field(default=1.0, description="1 - landing error / landing_scale, not below 0.")
+    success: NonNegative = Field(
+        default=0.5, description="1 if the object crossed the opening and lies in its compartment."
+    )
+    time: NonNegative = Field(default=0.1, description="1 - cycle time / time_scale, not below 0.")
+    landing_scale: Positive = Field(default=0.06, description="[m]")
+    time_scale: Positive = Field(default=2.0, description="[s]")
+
+
+@final
+class GripperConfig(ItemsConfig):
+    """A cell of the gripper robot. The defaults are the level `nominal` of the task `toss`."""
+
+    folder: ClassVar[str | Path] = "gripper"
+
+    task: Task = Field(default="toss", description="Release in motion, or at rest above the tray as the paper did.")
+    timestep: Annotated[float, Field(ge=0.0001, le=0.001)] = Field(default=0.001, description="Physics step [s].")
+    robot: Robot = Robot()
+    conveyor: Conveyor | None = Field(
+        default=None, description="A conveyor cell that gives what this cell does not say itself; null for none."
+    )
+    items: tuple[str, ...] = Field(default=CLAW_ITEMS, min_length=1)
+    table: Table = Table()
+    tray: Tray = Tray()
+    grip: Grip = Grip()
+    motion: Motion = Motion()
+    errors: Errors = Errors()
+    action: Action = Action()
+    reward: Reward = Reward()
+    observation: Mapping[str, tuple[Finite, Positive]] = Field(
+        default_factory=dict, description="Centre and scale of the features whose own do not suit this cell."
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _taken_over(cls, data: Any) -> Any:
+        """Take over what the conveyor cell says and this cell does not."""
+        given = cast("dict[str, Any]", data) if isinstance(data, dict) else {}
+        if given.get("conveyor") is None:
+            return cast(Any, data)
+        try:
+            conveyor = Conveyor.model_validate(given["conveyor"])
+        except ValidationError:
+            return given  # the field's own validation says what is wrong
+        site = conveyor.site()
+        full: dict[str, Any] = {"items": site.items, "extra_items": site.extra_items} | given
+        for name, values in conveyor.sections(site, full["items"]).items():
+            own = given.get(name, {})
+            own = own.model_dump(exclude_unset=True) if isinstance(own, Section) else own
+            full[name] = values | cast("dict[str, Any]", own) if isinstance(own, dict) else own
+        return full
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if len(set(self.items)) != len(self.items):
+            raise ValueError(f"items {list(self.items)} must differ from one another; each has a compartment")
+        if self.tray.rim >= self._lowest_release():
+            raise ValueError(
+                f"tray.rim is {self.tray.rim} m; it must lie below the claws at the release, "
+                f"which end at {self._lowest_release():.3f} m"
+            )
+        self._check_apart()
+        return self
+
+    def _check_apart(self) -> None:
+        """The tray may stand lower than the table and beneath it, but not in it."""
+        tray, table = self.tray, self.table
+        long, wide = tray.opening[0] + 2.0 * tray.wall, len(self.items) * (tray.opening[1] + tray.wall) + tray.wall
+        x, y = (tray.x - long / 2.0, tray.x + long / 2.0), (tray.y - wide / 2.0, tray.y + wide / 2.0)
+        if tray.rim > table.height and _overlap(x, table.x) and _overlap(y, table.y):
+            raise ValueError(
+                f"the tray spans x {x[0]:.3f} to {x[1]:.3f} m and stands in the table, which spans {table.x[0]:.3f} to "
+                f"{table.x[1]:.3f} m; move it off"
+            )
+
+    def _lowest_release(self) -> float:
+        """Lower edge of the claws at the release [m]."""
+        claws = self.robot.parts()[1].claws
+        platform = self.motion.height if self.task == "toss" else self.motion.drop_height
+        return platform - claws.length - claws.pad[2] / 2.0
+
+
+def _overlap(one: Range, other: Range) -> bool:
+    return one[0] < other[1] and other[0] < one[1]

@@ -1,0 +1,107 @@
+"""What differs from throw to throw, drawn before the throw from each row's generator."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.arrays import Floats, Ints
+from pnt_gym.cells.base.items import shape_index
+from pnt_gym.cells.gripper.config import GripperConfig
+
+_DRAWS: Final = 11
+
+
+@final
+@dataclass(frozen=True)
+class Hidden:
+    """N objects as they are, and what else no planner is told."""
+
+    shape: Ints
+    """Index in `items.SHAPES` (N,)."""
+    size: Floats
+    """Extents along the object's axes (N, 3) [m]."""
+    mass: Floats
+    """(N,) [kg]"""
+    friction: Floats
+    """Against the pads (N,)."""
+    drag: Floats
+    """(N,)"""
+    offset: Floats
+    """Place on the table, true minus seen (N, 2) [m]."""
+    yaw: Floats
+    """Direction about the vertical from that planned for (N,) [rad]."""
+    delay: Floats
+    """Of the claws' opening (N,) [s]."""
+    belt_speed: Floats | None = None
+    """Of the belt (N,) [m/s]; None where nothing moves."""
+
+
+def draw_hidden(
+    generators: list[np.random.Generator], kind: Ints, place: Floats, config: GripperConfig
+) -> tuple[Hidden, Floats]:
+    """Hidden values of one throw per generator, each with the same number of draws, and what a camera sees of the size.
+
+    Args:
+        generators: one per row.
+        kind: which of the cell's items (N,).
+        place: where the objects are expected (N, 2) [m].
+        config: the cell.
+
+    Returns:
+        The hidden values, and the measured extents (N, 3) [m].
+    """
+    draws = np.stack([g.standard_normal(_DRAWS) for g in generators])
+    m, errors = config.mismatch, config.errors
+    expected = expected_hidden(kind, config)
+    spread = np.exp(m * draws[:, :3] * np.array([errors.mass, errors.friction, errors.drag]))
+    size = expected.size * np.maximum(1.0 + m * errors.width * draws[:, 3:4], 0.5)
+    hidden = replace(
+        expected,
+        size=size,
+        mass=expected.mass * spread[:, 0],
+        friction=expected.friction * spread[:, 1],
+        drag=expected.drag * spread[:, 2],
+        offset=m * errors.placement * draws[:, 4:6],
+        yaw=m * np.deg2rad(errors.yaw_deg) * draws[:, 6],
+        delay=np.maximum(expected.delay + m * errors.timing * draws[:, 7], 0.0),
+    )
+    measured = size + m * errors.camera * draws[:, 8:11]
+    if config.table.speed == 0.0:
+        return hidden, measured
+    return _on_belt(hidden, place, np.stack([g.standard_normal() for g in generators]), config), measured
+
+
+def _on_belt(hidden: Hidden, place: Floats, draws: Floats, config: GripperConfig) -> Hidden:
+    """The belt runs at another speed than known, and objects are ahead or behind by what that makes since the camera.
+
+    Args:
+        hidden: without it.
+        place: where the objects are expected (N, 2) [m].
+        draws: standard normal (N,).
+        config: the cell.
+    """
+    table, error = config.table, config.mismatch * config.errors.belt_speed * draws
+    ridden = place[:, 0] * table.travel[0] + place[:, 1] * table.travel[1] - table.camera
+    offset = hidden.offset + (error * ridden)[:, None] * table.travel[:2]
+    return replace(hidden, offset=offset, belt_speed=table.speed * (1.0 + error))
+
+
+def expected_hidden(kind: Ints, config: GripperConfig) -> Hidden:
+    """The hidden values of each kind (N,) without their random part."""
+    m, items = config.mismatch, config.item_list()
+    zero = np.zeros(len(kind))
+    oversize = np.array([i.oversize for i in items])[kind]
+    return Hidden(
+        shape=np.array([shape_index(i.shape) for i in items], dtype=np.int64)[kind],
+        size=np.array([i.size for i in items])[kind] * (1.0 + m * oversize)[:, None],
+        mass=np.array([i.mass for i in items])[kind],
+        friction=np.array([i.friction if i.pad_friction is None else i.pad_friction for i in items])[kind],
+        drag=np.array([i.drag for i in items])[kind],
+        offset=np.zeros((len(kind), 2)),
+        yaw=zero,
+        delay=m * config.errors.delay * np.array([i.opening_delay for i in items])[kind],
+        belt_speed=np.full(len(kind), config.table.speed) if config.table.speed > 0.0 else None,
+    )

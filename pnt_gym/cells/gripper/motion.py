@@ -1,0 +1,154 @@
+"""A pick and toss of the gripper robot as a function of time: grip, move, straight accelerated line, opening.
+
+All of the robot's motion is smooth: positions have continuous accelerations, or on the straight line continuous speeds
+with an acceleration that rises and falls without a step.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats
+
+
+@final
+@dataclass(frozen=True)
+class TossPlans:
+    """N planned throws; times count from the moment the claws begin to close over the object."""
+
+    pick: Floats
+    """Platform when the claws begin to close (N, 3) [m]; until the lift it moves on with the belt."""
+    belt: Floats
+    """Velocity of what the object lies on (N, 3) [m/s]."""
+    release: Floats
+    """Platform at the planned release (N, 3) [m]."""
+    velocity: Floats
+    """Platform at the planned release (N, 3) [m/s]."""
+    target: Floats
+    """Where the object shall pass the rim plane (N, 3) [m]."""
+    hang: Floats
+    """Object's middle below the platform (N,) [m]."""
+    ramp: Floats
+    """Time to gather speed, and again to lose it (N,) [s]."""
+    before: Floats
+    """Constant velocity before the planned release (N,) [s]."""
+    after: Floats
+    """And after it (N,) [s]."""
+    closing: Floats
+    """Time to close (N,) [s]."""
+    grip_time: Floats
+    """Time to close and to hold (N,) [s]."""
+    move_time: Floats
+    """From the grip to the line's start (N,) [s]."""
+    theta: Floats
+    """Halves above the object, gripping, first contact with the planned width, and released (N, 4) [rad]."""
+    opening: Floats
+    """Time that opening takes (N,) [s]."""
+    lead: Floats
+    """From the beginning of the opening to the planned release (N,) [s]."""
+    shift: Floats
+    """The opening begins this much later than planned (N,) [s]."""
+    flight_time: Floats
+    """Planned, to the rim plane (N,) [s]."""
+    feasible: Bools
+    """Within reach, strokes and motor speeds (N,)."""
+
+    @property
+    def line_time(self) -> Floats:
+        """When the straight line begins (N,) [s]."""
+        return self.grip_time + self.move_time
+
+    @property
+    def followed(self) -> Floats:
+        """How far the platform goes with the belt until it has come off its velocity at the line's start (N, 3) [m]."""
+        return self.belt * (self.grip_time + 0.5 * self.move_time)[:, None]
+
+    @property
+    def release_time(self) -> Floats:
+        """When the object is planned to come free, without the shift (N,) [s]."""
+        return self.line_time + self.ramp + self.before
+
+    @property
+    def open_time(self) -> Floats:
+        """When the claws are told to open (N,) [s]."""
+        return self.release_time - self.lead + self.shift
+
+    @property
+    def stop_time(self) -> Floats:
+        """When the robot is at rest again and the claws are open (N,) [s]."""
+        return np.maximum(self.release_time + self.after + self.ramp, self.open_time + self.opening)
+
+    @property
+    def start(self) -> Floats:
+        """Platform where the line begins (N, 3) [m]."""
+        return self.release - self.velocity * (0.5 * self.ramp + self.before)[:, None]
+
+    @property
+    def end(self) -> Floats:
+        """Platform where the line ends (N, 3) [m]."""
+        return self.release + self.velocity * (0.5 * self.ramp + self.after)[:, None]
+
+    @property
+    def heading(self) -> Floats:
+        """Horizontal unit vectors of the throw (N, 3); along x for a drop."""
+        level = np.hypot(self.velocity[:, 0], self.velocity[:, 1])
+        moving = level > 0.0
+        x, y = self.velocity[:, :2].T / np.where(moving, level, 1.0)
+        return np.stack([np.where(moving, x, 1.0), y, np.zeros_like(x)], axis=-1)
+
+    def pose(self, time: Floats, delay: Floats | None = None) -> Floats:
+        """Platform and halves at times.
+
+        Args:
+            time: (S,) or (N, S) [s]; any times, at the belt's velocity before the start and at rest after the end.
+            delay: by which the claws open later than commanded (N,) [s]; none when not given.
+
+        Returns:
+            (N, S, 4) x, y, z [m], theta [rad].
+        """
+        late = np.zeros_like(self.ramp) if delay is None else delay
+        t = np.broadcast_to(time, (len(self.ramp), np.shape(time)[-1]))
+        moving = (t - self.grip_time[:, None]) / self.move_time[:, None]
+        along = np.minimum(t, self.grip_time[:, None]) + self.move_time[:, None] * faded(moving)
+        position = self.pick[:, None] + along[..., None] * self.belt[:, None]
+        position = position + eased(moving)[..., None] * (self.start - self.pick - self.followed)[:, None]
+        position = position + self._gone(t - self.line_time[:, None])[..., None] * self.velocity[:, None]
+        wide, closed, _, released = self.theta.T[:, :, None]
+        shut = eased(t / self.closing[:, None])
+        open_ = eased((t - (self.open_time + late)[:, None]) / self.opening[:, None])
+        theta = wide + shut * (closed - wide) + open_ * (released - closed)
+        return np.concatenate([position, theta[..., None]], axis=-1)
+
+    def _gone(self, t: Floats) -> Floats:
+        """Time at full speed that the way on the line is worth (N, S) [s]."""
+        ramp = np.maximum(self.ramp, 1e-9)[:, None]
+        flat = (self.before + self.after)[:, None]
+        up, down = np.clip(t / ramp, 0.0, 1.0), np.clip((t - flat) / ramp - 1.0, 0.0, 1.0)
+        level = np.clip(t - ramp, 0.0, flat)
+        return ramp * _ramped(up) + level + ramp * (down - _ramped(down))
+
+
+def eased(share: Floats) -> Floats:
+    """From 0 to 1 with no speed and no acceleration at the ends; the fastest speed is 1.875."""
+    s = np.clip(share, 0.0, 1.0)
+    return s * s * s * (10.0 + s * (6.0 * s - 15.0))
+
+
+def faded(share: Floats) -> Floats:
+    """Way of a speed that falls from 1 to 0 as `eased` rises: 0 before, 1/2 at the end."""
+    s = np.clip(share, 0.0, 1.0)
+    return s - s**4 * (2.5 + s * (s - 3.0))
+
+
+def eased_share(value: float) -> float:
+    """The share of the time at which `eased` reaches a value."""
+    share = np.linspace(0.0, 1.0, 2001)
+    return float(np.interp(value, eased(share), share))
+
+
+def _ramped(s: Floats) -> Floats:
+    """Integral of 3 s^2 - 2 s^3: way of a ramp whose acceleration begins and ends at zero, 1/2 at the end."""
+    return s * s * s * (1.0 - 0.5 * s)

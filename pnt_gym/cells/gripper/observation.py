@@ -1,0 +1,97 @@
+"""What the agent sees of a coming throw of the gripper robot: the object as a camera measures it, and the nominal plan.
+
+One table names every feature; the environment's docs, its space and `decode` are all made from it. A cell of another
+size gives centres and scales of its own. Nothing hidden enters: true size, mass, friction, the belt's true speed and
+the delay of the opening are not among them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pnt_gym.arrays import Floats, length
+from pnt_gym.cells.base.features import Feature, FeatureTable
+from pnt_gym.cells.gripper.config import GripperConfig
+from pnt_gym.cells.gripper.context import Context
+from pnt_gym.errors import ConfigError
+
+MOST_KINDS: Final = 3
+"""Kinds of object that can be told apart."""
+
+
+def _elevation(context: Context) -> Floats:
+    velocity = context.plans.velocity
+    return np.arcsin(velocity[:, 2] / np.maximum(length(velocity), 1e-9))
+
+
+def _is(kind: int, context: Context) -> Floats:
+    return (context.kind == kind).astype(np.float64)
+
+
+_PLACE: Final = "where the object lies; on a belt, as the claws begin to close"
+FEATURES: Final = (
+    Feature("place_x", "m", -0.040, 0.020, _PLACE, lambda c: c.place[:, 0]),
+    Feature("place_y", "m", 0.0, 0.030, _PLACE, lambda c: c.place[:, 1]),
+    Feature("target_x", "m", 0.185, 0.10, "middle of the compartment's opening", lambda c: c.target[:, 0]),
+    Feature("target_y", "m", 0.0, 0.056, "middle of the compartment's opening", lambda c: c.target[:, 1]),
+    Feature("length", "m", 0.033, 0.013, "measured, along the object's first axis", lambda c: c.measured[:, 0]),
+    Feature("width", "m", 0.024, 0.004, "measured, between the claws", lambda c: c.measured[:, 1]),
+    Feature("height", "m", 0.022, 0.007, "measured, along the object's third axis", lambda c: c.measured[:, 2]),
+    Feature("release_x", "m", 0.065, 0.020, "of the nominal plan", lambda c: c.plans.release[:, 0]),
+    Feature("release_y", "m", 0.0, 0.034, "of the nominal plan", lambda c: c.plans.release[:, 1]),
+    Feature("release_speed", "m/s", 0.60, 0.20, "of the nominal plan", lambda c: length(c.plans.velocity)),
+    Feature("elevation", "rad", 0.15, 0.15, "of the nominal plan; 0 for a drop", _elevation),
+    Feature("flight_time", "s", 0.22, 0.04, "of the nominal plan, without drag", lambda c: c.plans.flight_time),
+    Feature("is_first", "-", 0.5, 0.5, "kind of object, one-hot", lambda c: _is(0, c)),
+    Feature("is_second", "-", 0.5, 0.5, "kind of object, one-hot", lambda c: _is(1, c)),
+    Feature("is_third", "-", 0.5, 0.5, "kind of object, one-hot", lambda c: _is(2, c)),
+)
+_TABLE: Final = FeatureTable(FEATURES)
+
+
+def features(config: GripperConfig) -> tuple[Feature, ...]:
+    """The features of a cell, with its own centres and scales where it has some.
+
+    Raises:
+        ConfigError: the cell names a feature that does not exist.
+    """
+    own = config.observation
+    known = [feature.name for feature in FEATURES]
+    for name in own:
+        if name not in known:
+            raise ConfigError(f"observation: {name!r} is no feature; the features are {', '.join(known)}")
+    spans = {feature.name: own.get(feature.name, (feature.centre, feature.scale)) for feature in FEATURES}
+    return tuple(replace(f, centre=spans[f.name][0], scale=spans[f.name][1]) for f in FEATURES)
+
+
+def feature_table(config: GripperConfig) -> FeatureTable:
+    """The table of a cell's features.
+
+    Raises:
+        ConfigError: as for `features`.
+    """
+    return FeatureTable(features(config))
+
+
+def observe(context: Context, table: FeatureTable = _TABLE) -> NDArray[np.float32]:
+    """Observations (N, 15) of the coming throws, float32 within [-CLIP, CLIP].
+
+    Args:
+        context: the throws.
+        table: the cell's own, see `feature_table`.
+    """
+    return table.encode([feature.value(context) for feature in FEATURES])
+
+
+def decode(observation: NDArray[np.floating], table: FeatureTable = _TABLE) -> dict[str, Floats]:
+    """Physical values by feature name from observations (..., 15); clipped entries stay clipped.
+
+    Args:
+        observation: of a cell.
+        table: that cell's own, see `feature_table`.
+    """
+    return table.decode(observation)

@@ -1,0 +1,138 @@
+"""The physics of N throws of the gripper robot: objects, references, one `Batch.rollout`, and what came of it.
+
+Each throw starts with open claws around an object that lies on the table, at rest or, on a belt, with all of it at the
+belt's velocity; grip, lift, move, opening, flight and landing are all simulated. The outcome is a pure function of the
+plan and the hidden values: the same alone, in a batch, and again later.
+"""
+
+from __future__ import annotations
+
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.arrays import Floats, Ints
+from pnt_gym.cells.base.fluid import lying_size
+from pnt_gym.cells.base.plant import Plant, staged_rollout
+from pnt_gym.cells.gripper.config import GripperConfig
+from pnt_gym.cells.gripper.context import Context
+from pnt_gym.cells.gripper.flown import Flown
+from pnt_gym.cells.gripper.hidden import Hidden
+from pnt_gym.cells.gripper.motion import TossPlans
+from pnt_gym.cells.gripper.scene import Scene, build_scene
+from pnt_gym.constants import GRAVITY
+from pnt_gym.robots.gripper.references import closed_pose, motor_references
+
+LATEST_FLIGHT: Final = 1.15
+"""A late release may lengthen the flight by this factor."""
+_GAP = 1e-4
+"""Between the object and the table at the start, which is no contact [m]."""
+_INSTANT = 1e-6
+"""Over which joint speeds are differences [s]."""
+
+
+@final
+class GripperPlant(Plant[Context, TossPlans, Flown]):
+    """N copies of the cell's physics on one `mujoco.batch.Batch`.
+
+    Args:
+        config: the cell.
+        count: simulations N.
+        threads: worker threads; results do not depend on it.
+    """
+
+    def __init__(self, config: GripperConfig, count: int, threads: int = 1) -> None:
+        self.config = config
+        self._dimensions, self._build = config.robot.parts()
+        self.scene: Scene = build_scene(config)
+        super().__init__(config, self.scene.model, count, threads)
+        self._upright = np.array([item.upright for item in config.item_list()])
+        self._mass = np.array([item.mass for item in config.item_list()])
+
+    def fly(self, thrown: Context, plans: TossPlans) -> Flown:
+        """Simulate one throw in every simulation.
+
+        Args:
+            thrown: the N objects.
+            plans: the N throws.
+
+        Raises:
+            PhysicsError: the engine warned, or stopped a simulation.
+        """
+        step, hidden = self.config.timestep, thrown.hidden
+        landing = plans.release_time + np.maximum(plans.shift, 0.0) + LATEST_FLIGHT * plans.flight_time
+        end = np.maximum(plans.stop_time, landing + hidden.delay + self.config.tray.settle)
+        steps = np.ceil(end / step).astype(np.int64)
+        self.write(thrown, plans)
+        control = self._controls(plans, thrown.kind, hidden, int(steps.max()))
+        if self.record_row is not None:
+            self._keep(self.record_row, control[self.record_row, : steps[self.record_row]], plans)
+        sensors = staged_rollout(self.batch, control, steps, ("sensordata",))["sensordata"]
+        return Flown.from_sensors(sensors, plans, steps - 1, step)
+
+    def write(self, thrown: Context, plans: TossPlans) -> None:
+        """Set the simulations up: robot above its object, object on the table."""
+        batch, scene, hidden = self.batch, self.scene, thrown.hidden
+        upright = self._upright[thrown.kind]
+        full = lying_size(hidden.shape, hidden.size)
+        self._write_models(hidden, full)
+        batch.state[:] = 0.0
+        qpos = batch.bind("qpos")
+        first = scene.object_qpos
+        start = np.column_stack([plans.pick, plans.theta[:, 0]])
+        qpos[:, :first] = closed_pose(start, self._dimensions)
+        qpos[:, first : first + 2] = thrown.place + hidden.offset
+        height = np.where(upright, full[:, 0], full[:, 2])
+        qpos[:, first + 2] = self.config.table.height + height / 2.0 + _GAP
+        qpos[:, first + 3 : first + 7] = _attitude(hidden.yaw, upright)
+        batch.bind("eq_active")[:] = 1.0
+        if hidden.belt_speed is not None:
+            self._set_in_motion(start, plans.belt, hidden.belt_speed)
+
+    def _set_in_motion(self, start: Floats, velocity: Floats, speed: Floats) -> None:
+        """The belt and the object at the belt's true speed (N,), the robot at the planned velocity (N, 3)."""
+        batch, scene, travel = self.batch, self.scene, self.config.table.travel
+        batch.expand("geom_surfacevel")[:, scene.table, :3] = speed[:, None] * travel
+        rate = np.column_stack([velocity, np.zeros(len(speed))])
+        ahead, behind = (closed_pose(start + part * rate, self._dimensions) for part in (_INSTANT, -_INSTANT))
+        qvel = batch.bind("qvel")
+        first = ahead.shape[1]
+        qvel[:, :first] = (ahead - behind) / (2.0 * _INSTANT)
+        qvel[:, first : first + 3] = speed[:, None] * travel
+
+    def _write_models(self, hidden: Hidden, full: Floats) -> None:
+        """Per-simulation object: shape, size, mass, drag and grip."""
+        batch, scene = self.batch, self.scene
+        self.write_object(scene.object_body, scene.object_geom, hidden.shape, full, hidden.mass, hidden.drag)
+        friction = batch.expand("geom_friction")
+        for pad in self.scene.pads:
+            friction[:, pad, 0] = hidden.friction
+        batch.set_const()
+
+    def _controls(self, plans: TossPlans, kind: Ints, hidden: Hidden, steps: int) -> Floats:
+        """References and active equalities (N, steps, nu + neq)."""
+        model, step = self.scene.model, self.config.timestep
+        moving = min(int(np.ceil((plans.stop_time + hidden.delay).max() / step)) + 3, steps)
+        time = np.asarray(np.arange(moving) * step, dtype=np.float64)
+        poses = plans.pose(time, hidden.delay)
+        share = 1.0 - self.config.mismatch * self.config.errors.feedforward
+        payload = self._mass[kind][:, None]
+        references = motor_references(poses, step, self._dimensions, self._build, payload=payload, share=share)
+        control = np.ones((len(kind), steps, int(model.nu) + int(model.neq)))
+        control[:, :moving, : int(model.nu)] = references.controls()
+        control[:, moving:, : int(model.nu)] = control[:, moving - 1 : moving, : int(model.nu)]
+        return control
+
+    def _keep(self, row: int, control: Floats, plans: TossPlans) -> None:
+        time = np.linspace(0.0, float(plans.flight_time[row]), 40)[:, None]
+        begin = plans.release[row] - np.array([0.0, 0.0, plans.hang[row]])
+        flight = begin + plans.velocity[row] * time - np.array([0.0, 0.0, 0.5 * GRAVITY]) * time**2
+        self.keep(self.scene.object_body, control, flight, plans.target[row])
+
+
+def _attitude(yaw: Floats, upright: Floats) -> Floats:
+    """Quaternions (N, 4): turned about the vertical, and first, where upright, with the body's x axis up."""
+    tilt = np.where(upright, -np.pi / 4.0, 0.0)
+    cos, sin = np.cos(yaw / 2.0), np.sin(yaw / 2.0)
+    c, s = np.cos(tilt), np.sin(tilt)
+    return np.stack([cos * c, -sin * s, cos * s, sin * c], axis=-1)

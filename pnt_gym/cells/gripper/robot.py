@@ -1,0 +1,71 @@
+"""Which robot stands in a cell: the prototype, a larger one of its form, or one with a user's own parts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, fields, replace
+from typing import Any, Final, Self, cast
+
+from pydantic import Field, model_validator
+
+from pnt_gym.cells.base.config import Positive, Section
+from pnt_gym.errors import ConfigError
+from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD, Build, Claws, MotorServo
+from pnt_gym.robots.gripper.geometry import PROTOTYPE, Dimensions
+
+_Part = Mapping[str, Any]
+_MASSES: Final = tuple(field.name for field in fields(Build) if field.name.endswith("_mass"))
+
+
+class Robot(Section):
+    """The robot's parts; what is not named is the prototype's, `scale` times as long.
+
+    Masses grow with the square of the scale and the fingers' springs with its cube; the servos do not.
+    """
+
+    scale: Positive = Field(default=1.0, description="Every length over the prototype's.")
+    dimensions: _Part = Field(default_factory=dict, description="Lengths, strokes and home as in `Dimensions`.")
+    servo: _Part = Field(default_factory=dict, description="Values of a `MotorServo`.")
+    claws: _Part = Field(default_factory=dict, description="Values of `Claws`.")
+    masses: _Part = Field(default_factory=dict, description="Masses of a `Build` [kg].")
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        self.parts()
+        return self
+
+    @property
+    def size(self) -> float:
+        """Over that of the prototype, by what its arms span."""
+        dimensions, _ = self.parts()
+        return (dimensions.r + dimensions.l) / (PROTOTYPE.r + PROTOTYPE.l)
+
+    def parts(self) -> tuple[Dimensions, Build]:
+        """Lengths, and masses with servos and claws.
+
+        Raises:
+            ConfigError: a name that is no part's, or a value that makes no robot.
+        """
+        lengths = asdict(PROTOTYPE.scaled(self.scale)) | dict(self.dimensions)
+        servo = replace(PROTOTYPE_BUILD.servo, **_known("servo", self.servo, _names(MotorServo)))
+        build = PROTOTYPE_BUILD.scaled(self.scale, servo)
+        claws = replace(build.claws, **_known("claws", self.claws, _names(Claws)))
+        masses = _known("masses", self.masses, _MASSES)
+        return Dimensions.from_mapping(lengths), replace(build, **masses, claws=claws)
+
+
+def _names(part: type[MotorServo] | type[Claws]) -> tuple[str, ...]:
+    return tuple(field.name for field in fields(part))
+
+
+def _known(part: str, values: _Part, names: tuple[str, ...]) -> dict[str, Any]:
+    """The values as they are, if all of them have a known name and are numbers."""
+    for name, value in values.items():
+        if name not in names:
+            raise ConfigError(f"robot.{part}: {name!r} is none of {', '.join(names)}")
+        several = name == "pad" and isinstance(value, list | tuple)
+        numbers: list[object] = [*cast("list[object]", value)] if several else [value]
+        count, form = (3, "three lengths in m") if name == "pad" else (1, "a number")
+        if len(numbers) != count or any(isinstance(v, bool) or not isinstance(v, int | float) for v in numbers):
+            raise ConfigError(f"robot.{part}.{name} is {value!r}; it must be {form}")
+    return {name: tuple(value) if name == "pad" else value for name, value in values.items()}

@@ -1,0 +1,92 @@
+"""The one-joint thrower's residual: an action in [-1, 1] corrects a planned throw; zero is the plan itself.
+
+Two modes, on the same planner:
+
+* `virtual_goal` (4 numbers): the goal x, y, phi, dy is moved and the throw planned from scratch, as in Miyashita et al.
+  2010. Each number moves one error of the drag-free throw one to one.
+* `release_state` (3 numbers): angle and speed of the arm and radius of the object at the release are moved by raw
+  amounts, and the arm's motion is planned for them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.cells.base.action import ActionMode, Correction, by_name, padded, quarters
+from pnt_gym.cells.one_joint.config import OneJointConfig
+from pnt_gym.cells.one_joint.context import Context
+from pnt_gym.cells.one_joint.observation import decode
+from pnt_gym.cells.one_joint.planner import ThrowPlanner
+from pnt_gym.cells.one_joint.tasks import Job
+from pnt_gym.planning.one_joint import ThrowPlans
+
+ERRORS: Final = ("error_x", "error_y", "error_phi", "error_dy")
+EXPLORATION: Final = 0.05
+"""Standard deviation of what a learner adds in practice, as a share of an action of 1."""
+
+
+def _replanned(planner: ThrowPlanner, context: Context, residual: Floats) -> ThrowPlans:
+    return planner.plan(context.goal + residual, context.part)
+
+
+def _released(planner: ThrowPlanner, context: Context, residual: Floats) -> ThrowPlans:
+    # The planned flight time plays no part in how the arm moves; it stays to say when the object should arrive.
+    return planner.plan_releases(context.plans.u + padded(residual, 4), context.part)
+
+
+MODES: Final = by_name(
+    ActionMode(
+        "virtual_goal",
+        ("goal along x", "goal up", "angle of the goal", "vertical speed of the goal"),
+        lambda config: config.action.goal_scale(),
+        _replanned,
+        ERRORS,
+    ),
+    ActionMode(
+        "release_state",
+        ("angle of the arm at the release", "its speed there", "radius of the object on the arm"),
+        lambda config: config.action.release_scale(),
+        _released,
+    ),
+)
+
+
+def correction(config: OneJointConfig, job: Job, mode: str) -> Correction | None:
+    """How an action shifts the errors in x, y, phi and dy; None where it has no such meaning."""
+    if not MODES[mode].errors:
+        return None
+    near, scale = config.tolerance, MODES[mode].scale(config)
+    return Correction(
+        errors=ERRORS,
+        scale=scale,
+        exploration=EXPLORATION * scale,
+        tolerance=np.array([near.position, near.position, np.deg2rad(near.angle_deg), near.speed]),
+        buckets=partial(_buckets, job),
+        possible=partial(_have_plans, ThrowPlanner(config, job), scale, [target.part for target in job.targets]),
+    )
+
+
+def _have_plans(
+    planner: ThrowPlanner, scale: Floats, parts: Sequence[int], features: NDArray[np.float32], kind: int, shift: Floats
+) -> Bools:
+    """Which shifts (M, 4) of a throw's goal have a plan, by the goal as it is seen."""
+    seen = decode(features)
+    goal = np.array([seen["goal_x"], seen["goal_y"], seen["goal_phi"], seen["goal_dy"]])
+    return planner.plan(goal + shift * scale, np.full(len(shift), parts[kind])).feasible
+
+
+def _buckets(job: Job, features: NDArray[np.float32], kind: Ints) -> list[tuple[str, str]]:
+    """The kind of each throw, and with goals from a region the quarter of it that the goal lies in."""
+    names = [job.names[int(k)] for k in kind]
+    if job.region is None:
+        return [(name, "here") for name in names]
+    seen = decode(features)
+    middle = float(np.mean(job.region.x)), float(np.mean(job.region.y))
+    places = quarters(seen["goal_x"], seen["goal_y"], middle, ("high", "low"))
+    return list(zip(names, places, strict=True))

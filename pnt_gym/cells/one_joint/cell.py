@@ -1,0 +1,245 @@
+"""The one-joint thrower's cell: N arms, throwing in step."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, ClassVar, Final, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pnt_gym.arrays import Bools, Floats, Ints, replaced
+from pnt_gym.cells.base.action import Correction, Modes
+from pnt_gym.cells.base.canvas import Marker
+from pnt_gym.cells.base.core import Cell, require_feasible
+from pnt_gym.cells.base.view import ThrowView
+from pnt_gym.cells.one_joint.action import MODES, correction
+from pnt_gym.cells.one_joint.config import GoalRegion, OneJointConfig
+from pnt_gym.cells.one_joint.context import Context
+from pnt_gym.cells.one_joint.hidden import draw_hidden, expected_hidden
+from pnt_gym.cells.one_joint.observation import FEATURES, observe
+from pnt_gym.cells.one_joint.outcome import Outcome, judge, reward_terms
+from pnt_gym.cells.one_joint.pallets import SWEEP, stacked
+from pnt_gym.cells.one_joint.planner import ThrowPlanner
+from pnt_gym.cells.one_joint.plant import OneJointPlant
+from pnt_gym.cells.one_joint.tasks import job_of
+from pnt_gym.cells.one_joint.view import DOTS, camera, goal_marker
+from pnt_gym.engine import MjData, MjModel
+from pnt_gym.errors import ConfigError
+from pnt_gym.planning.one_joint import ThrowPlans
+
+CANDIDATES: Final = 24
+"""Goals drawn at once from a region, the first of which that will do is taken; about every seventeenth will."""
+MOST_DRAWS: Final = 50
+"""Draws in a row before the cell is declared impossible."""
+
+
+@final
+class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
+    """N cells in step: `context` holds the coming throws, `throw` carries them out and brings the next.
+
+    In an assembly a second part follows only on a first that lies well; after a failure the pallet is cleared.
+
+    Args:
+        config: the cell.
+        count: number of cells N.
+        threads: worker threads of the physics; results do not depend on it.
+
+    Raises:
+        ConfigError: no goal of the config is in the arm's reach.
+    """
+
+    modes: ClassVar[Modes] = MODES
+    reward_terms: ClassVar[tuple[str, ...]] = ("position", "angle", "speed", "success")
+    features = len(FEATURES)
+
+    def __init__(self, config: OneJointConfig, count: int, threads: int = 1) -> None:
+        super().__init__(config, count, threads)
+        self.job = job_of(config)
+        self.item_names = self.job.names
+        self.episode = len(self.job.targets) if self.job.in_order else 1
+        self.planner = ThrowPlanner(config, self.job)
+        self.plant = OneJointPlant(config, count, threads)
+        self._check_targets()
+        self._goals = np.stack([target.state for target in self.job.targets])
+        self._parts = np.array([target.part for target in self.job.targets])
+        self.context = self.first(np.arange(count))
+
+    def observe(self) -> NDArray[np.float32]:
+        """Observations of the coming throws (N, 14)."""
+        return observe(self.context)
+
+    def plan(self, goal: Floats) -> ThrowPlans:
+        """Plans of the coming throws to other goals (N, 4), feasible or not: a virtual goal."""
+        return self.planner.plan(goal, self.context.part)
+
+    def plan_releases(self, u: Floats) -> ThrowPlans:
+        """Plans of the coming throws with given release states (N, 4), feasible or not."""
+        return self.planner.plan_releases(u, self.context.part)
+
+    def throw(self, plans: ThrowPlans) -> Outcome:
+        """Throw in every cell and move on to the next throws.
+
+        Args:
+            plans: feasible plans, one per cell.
+
+        Raises:
+            ValueError: a plan is not feasible.
+        """
+        outcome = self.preview(plans, jitter=True)
+        self.context = self._next(outcome)
+        return outcome
+
+    def preview(self, plans: ThrowPlans, jitter: bool = False) -> Outcome:
+        """What the coming throws would do, without moving on.
+
+        Args:
+            plans: feasible plans, one per cell.
+            jitter: whether the throw's own scatter and the camera's noise are included, as `throw` will have them.
+
+        Raises:
+            ValueError: a plan is not feasible.
+        """
+        require_feasible(plans)
+        context = self.context
+        if not jitter:
+            context = replace(context, hidden=expected_hidden(self.count, self.config))
+        flight = self.plant.fly(context, plans)
+        return judge(flight, context, plans, self.job, self.config, self.planner.return_time(plans))
+
+    def reward(self, outcome: Outcome) -> dict[str, Floats]:
+        """Weighted reward terms by name, each (N,)."""
+        return reward_terms(outcome, self.config.reward)
+
+    def info(self, outcome: Outcome, thrown: Context) -> dict[str, NDArray[Any]]:
+        """What the one-joint cell tells of throws, (N,) each."""
+        told = {
+            "error_x": outcome.error_x,
+            "error_y": outcome.error_y,
+            "error_phi": outcome.error_phi,
+            "error_dy": outcome.error_dy,
+            "angle_error": outcome.true_error[:, 2],
+            "speed_error": outcome.true_error[:, 3],
+            "peak_torque": outcome.peak_torque,
+            "target_x": outcome.goal[:, 0].copy(),
+            "target_y": outcome.goal[:, 1].copy(),
+        }
+        if self.job.pallets:
+            told |= {"in_pallet": outcome.in_pallet, "touched_other": outcome.touched_other}
+        if self.job.in_order:
+            told |= {"is_complete": outcome.is_success & (thrown.kind == len(self.job.targets) - 1)}
+        return told
+
+    def ended(self, outcome: Outcome, thrown: Context) -> Bools:
+        """An assembly whose first part is not in place is over: there is nothing to put the second on."""
+        return ~outcome.is_success
+
+    def correction(self, mode: str) -> Correction | None:
+        """How an action shifts the errors in x, y, phi and dy; None where it has no such meaning."""
+        return correction(self.config, self.job, mode)
+
+    def view(self) -> ThrowView:
+        """Pictures of the cells; row 0 is recorded from now on."""
+        return ThrowView(self, camera(), DOTS)
+
+    def pose(self, row: int) -> tuple[MjModel, MjData]:
+        """Model and data of one simulation as it stands before the coming throw."""
+        context = self.context
+        u, height = context.plans.u, np.array([part.half_height for part in self.job.parts])[context.part]
+        radius = np.sqrt(u[:, 2] ** 2 - height**2) + context.hidden.radius
+        self.plant.write(context.plans.motion.start_angle, context.part, radius, context.lying)
+        return self.plant.stand(row)
+
+    def markers(self, row: int) -> list[Marker]:
+        """The goal."""
+        x, y = self.context.goal[row, :2]
+        return [goal_marker(np.array([x, 0.0, y]))]
+
+    def markers_at(self, time: float) -> list[Marker]:
+        """The goal of the recorded throw."""
+        recording = self.plant.recording
+        return [] if recording is None else [goal_marker(recording.target)]
+
+    def _check_targets(self) -> None:
+        if self.job.region is not None:
+            return
+        goals = np.stack([target.state for target in self.job.targets])
+        plans = self.planner.plan(goals, np.array([target.part for target in self.job.targets]))
+        for target, fits in zip(self.job.targets, plans.feasible, strict=True):
+            if not fits:
+                x, y, phi, dy = target.state
+                raise ConfigError(
+                    f"cell {self.config.name!r}: goal {target.name!r} (x {x:g} m, y {y:g} m, phi {np.rad2deg(phi):g} "
+                    f"deg, dy {dy:g} m/s) is out of the arm's reach"
+                )
+
+    def first(self, rows: Ints) -> Context:
+        """First throws of some rows, with nothing in the pallets."""
+        lying = np.full((len(rows), len(self.job.parts), 3), np.nan)
+        return self._drawn(rows, np.zeros(len(rows), dtype=np.int64), lying)
+
+    def _next(self, outcome: Outcome) -> Context:
+        rows, lying = np.arange(self.count), np.full_like(self.context.lying, np.nan)
+        kind = np.zeros(self.count, dtype=np.int64)
+        if self.job.in_order:
+            goes_on = outcome.is_success & (self.context.kind + 1 < len(self.job.targets))
+            kind = np.where(goes_on, self.context.kind + 1, 0)
+            lying[goes_on, 0] = outcome.final[goes_on, 0]
+        return self._drawn(rows, kind, lying)
+
+    def _drawn(self, rows: Ints, kind: Ints, lying: Floats) -> Context:
+        """The coming throws of some rows; kinds (N,) count only where they follow each other."""
+        if self.job.region is not None:
+            goal, plans = self._in_region(rows, self.job.region)
+        else:
+            if not self.job.in_order:
+                most = len(self.job.targets)
+                kind = np.array([self.generators[int(r)].integers(most) for r in rows], dtype=np.int64)
+            goal, plans = self._aimed(kind, lying)
+        hidden = draw_hidden([self.generators[int(r)] for r in rows], self.config)
+        return Context(kind, self._parts[kind], goal, self._goals[kind], plans, lying, hidden)
+
+    def _aimed(self, kind: Ints, lying: Floats) -> tuple[Floats, ThrowPlans]:
+        """Goals of the kinds; a second part is aimed at the first one as it lies."""
+        part, goal = self._parts[kind], self._goals[kind]
+        follows = ~np.isnan(lying[:, 0, 0])
+        aimed = goal.copy()
+        aimed[follows, :3] = stacked(_unwrapped(lying[follows, 0], self.job.targets[0].state[2]))
+        plans = self.planner.plan(aimed, part)
+        missed = np.flatnonzero(~plans.feasible)
+        if missed.size > 0:
+            # The seat has tilted out of reach; the goal of an exact seat is planned for.
+            aimed[missed] = goal[missed]
+            plans = replaced(plans, missed, self.planner.plan(goal[missed], part[missed]))
+        return aimed, plans
+
+    def _in_region(self, rows: Ints, region: GoalRegion) -> tuple[Floats, ThrowPlans]:
+        """A goal per row, drawn from its own generator until it is well in reach."""
+        goal, plans, good = self._attempt(rows, region)
+        for _ in range(MOST_DRAWS):
+            pending = np.flatnonzero(~good)
+            if pending.size == 0:
+                return goal, plans
+            goal[pending], found, good[pending] = self._attempt(rows[pending], region)
+            plans = replaced(plans, pending, found)
+        raise ConfigError(f"cell {self.config.name!r}: no goal of goals.region is in the arm's reach")
+
+    def _attempt(self, rows: Ints, region: GoalRegion) -> tuple[Floats, ThrowPlans, Bools]:
+        """One of several goals per row, its plan, and whether it will do."""
+        low, high = region.bounds()
+        share = np.stack([self.generators[int(row)].random((CANDIDATES, 4)) for row in rows])
+        goals: Floats = low + (high - low) * share
+        # Nearer to the pivot the arm would be in the way of what arrives.
+        good = np.hypot(goals[..., 0], goals[..., 1]) >= SWEEP + self.job.parts[0].reach
+        good[good] = self.planner.has_reserve(goals[good], region.reserve)
+        every, first = np.arange(len(rows)), good.argmax(axis=1)
+        goal = goals[every, first]
+        plans = self.planner.plan(goal, np.zeros(len(rows), dtype=np.int64))
+        return goal, plans, plans.feasible & good[every, first]
+
+
+def _unwrapped(pose: Floats, phi: float) -> Floats:
+    """Poses (N, 3) with the whole turns that bring their angle nearest to phi [rad]."""
+    turned = pose.copy()
+    turned[:, 2] += 2.0 * np.pi * np.round((phi - pose[:, 2]) / (2.0 * np.pi))
+    return turned

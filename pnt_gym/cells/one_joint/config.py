@@ -1,0 +1,273 @@
+"""Every number that describes a cell of the one-joint thrower, once, with its unit and its reason.
+
+Where the plane's y is meant, up, it is called y as in Miyashita et al. 2010; it is the simulated world's z.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, ClassVar, Final, Literal, Self, final
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.base.config import Finite, LevelConfig, NonNegative, Positive, Range, Section, ordered
+from pnt_gym.planning.one_joint.parameters import Arm, Block
+
+Task = Literal["throw", "sort", "assembly"]
+Release = Literal["ideal", "contact"]
+
+LOWEST_GOAL: Final = -0.45
+"""Below, there is only the room that pallets stand in [m]."""
+MOST_TURN: Final = 900.0
+"""Two whole turns either way on top of half a turn: what the planner searches [deg]."""
+
+
+class ArmSection(Section):
+    """The arm as the planner knows it (Miyashita et al. 2010, section 6, where not noted)."""
+
+    length: Positive = Field(default=Arm.length, description="Whole plate, mounted at its middle [m].")
+    width: Positive = Field(default=Arm.width, description="Across the plane [m].")
+    thickness: Positive = Field(default=Arm.thickness, description="Not published; a common sheet [m].")
+    density: Positive = Field(default=Arm.density, description="Aluminium [kg/m3].")
+    actuator_inertia: NonNegative = Field(
+        default=Arm.actuator_inertia, description="At the output, manufacturer's table [kg m2]."
+    )
+    friction: NonNegative = Field(default=Arm.friction, description="Coulomb friction that is compensated [N m].")
+    torque: Positive = Field(default=Arm.torque, description="Largest motor torque [N m].")
+    speed: Positive = Field(default=Arm.speed, description="Largest angular speed [rad/s].")
+    knee: Annotated[float, Field(gt=0, lt=1)] = Field(
+        default=Arm.knee, description="Share of the speed up to which the whole torque is there (Eq. 10)."
+    )
+    torque_at_speed: Positive = Field(default=Arm.torque_at_speed, description="Torque left at full speed [N m].")
+    angle_deg: Range = Field(default=(-90.0, 90.0), description="theta_min, theta_max (section 3.1.2) [deg].")
+    time_step: Positive = Field(default=Arm.time_step, description="Longest spacing of the spline's knots [s].")
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if not self.angle_deg[0] < self.angle_deg[1]:
+            raise ValueError(f"arm.angle_deg runs from {self.angle_deg[0]} to {self.angle_deg[1]}; the range is empty")
+        return self
+
+    def arm(self) -> Arm:
+        """The planner's arm."""
+        values = self.model_dump(exclude={"angle_deg"})
+        low, high = np.deg2rad(self.angle_deg)
+        return Arm(**values, angle=(float(low), float(high)))
+
+
+class BlockSection(Section):
+    """The block of the tasks `throw` and `sort` (section 6)."""
+
+    mass: Positive = Field(default=Block.mass, description="[kg]")
+    half_length: Positive = Field(default=Block.half_length, description="l_A = l_B, half the length [m].")
+    half_height: Positive = Field(default=Block.half_height, description="d, half the height [m].")
+    depth: Positive = Field(default=Block.depth, description="Across the plane [m].")
+
+    def block(self) -> Block:
+        """The planner's block."""
+        return Block(**self.model_dump())
+
+
+class Servo(Section):
+    """The joint's PD controller; the gains are not published."""
+
+    kp: Positive = Field(default=2000.0, description="[N m/rad]; about 23 Hz with the arm's inertia.")
+    kv: NonNegative = Field(default=20.0, description="[N m s/rad]; a damping ratio of 0.7.")
+
+
+class Errors(Section):
+    """What the planner does not know, at m = 1; every value is scaled by the mismatch m. All assumed."""
+
+    radius: Finite = Field(default=0.003, description="The object lies this much too far out [m].")
+    inertia: Annotated[float, Field(gt=-0.3, le=1)] = Field(
+        default=0.10, description="Inertia of plate and actuator is larger by this share."
+    )
+    friction: NonNegative = Field(default=0.6, description="Coulomb friction of the gear [N m].")
+    viscous: NonNegative = Field(default=0.02, description="Viscous friction of the gear [N m s/rad].")
+    drag: NonNegative = Field(default=1.05, description="Drag coefficient of the object, that of a cube.")
+    delay: Annotated[float, Field(ge=0, le=0.05)] = Field(
+        default=0.005,
+        description="The object comes free this long after the arm has begun to brake; ideal release only [s].",
+    )
+    placement: NonNegative = Field(default=0.0002, description="Standard deviation of the radius per throw [m].")
+    timing: Annotated[float, Field(ge=0, le=0.01)] = Field(
+        default=0.0001, description="Standard deviation of the release time per throw; ideal release only [s]."
+    )
+
+
+class Camera(Section):
+    """Frames of the flying object, from which its flight is estimated (section 6)."""
+
+    rate: Annotated[float, Field(ge=50, le=10000)] = Field(default=1000.0, description="Frames per second.")
+    frames: Annotated[int, Field(ge=8, le=5000)] = Field(default=400, description="Most frames of one throw.")
+    position: NonNegative = Field(
+        default=0.0003, description="Standard deviation of x and of y at m = 1; scaled by the mismatch [m]."
+    )
+    angle_deg: NonNegative = Field(
+        default=0.17, description="Standard deviation of the angle at m = 1; scaled by the mismatch [deg]."
+    )
+
+
+def _possible(what: str, y: float, phi: float) -> None:
+    if y < LOWEST_GOAL:
+        raise ValueError(f"{what}: y is {y} m; it lies below the pallets, y must be at least {LOWEST_GOAL} m")
+    if abs(phi) > MOST_TURN:
+        raise ValueError(f"{what}: phi_deg is {phi}; the planner reaches -{MOST_TURN:g} to {MOST_TURN:g} deg")
+
+
+class Goal(Section):
+    """A state to be passed: z_d of the paper."""
+
+    name: str = Field(default="goal", min_length=1)
+    x: Finite = Field(description="[m]")
+    y: Finite = Field(description="Up [m].")
+    phi_deg: Finite = Field(description="Unwrapped: 510 is not 150 [deg].")
+    dy: Finite = Field(description="Vertical speed [m/s].")
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        _possible(f"goal {self.name!r}", self.y, self.phi_deg)
+        return self
+
+    def state(self) -> Floats:
+        """x, y [m], phi [rad], dy [m/s] (4,)."""
+        return np.array([self.x, self.y, np.deg2rad(self.phi_deg), self.dy])
+
+
+class GoalRegion(Section):
+    """Goals drawn anew for every throw, uniform in a box, until one is in reach and out of the arm's own sweep."""
+
+    x: Range = Field(default=(-0.40, 0.10), description="[m]")
+    y: Range = Field(default=(0.15, 0.45), description="[m]")
+    phi_deg: Range = Field(default=(100.0, 200.0), description="[deg]")
+    dy: Range = Field(default=(-1.5, 0.0), description="[m/s]")
+    reserve: Annotated[float, Field(ge=0, le=0.05)] = Field(
+        default=0.010,
+        description="A goal is taken only if the arm can make up for an object that comes free this late too [s].",
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        ordered(self, "goals.region", "x", "y", "phi_deg", "dy")
+        for y, phi in zip(self.y, self.phi_deg, strict=True):
+            _possible("goals.region", y, phi)
+        return self
+
+    def bounds(self) -> tuple[Floats, Floats]:
+        """Lower and upper corner (4,) in x, y [m], phi [rad], dy [m/s]."""
+        rows = np.array([self.x, self.y, np.deg2rad(self.phi_deg), self.dy])
+        return rows[:, 0], rows[:, 1]
+
+
+class Goals(Section):
+    """Where the task `throw` throws to: a list to draw from, or a region. The other tasks have pallets.
+
+    With neither it is the default region; with the release `contact`, which does not reach that, a list (`PUSHED`).
+    """
+
+    fixed: tuple[Goal, ...] = ()
+    region: GoalRegion | None = None
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.fixed and self.region is not None:
+            raise ValueError("goals has a list `fixed` and a section `region`; give one of them")
+        return self
+
+
+class Tolerance(Section):
+    """How near the goal a throw must pass to be a success."""
+
+    position: Positive = Field(default=0.005, description="[m]")
+    angle_deg: Positive = Field(default=2.0, description="[deg]")
+    speed: Positive = Field(default=0.05, description="Vertical speed [m/s].")
+
+
+class Scale(Section):
+    """T of the Appendix: what makes metres, radians and metres per second comparable; not published."""
+
+    position: Positive = 1.0
+    angle: NonNegative = 0.1
+    speed: NonNegative = 0.1
+
+    def weights(self) -> Floats:
+        """The diagonal of T (4,)."""
+        return np.array([self.position, self.position, self.angle, self.speed])
+
+
+class Action(Section):
+    """What an action of 1 means."""
+
+    position: Positive = Field(default=0.20, description="Virtual goal, along x and up [m].")
+    angle_deg: Positive = Field(default=60.0, description="Virtual goal, phi [deg].")
+    speed: Positive = Field(default=0.8, description="Virtual goal, vertical speed [m/s].")
+    release_angle_deg: Positive = Field(default=10.0, description="Release state, angle of the arm [deg].")
+    release_speed: Positive = Field(default=3.0, description="Release state, speed of the arm [rad/s].")
+    release_radius: Positive = Field(default=0.03, description="Release state, radius of the object [m].")
+
+    def goal_scale(self) -> Floats:
+        """Shift of x, y [m], phi [rad] and dy [m/s] (4,)."""
+        return np.array([self.position, self.position, np.deg2rad(self.angle_deg), self.speed])
+
+    def release_scale(self) -> Floats:
+        """Shift of theta_t [rad], dtheta_t [rad/s] and l_t [m] (3,)."""
+        return np.array([np.deg2rad(self.release_angle_deg), self.release_speed, self.release_radius])
+
+
+class Reward(Section):
+    """Weights of the reward's terms, each of which lies in [0, 1], and what scales them. All of the true flight."""
+
+    position: NonNegative = Field(default=1.0, description="Weight of max(0, 1 - landing error / position_scale).")
+    angle: NonNegative = Field(default=0.3, description="Weight of max(0, 1 - |angle error| / angle_scale_deg).")
+    speed: NonNegative = Field(default=0.2, description="Weight of max(0, 1 - |speed error| / speed_scale).")
+    success: NonNegative = Field(default=0.5, description="Weight of the success, 0 or 1.")
+    position_scale: Positive = Field(default=0.10, description="[m]")
+    angle_scale_deg: Positive = Field(default=30.0, description="[deg]")
+    speed_scale: Positive = Field(default=0.40, description="[m/s]")
+
+
+@final
+class OneJointConfig(LevelConfig):
+    """A cell of the one-joint thrower. The defaults are the level `nominal` of the task `throw`."""
+
+    folder: ClassVar[str | Path] = "one_joint"
+    alternatives: ClassVar[Mapping[str, tuple[str, ...]]] = {"goals": ("fixed", "region")}
+
+    task: Task = Field(default="throw", description="A state in the air, one of three pallets, or two parts joined.")
+    release: Release = Field(
+        default="ideal",
+        description="ideal: the object is held rigidly and let go at once. contact: it lies between two stoppers, "
+        "which push it while it leaves; then `delay` and `timing` have no meaning.",
+    )
+    timestep: Annotated[float, Field(ge=0.0001, le=0.002)] = Field(
+        default=0.001, description="Physics step [s]; 1 ms places the flight to 0.2 mm, 2 ms to 0.7 mm."
+    )
+    arm: ArmSection = ArmSection()
+    block: BlockSection = BlockSection()
+    servo: Servo = Servo()
+    errors: Errors = Errors()
+    camera: Camera = Camera()
+    goals: Goals = Goals()
+    tolerance: Tolerance = Tolerance()
+    scale: Scale = Scale()
+    action: Action = Action()
+    reward: Reward = Reward()
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        half = self.arm.length / 2
+        if self.block.half_length >= half:
+            raise ValueError(
+                f"block.half_length is {self.block.half_length} m; it must be shorter than half the arm, {half} m"
+            )
+        names = [g.name for g in self.goals.fixed]
+        if len(set(names)) != len(names):
+            raise ValueError(f"goals.fixed names {names} must differ from one another")
+        if self.mismatch * self.errors.inertia <= -0.9:
+            raise ValueError(
+                f"errors.inertia {self.errors.inertia} at mismatch {self.mismatch} leaves the arm no inertia"
+            )
+        return self

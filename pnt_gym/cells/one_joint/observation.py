@@ -1,0 +1,64 @@
+"""What the agent sees of a coming throw of the one-joint arm: goal, nominal plan, and what lies in the pallet already.
+
+One table names every feature; the environments' docs, their spaces and `decode` are all made from it. Nothing hidden
+enters: true radius, delay, friction and drag are not among them.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.base.features import Feature, FeatureTable
+from pnt_gym.cells.one_joint.context import Context
+
+MOST_KINDS: Final = 3
+"""Kinds of throw that can be told apart."""
+
+
+def _is(kind: int, context: Context) -> Floats:
+    return (context.kind == kind).astype(np.float64)
+
+
+def _tilt(context: Context) -> Floats:
+    return np.where(np.isnan(context.lying[:, 0, 2]), 0.0, context.goal[:, 2] - context.nominal[:, 2])
+
+
+FEATURES: Final = (
+    Feature("goal_x", "m", -0.15, 0.20, "where the centre of mass has to pass", lambda c: c.goal[:, 0]),
+    Feature("goal_y", "m", 0.25, 0.15, "up from the pivot", lambda c: c.goal[:, 1]),
+    Feature("goal_phi", "rad", 3.0, 0.60, "angle to have there, not wrapped", lambda c: c.goal[:, 2]),
+    Feature("goal_dy", "m/s", -0.9, 0.70, "vertical speed to have there", lambda c: c.goal[:, 3]),
+    Feature("release_angle", "rad", 0.5, 0.40, "theta_t of the nominal plan", lambda c: c.plans.u[:, 0]),
+    Feature("release_speed", "rad/s", 9.5, 2.0, "dtheta_t of the nominal plan", lambda c: c.plans.u[:, 1]),
+    Feature("radius", "m", 0.25, 0.04, "l_t of the nominal plan", lambda c: c.plans.u[:, 2]),
+    Feature("flight_time", "s", 0.28, 0.08, "t_f of the nominal plan", lambda c: c.plans.u[:, 3]),
+    Feature(
+        "arm_time", "s", 0.15, 0.10, "from rest to the release, of the nominal plan",
+        lambda c: c.plans.motion.duration,
+    ),
+    Feature(
+        "braking", "rad/s2", -200.0, 60.0, "acceleration of the arm after the release, of the nominal plan",
+        lambda c: c.plans.motion.braking,
+    ),
+    Feature("is_first", "-", 0.5, 0.5, "kind of throw, one-hot", lambda c: _is(0, c)),
+    Feature("is_second", "-", 0.5, 0.5, "kind of throw, one-hot", lambda c: _is(1, c)),
+    Feature("is_third", "-", 0.5, 0.5, "kind of throw, one-hot", lambda c: _is(2, c)),
+    Feature(
+        "tilt", "rad", 0.0, 0.10, "of the goal against the kind's nominal goal: how the part below lies", _tilt,
+    ),
+)  # fmt: skip
+_TABLE: Final = FeatureTable(FEATURES)
+
+
+def observe(context: Context) -> NDArray[np.float32]:
+    """Observations (N, 14) of the coming throws, float32 within [-CLIP, CLIP]."""
+    return _TABLE.encode([feature.value(context) for feature in FEATURES])
+
+
+def decode(observation: NDArray[np.floating]) -> dict[str, Floats]:
+    """Physical values by feature name from observations (..., 14); clipped entries stay clipped."""
+    return _TABLE.decode(observation)

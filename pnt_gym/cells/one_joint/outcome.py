@@ -1,0 +1,160 @@
+"""What became of throws, and whether they did what they should."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.cells.one_joint.config import OneJointConfig, Reward, Tolerance
+from pnt_gym.cells.one_joint.context import Context
+from pnt_gym.cells.one_joint.flight import Flight
+from pnt_gym.cells.one_joint.measure import estimated_state
+from pnt_gym.cells.one_joint.rest import are_joined, lies_in_pocket
+from pnt_gym.cells.one_joint.tasks import Job
+from pnt_gym.planning.one_joint import ThrowPlans
+
+
+@final
+@dataclass(frozen=True)
+class Outcome:
+    """N throws; every field has shape (N,) unless noted.
+
+    States are x, y [m], phi [rad] and dy [m/s] where the flight passes nearest to the goal (Appendix).
+    """
+
+    goal: Floats
+    """(N, 4)"""
+    measured: Floats
+    """State estimated from the camera (N, 4)."""
+    true: Floats
+    """State of the simulated flight (N, 4)."""
+    is_success: Bools
+    """Within the tolerance; with pallets: at rest in the right one, and no other was touched."""
+    in_pallet: Bools
+    """At rest in its pallet, or on the part before; always False where there is none."""
+    touched_other: Bools
+    """The part touched a pallet that it was not thrown at."""
+    cycle_time: Floats
+    """From the start of the arm until both the part has arrived and the arm is back [s]."""
+    peak_torque: Floats
+    """Largest motor torque [N m]."""
+    release_speed_error: Floats
+    """Speed of the arm at the release, true minus planned [rad/s]."""
+    final: Floats
+    """Poses x, y, phi of every part at the end (N, P, 3)."""
+
+    @property
+    def error(self) -> Floats:
+        """Measured minus goal (N, 4)."""
+        return self.measured - self.goal
+
+    @property
+    def true_error(self) -> Floats:
+        """True minus goal (N, 4)."""
+        return self.true - self.goal
+
+    @property
+    def error_x(self) -> Floats:
+        """Along x, measured minus goal (N,) [m]."""
+        return self.error[:, 0]
+
+    @property
+    def error_y(self) -> Floats:
+        """Up, measured minus goal (N,) [m]."""
+        return self.error[:, 1]
+
+    @property
+    def error_phi(self) -> Floats:
+        """Of the angle, measured minus goal (N,) [rad]."""
+        return self.error[:, 2]
+
+    @property
+    def error_dy(self) -> Floats:
+        """Of the vertical speed, measured minus goal (N,) [m/s]."""
+        return self.error[:, 3]
+
+    @property
+    def landing_error(self) -> Floats:
+        """True distance of the centre of mass from the goal [m]."""
+        return np.hypot(self.true_error[:, 0], self.true_error[:, 1])
+
+
+def is_within(true_error: Floats, tolerance: Tolerance) -> Bools:
+    """Whether states pass their goals near enough (N,).
+
+    Args:
+        true_error: state minus goal (N, 4).
+        tolerance: what counts.
+    """
+    near = np.hypot(true_error[:, 0], true_error[:, 1]) <= tolerance.position
+    turned = np.abs(true_error[:, 2]) <= np.deg2rad(tolerance.angle_deg)
+    return near & turned & (np.abs(true_error[:, 3]) <= tolerance.speed)
+
+
+def judge(
+    flight: Flight, context: Context, plans: ThrowPlans, job: Job, config: OneJointConfig, return_time: Floats
+) -> Outcome:
+    """What became of N throws.
+
+    Args:
+        flight: the throws.
+        context: what was to be thrown where.
+        plans: what was planned.
+        job: parts and pallets.
+        config: the cell.
+        return_time: from the arm's standstill back to its start (N,) [s].
+    """
+    goal, flight_time = context.goal, plans.u[:, 3]
+    true = flight.nearest(goal, config.scale.weights())
+    in_pallet, touched_other = _rest(job, context.kind, flight)
+    good = in_pallet & ~touched_other if job.pallets else is_within(true - goal, config.tolerance)
+    return Outcome(
+        goal=goal.copy(),
+        measured=estimated_state(flight, flight_time, goal, context.hidden.noise, config),
+        true=true,
+        is_success=good,
+        in_pallet=in_pallet,
+        touched_other=touched_other,
+        cycle_time=np.maximum(flight.release_time + flight_time, plans.motion.stop_time + return_time),
+        peak_torque=flight.peak_torque,
+        release_speed_error=flight.release_speed - plans.u[:, 1],
+        final=flight.final_pose,
+    )
+
+
+def reward_terms(outcome: Outcome, weights: Reward) -> dict[str, Floats]:
+    """Weighted reward terms by name, each (N,); before weighting every term lies in [0, 1]."""
+    angle, speed = np.abs(outcome.true_error[:, 2]), np.abs(outcome.true_error[:, 3])
+    return {
+        "position": weights.position * np.maximum(1.0 - outcome.landing_error / weights.position_scale, 0.0),
+        "angle": weights.angle * np.maximum(1.0 - np.rad2deg(angle) / weights.angle_scale_deg, 0.0),
+        "speed": weights.speed * np.maximum(1.0 - speed / weights.speed_scale, 0.0),
+        "success": weights.success * outcome.is_success.astype(np.float64),
+    }
+
+
+def _rest(job: Job, kind: Ints, flight: Flight) -> tuple[Bools, Bools]:
+    """Which throws of kinds (N,) came to rest where they should, and which touched what they should not."""
+    if not job.pallets:
+        nowhere = np.zeros(len(kind), dtype=np.bool_)
+        return nowhere, nowhere
+    return _assembled(job, kind, flight) if job.in_order else _sorted(job, kind, flight)
+
+
+def _sorted(job: Job, kind: Ints, flight: Flight) -> tuple[Bools, Bools]:
+    pose, velocity = flight.final_pose[:, 0], flight.final_velocity[:, 0]
+    inside = np.stack([lies_in_pocket(pose, velocity, pallet) for pallet in job.pallets], axis=1)
+    aimed = np.arange(len(job.pallets)) == kind[:, None]
+    return (inside & aimed).any(axis=1), (flight.touched() & ~aimed).any(axis=1)
+
+
+def _assembled(job: Job, kind: Ints, flight: Flight) -> tuple[Bools, Bools]:
+    """The first part on its stand; then also the second on the first."""
+    pose, velocity = flight.final_pose, flight.final_velocity
+    first = lies_in_pocket(pose[:, 0], velocity[:, 0], job.pallets[0])
+    second = first & are_joined(pose[:, 0], pose[:, 1], velocity[:, 1])
+    # The stand is what the first part is thrown at; the second has no business there.
+    return np.where(kind == 0, first, second), (kind == 1) & flight.touched()[:, 0]

@@ -1,0 +1,277 @@
+"""Pallets that catch what the one-joint arm throws, and flights that pass them (Miyashita et al. 2010, section 6.3).
+
+A pallet stands still in the plane of the throw. Its walls are boxes in the frame of its goal, the pose of the part that
+lies in it: u along the part, v across it. All parts are thrown upside down, so the side that gravity holds them to is
++v. The paper prints neither the shape nor the place of its pallets, except the goal (0, 0.4 m, 150 deg, 0 m/s).
+
+The sorting pockets stand around that goal so that no wall is in the sweep of the arm, and so that the flight of the
+second passes below the first, that of the third below the second: a throw that falls too steeply comes from too high
+and hits the pallet before. Each is open towards the arriving part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats
+from pnt_gym.cells.one_joint.parts import AITCH, BAR, BLOCK, TEE, Boxes, Part, Rgba, add_boxes, block, turned
+from pnt_gym.constants import GRAVITY
+from pnt_gym.engine import MjSpec, mujoco
+from pnt_gym.errors import ConfigError
+from pnt_gym.planning.one_joint.landing import release_states_batch
+from pnt_gym.planning.one_joint.parameters import Arm
+
+PALLET_DEPTH: Final = 0.050
+"""Across the plane: wider than the parts by a centimetre on either side [m]."""
+WALL: Final = 0.006
+"""Thickness of a pocket's boards [m]."""
+LIP: Final = 0.0025
+"""Height of the board that the part passes last; it keeps the part from sliding out [m]."""
+LIP_PLAY, BACK_PLAY = 0.006, 0.004
+"""Room before and behind a part that lies exactly at the goal, 10 mm in all [m]."""
+BACK: Final = 0.016
+"""Height of the board that stops the part; about half the block, so that a throw 2 cm too high goes over it [m]."""
+SAMPLES: Final = 240
+"""Poses along a flight that are checked against walls; a part moves less than 8 mm from one to the next."""
+SWEEP: Final = 0.320
+"""What stands farther from the pivot than this is out of the reach of the arm and the parts on it: the outer top corner
+of an H whose edge ends with the plate is at 0.313 m, and a part may lie some millimetres too far out [m]."""
+
+_WOOD: Final = (0.62, 0.46, 0.30, 1.0)
+_STEEL: Final = (0.55, 0.57, 0.60, 1.0)
+_BACKBOARD: Final = 0.29
+"""Brackets reach back to here, behind the arm and every flight [m]."""
+
+
+@final
+@dataclass(frozen=True)
+class Pallet:
+    """Walls around a goal.
+
+    Raises:
+        ConfigError: a number that is not finite, a box without size, or no box.
+    """
+
+    name: str
+    goal: tuple[float, float, float, float]
+    """x, y [m], phi [rad, not wrapped], dy [m/s] of the part that arrives; at rest it lies at x, y, phi."""
+    boxes: Boxes
+    """In the goal's frame: centre u, v, half sizes along the box's own axes [m], and the angle of the box [rad]."""
+    depth: float = PALLET_DEPTH
+    """Across the plane [m]."""
+    rgba: Rgba = _WOOD
+
+    def __post_init__(self) -> None:
+        boxes = np.array(self.boxes, dtype=np.float64)
+        if boxes.ndim != 2 or not np.isfinite(boxes).all() or not np.isfinite(self.goal).all():
+            raise ConfigError(f"pallet {self.name!r} needs a finite goal and at least one box of 5 finite numbers.")
+        if not (boxes[:, 2:4] > 0.0).all() or not self.depth > 0.0:
+            raise ConfigError(f"pallet {self.name!r} has a box without size; half sizes and depth must be positive.")
+
+    @property
+    def pose(self) -> Floats:
+        """x, y [m] and phi [rad] of the part that lies in it (3,)."""
+        return np.array(self.goal[:3])
+
+    @property
+    def state(self) -> Floats:
+        """x, y [m], phi [rad] and dy [m/s] of the goal (4,)."""
+        return np.array(self.goal)
+
+    @cached_property
+    def walls(self) -> Floats:
+        """The boxes in the world (K, 5): centre x, y, half sizes [m], angle [rad]."""
+        return placed(np.array(self.boxes), self.pose)
+
+    @property
+    def nearest(self) -> float:
+        """Distance of the nearest wall from the pivot [m]."""
+        point = np.array([0.0, 0.0, 1e-9, 1e-9, 0.0])
+        u, v = _offset(self.walls, point)
+        outside = np.maximum(np.abs(np.stack([u, v], axis=-1)) - self.walls[:, 2:4], 0.0)
+        return float(np.sqrt((outside**2).sum(axis=-1)).min())
+
+
+def pocket(part: Part, lip: float = LIP, back: float = BACK) -> Boxes:
+    """Walls of a pocket for a part that arrives upside down and moving along its u axis: bottom, back, lip.
+
+    Args:
+        part: a part whose underside and top are flat.
+        lip: height of the board that the part passes last [m].
+        back: height of the board that stops it [m].
+    """
+    top, length, half = max(v for _, v in part.outline), part.half_length, WALL / 2
+    low, high = -length - LIP_PLAY - WALL, length + BACK_PLAY + WALL
+    return (
+        ((low + high) / 2, top + half, (high - low) / 2, half, 0.0),
+        (high - half, top - back / 2, half, back / 2, 0.0),
+        (low + half, top - lip / 2, half, lip / 2, 0.0),
+    )
+
+
+def stand() -> Boxes:
+    """A T fixed upside down under an H: the H's slot takes its stem, the H's legs stand on its bar (Fig. 16a)."""
+    face = BAR - TEE.half_height
+    return tuple((-u, AITCH.half_height + face - v, a, b, turn) for u, v, a, b, turn in TEE.boxes)
+
+
+def stacked(pose: Floats) -> Floats:
+    """Poses (..., 3) of a T whose stem is in the upper slot of an H at poses (..., 3), both upside down (Fig. 16b)."""
+    rise = AITCH.half_height + BAR - TEE.half_height
+    x, y, phi = (pose[..., k] for k in range(3))
+    return np.stack([x + rise * np.sin(phi), y - rise * np.cos(phi), phi], axis=-1)
+
+
+def _goal(x: float, y: float, phi_deg: float, dy: float) -> tuple[float, float, float, float]:
+    return x, y, float(np.deg2rad(phi_deg)), dy
+
+
+SORTING: Final = (
+    Pallet("pallet_1", _goal(0.0, 0.40, 150.0, 0.0), pocket(BLOCK)),
+    Pallet("pallet_2", _goal(-0.25, 0.30, 180.0, -0.80), pocket(BLOCK)),
+    Pallet("pallet_3", _goal(-0.40, 0.10, 195.0, -1.70), pocket(BLOCK)),
+)
+"""Three pockets for the block. The first goal is the paper's; the others are chosen, see the module's text."""
+STAND: Final = Pallet(
+    "stand", _goal(0.42, -0.06, 189.0, -2.20), stand(), depth=AITCH.depth, rgba=(0.45, 0.33, 0.22, 1.0)
+)
+"""Pallet of the assembly, and the goal of the H.
+
+The part must not turn much while the stem enters the slot, so the goal is low, where the fall is fast: 15 mm take
+7 ms and 3 deg. It lies to the right of the arm's sweep, where the falling part is 15 cm away from the rising one. The
+slots stand 9 deg off the vertical, which is the direction in which a throw arrives there at -2.20 m/s.
+"""
+TEE_GOAL: Final = (*(float(value) for value in stacked(STAND.pose)), -2.12)
+"""Goal of the T when the H lies exactly in its place."""
+ASSEMBLY: Final = ((AITCH, STAND.goal), (TEE, TEE_GOAL))
+"""The two throws of an assembly in their order: part and goal."""
+
+
+def add_pallets(spec: MjSpec, pallets: Sequence[Pallet]) -> None:
+    """Add a static body with the pallet's name to a mujoco.MjSpec for each pallet, and a bracket for pictures."""
+    for pallet in pallets:
+        x, y, phi = pallet.goal[:3]
+        body = spec.worldbody.add_body(name=pallet.name, pos=[x, 0, y], quat=turned(phi))
+        add_boxes(body, pallet.boxes, pallet.depth, pallet.rgba)
+        u, v, _, half_v, _ = pallet.boxes[0]
+        body.add_geom(
+            name=f"{pallet.name}_bracket",
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            size=[0.008, (_BACKBOARD - pallet.depth / 2) / 2, half_v * 0.8],
+            pos=[u, (_BACKBOARD + pallet.depth / 2) / 2, v],
+            rgba=_STEEL,
+            mass=0,
+            contype=0,
+            conaffinity=0,
+            group=1,
+        )
+
+
+def placed(boxes: Floats, pose: Floats) -> Floats:
+    """Boxes (K, 5) of a frame that stands at poses (..., 3), in the world (..., K, 5)."""
+    x, y, phi = (pose[..., k, None] for k in range(3))
+    cos, sin = np.cos(phi), np.sin(phi)
+    u, v, half_u, half_v, angle = np.moveaxis(boxes, -1, 0)
+    columns = x + cos * u - sin * v, y + sin * u + cos * v, half_u, half_v, phi + angle
+    return np.stack(np.broadcast_arrays(*columns), axis=-1)
+
+
+def flight_poses(u: Floats, half_height: float, samples: int = SAMPLES) -> Floats:
+    """Poses x, y, phi (N, samples, 3) from release to arrival (Eq. 11).
+
+    Args:
+        u: release states theta_t [rad], theta'_t [rad/s], l_t [m], t_f [s] (N, 4).
+        half_height: d of the part [m].
+        samples: at even steps of time, both ends included.
+    """
+    theta, omega, radius, flight = (u[:, k, None] for k in range(4))
+    cos, sin = _lever(theta, radius, half_height)
+    t = flight * np.linspace(0.0, 1.0, samples)
+    x = radius * (cos - omega * sin * t)
+    y = radius * (sin + omega * cos * t) - 0.5 * GRAVITY * t**2
+    return np.stack([x, y, theta + omega * t], axis=-1)
+
+
+def arrival(u: Floats, half_height: float) -> Floats:
+    """All six states x, y, phi, dx, dy, dphi (N, 6) at the end of the flights (Eq. 11); arguments of `flight_poses`."""
+    theta, omega, radius, flight = u.T
+    cos, sin = _lever(theta, radius, half_height)
+    velocity = -radius * omega * sin, radius * omega * cos - GRAVITY * flight, omega
+    return np.concatenate([flight_poses(u, half_height, 2)[:, 1], np.stack(velocity, axis=-1)], axis=-1)
+
+
+def clearance(u: Floats, part: Part, pallets: Sequence[Pallet]) -> Floats:
+    """How far thrown parts stay from pallets on their whole flight (N,) [m].
+
+    By separating axes of the part's boxes and the walls, so it is a lower bound of the distance for each pose, exact
+    where sides face each other; negative where they overlap, by the depth. Between the poses a part may come nearer by
+    1 mm. Infinite if there are no pallets.
+
+    Args:
+        u: release states (N, 4), as in `flight_poses`.
+        part: what is thrown.
+        pallets: the pallets to be passed, without the one that is aimed at.
+    """
+    swept = placed(part.box_array(), flight_poses(u, part.half_height))
+    nearest = np.full(len(u), np.inf)
+    for walls in (pallet.walls for pallet in pallets):
+        nearest = np.minimum(nearest, gaps(swept[..., None, :], walls).min(axis=(1, 2, 3)))
+    return nearest
+
+
+def flight_is_clear(u: Floats, part: Part, pallets: Sequence[Pallet], margin: float = 0.0) -> Bools:
+    """Whether thrown parts pass the pallets by more than a margin [m] (N,); arguments of `clearance`."""
+    return clearance(u, part, pallets) > margin
+
+
+def clear_vertical_speeds(
+    goal: Pallet, speeds: Floats, part: Part, pallets: Sequence[Pallet], margin: float = 0.005, arm: Arm | None = None
+) -> Bools:
+    """At which vertical speeds a goal has a throw that passes the other pallets (S,), as section 6.3 chooses them.
+
+    Args:
+        goal: the pallet that is aimed at; its own vertical speed does not matter.
+        speeds: vertical speeds at the arrival (S,) [m/s].
+        part: what is thrown.
+        pallets: what stands there; the one that is aimed at may be among them.
+        margin: how far the part must stay from every other pallet [m].
+        arm: whose limits decide which throws there are; the paper's when not given.
+    """
+    goals = np.tile(goal.state, (len(speeds), 1))
+    goals[:, 3] = speeds
+    release = release_states_batch(goals, arm=arm, block=block(part))
+    clear = np.zeros(len(speeds), dtype=np.bool_)
+    others = [p for p in pallets if p.name != goal.name]
+    clear[release.feasible] = flight_is_clear(release.u[release.feasible], part, others, margin)
+    return clear
+
+
+def gaps(a: Floats, b: Floats) -> Floats:
+    """Largest gap along a separating axis between boxes (..., 5) and boxes (..., 5) (...,) [m]; negative: overlap."""
+    turn = b[..., 4] - a[..., 4]
+    cos, sin = np.abs(np.cos(turn)), np.abs(np.sin(turn))
+
+    def apart(offset: tuple[Floats, Floats], own: Floats, other: Floats) -> Floats:
+        u = np.abs(offset[0]) - own[..., 2] - other[..., 2] * cos - other[..., 3] * sin
+        v = np.abs(offset[1]) - own[..., 3] - other[..., 2] * sin - other[..., 3] * cos
+        return np.maximum(u, v)
+
+    return np.maximum(apart(_offset(a, b), a, b), apart(_offset(b, a), b, a))
+
+
+def _offset(frame: Floats, other: Floats) -> tuple[Floats, Floats]:
+    """Centre of a box (..., 5) in the axes of another (..., 5), along and across [m]."""
+    dx, dy = other[..., 0] - frame[..., 0], other[..., 1] - frame[..., 1]
+    cos, sin = np.cos(frame[..., 4]), np.sin(frame[..., 4])
+    return dx * cos + dy * sin, dy * cos - dx * sin
+
+
+def _lever(theta: Floats, radius: Floats, half_height: float) -> tuple[Floats, Floats]:
+    """Cosine and sine of theta_ta, the angle of the line from the pivot to the centre of mass at the release."""
+    angle = theta + np.arcsin(half_height / radius)
+    return np.cos(angle), np.sin(angle)

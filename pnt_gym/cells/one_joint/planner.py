@@ -1,0 +1,75 @@
+"""Plans for many throws at once, each with its own part on the arm."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import final
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats, Ints, replaced
+from pnt_gym.cells.one_joint.config import OneJointConfig
+from pnt_gym.cells.one_joint.parts import block
+from pnt_gym.cells.one_joint.tasks import Job
+from pnt_gym.planning.one_joint import ThrowPlans, ThrowReason, plan_releases, plan_throws, release_states_batch
+from pnt_gym.planning.one_joint.feasibility import first_reason
+from pnt_gym.planning.one_joint.grasp import braking
+from pnt_gym.planning.one_joint.parameters import Arm, Block
+
+
+@final
+class ThrowPlanner:
+    """The analytic planner of a cell: it knows arm and parts, and nothing of the mismatch.
+
+    Args:
+        config: the cell.
+        job: its parts.
+    """
+
+    def __init__(self, config: OneJointConfig, job: Job) -> None:
+        self.arm: Arm = config.arm.arm()
+        self.blocks: tuple[Block, ...] = tuple(block(part) for part in job.parts)
+
+    def plan(self, goal: Floats, part: Ints) -> ThrowPlans:
+        """Throws of parts (N,) to goals (N, 4); rows that are out of reach are marked infeasible."""
+        return self._per_part(lambda rows, b: plan_throws(goal[rows], arm=self.arm, block=b), part)
+
+    def plan_releases(self, u: Floats, part: Ints) -> ThrowPlans:
+        """Throws of parts (N,) with given release states (N, 4) theta_t, omega_t, l_t, t_f."""
+        return self._per_part(lambda rows, b: plan_releases(u[rows], arm=self.arm, block=b), part)
+
+    def has_reserve(self, goal: Floats, delay: float) -> Bools:
+        """Whether the first part's releases to goals (N, 4) are feasible, and also those that make up for a delay [s].
+
+        A part that clings to the braking arm for that long leaves as planned if the arm was that much faster, and not
+        as far, when it began to brake. The motion to the release is not planned for this.
+        """
+        arm, part = self.arm, self.blocks[0]
+        found = release_states_batch(goal, arm=arm, block=part)
+        rows = np.flatnonzero(found.feasible)
+        u = found.u[rows].copy()
+        brake = braking(u[:, 1], arm)
+        u[:, 0] -= delay * (u[:, 1] - 0.5 * delay * brake)
+        u[:, 1] -= delay * brake
+        reserve = np.zeros(len(goal), dtype=np.bool_)
+        reserve[rows] = first_reason(u, arm, part)[0] == int(ThrowReason.FEASIBLE)
+        return reserve
+
+    def return_time(self, plans: ThrowPlans) -> Floats:
+        """Shortest time from the arm's standstill back to its start, rest to rest (N,) [s].
+
+        With the torque that is left at full speed, so that Eq. 10 holds all the way.
+        """
+        motion, rate = plans.motion, self.arm.torque_at_speed / self.arm.inertia
+        way = np.abs(motion.stop_angle - motion.start_angle)
+        ramp = self.arm.speed**2 / rate
+        return np.where(way < ramp, 2.0 * np.sqrt(way / rate), way / self.arm.speed + self.arm.speed / rate)
+
+    def _per_part(self, plan: Callable[[Ints, Block], ThrowPlans], part: Ints) -> ThrowPlans:
+        """Plans of rows with the same part at once; their common `half_height` is the first part's."""
+        plans = plan(np.arange(len(part)), self.blocks[0])
+        for k in range(1, len(self.blocks)):
+            rows = np.flatnonzero(part == k)
+            if rows.size > 0:
+                plans = replaced(plans, rows, plan(rows, self.blocks[k]))
+        return plans

@@ -1,0 +1,182 @@
+"""The physics of N throws of the one-joint arm: references, one `Batch.rollout`, and what came of it.
+
+Each throw starts at rest with the part on the arm, so its outcome is a pure function of the plan and the hidden values:
+the same alone, in a batch, and again later.
+
+With an ideal release the part is held rigidly until it comes free, at the planned release plus a delay. Until then the
+arm already brakes: the delay is that of the object, which clings to the arm that slows down, not one of the motor's
+command (which would let the object go on at constant speed and miss less).
+"""
+
+from __future__ import annotations
+
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.cells.base.flight import TOUCH
+from pnt_gym.cells.base.plant import Plant, staged_rollout
+from pnt_gym.cells.one_joint.config import OneJointConfig
+from pnt_gym.cells.one_joint.context import Context
+from pnt_gym.cells.one_joint.flight import Flight
+from pnt_gym.cells.one_joint.measure import least_flight
+from pnt_gym.cells.one_joint.parts import Part
+from pnt_gym.cells.one_joint.scene import TORQUE, Scene, build_scene, contact_columns
+from pnt_gym.cells.one_joint.tasks import job_of
+from pnt_gym.constants import GRAVITY
+from pnt_gym.planning.one_joint import ThrowPlans
+from pnt_gym.planning.one_joint.motion import ArmMotion
+from pnt_gym.robots.one_joint.model import STOPPER_GAP, STOPPER_WIDTH
+from pnt_gym.robots.one_joint.references import Clock, Load, motor_references
+
+LATEST_FLIGHT: Final = 1.15
+"""A flight that misses may take this much longer than planned to pass its goal."""
+MARGIN: Final = 0.010
+"""And this much more [s]."""
+SETTLE: Final = 0.45
+"""Simulated after the planned arrival where there are pallets, so that the part comes to lie [s]."""
+PARKED: Final = 4.0
+"""Parts that wait for their turn float this far away [m]."""
+
+
+@final
+class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
+    """N copies of the cell's physics on one `mujoco.batch.Batch`.
+
+    Args:
+        config: the cell; its task says what is thrown and what stands there.
+        count: simulations N.
+        threads: worker threads; results do not depend on it.
+    """
+
+    def __init__(self, config: OneJointConfig, count: int, threads: int = 1) -> None:
+        self.config = config
+        self.arm = config.arm.arm()
+        job = job_of(config)
+        self.scene: Scene = build_scene(config, job.parts, job.pallets)
+        super().__init__(config, self.scene.model, count, threads)
+        self._loads = _loads(job.parts)
+
+    def fly(self, thrown: Context, plans: ThrowPlans) -> Flight:
+        """Simulate one throw in every simulation.
+
+        Args:
+            thrown: part, goal, what lies in the pallets already, and what the planner does not know.
+            plans: the N throws.
+
+        Raises:
+            PhysicsError: the engine warned, or stopped a simulation.
+        """
+        part, hidden = thrown.part, thrown.hidden
+        step, load = self.config.timestep, self._load(part, plans.u[:, 2])
+        motion, flight_time = plans.motion, plans.u[:, 3]
+        delay = hidden.delay if self.scene.stoppers is None else np.zeros_like(hidden.delay)
+        release = motion.duration + delay
+        clock = Clock.releasing_at(release, step)
+        settle = SETTLE if self.scene.pallets else 0.0
+        flown = np.maximum(LATEST_FLIGHT * flight_time, least_flight(self.config))
+        end = release + flown + MARGIN + settle
+        steps = np.ceil((end - clock.start) / step).astype(np.int64)
+        self.write(motion.sample(clock.start[:, None]).angle[:, 0], part, load.radius + hidden.radius, thrown.lying)
+        control = self._controls(motion, load, clock, part, int(steps.max()))
+        if self.record_row is not None:
+            row = self.record_row
+            self._keep(row, control[row, : steps[row]], plans.u[row], int(part[row]), thrown.goal[row])
+        record = staged_rollout(self.batch, control, steps, ("qpos", "qvel", "sensordata"))
+        return self._flight(record, clock, steps, part)
+
+    def write(self, angle: Floats, part: Ints, radius: Floats, lying: Floats) -> None:
+        """Set the simulations up: arm at rest at `angle` (N,), part on it at `radius` (N,), other parts `lying`."""
+        scene, batch, rows = self.scene, self.batch, np.arange(len(part))
+        height = self._loads.height[part]
+        weight = ~np.isnan(lying[..., 0])
+        poses = np.where(weight[..., None], lying, 0.0)
+        poses[..., 0] += np.where(weight, 0.0, PARKED + np.arange(len(scene.parts)))
+        cos, sin = np.cos(angle), np.sin(angle)
+        poses[rows, part] = np.stack([radius * cos - height * sin, radius * sin + height * cos, angle], axis=-1)
+        weight[rows, part] = True
+        batch.state[:] = 0.0
+        qpos = batch.bind("qpos")
+        qpos[:, 0] = angle
+        qpos[:, scene.first_qpos[:, None] + np.arange(3)] = poses
+        batch.expand("body_gravcomp")[:, scene.bodies] = np.where(weight, 0.0, 1.0)
+        batch.expand("site_pos")[rows, scene.seats[part]] = np.stack([radius, np.zeros_like(radius), height], axis=-1)
+        self._place_stoppers(part, radius)
+        batch.set_const()
+
+    def _load(self, part: Ints, reach: Floats) -> Load:
+        """What each arm carries, with the part's centre of mass at a distance l_t (N,) from the pivot."""
+        height = self._loads.height[part]
+        radius = np.sqrt(reach**2 - height**2)
+        return Load(self._loads.mass[part], self._loads.inertia[part], radius, height)
+
+    def _place_stoppers(self, part: Ints, radius: Floats) -> None:
+        if self.scene.stoppers is None:
+            return
+        out = np.array([p.support for p in self.scene.parts])[part] + STOPPER_GAP + STOPPER_WIDTH / 2
+        place = self.batch.expand("body_pos")
+        inner, outer = self.scene.stoppers
+        place[:, inner, 0] = radius - out[:, 1]
+        place[:, outer, 0] = radius + out[:, 0]
+
+    def _controls(self, motion: ArmMotion, load: Load, clock: Clock, part: Ints, steps: int) -> Floats:
+        """References and grips (N, steps, nu + neq)."""
+        model, count = self.scene.model, len(part)
+        control = np.zeros((count, steps, int(model.nu) + int(model.neq)))
+        control[..., :3] = motor_references(motion, load, clock, self.arm, self.config.timestep, steps)
+        if self.scene.stoppers is None:
+            held = np.arange(steps) <= clock.release_step[:, None]
+            for column in np.moveaxis(int(model.nu) + self.scene.grips[part], -1, 0):
+                control[np.arange(count), :, column] = held
+        return control
+
+    def _flight(self, record: dict[str, Floats], clock: Clock, steps: Ints, part: Ints) -> Flight:
+        scene, rows = self.scene, np.arange(len(part))
+        first = scene.first_qpos[part][:, None] + np.arange(3)
+        last = steps - 1
+        touch, pushed = self._touches(record["sensordata"], part)
+        columns = scene.first_qpos[:, None] + np.arange(3)
+        return Flight(
+            pose=np.take_along_axis(record["qpos"], first[:, None, :], axis=2),
+            velocity=np.take_along_axis(record["qvel"], first[:, None, :], axis=2),
+            arm_angle=record["qpos"][..., 0],
+            arm_speed=record["qvel"][..., 0],
+            torque=record["sensordata"][..., TORQUE],
+            touch=touch,
+            pushed=pushed,
+            clock=clock,
+            last_step=last,
+            step=self.config.timestep,
+            final_pose=record["qpos"][rows, last][:, columns],
+            final_velocity=record["qvel"][rows, last][:, columns],
+        )
+
+    def _touches(self, sensordata: Floats, part: Ints) -> tuple[Bools, Bools]:
+        """Contacts of the thrown part: with each pallet and other part after each step, and any during it.
+
+        Returns:
+            (N, M, Q + P - 1) and (N, M).
+        """
+        columns = [contact_columns(self.scene, p) for p in range(len(self.scene.parts))]
+        found = np.take_along_axis(sensordata, np.array([c[0] for c in columns])[part][:, None, :], axis=2) > 0.0
+        distance = np.take_along_axis(sensordata, np.array([c[1] for c in columns])[part][:, None, :], axis=2)
+        touch = np.zeros_like(found)
+        # A sensor tells of the beginning of its step, the pose of the end.
+        touch[:, :-1] = found[:, 1:] & (distance[:, 1:] < TOUCH)
+        return touch, np.asarray(found.any(axis=2))
+
+    def _keep(self, row: int, control: Floats, u: Floats, part: int, goal: Floats) -> None:
+        angle, speed, reach, duration = u
+        angle = angle + np.arcsin(self.scene.parts[part].half_height / reach)
+        time = np.linspace(0.0, float(duration), 40)
+        x = reach * (np.cos(angle) - speed * np.sin(angle) * time)
+        z = reach * (np.sin(angle) + speed * np.cos(angle) * time) - 0.5 * GRAVITY * time**2
+        plan = np.stack([x, np.zeros_like(x), z], axis=-1)
+        self.keep(int(self.scene.bodies[part]), control, plan, np.array([goal[0], 0.0, goal[1]]))
+
+
+def _loads(parts: tuple[Part, ...]) -> Load:
+    """Mass, inertia and height of every part (P,); the radius is the plan's."""
+    values = np.array([(p.mass, p.inertia, 0.0, p.half_height) for p in parts])
+    return Load(*values.T)

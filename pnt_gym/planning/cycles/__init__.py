@@ -1,0 +1,1 @@
+"""Whole cycles of pick and throw, and how their motions blend."""

@@ -1,0 +1,105 @@
+"""Straight moves joined into one path, each one starting while the one before it still comes to rest.
+
+A move is seven segments of constant jerk along a line (Hassan et al. 2022, Eq. 1): up to speed in three, a
+cruise, back to rest in three. Two moves that overlap are added up; the sum has constant jerk between the
+merged segment borders, so it is again a ``JerkTrajectory`` and nothing is sampled or approximated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from itertools import pairwise
+from typing import Literal, TypeAlias, get_args
+
+import numpy as np
+
+from pnt_gym.arrays import Floats
+from pnt_gym.errors import PlanningError
+from pnt_gym.planning.motion.limits import MotionLimits
+from pnt_gym.planning.motion.scurve import speed_at
+from pnt_gym.planning.motion.segments import accelerate, brake
+from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
+
+Overlap: TypeAlias = Literal["none", "jerk", "ramp"]
+"""How far a move may reach into the one before it: not at all, by one jerk phase, by one whole ramp."""
+
+MOVE_SEGMENTS = 7
+"""Segments of a move: three up to speed, one cruise, three back to rest."""
+
+RELEASE_SEGMENTS = 4
+"""Segments of a throw up to its release."""
+
+_OVERLAPPING = {"none": 0, "jerk": 1, "ramp": 3}
+# Borders of two moves that should coincide differ by rounding; no segment of a robot's motion is this short [s].
+_SAME_TIME = 1e-12
+
+
+def throw_move(direction: Floats, distance: Floats, limits: MotionLimits) -> Segments:
+    """Return a throw that brakes at once after its release: seven segments, the release after the fourth.
+
+    Args:
+        direction: unit vectors (N, 3) of the throws.
+        distance: ways from the pick to the release (N,) [m]; a row of 0 rests.
+        limits: largest speed, acceleration and jerk.
+    """
+    up = accelerate(direction, distance, limits)
+    down = brake(direction, speed_at(distance, limits), limits)
+    return Segments.joined([up, down])
+
+
+def begin_times(moves: Sequence[Segments], overlap: Overlap, stops: Collection[int] = ()) -> Floats:
+    """Return when each of M moves begins, (N, M) [s].
+
+    Two moves overlap by the shorter of the first one's way down and the second one's way up: whole ramps for
+    "ramp", the outermost jerk phases for "jerk".
+
+    Args:
+        moves: M moves of seven segments, N rows each.
+        overlap: the rule.
+        stops: indices of the moves that come to rest before the next one begins.
+
+    Raises:
+        ValueError: if there is no move, a move has not seven segments, or the rule is unknown.
+    """
+    _check(moves, overlap)
+    pieces = _OVERLAPPING[overlap]
+    begins = [np.zeros(moves[0].durations.shape[0])]
+    for index, (move, following) in enumerate(pairwise(moves)):
+        begin = begins[-1] + move.durations.sum(axis=1)
+        if pieces and index not in stops:
+            way_down = move.durations[:, -pieces:].sum(axis=1)
+            begin = begin - np.minimum(way_down, following.durations[:, :pieces].sum(axis=1))
+        begins.append(begin)
+    return np.stack(begins, axis=1)
+
+
+def blend(start: Floats, moves: Sequence[Segments], begins: Floats) -> JerkTrajectory:
+    """Return the sum of moves that begin at ``begins`` (N, M) [s] after the path's start at ``start`` (N, 3) [m]."""
+    borders = [
+        begins[:, m, None] + np.concatenate([np.zeros((len(start), 1)), np.cumsum(move.durations, axis=1)], axis=1)
+        for m, move in enumerate(moves)
+    ]
+    times = _merged(np.sort(np.concatenate(borders, axis=1), axis=1))
+    middle = 0.5 * (times[:, 1:] + times[:, :-1])
+    jerks = np.zeros((*middle.shape, 3))
+    for border, move in zip(borders, moves, strict=True):
+        for k in range(move.durations.shape[1]):
+            active = (middle >= border[:, k, None]) & (middle < border[:, k + 1, None])
+            jerks += np.where(active[:, :, None], move.jerks[:, k, None, :], 0.0)
+    return JerkTrajectory(start, np.diff(times, axis=1), jerks)
+
+
+def _merged(times: Floats) -> Floats:
+    """Pull sorted times (N, B) that differ by rounding onto the first of them."""
+    apart = np.diff(times, axis=1, prepend=-np.inf) > _SAME_TIME
+    return np.maximum.accumulate(np.where(apart, times, -np.inf), axis=1)
+
+
+def _check(moves: Sequence[Segments], overlap: Overlap) -> None:
+    if overlap not in get_args(Overlap):
+        raise PlanningError(f"overlap must be one of {', '.join(get_args(Overlap))}, got {overlap!r}")
+    if not moves:
+        raise PlanningError("a path needs at least one move, got none")
+    for move in moves:
+        if move.durations.shape[1] != MOVE_SEGMENTS:
+            raise PlanningError(f"a move has {MOVE_SEGMENTS} segments, got {move.durations.shape[1]}")

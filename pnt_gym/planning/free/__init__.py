@@ -1,0 +1,1 @@
+"""Throws whose release need not lie on a straight line from the pick."""

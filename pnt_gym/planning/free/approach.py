@@ -1,0 +1,76 @@
+"""The vertical approach to a pick, entered in flight: the tail of a minimum-time stop.
+
+A hand that comes down through the top of the approach is braking already, so it may come faster than one that begins
+to brake there. The approach is the part of a full stop that begins once its deceleration has grown to a share of the
+limit; the time of the whole return is flat around `ENTRY`.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats
+from pnt_gym.planning.motion.limits import LimitRows, Limits
+from pnt_gym.planning.motion.roots import bisect
+from pnt_gym.planning.motion.segments import stop_distance
+from pnt_gym.planning.motion.trajectory import Segments
+
+SPEEDING: Final = 0.998
+"""Greatest speed at a joint of two motions as a share of the limit: at the limit itself no motion has room to turn."""
+ENTRY: Final = 0.37
+"""Deceleration at the entry as a share of the limit."""
+_HALVINGS: Final = 60
+
+
+class Entry(NamedTuple):
+    """State at the top of N approaches, and the approaches.
+
+    Attributes:
+        velocity: (N, 3) [m/s], downward.
+        acceleration: (N, 3) [m/s2], upward.
+        down: from there to rest.
+    """
+
+    velocity: Floats
+    acceleration: Floats
+    down: Segments
+
+
+def approach_entry(limits: Limits, count: int, height: float) -> Entry:
+    """Return the quickest approaches over ``height`` [m] that are entered in flight, for ``count`` rows.
+
+    Where the entry would be too fast for the speed limit, the hand comes near that limit and brakes as late as it can.
+    """
+    velocity, acceleration, jerk = own = limits.arrays(count)
+    begun = ENTRY * acceleration / jerk
+    stop = _speed_of(own, begun, height)
+    braking = (np.sqrt(jerk * stop) >= jerk * begun) & (stop <= SPEEDING * velocity)
+    begun = np.where(braking, begun, 0.0)
+    stop = np.where(braking, stop, np.minimum(_speed_of(own, begun, height), SPEEDING * velocity))
+    peak = np.minimum(np.sqrt(jerk * stop), acceleration)
+    speed = stop - 0.5 * jerk * begun**2
+    coasting = np.where(braking, 0.0, np.maximum(height - stop_distance(stop, own), 0.0) / speed)
+    durations = np.stack([coasting, peak / jerk - begun, stop / peak - peak / jerk, peak / jerk], axis=1)
+    jerks = np.zeros((count, 4, 3))
+    jerks[:, :, 2] = jerk[:, None] * np.array([0.0, 1.0, 0.0, -1.0])
+    zero = np.zeros(count)
+    return Entry(
+        velocity=np.stack([zero, zero, -speed], axis=1),
+        acceleration=np.stack([zero, zero, jerk * begun], axis=1),
+        down=Segments(np.maximum(durations, 0.0), jerks),
+    )
+
+
+def _speed_of(limits: LimitRows, begun: Floats, height: float) -> Floats:
+    """First speed (N,) [m/s] of stops that still take ``height`` [m] when ``begun`` (N,) [s] of them is over."""
+    _, acceleration, jerk = limits
+    low = 0.5 * jerk * begun**2
+    high = low + np.sqrt(2.0 * acceleration * height) + 2.0 * acceleration**2 / jerk
+
+    def too_slow(speed: Floats) -> Bools:
+        left = stop_distance(speed, limits) - (speed * begun - jerk * begun**3 / 6.0)
+        return left < height
+
+    return bisect(too_slow, low, high, _HALVINGS)[0]

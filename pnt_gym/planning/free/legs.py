@@ -1,0 +1,142 @@
+"""The legs of a throw in a free direction: throw, return, approach, and the check of what they make together."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats
+from pnt_gym.constants import GRAVITY
+from pnt_gym.planning.free.approach import Entry, approach_entry
+from pnt_gym.planning.free.release import clearing_time
+from pnt_gym.planning.free.rules import HandRules
+from pnt_gym.planning.motion.limits import Limits
+from pnt_gym.planning.motion.segments import rest_to_rest
+from pnt_gym.planning.motion.trajectory import Segments
+from pnt_gym.planning.motion.transfer import Band, Transfers, fast_transfer
+
+ROOM: Final = 0.002
+"""Heights are planned this far below the cap, because they are bounded at the borders of the pieces only [m]."""
+EXTRA_MARGIN: Final = 0.08
+"""Added to the margin over the falling object, for the same reason."""
+CLEARER: Final = 1.02
+"""Share of the clear distance that is planned, for the same reason."""
+SLOWER: Final = 1.15
+"""Share of the least clearing time after which the hand has to be clear."""
+
+
+def throw_leg(picks: Floats, position: Floats, velocity: Floats, limits: Limits, roof: Floats) -> Transfers:
+    """Motions from rest at the picks to the releases, never below the pick or above the roof.
+
+    Args:
+        picks: (N, 3) [m].
+        position: release points (N, 3) [m]; NaN for none.
+        velocity: release velocities (N, 3) [m/s]; NaN for none.
+        limits: norms that hold at all times.
+        roof: greatest height of the hand (N,) [m].
+    """
+    zero = np.zeros(len(picks))
+    known: Bools = np.asarray(np.isfinite(position).all(axis=1))
+    way = np.where(known[:, None], position - picks, 0.0)
+    band = Band.level(zero, np.maximum(roof - ROOM - picks[:, 2], 0.0))
+    after = np.where(known[:, None], velocity, 0.0)
+    moves = fast_transfer(way, np.zeros_like(way), after, limits, band=band)
+    return _only(moves, known)
+
+
+def return_leg(
+    start: Floats,
+    velocity: Floats,
+    next_picks: Floats,
+    limits: Limits,
+    roof: Floats,
+    rules: HandRules,
+    *,
+    drift: Floats | None = None,
+    shortest: Floats | None = None,
+    hover: bool = False,
+) -> tuple[Transfers, Segments]:
+    """Motions from the end of the window to above the next picks, and the vertical approaches below.
+
+    Args:
+        start: where the hand is at the end of the window (N, 3) [m]; NaN for none.
+        velocity: its velocity then, that of the release (N, 3) [m/s].
+        next_picks: (N, 3) [m], where they are at the end of the window if they move.
+        limits: norms that hold at all times.
+        roof: greatest height of the hand (N,) [m].
+        rules: approach, margin and clear distance.
+        drift: velocity of the next picks (N, 3) [m/s]; the approach is to where they are when the hand arrives.
+        shortest: least time above the approach (N,) [s].
+        hover: whether the hand stops above the pick; if not, it enters the approach in flight.
+    """
+    count = len(next_picks)
+    known: Bools = np.asarray(np.isfinite(start).all(axis=1))
+    entry = stop_above(limits, count, rules.approach) if hover else approach_entry(limits, count, rules.approach)
+    down = entry.down
+    way = next_picks + np.array([0.0, 0.0, rules.approach]) - start
+    if drift is not None:
+        way = way + drift * down.durations.sum(axis=1)[:, None]
+    way = np.where(known[:, None], way, 0.0)
+    top = np.where(known, roof - ROOM - start[:, 2], 0.0)
+    margin = (1.0 - min(rules.margin + EXTRA_MARGIN, 1.0)) * GRAVITY
+    # The object has fallen already when the window ends; to count from there keeps the hand higher than needed.
+    band = Band(
+        low=np.minimum(way[:, 2], 0.0),
+        high=np.maximum(top, 0.0),
+        fall=np.full(count, margin),
+        clear=np.full(count, rules.clear_distance * CLEARER),
+        by=SLOWER * clearing_time(limits, count, rules.clear_distance),
+    )
+    before = np.where(known[:, None], velocity, 0.0)
+    turn = _Turn.of(before)
+    moves = fast_transfer(
+        turn.into(way),
+        turn.into(before),
+        entry.velocity,
+        limits,
+        braking=entry.acceleration,
+        drift=None if drift is None else turn.into(drift),
+        band=band,
+        shortest=shortest,
+    )
+    moves = replace(moves, jerks=turn.out_of(moves.jerks))
+    return _only(moves, known), down
+
+
+class _Turn(NamedTuple):
+    """Turns about z that bring level velocities into the direction of x."""
+
+    cosine: Floats
+    sine: Floats
+
+    @classmethod
+    def of(cls, velocity: Floats) -> _Turn:
+        speed = np.sqrt(velocity[:, 0] ** 2 + velocity[:, 1] ** 2)
+        moving = speed > 0.0
+        divisor = np.where(moving, speed, 1.0)
+        return cls(np.where(moving, velocity[:, 0] / divisor, 1.0), velocity[:, 1] / divisor)
+
+    def into(self, vectors: Floats) -> Floats:
+        """Vectors (N, 3) in the turned axes."""
+        x, y = vectors[:, 0], vectors[:, 1]
+        return np.stack([self.cosine * x + self.sine * y, self.cosine * y - self.sine * x, vectors[:, 2]], axis=-1)
+
+    def out_of(self, vectors: Floats) -> Floats:
+        """Vectors (N, K, 3) from the turned axes."""
+        x, y = vectors[..., 0], vectors[..., 1]
+        cosine, sine = self.cosine[:, None], self.sine[:, None]
+        return np.stack([cosine * x - sine * y, sine * x + cosine * y, vectors[..., 2]], axis=-1)
+
+
+def stop_above(limits: Limits, count: int, height: float) -> Entry:
+    """Return approaches over `height` [m] that begin at rest."""
+    still = np.zeros((count, 3))
+    return Entry(still, still, rest_to_rest(np.tile([0.0, 0.0, -height], (count, 1)), limits))
+
+
+def _only(moves: Transfers, rows: Bools) -> Transfers:
+    good = moves.feasible & rows
+    duration = np.where(good, moves.duration, np.nan)
+    return replace(moves, duration=duration, jerks=moves.jerks * good[:, None, None], feasible=good)

@@ -1,0 +1,207 @@
+"""Where and how fast to let go when hand and object may part in any direction.
+
+For a given velocity the drag-free flight to the target fixes the release point. Elevation, speed and height are left to
+choose; a coarse grid of them, and then a finer one around its best at each of two heights, is compared by the
+estimated time of the two motions they join, which is a formula. The best choice is flat: a few degrees cost less than
+one percent.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pnt_gym.arrays import Bools, Floats, finite_rows, length, take
+from pnt_gym.constants import GRAVITY
+from pnt_gym.planning.free.approach import SPEEDING, approach_entry
+from pnt_gym.planning.free.rules import HandRules
+from pnt_gym.planning.motion.limits import LimitRows, Limits
+from pnt_gym.planning.motion.segments import brake_distance
+from pnt_gym.planning.motion.transfer import estimate
+from pnt_gym.planning.straight.frame import Frame
+from pnt_gym.planning.straight.plan import MIN_REACH
+
+TURN: Final = 1.6
+"""Way of a hand that turns back, as a multiple of the shortest stop."""
+RUN_UP: Final = 1.15
+"""Share of the shortest vertical run-up, which would leave no acceleration for the horizontal one."""
+
+
+def _grid(*axes: list[float]) -> Floats:
+    """All combinations (3, C)."""
+    return np.stack(np.meshgrid(*(np.array(axis) for axis in axes), indexing="ij")).reshape(3, -1)
+
+
+COARSE: Final = tuple(
+    _grid([float(np.deg2rad(e)) for e in range(10, 61, 10)], [SPEEDING, 0.9, 0.8, 0.6], [height])
+    for height in (1.0, 0.7)
+)
+"""Elevation [rad], share of the speed limit, and release height as a share of the way from the pick to the ceiling."""
+FINE: Final = _grid([-0.087, 0.0, 0.087], [-0.05, 0.0, 0.05], [-0.15, 0.0, 0.15])
+"""Steps around the best of each."""
+CHUNK: Final = 512
+"""Rows whose choices are compared together, to bound memory."""
+CAUTION: Final = 1.15
+"""Share of the estimated rise after the release that has to fit below the cap: the next pick is not known yet."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class FreeReleases:
+    """N releases; NaN in rows without one.
+
+    Attributes:
+        position: release points (N, 3) [m].
+        velocity: release velocities (N, 3) [m/s].
+        flight_time: from release to target (N,) [s].
+        feasible: whether the row holds a release (N,).
+    """
+
+    position: Floats
+    velocity: Floats
+    flight_time: Floats
+    feasible: Bools
+
+
+def free_releases(
+    picks: ArrayLike,
+    targets: ArrayLike,
+    limits: Limits,
+    *,
+    ceiling: ArrayLike,
+    rules: HandRules,
+) -> FreeReleases:
+    """Choose releases in the vertical planes of picks and targets; hands are taken to go back to their picks.
+
+    Args:
+        picks: where the hands rest (N, 3) [m].
+        targets: where the objects have to come down (N, 3) [m].
+        limits: largest speed, acceleration and jerk.
+        ceiling: greatest height of the release [m], one number or (N,).
+        rules: approach, window, cap and workspace.
+
+    Raises:
+        ValueError: an input is NaN or infinite, or shapes disagree.
+    """
+    frame = Frame.of(picks, targets, limits, 0.0)
+    count = frame.size
+    roof = finite_rows(ceiling, count, "ceiling")
+    chosen, cost = np.zeros((3, count)), np.full(count, np.inf)
+    for begin in range(0, count, CHUNK):
+        part = np.arange(begin, min(begin + CHUNK, count))
+        chosen[:, part], cost[part] = _refined(take(frame, part), take(frame.limits, part), roof[part], rules)
+    position, velocity, flight = _release(frame, chosen, roof)
+    feasible = np.isfinite(cost) & (frame.plane.reach > MIN_REACH) & (frame.picks[:, 2] <= roof)
+    gap = np.where(feasible, 0.0, np.nan)
+    return FreeReleases(position + gap[:, None], velocity + gap[:, None], flight + gap, feasible)
+
+
+def _refined(frame: Frame, limits: LimitRows, roof: Floats, rules: HandRules) -> tuple[Floats, Floats]:
+    """Quickest choice of each row (3, N) and its estimated time (N,) [s]."""
+    around: list[Floats] = []
+    for coarse in COARSE:
+        first, _ = _best(frame, limits, roof, rules, np.repeat(coarse[:, None], frame.size, axis=1))
+        around.append(first[:, :, None] + FINE[:, None])
+    fine = np.concatenate(around, axis=2)
+    fine[1:] = np.minimum(fine[1:], np.array([SPEEDING, 1.0])[:, None, None])
+    return _best(frame, limits, roof, rules, fine)
+
+
+def _best(frame: Frame, limits: LimitRows, roof: Floats, rules: HandRules, choices: Floats) -> tuple[Floats, Floats]:
+    """Quickest of each row's choices (3, N, C), and its estimated time [s]; all choices of all rows at once."""
+    _, count, each = choices.shape
+    # Row i, choice c is row i C + c.
+    index = np.arange(count, dtype=np.int64)
+    rows = np.repeat(index, each)
+    tried = _release(take(frame, rows), choices.reshape(3, -1), roof[rows])
+    room = top(roof, rules)[rows] - tried[0][:, 2]
+    own = take(limits, rows)
+    good = (tried[2] > 0.0) & (CAUTION * _rise(tried[1], own, rules) <= room)
+    falling = approach_entry(limits, count, rules.approach).velocity
+    cost = _cost(frame.picks[rows], tried, falling[rows], own, rules, good).reshape(count, each)
+    best = cost.argmin(axis=1)
+    return choices[:, index, best], cost[index, best]
+
+
+def turning_point(start: Floats, velocity: Floats, limits: Limits) -> Floats:
+    """Return about how far (N, 3) [m] a hand gets that turns back from ``velocity`` at ``start``.
+
+    It goes farther than a hand that just brakes, because it must not fall onto the object meanwhile.
+    """
+    level = velocity * np.array([1.0, 1.0, 0.0])
+    speed = length(level)
+    way = TURN * brake_distance(speed, limits) / np.maximum(speed, 1e-12)
+    return start + level * way[:, None]
+
+
+def _release(frame: Frame, choice: Floats, roof: Floats) -> tuple[Floats, Floats, Floats]:
+    """Position (N, 3), velocity (N, 3) and flight time (N,) of one choice; flight 0 where the target is not reached."""
+    elevation, share, height = choice
+    speed = share * frame.plane.velocity
+    low = frame.picks[:, 2]
+    start = low + height * np.maximum(roof - low, 0.0)
+    rise, level = speed * np.sin(elevation), speed * np.cos(elevation)
+    drop = start - (low + frame.plane.rise)
+    square = rise * rise + 2.0 * GRAVITY * drop
+    flight = np.where(square > 0.0, (rise + np.sqrt(np.maximum(square, 0.0))) / GRAVITY, 0.0)
+    along = frame.plane.reach - level * flight
+    position = np.stack([low * 0.0 + along * frame.cosine, along * frame.sine, start], axis=1)
+    position[:, :2] += frame.picks[:, :2]
+    return position, np.stack([level * frame.cosine, level * frame.sine, rise], axis=1), flight
+
+
+def _cost(
+    picks: Floats,
+    release: tuple[Floats, Floats, Floats],
+    falling: Floats,
+    limits: LimitRows,
+    rules: HandRules,
+    good: Bools,
+) -> Floats:
+    """Estimated time (N,) of throw and return [s]; infinite where no object or no hand can go."""
+    position, velocity, _ = release
+    above = picks + np.array([0.0, 0.0, rules.approach])
+    start = position + rules.window * velocity
+    cost = estimate(position - picks, np.zeros_like(picks), velocity, limits)
+    cost = cost + estimate(above - start, velocity, falling, limits)
+    # Without going below the pick, the hand needs this much height to gain its upward speed.
+    run_up = RUN_UP * brake_distance(np.maximum(velocity[:, 2], 0.0), limits)
+    good = good & (position[:, 2] - picks[:, 2] >= run_up)
+    if rules.workspace is not None:
+        turn = turning_point(start, velocity, limits)
+        good &= rules.workspace.contains(position) & rules.workspace.contains(turn)
+    return np.where(good, cost, np.inf)
+
+
+def top(ceiling: Floats, rules: HandRules) -> Floats:
+    """Return the greatest height of the hand (N,) [m]: cap and workspace."""
+    most = np.inf if rules.workspace is None else rules.workspace.z_max
+    return np.minimum(ceiling + rules.hand_cap, most)
+
+
+def clearing_time(limits: Limits, count: int, distance: float) -> Floats:
+    """Return about the least time (N,) [s] in which a hand that brakes and turns falls ``distance`` [m] behind."""
+    velocity, acceleration, jerk = limits.arrays(count)
+    # The hand cannot move away from the object faster than both do together.
+    apart = 1.8 * velocity
+    growing = np.minimum(np.sqrt(2.0 * distance / acceleration), apart / acceleration)
+    left = distance - 0.5 * acceleration * growing**2
+    return growing + np.maximum(left, 0.0) / apart + 0.5 * acceleration / jerk
+
+
+def _rise(velocity: Floats, limits: LimitRows, rules: HandRules) -> Floats:
+    """How far about (N,) [m] the hand rises after the release.
+
+    Until it is clear sideways it must not fall faster than the margin allows; then it brakes.
+    """
+    _, acceleration, jerk = limits
+    clear = clearing_time(limits, len(velocity), rules.clear_distance)
+    fall = (1.0 - rules.margin) * GRAVITY
+    up = np.maximum(velocity[:, 2], 0.0)
+    still = np.minimum(clear, up / fall)
+    left = up - fall * still
+    rest = left * (0.5 * left / acceleration + 0.25 * acceleration / jerk)
+    return rules.window * up + still * (up - 0.5 * fall * still) + rest

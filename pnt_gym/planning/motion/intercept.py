@@ -1,0 +1,204 @@
+"""Where and when the hand meets an object that rides on a belt.
+
+The hand goes from rest to rest to a point above the object's pick position, then straight down (Hassan et al.
+2022, section III-C). With T(t) the time this takes to the place where the object will be at time t, the
+object can be picked at t when F(t) = T(t) - t <= 0; the first such time inside the window is the answer.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple, final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pnt_gym.arrays import Bools, Floats, Ints, finite_points, finite_rows, length, same_count
+from pnt_gym.errors import PlanningError
+from pnt_gym.planning.motion.limits import Limits
+from pnt_gym.planning.motion.roots import bisect
+from pnt_gym.planning.motion.scurve import stroke_time
+from pnt_gym.planning.reasons import SpokenReason
+
+# Points at which F is read behind the closest approach of the object, where it may fall, rise and fall again.
+SCAN = 96
+# Halvings of a bracket of at most ``horizon`` seconds; enough to reach rounding.
+HALVINGS = 64
+
+
+@final
+class InterceptReason(SpokenReason):
+    """Why an object cannot be picked."""
+
+    FEASIBLE = 0, "the object can be picked"
+    PASSED = 1, "the object has left the window before it may be picked"
+    NEVER_ENTERS = 2, "the object does not come into the window in time"
+    TOO_LATE = 3, "the hand cannot reach the object before it leaves the window"
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Intercept:
+    """N meetings of hand and object; NaN in rows without one.
+
+    Attributes:
+        time: when the hand touches the object (N,) [s].
+        position: where the TCP is then (N, 3) [m].
+        wait: time the hand waits above the object's path because it may not be picked yet (N,) [s].
+        travel: time of the move to the point above (N,) [s]; travel + wait + descent = time.
+        descent: time of the move down (N,) [s].
+        feasible: whether the object can be picked (N,).
+        reason: ``InterceptReason`` codes (N,), 0 where feasible.
+    """
+
+    time: Floats
+    position: Floats
+    wait: Floats
+    travel: Floats
+    descent: Floats
+    feasible: Bools
+    reason: Ints
+
+
+class _Chase(NamedTuple):
+    """Object as seen from the hand's start, raised by the clearance, and what the hand can do."""
+
+    offset: Floats
+    belt: Floats
+    descent: Floats
+    limits: tuple[Floats, Floats, Floats]
+
+    def travel(self, time: Floats) -> Floats:
+        """Time (N,) of the move to above where the object is at ``time`` (N,)."""
+        return stroke_time(length(self.offset + time[:, None] * self.belt), *self.limits)
+
+    def lateness(self, time: Floats) -> Floats:
+        """F(t) (N,): how much later than the object the hand would arrive."""
+        return self.travel(time) + self.descent - time
+
+
+def plan_intercept(
+    start: ArrayLike,
+    positions: ArrayLike,
+    belt_velocity: ArrayLike,
+    limits: Limits,
+    *,
+    clearance: ArrayLike,
+    window: tuple[ArrayLike, ArrayLike] = (-np.inf, np.inf),
+    earliest: ArrayLike = 0.0,
+    axis: int = 0,
+    horizon: float = 30.0,
+) -> Intercept:
+    """Return the earliest meetings of N hands with N moving objects.
+
+    Args:
+        start: where the hands rest at time 0 (N, 3) [m].
+        positions: where the TCP would have to be to pick the objects at time 0 (N, 3) [m].
+        belt_velocity: velocity of the objects, (3,) or (N, 3) [m/s].
+        limits: largest speed, acceleration and jerk of the hand.
+        clearance: height above the pick at which the vertical descent starts, >= 0 [m], one number or (N,).
+        window: least and greatest coordinate along ``axis`` at which an object may be picked [m], each one
+            number or (N,).
+        earliest: time before which an object may not be picked [s], one number or (N,).
+        axis: coordinate the window bounds: 0, 1 or 2 for x, y or z.
+        horizon: latest time looked at [s]; a meeting later than this counts as none.
+
+    Returns:
+        The meetings. A row's result does not depend on the other rows.
+
+    Raises:
+        ValueError: if an input is NaN, a coordinate infinite, the clearance negative, the window empty, the
+            horizon not positive, or shapes disagree.
+    """
+    origin, place = finite_points(start, "start"), finite_points(positions, "positions")
+    count = origin.shape[0]
+    same_count("start", count, "positions", place.shape[0])
+    speeds = np.asarray(belt_velocity, dtype=np.float64)
+    belt = finite_points(np.broadcast_to(speeds, (count, 3)), "belt_velocity")
+    lift = finite_rows(clearance, count, "clearance")
+    if (lift < 0.0).any():
+        raise PlanningError(f"clearance must not be negative [m], got {lift.min()}")
+    if not 0.0 < horizon < np.inf:
+        raise PlanningError(f"horizon must be positive and finite [s], got {horizon}")
+    numbers = limits.arrays(count)
+    offset = place - origin
+    offset[:, 2] += lift
+    chase = _Chase(offset, belt, stroke_time(lift, *numbers), numbers)
+    enter, leave = _window_times(place[:, axis], belt[:, axis], window)
+    first = np.maximum(enter, np.maximum(finite_rows(earliest, count, "earliest"), 0.0))
+    last = np.minimum(leave, horizon)
+    return _meet(chase, place, first, last, first <= horizon)
+
+
+def _meet(chase: _Chase, place: Floats, first: Floats, last: Floats, enters: Bools) -> Intercept:
+    open_ = first <= last
+    first = np.where(open_, first, 0.0)
+    last = np.where(open_, last, 0.0)
+    time, reached = _earliest(chase, first, last)
+    reason = np.where(reached, int(InterceptReason.FEASIBLE), int(InterceptReason.TOO_LATE))
+    reason = np.where(open_, reason, int(InterceptReason.PASSED))
+    reason = np.where(enters, reason, int(InterceptReason.NEVER_ENTERS))
+    feasible = np.asarray(reason == InterceptReason.FEASIBLE, dtype=np.bool_)
+    gap = np.where(feasible, 0.0, np.nan)
+    travel = chase.travel(time)
+    return Intercept(
+        time=time + gap,
+        position=place + (time + gap)[:, None] * chase.belt,
+        wait=np.where(time > first, 0.0, np.maximum(time - travel - chase.descent, 0.0)) + gap,
+        travel=travel + gap,
+        descent=chase.descent + gap,
+        feasible=feasible,
+        reason=reason,
+    )
+
+
+def _window_times(place: Floats, speed: Floats, window: tuple[ArrayLike, ArrayLike]) -> tuple[Floats, Floats]:
+    """Times at which each object enters and leaves the window; one that never does enters at infinity."""
+    low, high = (np.broadcast_to(np.asarray(w, dtype=np.float64), place.shape) for w in window)
+    if not (low <= high).all():
+        row = int(np.argmin(low <= high))
+        raise PlanningError(f"window must run from least to greatest, got {low[row]}, {high[row]}")
+    moving = speed != 0.0
+    divisor = np.where(moving, speed, 1.0)
+    one, other = (low - place) / divisor, (high - place) / divisor
+    inside = (place >= low) & (place <= high)
+    enter = np.where(moving, np.minimum(one, other), np.where(inside, -np.inf, np.inf))
+    return enter, np.where(moving, np.maximum(one, other), np.inf)
+
+
+def _earliest(chase: _Chase, first: Floats, last: Floats) -> tuple[Floats, Bools]:
+    """First time in [first, last] with F <= 0, and whether there is one.
+
+    Until the object is closest to the hand F falls, so one look at its end tells whether it crosses zero
+    there. Behind that point F is read at times that lie densest next to it.
+    """
+    x, y, z = chase.belt.T
+    square = x * x + y * y + z * z
+    along = chase.offset[:, 0] * x + chase.offset[:, 1] * y + chase.offset[:, 2] * z
+    nearest = np.clip(-along / np.where(square > 0.0, square, 1.0), first, last)
+    end = np.maximum(nearest, np.minimum(last, _surely_reached(chase, np.sqrt(square))))
+    before, after, previous = first.copy(), nearest.copy(), nearest
+    found: Bools = np.asarray(chase.lateness(nearest) <= 0.0, dtype=np.bool_)
+    for k in range(1, SCAN + 1):
+        share = k / SCAN
+        following = nearest + (end - nearest) * (share * share)
+        hit = np.asarray(~found & (chase.lateness(following) <= 0.0), dtype=np.bool_)
+        before[hit], after[hit] = previous[hit], following[hit]
+        found, previous = found | hit, following
+        if found.all():
+            break
+    at_once = chase.lateness(first) <= 0.0
+    met = bisect(lambda time: chase.lateness(time) > 0.0, before, after, HALVINGS)[1]
+    return np.where(at_once, first, met), found | at_once
+
+
+def _surely_reached(chase: _Chase, speed: Floats) -> Floats:
+    """A time by which the hand has caught any object slower than itself, infinite for a faster one.
+
+    T(d) <= d / V + 2 (V / A + A / J) for every d, and the object is never farther away than |offset| + speed t.
+    """
+    velocity, acceleration, jerk = chase.limits
+    peak = np.minimum(np.sqrt(jerk * velocity), acceleration)
+    latest = length(chase.offset) / velocity + 2.0 * (velocity / peak + peak / jerk) + chase.descent
+    slower = speed < velocity
+    return np.where(slower, 1.001 * latest / np.where(slower, 1.0 - speed / velocity, 1.0), np.inf)

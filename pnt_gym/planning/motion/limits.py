@@ -1,0 +1,141 @@
+"""Limits of a motion along a line: speed, acceleration and jerk."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple, TypeAlias, cast, final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pnt_gym.arrays import Floats, take
+from pnt_gym.errors import PlanningError
+
+# Full performance of the T3KR robot (Hassan et al. 2022, section IV); its 12 G count 1 G as 10 m/s2.
+T3KR_VELOCITY = 6.0
+T3KR_ACCELERATION = 120.0
+T3KR_JERK = 3000.0
+
+_UNITS = {"velocity": "m/s", "acceleration": "m/s2", "jerk": "m/s3"}
+
+
+class LimitRows(NamedTuple):
+    """Limits of N motions as arrays (N,), broadcast once and handed on by code that needs them often."""
+
+    velocity: Floats
+    acceleration: Floats
+    jerk: Floats
+
+    def arrays(self, count: int) -> LimitRows:
+        """Return these limits.
+
+        Raises:
+            ValueError: if they are not ``count``.
+        """
+        if len(self.velocity) != count:
+            raise PlanningError(f"the limits hold {len(self.velocity)} throws but {count} are planned")
+        return self
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class MotionLimits:
+    """Largest speed [m/s], acceleration [m/s2] and jerk [m/s3], as norms along the path.
+
+    Each field is one number, or an (N,) array with one value per throw; numbers and arrays may be mixed.
+
+    Raises:
+        ValueError: if a value is not positive and finite, or the arrays differ in length.
+    """
+
+    velocity: float | Floats
+    acceleration: float | Floats
+    jerk: float | Floats
+
+    def __post_init__(self) -> None:
+        counts: set[int] = set()
+        for name in _UNITS:
+            value = _checked(name, cast(ArrayLike, getattr(self, name)))
+            object.__setattr__(self, name, value)
+            if isinstance(value, np.ndarray):
+                counts.add(value.shape[0])
+        if len(counts) > 1:
+            raise PlanningError(f"limits given per throw must have one length, got {sorted(counts)}")
+
+    @classmethod
+    def t3kr(cls, percent: ArrayLike = 100.0) -> MotionLimits:
+        """Return the T3KR limits with V, A and J scaled together (Hassan et al. 2022, IV-B3).
+
+        Args:
+            percent: share of the full performance in (0, 100], one number or (N,).
+
+        Raises:
+            ValueError: if a percentage lies outside (0, 100].
+        """
+        share: Floats = np.asarray(percent, dtype=np.float64)
+        inside = (share > 0.0) & (share <= 100.0)
+        if not inside.all():
+            raise PlanningError(f"percent must lie in (0, 100], got {share[~inside].flat[0]}")
+        full = (T3KR_VELOCITY, T3KR_ACCELERATION, T3KR_JERK)
+        return cls(*(value * share / 100.0 for value in full))
+
+    @property
+    def count(self) -> int | None:
+        """Number of throws the limits are given for, or None when every field is one number."""
+        for value in (self.velocity, self.acceleration, self.jerk):
+            if isinstance(value, np.ndarray):
+                return int(value.shape[0])
+        return None
+
+    def arrays(self, count: int) -> LimitRows:
+        """Return velocity, acceleration and jerk as contiguous (count,) arrays.
+
+        Raises:
+            ValueError: if the limits are given per throw and their number is not ``count``.
+        """
+        if self.count not in (None, count):
+            raise PlanningError(f"the limits hold {self.count} throws but {count} are planned")
+        fields = (self.velocity, self.acceleration, self.jerk)
+        return LimitRows(*(np.ascontiguousarray(np.broadcast_to(field, (count,))) for field in fields))
+
+    def numbers(self) -> tuple[float, float, float]:
+        """Return velocity, acceleration and jerk as plain numbers.
+
+        Raises:
+            ValueError: if the limits are given per throw.
+        """
+        velocity, acceleration, jerk = self.velocity, self.acceleration, self.jerk
+        if isinstance(velocity, float) and isinstance(acceleration, float) and isinstance(jerk, float):
+            return velocity, acceleration, jerk
+        raise PlanningError(f"one plan needs one set of limits, got limits for {self.count} throws; take a row first")
+
+    def __getitem__(self, index: Any) -> MotionLimits:
+        return take(self, index)
+
+    def scaled(self, factor: float) -> MotionLimits:
+        """Return the limits with all three fields multiplied by ``factor`` > 0."""
+        return MotionLimits(self.velocity * factor, self.acceleration * factor, self.jerk * factor)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, MotionLimits):
+            return NotImplemented
+        return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in _UNITS)
+
+    def __hash__(self) -> int:
+        return hash(tuple(np.asarray(getattr(self, name)).tobytes() for name in _UNITS))
+
+
+Limits: TypeAlias = MotionLimits | LimitRows
+
+
+def _checked(name: str, value: ArrayLike) -> float | Floats:
+    array = np.array(value, dtype=np.float64)
+    if array.ndim > 1:
+        raise PlanningError(f"{name} must be one number or have shape (N,), got shape {array.shape}")
+    good = np.isfinite(array) & (array > 0.0)
+    if not good.all():
+        raise PlanningError(f"{name} must be positive and finite [{_UNITS[name]}], got {array[~good].flat[0]}")
+    if array.ndim == 0:
+        return float(array)
+    array.flags.writeable = False
+    return array

@@ -1,0 +1,204 @@
+"""Minimum-time third-order S-curve between two rests (Hassan et al. 2022, Algorithm 1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar, final, overload
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pnt_gym.arrays import Floats
+from pnt_gym.errors import PlanningError
+from pnt_gym.planning.motion.limits import LimitRows, MotionLimits
+
+# float for one curve, an (N,) array for a batch.
+ValueT = TypeVar("ValueT", float, Floats)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class SCurve(Generic[ValueT]):
+    """Minimum-time rest-to-rest motion along a line, one curve or N of them.
+
+    Attributes:
+        distance: stroke P [m].
+        velocity: peak speed reached V [m/s].
+        acceleration: peak acceleration reached A [m/s2].
+        jerk: jerk of the outer segments J [m/s3].
+        duration: total time T [s] (Eq. 4).
+        durations: the seven segment times [s], shape (7,) or (N, 7): dj, da, dj, dv, dj, da, dj (Eq. 2).
+    """
+
+    distance: ValueT
+    velocity: ValueT
+    acceleration: ValueT
+    jerk: ValueT
+    duration: ValueT
+    durations: Floats
+
+    def sample(self, t: ArrayLike) -> tuple[Floats, Floats, Floats]:
+        """Return position [m], velocity [m/s] and acceleration [m/s2] at times ``t`` [s].
+
+        One curve: the results have the shape of ``t``. N curves: ``t`` of shape () gives (N,); (M,) gives (N,
+        M) with every curve read at the same times; (N, M) gives (N, M). The curve rests before 0, after T.
+        """
+        time, curve = self._aligned(t)
+        folded, second_half = curve.fold(time)
+        position, speed, acceleration = curve.first_half(folded)
+        position = np.where(second_half, curve.distance - position, position)
+        return position, speed, np.where(second_half, -acceleration, acceleration)
+
+    def sample_jerk(self, t: ArrayLike) -> Floats:
+        """Return the jerk [m/s3] at times ``t``, shaped as in ``sample``; right-continuous."""
+        time, curve = self._aligned(t)
+        signs = np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0, 0.0])
+        ends = np.cumsum(self.durations, axis=-1)
+        segment = np.zeros(time.shape, dtype=np.int64)
+        for k in range(7):
+            segment += time >= ends[..., k].reshape(curve.duration.shape)
+        return np.where(time < 0.0, 0.0, signs[segment] * curve.jerk)
+
+    def _aligned(self, t: ArrayLike) -> tuple[Floats, _Shape]:
+        time = np.asarray(t, dtype=np.float64)
+        columns = [self.distance, self.velocity, self.acceleration, self.jerk, self.duration]
+        arrays = [np.asarray(c, dtype=np.float64) for c in columns]
+        if np.ndim(self.distance) == 1 and time.ndim > 0:
+            count = arrays[0].shape[0]
+            if time.ndim > 2 or (time.ndim == 2 and time.shape[0] != count):
+                raise PlanningError(f"times must have shape (), (M,) or ({count}, M), got {time.shape}")
+            arrays = [a[:, None] for a in arrays]
+        shape = np.broadcast_shapes(arrays[0].shape, time.shape)
+        return np.broadcast_to(time, shape), _Shape(*arrays)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Shape:
+    """The numbers of an S-curve, shaped to broadcast against sample times."""
+
+    distance: Floats
+    velocity: Floats
+    acceleration: Floats
+    jerk: Floats
+    duration: Floats
+
+    def fold(self, time: Floats) -> tuple[Floats, Any]:
+        """Mirror the second half onto the first: the curve is symmetric, so both ends come out exact."""
+        second_half = time > 0.5 * self.duration
+        folded = np.where(second_half, self.duration - time, time)
+        return np.maximum(folded, 0.0), second_half
+
+    def first_half(self, time: Floats) -> tuple[Floats, Floats, Floats]:
+        """Position, speed, acceleration at 0 <= time <= T/2, summed over the four segments' elapsed parts."""
+        jerk, peak = self.jerk, self.acceleration
+        ramp, plateau = _ramp_times(self.velocity, peak, jerk)
+        rise = np.minimum(time, ramp)
+        flat = np.clip(time - ramp, 0.0, plateau)
+        fall = np.clip(time - ramp - plateau, 0.0, ramp)
+        cruise = np.maximum(time - 2.0 * ramp - plateau, 0.0)
+        after_rise = 0.5 * jerk * ramp * ramp
+        after_flat = after_rise + peak * plateau
+        speed = 0.5 * jerk * rise * rise + peak * flat + fall * (peak - 0.5 * jerk * fall)
+        position = (
+            jerk * rise * rise * rise / 6.0
+            + flat * (after_rise + 0.5 * peak * flat)
+            + fall * (after_flat + fall * (0.5 * peak - jerk * fall / 6.0))
+            + self.velocity * cruise
+        )
+        return position, speed, jerk * (rise - fall)
+
+
+@overload
+def min_time_scurve(distance: float, limits: MotionLimits) -> SCurve[float]: ...
+@overload
+def min_time_scurve(distance: Floats, limits: MotionLimits) -> SCurve[Floats]: ...
+def min_time_scurve(distance: float | Floats, limits: MotionLimits) -> SCurve[float] | SCurve[Floats]:
+    """Return the minimum-time S-curve over ``distance`` (Hassan et al. 2022, Algorithm 1).
+
+    Args:
+        distance: stroke P >= 0 [m], one number or (N,).
+        limits: largest speed, acceleration and jerk; limits given per throw make the result an (N,) batch.
+
+    Raises:
+        ValueError: if a distance is negative, NaN or infinite, or the batch sizes differ.
+    """
+    stroke = np.asarray(distance, dtype=np.float64)
+    if stroke.ndim > 1:
+        raise PlanningError(f"distance must be one number or have shape (N,), got shape {stroke.shape}")
+    single = stroke.ndim == 0 and limits.count is None
+    count = limits.count or 1 if stroke.ndim == 0 else stroke.shape[0]
+    curves = scurves(np.ascontiguousarray(np.broadcast_to(stroke, (count,))), limits.arrays(count))
+    if not single:
+        return curves
+    numbers = (curves.distance, curves.velocity, curves.acceleration, curves.jerk, curves.duration)
+    return SCurve[float](*(float(v[0]) for v in numbers), durations=curves.durations[0])
+
+
+def scurves(distance: Floats, limits: LimitRows) -> SCurve[Floats]:
+    """Return the minimum-time S-curves over ``distance`` (N,) [m], as `min_time_scurve`."""
+    good = np.isfinite(distance) & (distance >= 0.0)
+    if not good.all():
+        raise PlanningError(f"distance must be finite and not negative [m], got {distance[~good][0]}")
+    velocity, acceleration = peaks(distance, *limits)
+    durations = _segment_times(distance, velocity, acceleration, limits.jerk)
+    total = 4.0 * durations[:, 0] + 2.0 * durations[:, 1] + durations[:, 3]
+    return SCurve[Floats](distance, velocity, acceleration, limits.jerk, total, durations)
+
+
+@overload
+def speed_at(distance: float, limits: MotionLimits) -> float: ...
+@overload
+def speed_at(distance: Floats, limits: MotionLimits) -> Floats: ...
+def speed_at(distance: float | Floats, limits: MotionLimits) -> float | Floats:
+    """Return V_S(p), the speed [m/s] at ``distance`` p when the stroke is 2p (mid-stroke release, III-D).
+
+    Raises:
+        ValueError: as ``min_time_scurve``.
+    """
+    if isinstance(distance, np.ndarray):
+        return min_time_scurve(2.0 * distance, limits).velocity
+    return min_time_scurve(2.0 * distance, limits).velocity
+
+
+def peaks(distance: Floats, velocity: Floats, acceleration: Floats, jerk: Floats) -> tuple[Floats, Floats]:
+    """Return the peak speed V and acceleration A of Algorithm 1; all arguments and results (N,).
+
+    Lines 4-5 and 8-9 of the algorithm are one case here: a stroke too long for lines 2-3 that never needs
+    a plateau of acceleration has V = Vmax, A = sqrt(J Vmax); line 5 is only reached when that A is allowed.
+    """
+    short = jerk * jerk * distance <= 2.0 * acceleration * acceleration * acceleration
+    short &= jerk * distance * distance <= 4.0 * velocity * velocity * velocity
+    no_plateau = jerk * velocity <= acceleration * acceleration
+    square = acceleration * acceleration
+    # Line 12 without the difference of two nearly equal numbers.
+    root = np.sqrt(square * square + 4.0 * jerk * jerk * distance * acceleration)
+    plateau_speed = np.minimum(2.0 * jerk * distance * acceleration / (square + root), velocity)
+    speed = np.where(no_plateau, velocity, plateau_speed)
+    peak = np.where(no_plateau, np.sqrt(jerk * velocity), acceleration)
+    speed = np.where(short, np.cbrt(0.25 * jerk * distance * distance), speed)
+    return speed, np.where(short, np.cbrt(0.5 * jerk * jerk * distance), peak)
+
+
+def stroke_time(distance: Floats, velocity: Floats, acceleration: Floats, jerk: Floats) -> Floats:
+    """Return the minimum time T [s] (Eq. 4) over ``distance`` under the limits; all arguments (N,)."""
+    speed, peak = peaks(distance, velocity, acceleration, jerk)
+    moving = speed > 0.0
+    cruise = distance / np.where(moving, speed, 1.0)
+    ramp = speed / np.where(moving, peak, 1.0) + peak / jerk
+    return np.where(moving, cruise + ramp, 0.0)
+
+
+def _segment_times(distance: Floats, velocity: Floats, acceleration: Floats, jerk: Floats) -> Floats:
+    ramp, plateau = _ramp_times(velocity, acceleration, jerk)
+    moving = velocity > 0.0
+    cruise = distance / np.where(moving, velocity, 1.0) - 2.0 * ramp - plateau
+    cruise = np.where(moving, np.maximum(cruise, 0.0), 0.0)
+    return np.stack([ramp, plateau, ramp, cruise, ramp, plateau, ramp], axis=-1)
+
+
+def _ramp_times(velocity: Floats, acceleration: Floats, jerk: Floats) -> tuple[Floats, Floats]:
+    ramp = acceleration / jerk
+    still = acceleration <= 0.0
+    plateau = velocity / np.where(still, 1.0, acceleration) - ramp
+    return ramp, np.where(still, 0.0, np.maximum(plateau, 0.0))

@@ -1,0 +1,237 @@
+"""Paths of piecewise constant jerk in space, N at a time: what a plan hands to a robot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple, Protocol, final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pnt_gym.arrays import Floats, length
+from pnt_gym.errors import PlanningError
+from pnt_gym.planning.motion.limits import Limits
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Segments:
+    """Consecutive pieces of constant jerk.
+
+    Attributes:
+        durations: (N, K) [s].
+        jerks: (N, K, 3) [m/s3].
+    """
+
+    durations: Floats
+    jerks: Floats
+
+    @classmethod
+    def joined(cls, parts: Sequence[Segments]) -> Segments:
+        """Return the parts one after the other."""
+        return cls(
+            np.concatenate([part.durations for part in parts], axis=1),
+            np.concatenate([part.jerks for part in parts], axis=1),
+        )
+
+    def padded(self, columns: int) -> Segments:
+        """Return the same motions, filled up to ``columns`` segments with such of no duration."""
+        spare = (0, columns - self.durations.shape[1])
+        return Segments(np.pad(self.durations, ((0, 0), spare)), np.pad(self.jerks, ((0, 0), spare, (0, 0))))
+
+
+class Samples(NamedTuple):
+    """Position [m], velocity [m/s] and acceleration [m/s2], each (N, M, 3)."""
+
+    position: Floats
+    velocity: Floats
+    acceleration: Floats
+
+
+class PeakRatios(NamedTuple):
+    """Largest |v| / V, |a| / A and |j| / J of each path, each (N,)."""
+
+    velocity: Floats
+    acceleration: Floats
+    jerk: Floats
+
+
+class HandPath(Protocol):
+    """N timed paths of the hand, which is all that a robot needs to know of a plan."""
+
+    @property
+    def duration(self) -> Floats:
+        """Total time of each path (N,) [s]."""
+        ...
+
+    def sample(self, times: ArrayLike) -> Samples:
+        """Motion at ``times`` [s], shape (M,) for all paths or (N, M), each result (N, M, 3); rest outside."""
+        ...
+
+    def jerk(self, times: ArrayLike) -> Floats:
+        """Jerk at ``times`` [s] as in ``sample``, (N, M, 3) [m/s3]; zero outside."""
+        ...
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class JerkTrajectory:
+    """N paths of K segments of constant jerk each.
+
+    Attributes:
+        start: first points (N, 3) [m].
+        durations: segment times (N, K) [s], zero allowed.
+        jerks: segment jerks (N, K, 3) [m/s3].
+        start_velocity: velocities at time 0 (N, 3) [m/s], rest when not given.
+        start_acceleration: accelerations at time 0 (N, 3) [m/s2], zero when not given.
+        knot_times: segment borders (N, K + 1) [s], from 0 to the duration.
+        knots: position, velocity and acceleration at the borders, each (N, K + 1, 3).
+
+    Raises:
+        ValueError: if shapes disagree, a value is not finite, or a duration is negative.
+    """
+
+    start: Floats
+    durations: Floats
+    jerks: Floats
+    start_velocity: Floats | None = None
+    start_acceleration: Floats | None = None
+    knot_times: Floats = field(init=False)
+    knots: Samples = field(init=False)
+    _table: Floats = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        _check_shapes(self.start, self.durations, self.jerks)
+        zero = np.zeros_like(self.start)
+        velocity = zero if self.start_velocity is None else self.start_velocity
+        acceleration = zero if self.start_acceleration is None else self.start_acceleration
+        times = np.concatenate([zero[:, :1], np.cumsum(self.durations, axis=1)], axis=1)
+        knots = _integrate(Samples(self.start, velocity, acceleration), self.durations, self.jerks)
+        object.__setattr__(self, "start_velocity", velocity)
+        object.__setattr__(self, "start_acceleration", acceleration)
+        object.__setattr__(self, "knot_times", times)
+        object.__setattr__(self, "knots", knots)
+        object.__setattr__(self, "_table", _coefficients(times, knots, self.jerks))
+
+    @classmethod
+    def concatenate(
+        cls,
+        start: Floats,
+        parts: Sequence[Segments],
+        start_velocity: Floats | None = None,
+    ) -> JerkTrajectory:
+        """Return the path that starts at ``start`` (N, 3) and runs through ``parts`` one after the other."""
+        whole = Segments.joined(parts)
+        return cls(start, whole.durations, whole.jerks, start_velocity)
+
+    @property
+    def duration(self) -> Floats:
+        """Total time of each path (N,) [s]."""
+        return self.knot_times[:, -1]
+
+    @property
+    def end(self) -> Floats:
+        """Last point of each path (N, 3) [m]."""
+        return self.knots.position[:, -1]
+
+    def sample(self, times: ArrayLike) -> Samples:
+        """Return the motion at ``times`` [s], shape (M,) for all paths or (N, M), each result (N, M, 3).
+
+        A path holds still at its start before time 0 and at its last point after its duration.
+        """
+        time, c = self._rows(times)
+        t = (time - c[..., 12])[..., None]
+        position, velocity, acceleration, jerk = c[..., 0:3], c[..., 3:6], c[..., 6:9], c[..., 9:12]
+        slope = t * jerk
+        half = 0.5 * t
+        return Samples(
+            position + t * (velocity + half * (acceleration + slope / 3.0)),
+            velocity + t * (acceleration + 0.5 * slope),
+            acceleration + slope,
+        )
+
+    def jerk(self, times: ArrayLike) -> Floats:
+        """Return the jerk at ``times`` [s], shape (M,) or (N, M), result (N, M, 3) [m/s3]; zero outside."""
+        return self._rows(times)[1][..., 9:12]
+
+    def peak_ratios(self, limits: Limits, samples: int = 33) -> PeakRatios:
+        """Return each path's largest speed, acceleration and jerk as shares of ``limits``.
+
+        Acceleration is linear and jerk constant within a segment, so their peaks lie on segment borders and
+        are exact; speed is read at ``samples`` points of every segment.
+        """
+        count, columns = self.durations.shape
+        velocity, acceleration, jerk = limits.arrays(count)
+        share = np.linspace(0.0, 1.0, samples)
+        times = self.knot_times[:, :-1, None] + self.durations[:, :, None] * share
+        speed = length(self.sample(times.reshape(count, columns * samples)).velocity).max(axis=1)
+        moving = self.durations > 0.0
+        return PeakRatios(
+            speed / velocity,
+            length(self.knots.acceleration).max(axis=1) / acceleration,
+            np.where(moving, length(self.jerks), 0.0).max(axis=1) / jerk,
+        )
+
+    def _rows(self, times: ArrayLike) -> tuple[Floats, Floats]:
+        """Times (N, M) and the row of the coefficient table that holds at each (N, M, 13)."""
+        time = np.asarray(times, dtype=np.float64)
+        count, columns = self._table.shape[:2]
+        if time.ndim not in (1, 2) or (time.ndim == 2 and time.shape[0] != count):
+            raise PlanningError(f"times must have shape (M,) or ({count}, M), got {time.shape}")
+        time = np.broadcast_to(time, (count, time.shape[-1]))
+        rows = self._segment(time) + columns * np.arange(count, dtype=np.int64)[:, None]
+        return time, np.take(self._table.reshape(count * columns, 13), rows, axis=0)
+
+    def _segment(self, time: Floats) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
+        """Row of the coefficient table: 0 before the start, k for segment k - 1, K + 1 after the end."""
+        knots = self.knot_times
+        index = (time >= 0.0).astype(np.intp)
+        for k in range(1, knots.shape[1] - 1):
+            index += time >= knots[:, k, None]
+        return index + (time > knots[:, -1, None])
+
+
+def _check_shapes(start: Floats, durations: Floats, jerks: Floats) -> None:
+    count = start.shape[0]
+    if start.ndim != 2 or start.shape[1] != 3:
+        raise PlanningError(f"start must have shape (N, 3), got {start.shape}")
+    if durations.ndim != 2 or durations.shape[0] != count or durations.shape[1] == 0:
+        raise PlanningError(f"durations must have shape ({count}, K) with K >= 1, got {durations.shape}")
+    if jerks.shape != (*durations.shape, 3):
+        raise PlanningError(f"jerks must have shape {(*durations.shape, 3)}, got {jerks.shape}")
+    if not (np.isfinite(start).all() and np.isfinite(jerks).all()):
+        raise PlanningError("start and jerks must be finite; leave infeasible plans out of a trajectory")
+    bad = ~(np.isfinite(durations) & (durations >= 0.0))
+    if bad.any():
+        raise PlanningError(f"durations must be finite and not negative [s], got {durations[bad][0]}")
+
+
+def _integrate(first: Samples, durations: Floats, jerks: Floats) -> Samples:
+    """Sum the segments' increments into the states at all borders, each (N, K + 1, 3)."""
+    d = durations[:, :, None]
+    acceleration = _running(first.acceleration, d * jerks)
+    velocity = _running(first.velocity, d * (acceleration[:, :-1] + 0.5 * d * jerks))
+    cubic = acceleration[:, :-1] + d * jerks / 3.0
+    position = _running(first.position, d * (velocity[:, :-1] + 0.5 * d * cubic))
+    return Samples(position, velocity, acceleration)
+
+
+def _running(first: Floats, increments: Floats) -> Floats:
+    return np.cumsum(np.concatenate([first[:, None], increments], axis=1), axis=1)
+
+
+def _coefficients(times: Floats, knots: Samples, jerks: Floats) -> Floats:
+    """Table (N, K + 2, 13): position, velocity, acceleration, jerk and start time, with a rest at either end.
+
+    One contiguous row per segment lets a sample fetch all it needs in one gather.
+    """
+    count, borders = times.shape
+    table = np.zeros((count, borders + 1, 13))
+    table[:, 0, 0:3] = knots.position[:, 0]
+    table[:, 1:, 0:3] = knots.position
+    table[:, 1:-1, 3:6] = knots.velocity[:, :-1]
+    table[:, 1:-1, 6:9] = knots.acceleration[:, :-1]
+    table[:, 1:-1, 9:12] = jerks
+    table[:, 1:, 12] = times
+    return table

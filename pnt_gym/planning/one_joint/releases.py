@@ -1,0 +1,253 @@
+"""Every release that reaches a landing state: one equation in the angle a that the block turns in flight.
+
+With a = omega t_f the release angle is theta = phi - a, and Eq. 11 of Miyashita et al. 2010 becomes
+
+    g (1 + a^2 / 2) t^2 + dy (1 + a^2) t - a (a y + x) = 0,      S = y - dy t - g t^2 / 2,      X = x + a S,
+    h(a) = S cos(theta) - X sin(theta) - d = 0,                  r = X cos(theta) + S sin(theta) > 0,
+
+where (X, S) is the centre of mass at the release. The quadratic gives at most two flight times t for an angle a,
+so the roots lie on two branches. They meet where its discriminant, of fourth degree in a, vanishes, and one
+passes through t = 0 at a = 0 and a = -x / y. Between these borders h is smooth: it is sampled, and each change of
+sign and each near touch of zero is followed up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats, Ints, joined, take
+from pnt_gym.constants import GRAVITY
+from pnt_gym.planning.motion.roots import bisect
+from pnt_gym.planning.one_joint.flight import land, landing_jacobian
+
+CELLS: Final = 40
+"""Samples per half turn; neighbouring roots that are nearer are found as a near touch."""
+BISECTIONS: Final = 20
+"""After them Newton's method takes over."""
+TOUCH_STEPS: Final = 24
+POLISHES: Final = 5
+EXACT: Final = 1e-13
+"""Landing states this near [m, rad, m/s] need no further step."""
+BETWEEN: Final = (0.1, 0.5, 0.9)
+"""Shares of the way from one border of smoothness to the next at which h is sampled too."""
+SMALL: Final = 1e-12
+"""Divisors below this count as this much, or as none."""
+TOUCH: Final = 5e-4
+"""Samples of h this near zero [m] are always looked at for a touch."""
+
+
+class Found(NamedTuple):
+    """K releases: the row of their landing state (K,), u (K, 4) and the extra turns (K,)."""
+
+    row: Ints
+    u: Floats
+    turns: Ints
+
+
+class _Goals(NamedTuple):
+    """Landing states, broadcastable against the angles at which they are asked for."""
+
+    x: Floats
+    y: Floats
+    phi: Floats
+    dy: Floats
+    d: float
+
+    def turned(self, turns: Ints | int) -> _Goals:
+        """The same goals after so many turns more."""
+        return self._replace(phi=self.phi + 2.0 * np.pi * turns)
+
+
+class _Cells(NamedTuple):
+    """Intervals of a that hold one root each, with their row, turns and branch."""
+
+    row: Ints
+    turns: Ints
+    branch: Floats
+    low: Floats
+    high: Floats
+
+
+def find_releases(z: Floats, half_height: float, angles: tuple[float, float], turns: Sequence[int]) -> Found:
+    """Return all releases with t_f > 0 and theta within ``angles`` that reach the landing states ``z`` (N, 4)."""
+    x, y, phi, dy = (z[:, k, None, None] for k in range(4))
+    goals = _Goals(x, y, phi, dy, half_height)
+    borders = _borders(goals)
+    cells = [_cells(goals, borders, turn, angles) for turn in turns]
+    every = joined(cells)
+    goal = take(goals, (every.row, 0, 0)).turned(every.turns)
+    u = _release(goal, _root(goal, every), every.branch)
+    u = _polish(u, z[every.row], every.turns, half_height)
+    good = u[:, 3] > 0.0
+    return Found(every.row[good], u[good], every.turns[good])
+
+
+def _times(goal: _Goals, a: Floats, branch: Floats) -> tuple[Floats, Floats]:
+    """Flight time on a branch, and the discriminant; where that is negative the branches are joined."""
+    square = a * a
+    lead, linear = GRAVITY * (2.0 + square), goal.dy * (1.0 + square)
+    last = a * (a * goal.y + goal.x)
+    inside = linear * linear + 2.0 * lead * last
+    return (branch * np.sqrt(np.maximum(inside, 0.0)) - linear) / lead, inside
+
+
+def _place(goal: _Goals, a: Floats, time: Floats) -> tuple[Floats, Floats]:
+    """Return h and r: the centre of mass at the release across the arm, less d, and along it [m]."""
+    up = goal.y - time * (goal.dy + 0.5 * GRAVITY * time)
+    across = goal.x + a * up
+    theta = goal.phi - a
+    cosine, sine = np.cos(theta), np.sin(theta)
+    return up * cosine - across * sine - goal.d, across * cosine + up * sine
+
+
+def _miss(goal: _Goals, a: Floats, branch: Floats) -> Floats:
+    return _place(goal, a, _times(goal, a, branch)[0])[0]
+
+
+def _cells(goals: _Goals, borders: Floats, turn: int, angles: tuple[float, float]) -> _Cells:
+    """The intervals with a root; arrays run over rows, the two branches and the angle (N, 2, M)."""
+    goals = goals.turned(turn)
+    grid = _grid(goals, borders, angles)
+    branch = np.array([[1.0], [-1.0]])
+    value = _miss(goals, grid, branch)
+    time, inside = _times(goals, 0.5 * (grid[..., 1:] + grid[..., :-1]), branch)
+    valid = (inside >= 0.0) & (time > 0.0)
+    change = valid & ((value[..., :-1] < 0.0) != (value[..., 1:] < 0.0))
+    row, side, column = np.nonzero(change)
+    plain = _collect(row, turn, branch[side, 0], grid[row, 0, column], grid[row, 0, column + 1])
+    return joined([plain, *(find(goals, grid, value, valid, turn) for find in (_touches, _tips))])
+
+
+def _collect(row: Ints, turn: int, branch: Floats, low: Floats, high: Floats) -> _Cells:
+    return _Cells(row, np.full(row.shape, turn, dtype=np.int64), branch, low, high)
+
+
+def _grid(goals: _Goals, borders: Floats, angles: tuple[float, float]) -> Floats:
+    """Even angles a and the borders of smoothness, sorted (N, 1, M)."""
+    low, high = goals.phi - angles[1], goals.phi - angles[0]
+    count = max(8, int(np.ceil(CELLS * (angles[1] - angles[0]) / np.pi)))
+    even = low + (high - low) * np.linspace(0.0, 1.0, count + 1)
+    return np.sort(np.concatenate([even, np.clip(borders, low, high)], axis=2), axis=2)
+
+
+def _borders(goals: _Goals) -> Floats:
+    """Angles a (N, 1, 21) where the branches join or one of them passes through t = 0, and some between them.
+
+    Of complex zeros of the discriminant the real part is taken, which does no harm as a border.
+    """
+    square, lift = goals.dy * goals.dy, 2.0 * GRAVITY * goals.y
+    side = 2.0 * GRAVITY * goals.x
+    falling = np.concatenate([square + lift, side, 2.0 * (square + lift), 2.0 * side, square], axis=2)[:, 0]
+    scale = np.maximum(np.abs(falling).max(axis=1, keepdims=True), SMALL)
+    lead = np.where(np.abs(falling[:, :1]) > SMALL * scale, falling[:, :1], SMALL * scale)
+    companion = np.zeros((falling.shape[0], 4, 4))
+    companion[:, 0] = -falling[:, 1:] / lead
+    companion[:, [1, 2, 3], [0, 1, 2]] = 1.0
+    joints = np.asarray(np.linalg.eigvals(companion).real, dtype=np.float64)[:, None]
+    level = np.where(np.abs(goals.y) > SMALL, goals.y, SMALL)
+    borders = np.sort(np.concatenate([np.zeros_like(goals.x), -goals.x / level, joints], axis=2), axis=2)
+    # Where two of them are close the samples would miss what lies between.
+    gaps = np.diff(borders, axis=2)
+    return np.concatenate([borders, *(borders[..., :-1] + share * gaps for share in BETWEEN)], axis=2)
+
+
+def _touches(goals: _Goals, grid: Floats, value: Floats, valid: Bools, turn: int) -> _Cells:
+    """Pairs of roots between samples of the same sign, found at the extremum between them."""
+    size, sign = np.abs(value), value < 0.0
+    before, here, after = size[..., :-2], size[..., 1:-1], size[..., 2:]
+    dip = (here <= before) & (here <= after) & valid[..., :-1] & valid[..., 1:]
+    dip &= (sign[..., :-2] == sign[..., 1:-1]) & (sign[..., 1:-1] == sign[..., 2:])
+    # A parabola through the three samples dips at most this far below the middle one.
+    dip &= (here <= np.maximum(before, after) - here) | (here < TOUCH)
+    row, side, column = np.nonzero(dip)
+    low, high, branch = grid[row, 0, column], grid[row, 0, column + 2], np.where(side == 0, 1.0, -1.0)
+    if not row.size:
+        return _collect(row, turn, branch, low, high)
+    goal = take(goals, (row, 0, 0))
+    side_sign = np.where(sign[row, side, column + 1], -1.0, 1.0)
+    bottom = _lowest(lambda a: side_sign * _miss(goal, a, branch), low, high)
+    crossed = side_sign * _miss(goal, bottom, branch) < 0.0
+    return _halves(row[crossed], turn, branch[crossed], (low[crossed], bottom[crossed], high[crossed]))
+
+
+def _tips(goals: _Goals, grid: Floats, value: Floats, valid: Bools, turn: int) -> _Cells:
+    """Pairs of roots on one branch right beside a joint, where h is smooth in the root of the distance to it."""
+    either = valid[:, 0] | valid[:, 1]
+    row, column = np.nonzero(either[:, :-1] != either[:, 1:])
+    joint, other = column + 1, column + 2 * either[row, column + 1].astype(np.int64)
+    here, above, below = value[row, 0, joint], value[row, 0, other], value[row, 1, other]
+    near, far = np.minimum(np.abs(above), np.abs(below)), np.maximum(np.abs(above), np.abs(below))
+    same = ((here < 0.0) == (above < 0.0)) & ((here < 0.0) == (below < 0.0))
+    size = np.abs(here)
+    dip = same & (size <= near) & ((size <= far - size) | (size < TOUCH))
+    row, sign = row[dip], np.where(here[dip] < 0.0, -1.0, 1.0)
+    tip, way = grid[row, 0, joint[dip]], grid[row, 0, other[dip]] - grid[row, 0, joint[dip]]
+    if not row.size:
+        return _collect(row, turn, tip, tip, tip)
+    goal = take(goals, (row, 0, 0))
+
+    def signed(s: Floats) -> Floats:
+        return sign * _miss(goal, tip + way * s * s, np.where(s < 0.0, -1.0, 1.0))
+
+    s = _lowest(signed, np.full(row.shape, -1.0), np.ones(row.shape))
+    crossed = signed(s) < 0.0
+    row, s, tip, way = row[crossed], s[crossed], tip[crossed], way[crossed]
+    return _halves(row, turn, np.where(s < 0.0, -1.0, 1.0), (tip, tip + way * s * s, tip + way))
+
+
+def _halves(row: Ints, turn: int, branch: Floats, borders: tuple[Floats, Floats, Floats]) -> _Cells:
+    return joined([_collect(row, turn, branch, borders[k], borders[k + 1]) for k in (0, 1)])
+
+
+def _lowest(measure: Callable[[Floats], Floats], low: Floats, high: Floats) -> Floats:
+    """Golden section for the least value between ``low`` and ``high`` (K,)."""
+    ratio = 0.5 * (np.sqrt(5.0) - 1.0)
+    for _ in range(TOUCH_STEPS):
+        left, right = high - ratio * (high - low), low + ratio * (high - low)
+        lower = measure(left) < measure(right)
+        low, high = np.where(lower, low, left), np.where(lower, right, high)
+    return 0.5 * (low + high)
+
+
+def _root(goal: _Goals, cells: _Cells) -> Floats:
+    below = _miss(goal, cells.low, cells.branch) < 0.0
+
+    def same_side(a: Floats) -> Bools:
+        return (_miss(goal, a, cells.branch) < 0.0) == below
+
+    low, high = bisect(same_side, cells.low, cells.high, BISECTIONS)
+    return 0.5 * (low + high)
+
+
+def _release(goal: _Goals, a: Floats, branch: Floats) -> Floats:
+    """Releases (K, 4) at the roots; NaN where the block would be on the other side of the pivot."""
+    time, _ = _times(goal, a, branch)
+    radius = _place(goal, a, time)[1]
+    moving = time > 0.0
+    speed = a / np.where(moving, time, 1.0)
+    length = np.sqrt(radius * radius + goal.d * goal.d)
+    u = np.stack([goal.phi - a, speed, length, time], axis=1)
+    u[~(moving & (radius > 0.0))] = np.nan
+    return u
+
+
+def _polish(u: Floats, z: Floats, turns: Ints, half_height: float) -> Floats:
+    """Newton's method on Eq. 11 where the last digits are missing; a step that does not help is not taken."""
+    goal = z.copy()
+    goal[:, 2] += 2.0 * np.pi * turns
+    for _ in range(POLISHES):
+        error = goal - land(u, half_height)
+        index = np.nonzero((np.abs(error).max(axis=1) > EXACT) & (u[:, 2] > half_height))[0]
+        if not index.size:
+            break
+        jacobian = landing_jacobian(u[index], half_height)
+        index = index[np.abs(np.linalg.det(jacobian)) > SMALL]
+        jacobian = landing_jacobian(u[index], half_height)
+        better = u[index] + np.linalg.solve(jacobian, error[index, :, None])[..., 0]
+        better = np.where(better[:, 2:3] > half_height, better, u[index])
+        gain = np.abs(goal[index] - land(better, half_height)).max(axis=1) < np.abs(error[index]).max(axis=1)
+        u[index[gain]] = better[gain]
+    return u

@@ -1,0 +1,140 @@
+"""Shapes of an acceleration in time, with their integrals: the family of motions that `batch` chooses from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.arrays import Floats
+
+INTERVALS: Final = 10
+"""n of the spline (Miyashita et al. 2010, section 4.5)."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Shapes:
+    """K shapes over a unit of time, linear between the borders of n intervals.
+
+    Attributes:
+        values: at the borders (K, n + 1).
+        per_interval: samples in each interval; the end of the last one is a sample too.
+        accelerations: at the M samples (K, M).
+        speeds: first integral at the samples (K, M).
+        angles: second integral at the samples (K, M).
+    """
+
+    values: Floats
+    per_interval: int = 1
+    accelerations: Floats = field(init=False)
+    speeds: Floats = field(init=False)
+    angles: Floats = field(init=False)
+
+    def __post_init__(self) -> None:
+        intervals = self.values.shape[1] - 1
+        step = 1.0 / intervals
+        before, rise = self.values[:, :-1], np.diff(self.values, axis=1)
+        speed = _running(step * (before + 0.5 * rise))
+        angle = _running(step * (speed[:, :-1] + step * (0.5 * before + rise / 6.0)))
+        share = np.arange(self.per_interval) / self.per_interval
+        s, t = share, share * step
+        b, r = before[..., None], rise[..., None]
+        v, w = speed[:, :-1, None], angle[:, :-1, None]
+        inner = (
+            (b + s * r, self.values),
+            (v + t * (b + 0.5 * s * r), speed),
+            (w + t * (v + t * (0.5 * b + s * r / 6.0)), angle),
+        )
+        for name, (samples, borders) in zip(("accelerations", "speeds", "angles"), inner, strict=True):
+            whole = np.concatenate([samples.reshape(samples.shape[0], -1), borders[:, -1:]], axis=1)
+            object.__setattr__(self, name, whole)
+
+    @property
+    def last(self) -> Floats:
+        """Acceleration at the end (K,)."""
+        return self.values[:, -1]
+
+    @property
+    def gain(self) -> Floats:
+        """Speed at the end (K,)."""
+        return self.speeds[:, -1]
+
+    @property
+    def way(self) -> Floats:
+        """Angle at the end (K,)."""
+        return self.angles[:, -1]
+
+    def finer(self, per_interval: int) -> Shapes:
+        """Return the same shapes with more samples."""
+        return Shapes(self.values, per_interval)
+
+
+def _running(increments: Floats) -> Floats:
+    return np.concatenate([np.zeros_like(increments[:, :1]), np.cumsum(increments, axis=1)], axis=1)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Family:
+    """K families of motions: the acceleration is ``base`` [rad/s2] and as much of ``lift`` as the speed asks for.
+
+    Attributes:
+        lift: shapes (K) that are scaled to reach the speed of the release.
+        base: shapes (K) that are added as they are; none when not given.
+    """
+
+    lift: Shapes
+    base: Shapes | None = None
+
+    @property
+    def size(self) -> int:
+        """The number K."""
+        return self.lift.values.shape[0]
+
+    def finer(self, per_interval: int) -> Family:
+        """Return the same family with more samples."""
+        return Family(self.lift.finer(per_interval), self.base.finer(per_interval) if self.base else None)
+
+
+def rising(ramps: Sequence[float], tilts: Sequence[float]) -> list[tuple[float, ...]]:
+    """Shapes that rise from zero within ``ramps`` intervals to a line that gains ``tilts`` until the end."""
+    time = np.arange(INTERVALS + 1.0)
+    rows: list[tuple[float, ...]] = []
+    for ramp in ramps:
+        for tilt in tilts:
+            share = np.where(time < ramp, time / max(ramp, 1.0), 1.0)
+            rows.append(tuple(float(v) for v in share * (1.0 + tilt * (time / INTERVALS - 0.5))))
+    return rows
+
+
+def swinging(
+    swings: Sequence[tuple[float, ...]], strengths: Sequence[float], bursts: Sequence[tuple[float, ...]]
+) -> Family:
+    """Every swing back at every strength, with every burst at the last borders as the lift."""
+    base: list[Floats] = []
+    lift: list[Floats] = []
+    for swing in swings:
+        for strength in strengths:
+            for burst in bursts:
+                base.append(strength * np.array([*swing, swing[-1], swing[-1]]))
+                lift.append(np.array([*[0.0] * (INTERVALS + 1 - len(burst)), *burst]))
+    return Family(Shapes(np.array(lift)), Shapes(np.array(base)))
+
+
+HELD: Final = tuple((1.0,) * (INTERVALS - 1) + tail for tail in ((1.0, 0.75), (0.9, 0.7), (0.8, 0.5)))
+"""Constant, and less at the end, where the torque limit falls with the speed."""
+SWINGS: Final = (
+    (-20.0, -24.0, -31.0, -48.0, -17.0, 12.0, 33.0, 42.0, 46.0),
+    (-30.0, -33.0, -40.0, -25.0, -8.0, 7.0, 18.0, 24.0, 28.0),
+    (-15.0, -17.0, -21.0, -32.0, -40.0, -18.0, 26.0, 42.0, 46.0),
+    (-11.0, -13.0, -19.0, -30.0, -48.0, -45.0, 12.0, 50.0, 60.0),
+)
+"""Down as fast as the grasp allows, then caught gently, up to the last border but two [rad/s2]; rounded from optima of
+the programme for low releases with the paper's arm."""
+STRENGTHS: Final = (0.5, 0.7, 0.85, 1.0, 1.2, 1.5)
+BURSTS: Final = ((1.0, 1.0), (1.0, 0.5), (0.5, 1.0), (0.2, 1.0), (0.0, 1.0), (0.5, 1.0, 0.9), (1.0, 1.0, 1.0, 1.0))
+RISES: Final = Family(Shapes(np.array([*rising((0.0, 1.0, 3.0), (-0.6, 0.0, 0.6, 1.2)), *HELD])))
+BACKSWINGS: Final = swinging(SWINGS, STRENGTHS, BURSTS)

@@ -1,0 +1,19 @@
+"""Reason codes of batches, each with the sentence that a user reads."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import Self
+
+
+class SpokenReason(IntEnum):
+    """Abstract base of reason codes: a member is its code and knows its sentence."""
+
+    sentence: str
+
+    def __new__(cls, code: int, sentence: str = "") -> Self:
+        """A member from its code and sentence, and the member of a code."""
+        member = int.__new__(cls, code)
+        member._value_ = code
+        member.sentence = sentence
+        return member

@@ -1,0 +1,1 @@
+"""The release of a throw along a straight line from the pick (Hassan et al. 2022)."""

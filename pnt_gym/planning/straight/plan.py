@@ -1,0 +1,139 @@
+"""What a planned throw is, and why there may be none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.errors import PntGymError
+from pnt_gym.planning.reasons import SpokenReason
+
+MIN_REACH = 1e-9
+"""Horizontal distances up to this [m] count as zero: no direction to throw in."""
+
+CONTACT = 1e-9
+"""A release this close to the ceiling [m] rests on it."""
+
+
+@final
+class Reason(SpokenReason):
+    """Why a row of a batch holds no plan."""
+
+    FEASIBLE = 0, "a throw exists"
+    NO_REACH = 1, "the target lies straight above or below the pick, or within the tolerance of it"
+    CEILING = 2, "every release that hits the target lies above the ceiling"
+    WORKSPACE = 3, "every release that hits the target lies outside the workspace"
+    ELEVATION = 4, "a line at this elevation does not pass above the target"
+    PLANE = 5, "the object never comes down through the plane"
+    SAME_POINT = 6, "the release point is the pick, so the hand has no way to gain speed"
+
+
+@final
+class InfeasibleThrow(PntGymError):
+    """No throw satisfies the bounds; ``reason`` says which one cannot be met."""
+
+    def __init__(self, reason: Reason, detail: str = "") -> None:
+        self.reason = reason
+        super().__init__(reason.sentence + detail)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Release:
+    """One planned throw.
+
+    Attributes:
+        position: release point (3,) [m].
+        velocity: velocity of hand and object at the release (3,) [m/s].
+        direction: unit vector of pick to release point (3,).
+        speed: release speed V_r [m/s].
+        acceleration: greatest acceleration on the way to the release [m/s2].
+        angle: elevation theta of the line above the horizontal [rad].
+        azimuth: direction of the line in top view, from +x to +y [rad].
+        distance: way from the pick to the release P_r [m].
+        time: time from the pick to the release t_r [s] (Eq. 12).
+        flight_time: time from the release to the target [s].
+        ceiling_active: whether the ceiling moved the release off the free optimum.
+        workspace_active: whether the workspace did.
+    """
+
+    position: Floats
+    velocity: Floats
+    direction: Floats
+    speed: float
+    acceleration: float
+    angle: float
+    azimuth: float
+    distance: float
+    time: float
+    flight_time: float
+    ceiling_active: bool
+    workspace_active: bool
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class ReleaseBatch:
+    """N planned throws: the fields of ``Release`` with N first, NaN and False in rows without a plan.
+
+    Attributes:
+        position: release points (N, 3) [m].
+        velocity: release velocities (N, 3) [m/s].
+        direction: unit vectors of the release velocity (N, 3); of a straight throw, of pick to release point too.
+        speed: release speeds (N,) [m/s].
+        acceleration: greatest accelerations on the way to the release (N,) [m/s2].
+        angle: elevations (N,) [rad].
+        azimuth: directions in top view (N,) [rad].
+        distance: ways from pick to release (N,) [m].
+        time: times from pick to release (N,) [s].
+        flight_time: times from release to target (N,) [s].
+        ceiling_active: whether the ceiling moved the release off the free optimum (N,).
+        workspace_active: whether the workspace did (N,).
+        feasible: whether the row holds a plan (N,).
+        reason: ``Reason`` codes (N,), 0 where feasible.
+        straight: whether the hand moves straight from pick to release point (N,); if not, the release stands alone
+            and the motion to it is planned for its own sake.
+    """
+
+    position: Floats
+    velocity: Floats
+    direction: Floats
+    speed: Floats
+    acceleration: Floats
+    angle: Floats
+    azimuth: Floats
+    distance: Floats
+    time: Floats
+    flight_time: Floats
+    ceiling_active: Bools
+    workspace_active: Bools
+    feasible: Bools
+    reason: Ints
+    straight: Bools
+
+    def __len__(self) -> int:
+        return int(self.feasible.shape[0])
+
+    def row(self, index: int) -> Release:
+        """Return one throw.
+
+        Raises:
+            InfeasibleThrow: if the row holds no plan.
+        """
+        if not self.feasible[index]:
+            raise InfeasibleThrow(Reason(int(self.reason[index])), f" (row {index})")
+        return Release(
+            position=self.position[index],
+            velocity=self.velocity[index],
+            direction=self.direction[index],
+            speed=float(self.speed[index]),
+            acceleration=float(self.acceleration[index]),
+            angle=float(self.angle[index]),
+            azimuth=float(self.azimuth[index]),
+            distance=float(self.distance[index]),
+            time=float(self.time[index]),
+            flight_time=float(self.flight_time[index]),
+            ceiling_active=bool(self.ceiling_active[index]),
+            workspace_active=bool(self.workspace_active[index]),
+        )

@@ -1,0 +1,99 @@
+"""Says in one sentence why the robot cannot take a pose."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pnt_gym.arrays import Floats
+from pnt_gym.robots.gripper.closure import Arms, joints, solve_arms
+from pnt_gym.robots.gripper.geometry import PROTOTYPE, Dimensions
+from pnt_gym.robots.gripper.indices import singular_angle
+from pnt_gym.robots.gripper.kinematics import within_strokes
+from pnt_gym.robots.gripper.pose import PoseError, columns, pieces, pose_rows
+
+# Lets angles that were computed to lie on an end of a range pass [rad].
+_ROUNDING = 1e-9
+
+
+def check_pose(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, theta_limits: bool = True) -> None:
+    """Raise unless the robot can take every pose: reach, strokes, assembly mode and range of theta, in this order.
+
+    Args:
+        pose: (..., 4) x, y, z [m], theta [rad].
+        dimensions: the robot.
+        theta_limits: whether theta must lie in the robot's range; without, only the singularity bounds it.
+
+    Raises:
+        PoseError: (a ValueError) names the first pose that is out, the arm or angle, its value and the valid range.
+    """
+    shape, rows = pose_rows(pose)
+    for piece in pieces(rows.shape[0]):
+        components = columns(rows[piece])
+        arms = solve_arms(components, dimensions)
+        q, det = np.arctan2(arms.sin, arms.cos), arms.closure.determinant()
+        theta = components[3]
+        low, high = dimensions.theta
+        bad = ~within_strokes(q, dimensions) | ~(det > 0.0)
+        if theta_limits:
+            bad |= (theta < low - _ROUNDING) | (theta > high + _ROUNDING)
+        if bad.any():
+            first = int(bad.argmax())
+            where = f" (row {piece.start + first})" if shape else ""
+            one = rows[piece.start + first]
+            raise PoseError(f"pose {_text(one)}{where}: {_reason(one, dimensions)}")
+
+
+def _reason(pose: Floats, dims: Dimensions) -> str:
+    components = columns(pose[None])
+    arms = solve_arms(components, dims)
+    sentence = _reach(components, arms, dims) or _stroke(arms, dims)
+    if sentence:
+        return sentence
+    if arms.closure.determinant()[0] <= 0.0:
+        return _singular(pose, dims)
+    low, high = np.rad2deg(dims.theta)
+    return f"theta is {np.rad2deg(pose[3]):.2f} deg; it must lie in {low:g} to {high:g} deg"
+
+
+def _reach(components: Floats, arms: Arms, dims: Dimensions) -> str:
+    lost = np.isnan(arms.sin[:, 0])
+    if not lost.any():
+        return ""
+    arm = int(lost.argmax())
+    at = joints(components, dims)
+    span, aside = float(np.hypot(at.out[arm, 0], at.up[arm, 0])), abs(float(at.along[arm, 0]))
+    if aside > dims.l:
+        return f"arm {arm + 1} is out of reach, {aside:.4g} m beside its plane; its forearm has {dims.l:.4g} m"
+    forearm = float(np.sqrt(dims.l**2 - aside**2))
+    low, high = abs(forearm - dims.r), forearm + dims.r
+    return (
+        f"arm {arm + 1} is out of reach, {span:.4g} m from motor axis to platform joint in the arm's plane; "
+        f"it spans {low:.4g} to {high:.4g} m there"
+    )
+
+
+def _stroke(arms: Arms, dims: Dimensions) -> str:
+    low, high = dims.stroke
+    q = np.arctan2(arms.sin[:, 0], arms.cos[:, 0])
+    out = (q < low) | (q > high)
+    if not out.any():
+        return ""
+    arm = int(out.argmax())
+    return (
+        f"arm {arm + 1} would stand at {np.rad2deg(q[arm]):.2f} deg; "
+        f"its stroke is {np.rad2deg(low):g} to {np.rad2deg(high):g} deg"
+    )
+
+
+def _singular(pose: Floats, dims: Dimensions) -> str:
+    sentence = "theta is at or past a singularity, where the motors lose hold of the platform"
+    angle = float(singular_angle(pose[:3], dims))
+    if pose[3] < angle or np.isnan(angle):
+        return sentence
+    return f"{sentence}; it must stay below {np.rad2deg(angle):.2f} deg at this position"
+
+
+def _text(pose: Floats) -> str:
+    x, y, z, theta = pose
+    return f"({x:.4g}, {y:.4g}, {z:.4g} m, {np.rad2deg(theta):.4g} deg)"

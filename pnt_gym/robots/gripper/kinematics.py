@@ -1,0 +1,156 @@
+"""Inverse kinematics in closed form and forward kinematics by Newton's method, for any number of poses at once.
+
+A pose is (x, y, z, theta): the middle of the platform in m and the angle of its geared halves in rad, 0 when flat and
+negative when they hang down. Motor angles q count from the outward horizontal of each arm, up positive. The result for
+one row does not depend on which others are in the batch.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pnt_gym.arrays import Bools, Floats
+from pnt_gym.robots.gripper.closure import excess, forearms, joints, solve_joints
+from pnt_gym.robots.gripper.geometry import N_ARMS, PROTOTYPE, Dimensions
+from pnt_gym.robots.gripper.pose import PoseError, any_rows, columns, pieces, pose_rows
+
+ITERATIONS: Final = 60
+"""Poses within the strokes take 5 to 10; the rest is for halved steps next to a singularity."""
+CONVERGED: Final = 1e-8
+"""A Newton step this small (in rad, and in m over l) leaves an error of its square."""
+
+
+def inverse_kinematics(
+    pose: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, branch: ArrayLike = 1, strokes: bool = False
+) -> Floats:
+    """Return the motor angles that put the platform at a pose (Leveziel et al., Eqs. 5 to 7).
+
+    Args:
+        pose: (..., 4) x, y, z [m], theta [rad].
+        dimensions: the robot.
+        branch: 1 for elbows outward below the base, the working branch; -1 for inward; or one of these per arm (4,).
+        strokes: whether a pose beyond a motor's stroke is out of reach as well.
+
+    Returns:
+        (..., 4) angles [rad] from the outward horizontal, up positive, within half a turn; all four NaN where any
+        arm is out of reach.
+
+    Raises:
+        PoseError: (a ValueError) the shape is not (..., 4), a number is not finite, or a branch is not 1 or -1.
+    """
+    shape, rows = pose_rows(pose)
+    sign = branch_signs(branch)
+    angles = np.empty((rows.shape[0], N_ARMS))
+    for piece in pieces(rows.shape[0]):
+        cos, sin, _ = solve_joints(joints(columns(rows[piece]), dimensions), dimensions, sign)
+        q = np.arctan2(sin, cos, out=sin)
+        # A NaN anywhere makes the sum NaN.
+        lost = np.isnan(q[0] + q[1] + q[2] + q[3])
+        if strokes:
+            lost |= ~within_strokes(q, dimensions)
+        q[:, lost] = np.nan
+        angles[piece] = q.T
+    return angles.reshape(*shape, N_ARMS)
+
+
+def forward_kinematics(q: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, start: ArrayLike | None = None) -> Floats:
+    """Return the pose that motor angles hold, by damped Newton steps on the closure equations.
+
+    No step may end on the far side of det J_x = 0, so the assembly mode is the start's, and a warm start picks the
+    solution that the robot itself would be in.
+
+    Args:
+        q: (..., 4) motor angles [rad] from the outward horizontal, up positive; NaN gives NaN.
+        dimensions: the robot.
+        start: (4,) or (..., 4) pose to start from, such as the one a moment ago; the home pose when not given.
+
+    Returns:
+        (..., 4) x, y, z [m], theta [rad]; NaN where Newton's method finds no pose, or one in another assembly mode.
+
+    Raises:
+        PoseError: (a ValueError) a shape is wrong, an angle is infinite, or the start is not finite.
+    """
+    shape, angles = any_rows(q, "q", N_ARMS)
+    if np.isinf(angles).any():
+        raise PoseError(f"q must hold angles in rad, got {angles[np.isinf(angles)][0]}")
+    start_shape, start_rows = pose_rows(dimensions.home if start is None else start, "start")
+    if start_shape not in ((), shape):
+        raise PoseError(f"start must have shape (4,) or {(*shape, 4)} as q has, got {(*start_shape, 4)}")
+    start_rows = np.broadcast_to(start_rows, angles.shape)
+    poses = np.empty(angles.shape)
+    for piece in pieces(angles.shape[0]):
+        poses[piece] = _newton(columns(angles[piece]), columns(start_rows[piece]), dimensions).T
+    return poses.reshape(*shape, 4)
+
+
+def closure_excess(pose: ArrayLike, q: ArrayLike, dimensions: Dimensions = PROTOTYPE) -> Floats:
+    """Return half of what the square of each forearm exceeds l^2, (..., 4) [m2]; zero when ``q`` holds ``pose``.
+
+    Its derivative by the pose is J_x and by the angles minus J_q. Both arguments have the same shape (..., 4).
+
+    Raises:
+        PoseError: (a ValueError) a shape is wrong, or a number is not finite.
+    """
+    shape, rows = pose_rows(pose)
+    angle_shape, angle_rows = pose_rows(q, "q")
+    if shape != angle_shape:
+        raise PoseError(f"pose has shape {(*shape, 4)} but q has {(*angle_shape, 4)}; give one row each")
+    components, angles = columns(rows), columns(angle_rows)
+    at = joints(components, dimensions)
+    lengths = excess(forearms(components, at, np.cos(angles), np.sin(angles), dimensions), at, dimensions)
+    return np.ascontiguousarray(lengths.T).reshape(*shape, N_ARMS)
+
+
+def branch_signs(branch: ArrayLike) -> Floats | float:
+    """Return the branch as a number, or as (4, 1) numbers, one per arm.
+
+    Raises:
+        PoseError: it is neither 1 nor -1, nor four of these.
+    """
+    signs = np.asarray(branch, dtype=np.float64)
+    if signs.shape not in ((), (N_ARMS,)) or not np.isin(signs, (-1.0, 1.0)).all():
+        raise PoseError(f"branch must be 1 (elbows outward) or -1 (inward), or four of these, got {branch!r}")
+    return float(signs) if signs.ndim == 0 else signs[:, None]
+
+
+def within_strokes(q: Floats, dims: Dimensions) -> Bools:
+    """Whether all of the (4, M) angles are within the strokes, ends included (M,); NaN is not."""
+    low, high = dims.stroke
+    inside = (q >= low) & (q <= high)
+    return inside[0] & inside[1] & inside[2] & inside[3]
+
+
+def _newton(q: Floats, start: Floats, dims: Dimensions) -> Floats:
+    """Poses (4, M) for the angles (4, M); only rows that still move are worked on."""
+    result = np.full(q.shape, np.nan)
+    rows = np.flatnonzero(~np.isnan(q.sum(axis=0)))
+    cos, sin = np.cos(q[:, rows]), np.sin(q[:, rows])
+    base = start[:, rows]
+    step, share = np.zeros_like(base), np.ones(rows.size)
+    merit, best_det = np.full(rows.size, np.inf), np.full(rows.size, -np.inf)
+    for _ in range(ITERATIONS):
+        if not rows.size:
+            break
+        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+            trial = base + share * step
+            at = joints(trial, dims)
+            closure = forearms(trial, at, cos, sin, dims)
+            load, det = excess(closure, at, dims), closure.determinant()
+            size = np.max(np.abs(load), axis=0)
+            # Once on the right side of the singularity, a step may not leave it.
+            good = (size < merit) & (det > np.minimum(best_det, 0.0))
+            newton = closure.solve(-load)
+            # Never further than a quarter of a forearm or of a radian.
+            reach = np.maximum(np.max(np.abs(newton[:3]), axis=0) / dims.l, np.abs(newton[3]))
+        done = good & (reach < CONVERGED) & (det > 0.0)
+        result[:, rows[done]] = trial[:, done] + newton[:, done]
+        base, step = np.where(good, trial, base), np.where(good, newton, step)
+        share = np.where(good, np.minimum(1.0, 0.25 / np.maximum(reach, 1e-300)), 0.5 * share)
+        merit, best_det = np.where(good, size, merit), np.where(good, det, best_det)
+        keep = ~done & np.isfinite(step).all(axis=0) & (share > 1e-9)
+        rows, cos, sin = rows[keep], cos[:, keep], sin[:, keep]
+        base, step, share, merit, best_det = base[:, keep], step[:, keep], share[keep], merit[keep], best_det[keep]
+    return result

@@ -1,0 +1,224 @@
+"""`python -m agents.reproduce` as a user meets it, and how finished parts are kept."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from agents.files import write_json
+from agents.reproduce import papers, record
+from agents.reproduce.__main__ import Arguments, main
+from agents.reproduce.finding import Findings, Overview, Part, Row
+from agents.reproduce.papers import PAPERS, jobs, package, run_part
+from agents.reproduce.record import assemble, headlines
+from agents.tables import Grid
+from pnt_gym.errors import PntGymError
+from tests.tools.commands import call, environment
+
+ENTRIES = {"quantity", "published", "reproduced", "unit", "verdict", "tolerance", "note"}
+
+
+def test_help_names_the_papers(tmp_path: Path) -> None:
+    done = call("agents.reproduce", "--help", folder=tmp_path)
+    assert done.returncode == 0
+    for word in (*PAPERS, "--json FILE", "--figures FOLDER", "--jobs N", "--fresh"):
+        assert word in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("nobody",), "unknown paper 'nobody'; known are hassan, choe"),
+        (("hassan", "--jobs", "0"), "--jobs is 0; it must be at least 1"),
+        (("hassan", "--json", "."), "cannot write '.': it is a folder"),
+        (("hassan", "--json", "a_file/out.json"), "cannot write"),
+        (("hassan", "--figures", "a_file"), "cannot write"),
+        (("hassan", "--only", "table9"), "unknown part 'table9'; known are table1"),
+    ],
+)
+def test_mistakes_are_explained_before_anything_is_done(tmp_path: Path, arguments: tuple[str, ...], said: str) -> None:
+    (tmp_path / "a_file").write_text("")
+    done = call("agents.reproduce", *arguments, "--work", "work", folder=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.startswith("error: ")
+    assert done.stderr.count("\n") == 1
+    assert said in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["a_file"]
+
+
+@pytest.mark.parametrize(
+    ("only", "parts"),
+    [
+        (("--only", "example", "--only", "length"), {"example", "length"}),
+        (("--only", "length", "example"), {"example", "length"}),
+        (("--only", "example", "--only", "length", "joints"), {"example", "length", "joints"}),
+    ],
+)
+def test_parts_may_be_named_at_once_or_one_by_one(tmp_path: Path, only: tuple[str, ...], parts: set[str]) -> None:
+    for name in ("example", "length", "joints"):
+        (job,) = (job for job in jobs("choe") if job.name == f"choe/{name}")
+        write_json(tmp_path / "work" / job.file, {"seconds": 1.0, "rows": [], "data": {}, "figures": {}, "grids": []})
+    done = call("agents.reproduce", "choe", *only, "--work", "work", "--json", "out.json", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert set(json.loads((tmp_path / "out.json").read_text())["seconds"]) == {f"choe/{part}" for part in parts}
+
+
+def test_figures_are_written_where_asked(tmp_path: Path) -> None:
+    arguments = ("hassan", "--only", "inconsistencies", "figures", "--work", "work")
+    done = call("agents.reproduce", *arguments, "--json", "out.json", "--figures", "drawings", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "Traceback" not in done.stderr
+    assert "misprint" in done.stdout
+    assert len(list((tmp_path / "work" / "hassan").iterdir())) == 2
+    data: dict[str, Any] = json.loads((tmp_path / "out.json").read_text())
+    assert all(set(row) >= ENTRIES for row in data["rows"])
+    assert {row["paper"] for row in data["rows"]} == {"hassan"} == set(data["papers"])
+    assert data["command"] == "python -m agents.reproduce hassan"
+    assert set(data["seconds"]) == {"hassan/inconsistencies", "hassan/figures"}
+    assert data["versions"]["pnt_gym"]
+    drawings = {path.name for path in (tmp_path / "drawings").iterdir()}
+    assert drawings == set(data["figures"]["hassan"])
+    assert "hassan_scurve.svg" in drawings
+
+
+def test_finished_parts_are_not_done_again_unless_asked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """In this process, which sees one state of the code."""
+
+    def run(**more: Any) -> list[str]:
+        main(Arguments("hassan", only=(("inconsistencies",),), work=tmp_path, jobs=1, **more))
+        return [line.split(" (")[0] for line in capsys.readouterr().out.splitlines() if line.startswith("done: ")]
+
+    assert run() == ["done: hassan/inconsistencies"]
+    (kept,) = (tmp_path / "hassan").iterdir()
+    before = kept.stat().st_mtime_ns
+    assert run() == []
+    assert kept.stat().st_mtime_ns == before
+    assert run(fresh=True) == ["done: hassan/inconsistencies"]
+    assert kept.stat().st_mtime_ns > before
+    assert [path.name for path in tmp_path.iterdir()] == ["hassan"]
+
+
+class Small:
+    """A paper with the parts given."""
+
+    SHORT = "Small 2026"
+
+    def __init__(self, *parts: Part) -> None:
+        self.PARTS = parts
+
+    @staticmethod
+    def overview(rows: Any) -> Overview:
+        grid = Grid("All", ["figure"], [[name] for name in rows])
+        return Overview({"all": grid}, {"all": "A note."}, {"all.svg": "<svg>2</svg>"})
+
+
+def with_part(monkeypatch: pytest.MonkeyPatch, part: Part) -> None:
+    for module in (papers, record):
+        monkeypatch.setattr(module, "package", lambda _: Small(part))
+
+
+def test_a_record_holds_what_parts_and_overview_gave(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    rows = (
+        Row.compared("hassan/a", 1.0, 1.1, "m", within=0.2, more=[1, 2]),
+        Row.compared("hassan/b", 1.0, 1.3, "m", within=0.2),
+        Row.missing("c", None, "m", "infeasible", note="why"),
+        Row.ours("d", 2.0, "m", beside=3.0),
+    )
+    grid = Grid("Of a part", ["figure"], [["x"]])
+    with_part(monkeypatch, Part("small", lambda: Findings(rows, {"x": 1}, {"a.svg": "<svg>1</svg>"}, (grid,))))
+    (job,) = jobs("hassan")
+    found = {job.name: {"seconds": 1.5, **json.loads(json.dumps(job.run(tmp_path)))}}
+    made, drawings = assemble("command", found)
+    assert made["rows"] == [{**row.as_json(), "paper": "hassan"} for row in rows]
+    assert made["rows"][0]["more"] == [1, 2]
+    assert [row["verdict"] for row in made["rows"]] == ["reproduced", "differs", "infeasible", "ours"]
+    assert [row["tolerance"] for row in made["rows"]] == [0.2, 0.2, None, None]
+    assert (made["titles"], made["data"]) == ({"hassan": "Small 2026"}, {"hassan": {"x": 1}})
+    assert made["grids"] == {"hassan": [{"headline": "Of a part", "header": ["figure"], "rows": [["x"]], "note": ""}]}
+    assert made["overview"]["hassan"]["grids"]["all"]["note"] == made["overview"]["hassan"]["notes"]["all"] == "A note."
+    assert drawings == {"a.svg": "<svg>1</svg>", "all.svg": "<svg>2</svg>"}
+    assert made["figures"] == {"hassan": ["a.svg", "all.svg"]}
+    assert json.loads(json.dumps(made)) == made
+    assert [shown.headline for shown in headlines(made)] == [
+        "All", "Small 2026: what does not agree", "Small 2026: verdicts",
+    ]  # fmt: skip
+    assert [line[0] for line in headlines(made)[1].rows] == ["b"]
+    assert headlines(made)[2].rows == [["differs", "1"], ["reproduced", "1"], ["ours, not compared", "2"]]
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (PntGymError("casadi is\nmissing"), "hassan, part small: casadi is missing"),
+        (ModuleNotFoundError("no", name="matplotlib"), "hassan, part small: matplotlib is not installed"),
+    ],
+)
+def test_a_part_that_cannot_be_done_says_which(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, error: Exception, said: str
+) -> None:
+    def fail() -> Findings:
+        raise error
+
+    with_part(monkeypatch, Part("small", fail))
+    with pytest.raises(PntGymError, match=said):
+        run_part("hassan", "small", tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+def test_kept_parts_belong_to_the_code_that_made_them(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    def write(name: str, text: str) -> None:
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+
+    def key() -> str:
+        (found,) = {job.key for job in jobs("hassan")}
+        return found
+
+    write("agents/reproduce/hassan/a.py", "1")
+    monkeypatch.setattr(papers, "ROOT", tmp_path)
+    first = key()
+    for name in (
+        "agents/reproduce/choe/a.py", "agents/reproduce/hassan_more/a.py", "agents/reproduce/__main__.py",
+        "agents/reproduce/record.py", "agents/report/page.py", "agents/metrics.py",
+        "pnt_gym/cells/conveyor/view.py", "pnt_gym/cells/base/canvas.py", "configs/cells/gripper/a.yaml",
+    ):  # fmt: skip
+        write(name, "2")
+        assert key() == first, name
+    seen = {first}
+    for name in (
+        "agents/reproduce/hassan/a.py", "agents/reproduce/finding.py", "agents/drawings.py", "pnt_gym/planning/x/a.py",
+        "pnt_gym/cells/conveyor/plant.py", "configs/cells/conveyor/a.yaml",
+    ):  # fmt: skip
+        write(name, "3")
+        assert key() not in seen, name
+        seen.add(key())
+
+
+@pytest.mark.parametrize("paper", PAPERS)
+def test_a_paper_needs_no_code_of_another(paper: str) -> None:
+    """What a part is kept under leaves the other papers' code out."""
+    code = f"import sys, agents.reproduce.{paper}; print(*sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment(), capture_output=True, text=True, timeout=60, check=True
+    )
+    others = tuple(f"agents.reproduce.{name}" for name in PAPERS if name != paper)
+    assert f"agents.reproduce.{paper}" in done.stdout.split()
+    assert not [name for name in done.stdout.split() if name.startswith(others)]
+
+
+@pytest.mark.parametrize("paper", PAPERS)
+def test_every_part_has_a_job_of_its_own(paper: str) -> None:
+    found = jobs(paper)
+    assert len({job.file for job in found}) == len(found) >= 1
+    assert {job.name.split("/")[0] for job in found} == {paper}
+
+
+@pytest.mark.parametrize("paper", PAPERS)
+def test_every_paper_has_a_title_and_an_overview_even_of_nothing(paper: str) -> None:
+    assert package(paper).SHORT
+    assert all(not grid.rows for grid in package(paper).overview({}).grids.values())

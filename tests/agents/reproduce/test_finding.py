@@ -1,0 +1,94 @@
+"""Verdicts: computed from the published figure, ours, and a tolerance."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import pytest
+
+from agents.reproduce.finding import Findings, Row, agree, merged, printed, share
+from agents.reproduce.grids import below, by_quantity, number, plain, short, value, with_unit
+from agents.tables import Grid
+
+
+@pytest.mark.parametrize(
+    ("published", "ours", "within", "verdict"),
+    [
+        (0.32, 0.3237, printed(2), "reproduced"),
+        (0.32, 0.3251, printed(2), "differs"),
+        (120, 118.0, share(120, 0.02), "reproduced"),
+        (120.0, 1.2 * 120.0, share(120, 0.06), "differs"),
+        (10.0, 10.0, None, "reproduced"),
+        (10.0, 10.0 + 1e-9, None, "differs"),
+        (1.0, math.inf, 10.0, "differs"),
+        (1.0, math.nan, 10.0, "differs"),
+        ("shortest", "shortest", None, "reproduced"),
+        ("shortest", "longest", None, "differs"),
+        ("shortest", 1.0, 2.0, "differs"),
+        (1.0, None, 0.1, "not reproducible"),
+        (None, 1.0, None, "ours"),
+    ],
+)
+def test_a_verdict_follows_from_the_figures(published: Any, ours: Any, within: float | None, verdict: str) -> None:
+    assert Row.compared("a", published, ours, "m", within=within).verdict == verdict
+
+
+@pytest.mark.parametrize(("ours", "verdict"), [(135.0, "misprint"), (57.4, "reproduced")])
+def test_a_misprint_needs_another_figure_and_a_slip_that_gives_the_published_one(ours: float, verdict: str) -> None:
+    row = Row.compared("gain", 57.5, ours, "%", within=printed(1) + 0.1, explained=57.5)
+    assert row.verdict == verdict
+    assert Row.compared("gain", 57.5, 135.0, "%", within=0.1, explained=60.0).verdict == "differs"
+
+
+def test_figures_of_ours_and_missing_ones_are_not_judged() -> None:
+    assert Row.ours("a", 1.0, "m", beside=1.0).verdict == "ours"
+    assert Row.missing("a", 1.0, "m", "unpublished", reproduced=1.0, note="why").verdict == "not reproducible"
+    assert Row.missing("a", None, "m", "infeasible", note="why").verdict == "infeasible"
+
+
+def test_no_detail_takes_the_place_of_a_verdict() -> None:
+    row = Row("a", 1.0, 2.0, "m", details={"verdict": "reproduced", "seeds": [1]})
+    assert row.as_json()["verdict"] == "differs"
+    assert row.as_json()["seeds"] == [1]
+    assert list(row.as_json())[:7] == ["quantity", "published", "reproduced", "unit", "verdict", "tolerance", "note"]
+    json.dumps(row.as_json())
+
+
+def test_tolerances_are_half_a_printed_digit_or_a_share() -> None:
+    assert agree(0.125, 0.12, printed(2))
+    assert not agree(0.1251, 0.12, printed(2))
+    assert printed(0) == pytest.approx(0.5)
+    assert share(-20.0, 0.06) == pytest.approx(1.2)
+
+
+def test_findings_are_united_in_their_order() -> None:
+    grid = Grid("g", ["a"], [])
+    one = Findings((Row.ours("a", 1.0, "m"),), {"x": 1}, {"a.svg": "1"}, (grid,))
+    other = Findings((Row.ours("b", 1.0, "m"),), {"y": 2}, {"b.svg": "2"}, (grid, grid))
+    both = merged([one, other])
+    assert [row.quantity for row in both.rows] == ["a", "b"]
+    assert (both.data, both.figures, len(both.grids)) == ({"x": 1, "y": 2}, {"a.svg": "1", "b.svg": "2"}, 3)
+
+
+def test_rows_as_tables() -> None:
+    rows = by_quantity(
+        [
+            Row.compared("choe/inconsistency/length", 0.5, 0.51234567, "m", within=0.1, note="n", top=1.0 / 3.0),
+            Row.ours("choe/nodes/count", 80, "-"),
+        ]
+    )
+    assert plain("All", rows.values(), drop="choe/") == Grid(
+        "All",
+        ["figure", "published", "reproduced", "verdict", "note"],
+        [["length", "0.5 m", "0.51235 m", "reproduced", "n"], ["nodes count", "-", "80", "ours", ""]],
+    )
+    assert plain("All", rows.values(), verdict=False).header == ["figure", "published", "reproduced", "note"]
+    assert number(rows["choe/inconsistency/length"], "top", 2) == "0.33"
+    assert number(rows.get("none"), "top", 2) == number(rows["choe/nodes/count"], "top", 2) == "-"
+    assert (value(rows, "choe/nodes/count", "{:.1f}"), value(rows, "none", "{:.1f}")) == ("80.0", "-")
+    assert list(below(rows, "choe/nodes")) == ["count"]
+    assert (short("claim/a/b"), short("table1/a"), with_unit("word", "m"), with_unit(1.5, "-")) == (
+        "a b", "table1 a", "word", "1.5",
+    )  # fmt: skip

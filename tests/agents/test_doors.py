@@ -1,0 +1,355 @@
+"""What others bring: controllers, environments and trained models of theirs, on the command line and from Python."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+from collections import OrderedDict
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import imageio.v3 as iio
+import numpy as np
+import pytest
+import torch
+import yaml
+from gymnasium.vector import SyncVectorEnv
+from stable_baselines3 import A2C, DDPG, PPO, SAC, TD3
+from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
+
+from agents import publish, train
+from agents.cli import UsageError
+from agents.controllers import Observation, make_controller
+from agents.environments import make_vector
+from agents.evaluation import evaluate, held_out, practise
+from agents.sb3 import load_policy
+from agents.throws import summary
+from agents.trained import find_trained, setting
+from tests.tools.commands import call
+from tests.tools.lob import write_entry_point, write_package
+
+torch.set_num_threads(1)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A working folder with the package and the controllers of somebody else."""
+    place = tmp_path_factory.mktemp("theirs")
+    write_package(place)
+    return place
+
+
+@pytest.fixture
+def here(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """That folder as the working folder of this process, whose modules are forgotten afterwards."""
+    monkeypatch.chdir(folder)
+    monkeypatch.syspath_prepend(str(folder))
+    yield folder
+    for name in ("lob", "theirs", "torn"):
+        sys.modules.pop(name, None)
+    for name in [name for name in gym.registry if name.startswith("Lob")]:
+        gym.registry.pop(name)
+
+
+class Space(gym.Env[Any, Any]):
+    """The spaces of the package's cell, to make models for it."""
+
+    observation_space = gym.spaces.Box(-5, 5, (2,), np.float32)
+    action_space = gym.spaces.Box(-1, 1, (1,), np.float32)
+
+    def reset(self, *, seed: int | None = None, options: Any = None) -> tuple[np.ndarray, dict[str, Any]]:
+        super().reset(seed=seed)
+        return self.np_random.standard_normal(2).astype(np.float32) * 0.1 + 2.0, {}
+
+    def step(self, action: Any) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+        return self.reset()[0], 0.0, True, False, {}
+
+
+def model(algorithm: Any, env: Any = None) -> Any:
+    return algorithm("MlpPolicy", env or Space(), policy_kwargs={"net_arch": [8]}, device="cpu", seed=1)
+
+
+def answer(done: subprocess.CompletedProcess[str], path: Path) -> dict[str, Any]:
+    assert done.returncode == 0, done.stderr
+    return json.loads(path.read_text())
+
+
+def assert_one_sentence(done: subprocess.CompletedProcess[str], said: str) -> None:
+    assert done.returncode == 2, done.stderr
+    assert done.stderr.startswith("error: ")
+    assert done.stderr.count("\n") == 1
+    assert said in done.stderr
+
+
+def test_a_controller_and_an_environment_of_a_users_module(folder: Path) -> None:
+    arguments = ("--env", "lob:Lob-v0", "--controller", "theirs:Better", "--picks", "20", "--json", "o.json")
+    found = answer(call("agents.evaluate", *arguments, folder=folder), folder / "o.json")
+    assert (found["env"], found["controller"], found["level"]) == ("lob:Lob-v0", "theirs:Better", "home")
+    assert (found["success_rate"], found["picks_per_min"], found["num_envs"]) == (1.0, 120.0, 16)
+    assert found["bias_error_x"] == pytest.approx(0.0, abs=0.01)
+    assert set(found["throws"][0]) >= {"item", "landing_error_m", "success", "cycle_time_s", "clipped", "error_x"}
+    assert not [name for name in found if name.startswith("failed_")]
+
+
+def test_a_model_of_stable_baselines(folder: Path) -> None:
+    model(SAC).save(folder / "mine.zip")
+    arguments = ("--env", "lob:LobAlone-v0", "--controller", "mine.zip", "--picks", "4", "--json", "m.json")
+    found = answer(call("agents.evaluate", *arguments, folder=folder), folder / "m.json")
+    assert (found["controller"], len(found["throws"])) == ("mine.zip", 4)
+    misfit = r"takes observations \(2,\) and gives actions \(1,\), but the environment has \(14,\) and \(4,\)"
+    with pytest.raises(UsageError, match=misfit):
+        make_controller(str(folder / "mine.zip"), make_vector("OneJointThrow-v0", num_envs=1, threads=1))
+
+
+def test_training_in_an_environment_of_a_users_module(folder: Path) -> None:
+    start = ("--env", "lob:Lob-v0", "--steps", "32", "--num-envs", "8", "--out", "run", "--eval-picks", "8")
+    done = call("agents.train", *start, folder=folder)
+    assert done.returncode == 0, done.stderr
+    assert "learned (sac)" in done.stdout
+    # What a run folder names is imported only if the user names it too.
+    for refused in (
+        lambda: setting(str(folder / "run"), None, None, None),
+        lambda: train.main(train.Arguments(resume=folder / "run", steps=40)),
+        lambda: publish.main(publish.Arguments(folder / "run", to=folder / "kept")),
+    ):
+        with pytest.raises(UsageError, match="give --env lob:Lob-v0 to import it"):
+            refused()
+    judged = ("--controller", "run", "--env", "lob:Lob-v0", "--picks", "8", "--json", "r.json")
+    assert answer(call("agents.evaluate", *judged, folder=folder), folder / "r.json")["level"] == "env"
+    more = ("--resume", "run", "--env", "lob:Lob-v0", "--steps", "40", "--eval-picks", "0")
+    assert call("agents.train", *more, folder=folder).returncode == 0
+
+
+def test_a_picture_of_a_users_environment(folder: Path) -> None:
+    arguments = ("--env", "lob:Lob-v0", "--controller", "theirs:Better", "--picture", "lob.png")
+    done = call("agents.play", *arguments, folder=folder)
+    assert done.returncode == 0, done.stderr
+    assert iio.imread(folder / "lob.png").shape == (4, 6, 3)
+
+
+def test_a_benchmark_in_a_users_environment(folder: Path) -> None:
+    entries = [
+        {"label": "analytic", "controller": "analytic"},
+        {"label": "mine", "controller": "theirs:Better", "options": {"gain": 0.9}},
+    ]
+    plan = {"name": "own", "env": "lob:Lob-v0", "train_level": "home", "levels": ["home"], "entries": entries}
+    more = {"picks": 16, "learned": [{"label": "mine"}], "references": [{"label": "analytic"}]}
+    (folder / "plan.yaml").write_text(yaml.safe_dump({**plan, **more}))
+    done = call("agents.benchmark", "--config", "plan.yaml", "--jobs", "1", "--out", "b.json", folder=folder)
+    rows = {row["label"]: row for row in answer(done, folder / "b.json")["table"]}
+    assert (rows["analytic"]["success_rate"], rows["mine"]["success_rate"]) == (0.0, 1.0)
+    assert rows["mine"]["landing_error_mean_m"] < 0.06 < rows["analytic"]["landing_error_mean_m"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--controller", "nowhere:Mine"), "module 'nowhere' cannot be imported: ModuleNotFoundError"),
+        (("--controller", "torn:Mine"), "module 'torn' cannot be imported: ModuleNotFoundError: No module named 'no_"),
+        (("--controller", "none.zip", "--env", "lob:Lob-v0"), "model 'none.zip' does not exist"),
+        (("--controller", "analytic", "--env", "lob:Nobody-v0"), "module 'lob' does not register it"),
+        (("--controller", "analytic", "--env", "CartPole-v1"), "environment 'CartPole-v1' has no core"),
+        (("--controller", "analytic", "--env", "lob:Lob-v0", "--action-mode", "x"), "takes no action mode but its own"),
+    ],
+)
+def test_mistakes_on_the_command_line_are_one_sentence(folder: Path, arguments: tuple[str, ...], said: str) -> None:
+    assert_one_sentence(call("agents.evaluate", *arguments, "--picks", "4", folder=folder), said)
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("theirs:Nobody", "module 'theirs' has no class 'Nobody'"),
+        ("theirs:number", "module 'theirs' has no class 'number'"),
+        ("theirs:", "module 'theirs' has no class ''"),
+        (":Mine", "cannot be imported"),
+        ("theirs:Mute", "controller 'theirs:Mute' has no reset and no learn"),
+        ("theirs:Idle", "controller 'theirs:Idle' cannot be made: TypeError"),
+        ("theirs:Broken", "controller 'theirs:Broken' cannot be made: OSError: no such motor"),
+        ("theirs:Needy", "cannot be made: TypeError: .* 'voltage'"),
+    ],
+)
+def test_a_controller_that_is_none_says_what_it_lacks(here: Path, name: str, said: str) -> None:
+    with pytest.raises(UsageError, match=said) as refused:
+        make_controller(name, make_vector("lob:Lob-v0"))
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("env_id", "said"),
+    [
+        ("nowhere:Lob-v0", "module 'nowhere' cannot be imported"),
+        ("torn:Lob-v0", "module 'torn' cannot be imported"),
+        ("lob:Lob", "unknown environment 'Lob': module 'lob' does not register it"),
+        ("lob:LobBare-v0", "environment 'lob:LobBare-v0' has no core"),
+        ("lob:LobLost-v0", "environment 'LobLost-v0' cannot be loaded: .*Nobody"),
+        ("Lobbed-v0", "unknown environment 'Lobbed-v0'; known are PnT.*MODULE:ID"),
+    ],
+)
+def test_an_environment_that_is_none_says_so(here: Path, env_id: str, said: str) -> None:
+    with pytest.raises(UsageError, match=said):
+        make_vector(env_id)
+
+
+def test_an_installed_package_needs_no_prefix(tmp_path: Path) -> None:
+    write_package(tmp_path)
+    write_entry_point(tmp_path)
+    arguments = ("--env", "Lob-v0", "--controller", "virtual_goal", "--picks", "8", "--json", "o.json")
+    found = answer(call("agents.evaluate", *arguments, folder=tmp_path), tmp_path / "o.json")
+    assert (found["env"], found["success_rate"], found["practice"]) == ("Lob-v0", 1.0, 120)
+
+
+def test_rows_of_single_environments_are_those_of_the_vector_form(here: Path) -> None:
+    whole, rows = (make_vector(f"lob:{name}-v0", num_envs=4) for name in ("Lob", "LobAlone"))
+    assert isinstance(rows, SyncVectorEnv)
+    one, other = (held_out(make_controller("analytic", env), env, 12, 3) for env in (whole, rows))
+    np.testing.assert_allclose(one.landing_error, other.landing_error)
+    assert one.error.shape == other.error.shape == (12, 1)
+    assert summary(one).keys() == summary(other).keys()
+    learner = make_controller("virtual_goal", rows)
+    practise(learner, rows, 40, 0)
+    assert held_out(learner, rows, 8, 0).is_success.all()
+    with pytest.raises(UsageError, match="looks ahead in all cells at once"):
+        make_controller("oracle", rows)
+    assert held_out(make_controller("oracle", whole), whole, 8, 0).is_success.all()
+
+
+def test_three_lines_of_python_say_what_the_command_line_says(here: Path) -> None:
+    from_id = evaluate("theirs:Better", "lob:Lob-v0", 20)
+    arguments = ("--env", "lob:Lob-v0", "--controller", "theirs:Better", "--picks", "20", "--json", "p.json")
+    assert answer(call("agents.evaluate", *arguments, folder=here), here / "p.json") == from_id
+
+
+def test_whatever_has_a_policy_can_be_judged(here: Path) -> None:
+    import theirs  # noqa: PLC0415 - of the folder this test runs in
+
+    env = make_vector("lob:Lob-v0", num_envs=4)
+    perfect = evaluate(theirs.policy, env, 10)
+    assert (perfect["controller"], perfect["env"], perfect["num_envs"]) == ("policy", "Lob-v0", 4)
+    assert perfect["landing_error_mean_m"] < 1e-6
+    assert evaluate(theirs.Better, env, 10)["controller"] == "better"
+    assert evaluate(theirs.Plain, env, 10, practice=40)["practice"] == 0
+    assert evaluate(model(PPO), env, 10)["controller"] == "ppo"
+    assert evaluate("ridge", env, 10, practice=40)["practice"] == 40
+    for wrong in (None, 3, "nobody"):
+        with pytest.raises(UsageError):
+            evaluate(wrong, env, 10)
+    with pytest.raises(UsageError, match="picks is 0"):
+        evaluate(theirs.policy, env, 0)
+
+
+def test_single_environments_keep_their_wrappers(here: Path) -> None:
+    import theirs  # noqa: PLC0415 - as above
+
+    def misread(observation: np.ndarray) -> np.ndarray:
+        return observation + 10.0
+
+    env = gym.make("lob:LobAlone-v0")
+    seen = gym.wrappers.TransformObservation(env, misread, env.observation_space)
+    assert evaluate(theirs.policy, env, 6)["env"] == "LobAlone-v0"
+    assert evaluate(theirs.policy, seen, 6)["landing_error_mean_m"] == pytest.approx(0.1)
+    with pytest.raises(UsageError, match="level is settled by the environment"):
+        evaluate(theirs.policy, env, 6, level="home")
+    with pytest.raises(UsageError, match="needs SAME_STEP autoreset"):
+        evaluate(theirs.policy, SyncVectorEnv([lambda: env]), 6)
+
+
+@pytest.mark.parametrize("algorithm", [SAC, TD3, DDPG, PPO, A2C, "TQC"])
+def test_the_algorithm_of_a_model_is_read_from_its_file(tmp_path: Path, algorithm: Any) -> None:
+    if algorithm == "TQC":
+        algorithm = pytest.importorskip("sb3_contrib").TQC
+    saved = model(algorithm)
+    saved.save(tmp_path / "model.zip")
+    found = load_policy(tmp_path / "model.zip")
+    assert issubclass(algorithm, type(found))
+    seen = np.linspace(-1.0, 1.0, 8, dtype=np.float32).reshape(4, 2)
+    for one, other in zip(*(m.predict(seen, deterministic=True)[0] for m in (saved, found)), strict=True):
+        assert one == other
+
+
+@pytest.fixture
+def zoo(here: Path, tmp_path: Path) -> Path:
+    """A folder as RL-Zoo leaves it, of a policy whose observations were normalised."""
+    place = tmp_path / "logs" / "sac" / "Lob-v0_1"
+    inner = place / "Lob-v0"
+    inner.mkdir(parents=True)
+    normalised = VecNormalize(DummyVecEnv([Space]), norm_reward=False)
+    learner = model(SAC, normalised)
+    learner.learn(60)
+    learner.save(place / "Lob-v0")
+    learner.save(place / "best_model")
+    normalised.save(str(inner / "vecnormalize.pkl"))
+    asked = {"algo": "sac", "env": "OneJointThrow-v0", "env_kwargs": {"level": "ideal"}, "gym_packages": ["pnt_gym"]}
+    settings = {"gamma": 0.0, "normalize": "{'norm_obs': True}", "train_freq": (1, "step")}
+    for name, told in (("args", asked), ("config", settings)):
+        (inner / f"{name}.yml").write_text(yaml.dump(OrderedDict(told)))
+    return place
+
+
+def test_a_folder_of_rl_zoo_is_understood(zoo: Path) -> None:
+    found = find_trained(zoo)
+    assert found.known == {"env": "OneJointThrow-v0", "level": "ideal"}
+    assert (found.model.name, found.statistics) == ("Lob-v0.zip", zoo / "Lob-v0" / "vecnormalize.pkl")
+    env = make_vector("lob:Lob-v0", num_envs=4)
+    seen = Observation(env.reset(seed=1)[0], np.zeros(4, dtype=np.int64))
+    theirs = VecNormalize.load(str(found.statistics), DummyVecEnv([Space]))
+    normal = load_policy(found.model).predict(theirs.normalize_obs(seen.features), deterministic=True)[0]
+    np.testing.assert_array_equal(make_controller(str(zoo), env).act(seen), normal)
+    assert not np.allclose(make_controller(str(found.model), env).act(seen), normal)
+    shutil.copy(str(found.statistics), zoo)
+    np.testing.assert_array_equal(make_controller(str(found.model), env).act(seen), normal)
+
+
+def test_a_folder_of_rl_zoo_on_the_command_line(zoo: Path, here: Path) -> None:
+    arguments = ("--controller", zoo, "--env", "lob:Lob-v0", "--level", "home", "--picks", "4", "--json", "z.json")
+    assert answer(call("agents.evaluate", *arguments, folder=here), here / "z.json")["picks"] == 4
+    assert setting(str(zoo), None, None, None) == ("OneJointThrow-v0", "ideal", None)
+
+
+def no_model(place: Path) -> None:
+    for file in place.glob("*.zip"):
+        file.unlink()
+
+
+def behind_a_wrapper(place: Path) -> None:
+    (place / "Lob-v0" / "config.yml").write_text("env_wrapper: somebody.Wrapper\n")
+
+
+def code_in_yaml(place: Path) -> None:
+    (place / "Lob-v0" / "args.yml").write_text("!!python/object/apply:os.system ['echo run > ran']\n")
+
+
+def torn_model(place: Path) -> None:
+    data = (place / "Lob-v0.zip").read_bytes()
+    (place / "Lob-v0.zip").write_bytes(data[: len(data) // 2])
+
+
+def torn_statistics(place: Path) -> None:
+    (place / "Lob-v0" / "vecnormalize.pkl").write_bytes(b"nothing")
+
+
+@pytest.mark.parametrize(
+    ("damage", "said"),
+    [
+        (no_model, r"holds neither Lob-v0\.zip nor best_model\.zip"),
+        (behind_a_wrapper, "was trained with env_wrapper"),
+        (code_in_yaml, "cannot be read as RL-Zoo writes it"),
+        (torn_model, r"Lob-v0\.zip is truncated or not a model"),
+        (torn_statistics, "is damaged, or of other observations"),
+    ],
+)
+def test_a_damaged_folder_of_rl_zoo_is_one_sentence(zoo: Path, damage: Callable[[Path], None], said: str) -> None:
+    damage(zoo)
+    with pytest.raises(UsageError, match=said) as refused:
+        make_controller(str(zoo), make_vector("lob:Lob-v0"))
+    assert "\n" not in str(refused.value)
+    assert not Path("ran").exists()
+
+
+def test_the_best_model_stands_in_for_a_run_cut_short(zoo: Path) -> None:
+    (zoo / "Lob-v0.zip").unlink()
+    assert find_trained(zoo).model.name == "best_model.zip"

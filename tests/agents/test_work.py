@@ -1,0 +1,152 @@
+"""Jobs: done once, kept whole or not at all, and under a key of what they depend on."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from agents import work
+from agents.cli import UsageError
+from agents.work import Job, code_digest, do_missing, key
+from pnt_gym.errors import PntGymError
+from tests.tools.commands import environment
+
+
+def noted(name: str, log: Path, kept: Path) -> dict[str, Any]:
+    """A job that leaves a line each time it is done."""
+    with log.open("a") as file:
+        file.write(f"{name}\n")
+    return {"name": name, "folder": kept.name, "threads": os.environ["OMP_NUM_THREADS"]}
+
+
+def die(_: Path) -> dict[str, Any]:
+    os._exit(9)
+
+
+def refuse(_: Path) -> dict[str, Any]:
+    raise PntGymError("there is no such thing")
+
+
+def wait(_: Path) -> dict[str, Any]:
+    time.sleep(60.0)
+    return {}
+
+
+def files(folder: Path) -> list[str]:
+    return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
+
+
+def test_a_second_call_does_only_what_is_missing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    kept, log = tmp_path / "kept", tmp_path / "log"
+    jobs = [Job(name, "k", partial(noted, name, log), cost) for name, cost in (("a", 1), ("b/c", 3), ("d", 2))]
+    done = do_missing(jobs[:1], kept, 1)
+    assert done == [{"seconds": done[0]["seconds"], "name": "a", "folder": "kept", "threads": "1"}]
+    assert [found["name"] for found in do_missing(jobs, kept, 1)] == ["a", "b/c", "d"]
+    assert log.read_text().split() == ["a", "b/c", "d"]  # the longest first
+    assert files(kept) == ["a-k.json", "b/c-k.json", "d-k.json"]
+    assert "done: b/c (0 s)" in capsys.readouterr().out
+    do_missing(jobs, kept, 2)
+    assert len(log.read_text().split()) == 3
+    do_missing(jobs[:1], kept, 2, fresh=True)
+    do_missing([Job("a", "another", partial(noted, "a", log))], kept, 2)
+    assert log.read_text().split() == ["a", "b/c", "d", "a", "a"]
+
+
+def test_a_process_that_dies_leaves_nothing_half_written(tmp_path: Path) -> None:
+    kept, log = tmp_path / "kept", tmp_path / "log"
+    well = Job("well", "k", partial(noted, "well", log), cost=2)
+    with pytest.raises(UsageError, match=r"a worker process died.*fewer --jobs"):
+        do_missing([well, Job("ill", "k", die)], kept, 1)
+    assert files(kept) == ["well-k.json"]
+    again = do_missing([well, Job("ill", "k", partial(noted, "ill", log))], kept, 1)
+    assert [found["name"] for found in again] == ["well", "ill"]
+    assert log.read_text().split() == ["well", "ill"]
+
+
+def test_a_job_that_cannot_be_done_says_why(tmp_path: Path) -> None:
+    with pytest.raises(PntGymError, match="there is no such thing"):
+        do_missing([Job("ill", "k", refuse)], tmp_path, 1)
+    assert not files(tmp_path)
+
+
+def test_a_write_that_fails_leaves_what_was_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    job = Job("a", "k", partial(noted, "a", tmp_path / "log"))
+    before = do_missing([job], tmp_path / "kept", 1)
+
+    def full(*_: Any) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("agents.files.os.replace", full)
+    with pytest.raises(UsageError, match="No space left"):
+        do_missing([job], tmp_path / "kept", 1, fresh=True)
+    assert files(tmp_path / "kept") == ["a-k.json"]
+    assert do_missing([job], tmp_path / "kept", 1) == before
+
+
+def test_ctrl_c_ends_all_processes_and_keeps_what_is_done(tmp_path: Path) -> None:
+    code = (
+        "from functools import partial; from pathlib import Path; from agents.work import Job, do_missing\n"
+        "from tests.agents.test_work import noted, wait\n"
+        "if __name__ == '__main__':\n"
+        "    waiting = [Job(f'w{n}', 'k', wait) for n in range(4)]\n"
+        "    do_missing([Job('a', 'k', partial(noted, 'a', Path('log')), 9), *waiting], Path('kept'), 2)\n"
+    )
+    (tmp_path / "script.py").write_text(code)
+    command = [sys.executable, "script.py"]
+    process = subprocess.Popen(
+        command, cwd=tmp_path, env=environment(), start_new_session=True, stderr=subprocess.PIPE, stdout=subprocess.PIPE
+    )
+    finished = tmp_path / "kept" / "a-k.json"
+    deadline = time.monotonic() + 90.0
+    while not finished.is_file() and time.monotonic() < deadline:
+        time.sleep(0.1)
+    os.killpg(process.pid, signal.SIGINT)
+    _, said = process.communicate(timeout=30)
+    assert said.decode().rstrip().endswith("KeyboardInterrupt")
+    assert said.decode().count("Traceback") == 1
+    with pytest.raises(ProcessLookupError):
+        for _ in range(100):
+            os.killpg(process.pid, 0)
+            time.sleep(0.1)
+    assert files(tmp_path / "kept") == ["a-k.json"]
+    assert json.loads(finished.read_text())["name"] == "a"
+
+
+def test_keys_change_with_versions_and_inputs(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = key(a=1, b=[2])
+    assert key(b=[2], a=1) == before
+    assert key(a=1, b=[3]) != before
+    monkeypatch.setattr(work, "versions", lambda: {"python": "1"})
+    assert key(a=1, b=[2]) != before
+
+
+def test_digests_change_with_code_but_not_with_what_only_draws(tmp_path: Path) -> None:
+    def write(name: str, text: str) -> None:
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+
+    def digest() -> str:
+        return code_digest(("cells/**/*.py", "top.py", "*.py"), ("cells/*/aside.py",), tmp_path)
+
+    for name in ("cells/one/plant.py", "cells/one/view.py", "cells/one/aside.py", "top.py", "other/none.py"):
+        write(name, "1")
+    first = digest()
+    for name in ("cells/one/view.py", "cells/base/canvas.py", "cells/one/aside.py", "other/none.py"):
+        write(name, "2")
+        assert digest() == first
+    seen = {first}
+    for name in ("cells/one/plant.py", "top.py", "cells/two/plant.py"):
+        write(name, "3")
+        assert digest() not in seen
+        seen.add(digest())
+    (tmp_path / "top.py").rename(tmp_path / "bottom.py")
+    assert digest() not in seen

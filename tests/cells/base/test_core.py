@@ -1,0 +1,285 @@
+"""Any core makes an environment: a cell on paper, thrown at by the facades, shown by a view of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import imageio.v3 as iio
+import numpy as np
+import pytest
+from gymnasium.spaces import Box
+
+from pnt_gym.cells.base.action import ActionMode, Modes, by_name
+from pnt_gym.cells.base.config import LevelConfig
+from pnt_gym.cells.base.core import COMMON_INFO, Cell, Core, Episodes, scalars
+from pnt_gym.cells.base.view import record_video
+from pnt_gym.envs.base import ThrowEnv, ThrowVectorEnv
+from pnt_gym.errors import ActionError, ConfigError
+from tests.tools.throws import same_bits
+
+
+class PaperView:
+    """Frames that tell how many throws have been seen."""
+
+    def __init__(self, cell: PaperCell) -> None:
+        self.cell, self.closed, self.shown = cell, 0, 0
+
+    def frame(self, row: int = 0) -> np.ndarray:
+        return np.full((16, 16, 3), row, dtype=np.uint8)
+
+    def last_throw(self, fps: int = 30) -> list[np.ndarray]:
+        return [np.full((16, 16, 3), 60 * self.cell.throws, dtype=np.uint8)] * (fps // 10)
+
+    def render(self, mode: str) -> Any:
+        return self.frame() if mode == "rgb_array" else self.last_throw()
+
+    def show(self) -> None:
+        self.shown += 1
+
+    def close(self) -> None:
+        self.closed += 1
+
+
+class PaperConfig(LevelConfig):
+    folder: ClassVar[str] = "paper"
+
+    reach: float = 0.9
+
+
+@dataclass(frozen=True)
+class PaperContext:
+    """Points to be hit (N, 3)."""
+
+    point: np.ndarray
+    kind: np.ndarray
+
+
+@dataclass(frozen=True)
+class PaperPlans:
+    """Where to (N, 3), and whether the arm gets there (N,)."""
+
+    place: np.ndarray
+    feasible: np.ndarray
+
+
+@dataclass(frozen=True)
+class PaperVerdict:
+    is_success: np.ndarray
+    landing_error: np.ndarray
+    cycle_time: np.ndarray
+
+
+class PaperPlanner:
+    def __init__(self, config: PaperConfig) -> None:
+        self._reach = config.reach
+
+    def plan(self, context: PaperContext, residual: np.ndarray) -> PaperPlans:
+        assert len(context.point) == len(residual)
+        return PaperPlans(residual, (np.abs(residual) <= self._reach).all(axis=1))
+
+
+class PaperCell(Cell[PaperConfig, PaperContext, PaperPlans, PaperVerdict]):
+    """Draws a point per episode, or two for a pair of throws; the reward is the distance of the action to it."""
+
+    modes: ClassVar[Modes] = by_name(
+        ActionMode("push", ("x", "y", "z"), lambda config: np.ones(3), PaperPlanner.plan),
+        ActionMode("nudge", ("x", "y", "z"), lambda config: np.full(3, 0.1), PaperPlanner.plan, ("miss",)),
+    )
+    reward_terms: ClassVar[tuple[str, ...]] = ("near", "hit")
+    features = 3
+    item_names = ("stone",)
+
+    def __init__(self, count: int, throws: int, threads: int = 1, early: bool = False) -> None:
+        super().__init__(PaperConfig(), count, threads)
+        self.planner = PaperPlanner(self.config)
+        self.episode, self.terminates = throws, throws == 1
+        self.throws, self._early = 0, early
+        self.context = PaperContext(np.zeros((count, 3)), np.zeros(count, dtype=np.int64))
+
+    def first(self, rows: np.ndarray) -> PaperContext:
+        point = np.array([self.generators[row].uniform(-1, 1, 3) for row in rows])
+        return PaperContext(point, np.zeros(len(rows), dtype=np.int64))
+
+    def observe(self) -> np.ndarray:
+        return self.context.point.astype(np.float32)
+
+    def throw(self, plans: PaperPlans) -> PaperVerdict:
+        verdict = self.preview(plans)
+        self.throws += 1
+        self.context = self.first(np.arange(self.count))
+        return verdict
+
+    def preview(self, plans: PaperPlans, jitter: bool = False) -> PaperVerdict:
+        assert plans.feasible.all()
+        miss = np.linalg.norm(plans.place - self.context.point, axis=1)
+        return PaperVerdict(miss < 0.5, miss, np.full(self.count, 2.0))
+
+    def reward(self, outcome: PaperVerdict) -> Mapping[str, np.ndarray]:
+        return {"near": -outcome.landing_error, "hit": 0.5 * outcome.is_success}
+
+    def info(self, outcome: PaperVerdict, thrown: PaperContext) -> dict[str, np.ndarray]:
+        return {"point_x": thrown.point[:, 0].copy()}
+
+    def ended(self, outcome: PaperVerdict, thrown: PaperContext) -> np.ndarray | None:
+        return outcome.is_success if self._early else None
+
+    def view(self) -> PaperView:
+        return PaperView(self)
+
+
+class PaperEnv(ThrowEnv):
+    def __init__(self, throws: int = 1, render_mode: str | None = None) -> None:
+        super().__init__(Core(PaperCell(1, throws)), render_mode)
+
+
+class PaperVectorEnv(ThrowVectorEnv):
+    def __init__(self, num_envs: int, throws: int = 1, render_mode: str | None = None) -> None:
+        super().__init__(Core(PaperCell(num_envs, throws)), render_mode)
+
+
+@pytest.mark.parametrize("throws", [1, 2])
+def test_an_episode_of_one_throw_terminates_and_a_longer_one_is_truncated(throws: int) -> None:
+    env = PaperEnv(throws)
+    for _ in range(2):
+        env.reset(seed=0)
+        ends = [env.step(np.zeros(3))[2:4] for _ in range(throws)]
+        assert ends == [(False, False)] * (throws - 1) + [(throws == 1, throws > 1)]
+
+
+@pytest.mark.parametrize("throws", [1, 2])
+def test_a_row_of_the_vector_is_the_single_environment(throws: int) -> None:
+    vector = PaperVectorEnv(3, throws)
+    actions = np.random.default_rng(0).uniform(-1, 1, (4, 3, 3))
+    first, _ = vector.reset(seed=5)
+    steps = [vector.step(a) for a in actions]
+    for row in range(3):
+        env = PaperEnv(throws)
+        observation, _ = env.reset(seed=5 + row)
+        assert same_bits(observation, first[row])
+        for k, (after, reward, over, cut, info) in enumerate(steps):
+            observation, alone, *end, told = env.step(actions[k, row])
+            assert (alone, end) == (reward[row], [over[row], cut[row]])
+            assert told["landing_error"] == info["landing_error"][row]
+            if any(end):
+                assert same_bits(info["final_obs"][row], observation)
+                observation, _ = env.reset()
+            assert same_bits(observation, after[row])
+
+
+def test_spaces_come_from_the_core() -> None:
+    env = PaperVectorEnv(2)
+    assert env.num_envs == 2
+    assert env.single_action_space == Box(-1.0, 1.0, (3,), np.float32)
+    assert env.observation_space.shape == (2, 3)
+
+
+def test_pictures_come_from_the_cores_view() -> None:
+    env = PaperEnv(render_mode="rgb_array_list")
+    env.reset(seed=0)
+    env.step(np.zeros(3))
+    assert [int(frame.mean()) for frame in env.render()] == [60, 60, 60]
+    view = env._view
+    env.close()
+    env.close()
+    assert view.closed == 1
+    vector = PaperVectorEnv(2, render_mode="rgb_array")
+    vector.reset(seed=0)
+    assert [int(frame.mean()) for frame in vector.render()] == [0, 1]
+
+
+def test_a_window_is_shown_after_every_throw() -> None:
+    env = PaperEnv(render_mode="human")
+    env.reset(seed=0)
+    env.step(np.zeros(3))
+    assert env._view.shown == 2
+
+
+def test_any_view_can_be_filmed(tmp_path) -> None:
+    core = Core(PaperCell(1, 1))
+    view = core.view()
+    path = record_video(view, (core.step(np.zeros((1, 3))) for _ in range(2)), tmp_path / "paper.mp4", fps=20)
+    frames = list(iio.imiter(path, plugin="FFMPEG"))
+    assert len(frames) == 4  # two a throw
+    assert [round(float(f.mean()), -1) for f in frames] == pytest.approx([60, 60, 120, 120], abs=10)
+    assert view.closed == 1
+
+
+def test_an_episode_ends_with_its_last_throw_or_earlier() -> None:
+    episodes = Episodes(3, 2, drawn=True)
+    assert episodes.begin(np.arange(3), seeded=True).tolist() == [0, 1, 2]
+    assert episodes.thrown(early=np.array([False, True, False])).tolist() == [False, True, False]
+    # The throw that the cell has drawn already is kept; one that was broken off before its end is drawn anew.
+    assert episodes.begin(np.array([1, 2]), seeded=False).tolist() == [1]
+    assert episodes.thrown().tolist() == [True, False, False]
+    assert episodes.begin(np.array([0]), seeded=False).size == 0
+    assert episodes.begin(np.array([0]), seeded=True).tolist() == [0]
+
+
+@pytest.mark.parametrize(("count", "threads", "said"), [(0, 1, "num_envs is 0"), (1, -1, "threads is -1")])
+def test_counts_below_one_are_named(count: int, threads: int, said: str) -> None:
+    with pytest.raises(ConfigError, match=said):
+        PaperCell(count, 1, threads)
+
+
+def test_an_unknown_action_mode_is_answered_with_the_cells_own() -> None:
+    with pytest.raises(ConfigError, match=r"action_mode is 'pull'; it must be one of push, nudge"):
+        Core(PaperCell(1, 1), "pull")
+
+
+def test_the_default_mode_is_the_cells_first() -> None:
+    core = Core(PaperCell(2, 1))
+    assert core.action_mode == "push"
+    assert core.action_sizes == {"push": 3, "nudge": 3}
+    assert core.shift_modes == ("nudge",)
+    assert core.correction is None
+
+
+def test_a_step_tells_what_every_cell_does_the_rewards_terms_and_what_the_cell_adds() -> None:
+    core = Core(PaperCell(2, 1))
+    core.reset(np.arange(2), [np.random.default_rng(i) for i in range(2)], seeded=True)
+    thrown = core.context
+    step = core.step(np.zeros((2, 3)))
+    assert set(step.info) == {*COMMON_INFO, "reward_near", "reward_hit", "point_x"}
+    np.testing.assert_array_equal(step.reward, step.info["reward_near"] + step.info["reward_hit"])
+    np.testing.assert_array_equal(step.info["point_x"], thrown.point[:, 0])
+    np.testing.assert_array_equal(step.info["landing_error"], np.linalg.norm(thrown.point, axis=1))
+    assert scalars(step.info, 1) == {name: values[1].item() for name, values in step.info.items()}
+
+
+def test_an_action_is_scaled_by_its_mode_and_shortened_to_what_has_a_plan() -> None:
+    nudge, push = Core(PaperCell(2, 1), "nudge"), Core(PaperCell(2, 1))
+    actions = np.array([[1.0, 0.5, 0.0], [0.3, 0.0, 0.0]])
+    plans, clipped = nudge.plan(actions)
+    np.testing.assert_allclose(plans.place, 0.1 * actions)
+    assert not clipped.any()
+    plans, clipped = push.plan(actions)
+    assert clipped.tolist() == [True, False]
+    np.testing.assert_allclose(plans.place, [[0.9, 0.45, 0.0], [0.3, 0.0, 0.0]], atol=1 / 4096)
+    assert plans.feasible.all()
+    np.testing.assert_array_equal(push.step(actions).info["residual_clipped"], clipped)
+    with pytest.raises(ActionError, match=r"needs \(2, 3\)"):
+        push.plan(np.zeros((2, 2)))
+
+
+def test_a_preview_moves_nothing_on() -> None:
+    core = Core(PaperCell(2, 1))
+    before = core.observe()
+    seen = core.preview(np.zeros((2, 3)))
+    assert same_bits(core.observe(), before)
+    np.testing.assert_array_equal(core.step(np.zeros((2, 3))).info["landing_error"], seen.landing_error)
+
+
+def test_a_cell_may_end_an_episode_early() -> None:
+    cell = PaperCell(2, 3, early=True)
+    core = Core(cell)
+    core.reset(np.arange(2), [np.random.default_rng(i) for i in range(2)], seeded=True)
+    cell.context = PaperContext(np.array([[0.1, 0.0, 0.0], [0.9, 0.9, 0.9]]), cell.context.kind)
+    assert core.step(np.zeros((2, 3))).ended.tolist() == [True, False]
+
+
+def test_a_cell_that_cannot_be_drawn_says_so() -> None:
+    cell = PaperCell(1, 1)
+    with pytest.raises(ConfigError, match="PaperCell has no pictures"):
+        Cell.view(cell)

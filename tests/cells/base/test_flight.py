@@ -1,0 +1,124 @@
+"""What is read from a recorded flight, on flights made by hand."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pnt_gym.cells.base.flight import ObjectFlight, lies_in, touching
+from pnt_gym.planning.motion.ballistics import landing_point
+
+STEP, STEPS, RELEASE, GRAVITY, RIM = 1e-3, 400, 50, 9.81, -0.85
+START, VELOCITY = np.array([0.0, 0.0, -0.75]), np.array([1.0, 2.0, 0.8])
+
+
+def parabola():
+    """A flight that is released in step 50, (1, 400, 3)."""
+    t = np.maximum(np.arange(STEPS) - RELEASE, 0)[:, None] * STEP
+    position = START + VELOCITY * t - [0, 0, 0.5 * GRAVITY] * t**2
+    velocity = np.broadcast_to(VELOCITY, position.shape) - [0, 0, GRAVITY] * t
+    return position[None], velocity[None].copy()
+
+
+def flight(position=None, velocity=None, cup=(), anything=()):
+    good = parabola()
+    hand_touch, any_touch = np.zeros((1, STEPS), dtype=bool), np.zeros((1, STEPS), dtype=bool)
+    hand_touch[0, list(cup)] = True
+    any_touch[0, [*cup, *anything]] = True
+    return ObjectFlight(
+        position=good[0] if position is None else position,
+        velocity=good[1] if velocity is None else velocity,
+        hand_touch=hand_touch,
+        any_touch=any_touch,
+        release_step=np.array([RELEASE]),
+        last_step=np.array([STEPS - 1]),
+    )
+
+
+EXPECTED = landing_point(START, VELOCITY, RIM)[:2]
+
+
+def test_a_free_flight_lands_where_the_parabola_does():
+    np.testing.assert_allclose(flight().landing(np.array([RIM]))[0], EXPECTED, atol=1e-9)
+
+
+@pytest.mark.parametrize("touched", [60, 150, 200])
+def test_a_touched_flight_is_carried_on_from_before_the_touch(touched):
+    position, velocity = parabola()
+    position[0, touched:] = position[0, touched]  # caught by something
+    velocity[0, touched:] = 0.0
+    assert position[0, touched, 2] > RIM
+    caught = flight(position, velocity, anything=range(touched, STEPS))
+    np.testing.assert_allclose(caught.landing(np.array([RIM]))[0], EXPECTED, atol=1e-9)
+
+
+def test_contacts_in_the_grip_do_not_count():
+    held = flight(cup=range(RELEASE + 1), anything=range(RELEASE))
+    assert not held.recontact()[0]
+    np.testing.assert_allclose(held.landing(np.array([RIM]))[0], EXPECTED, atol=1e-9)
+
+
+def test_a_cup_that_touches_again_is_reported_and_its_push_counts():
+    """A second touch by the cup belongs to the throw: the flight after it is measured."""
+    position, velocity = parabola()
+    t = np.arange(STEPS - 80)[:, None] * STEP
+    pushed = velocity[0, 80] + [0.5, 0.0, 0.0]
+    position[0, 80:] = position[0, 80] + pushed * t - [0, 0, 0.5 * GRAVITY] * t**2
+    velocity[0, 80:] = pushed - [0, 0, GRAVITY] * t
+    again = flight(position, velocity, cup=[79])
+    assert again.recontact()[0]
+    expected = landing_point(position[0, 80], pushed, RIM)[:2]
+    np.testing.assert_allclose(again.landing(np.array([RIM]))[0], expected, atol=1e-9)
+    assert np.linalg.norm(expected - EXPECTED) > 0.05
+
+
+def test_what_happens_after_the_last_step_does_not_count():
+    late = flight(cup=[390])
+    assert late.recontact()[0]
+    cut = replace(late, last_step=np.array([380]))
+    assert not cut.recontact()[0]
+    np.testing.assert_array_equal(cut.final()[0], late.position[:, 380])
+
+
+def test_an_object_that_never_comes_up_to_the_rim_counts_where_it_lies():
+    position, velocity = parabola()
+    position[..., 2] -= 0.5
+    velocity[..., 2] = -np.abs(velocity[..., 2])
+    low = flight(position, velocity)
+    np.testing.assert_array_equal(low.landing(np.array([RIM]))[0], position[0, -1, :2])
+
+
+def test_touch_needs_a_found_contact_that_is_closed():
+    """A contact that the engine only predicts for a fast object is still open and does not count."""
+    found, distance = (0.0, 1.0, 1.0), (0.0, 0.004, -1e-6)
+    np.testing.assert_array_equal(touching(np.array([found, distance]).T), [False, False, True])
+
+
+@pytest.mark.parametrize(
+    ("position", "velocity", "inside"),
+    [
+        ((0.30, 0.40, -1.0), (0, 0, 0), True),
+        ((0.409, 0.291, -1.0), (0, 0, 0), True),
+        ((0.411, 0.40, -1.0), (0, 0, 0), False),  # in the wall
+        ((0.30, 0.40, -0.84), (0, 0, 0), False),  # above the rim
+        ((0.30, 0.40, -0.95), (0, 0, 1.3), True),  # rises 86 mm, to 14 mm below the rim
+        ((0.30, 0.40, -0.95), (0, 0, 1.5), False),  # rises 115 mm
+        ((0.30, 0.40, -0.86), (0, 0, -2.0), False),  # a rebound could lift it out again
+        ((0.30, 0.40, -1.16), (0, 0, 0), False),  # below the bottom
+    ],
+)  # fmt: skip
+def test_lying_in_a_bin(position, velocity, inside):
+    found = lies_in(
+        np.array([position]), np.array([velocity], dtype=float), np.array([[0.3, 0.4]]), np.array([[0.22, 0.22]]),
+        RIM, RIM - 0.30,
+    )  # fmt: skip
+    assert found[0] == inside
+
+
+def test_a_flight_lies_where_its_last_step_says():
+    position, velocity = parabola()
+    position[0, -1], velocity[0, -1] = (0.30, 0.40, -1.0), 0.0
+    lies = flight(position, velocity).lies_in(np.array([[0.3, 0.4]]), np.array([[0.22, 0.22]]), RIM, RIM - 0.30)
+    assert lies.tolist() == [True]
+    lies = flight().lies_in(np.array([[0.3, 0.4]]), np.array([[0.22, 0.22]]), RIM, RIM - 0.30)
+    assert lies.tolist() == [False]

@@ -1,0 +1,53 @@
+"""Records are not overwritten in place: what is kept of a cell before a step is the same after it."""
+
+import pickle
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+import pnt_gym
+from tests.tools.throws import zeros
+
+
+def arrays(record: Any, path: str = "") -> dict[str, np.ndarray]:
+    """Every array in a record of records, copied, by the way to it."""
+    if isinstance(record, np.ndarray):
+        return {path: record.copy()}
+    names = [field.name for field in fields(record)] if is_dataclass(record) else getattr(record, "_fields", ())
+    found: dict[str, np.ndarray] = {}
+    for name in names:
+        found |= arrays(getattr(record, name), f"{path}.{name}")
+    return found
+
+
+@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
+def test_a_context_kept_before_a_step_is_the_same_after_it_and_after_a_reset(env_id):
+    env = gym.make_vec(env_id, num_envs=3)
+    env.reset(seed=3)
+    core = env.unwrapped.core
+    kept = core.context
+    before = arrays(kept)
+    assert len(before) > 5
+    action = zeros(env_id, 3) + np.float32(0.1)
+    seen = core.preview(action)
+    shown = arrays(seen)
+    env.step(action)
+    env.reset(options={"reset_mask": np.array([True, False, True])}, seed=9)
+    for name, values in arrays(kept).items():
+        np.testing.assert_array_equal(values, before[name], err_msg=name)
+    for name, values in arrays(seen).items():
+        np.testing.assert_array_equal(values, shown[name], err_msg=name)
+    assert core.context is not kept
+
+
+@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
+def test_an_info_kept_is_not_written_to_by_later_steps(env_id):
+    env = gym.make_vec(env_id, num_envs=2)
+    env.reset(seed=3)
+    *_, info = env.step(zeros(env_id, 2))
+    kept = pickle.dumps(info)
+    env.step(zeros(env_id, 2) + np.float32(0.05))
+    assert pickle.dumps(info) == kept

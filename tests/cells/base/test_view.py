@@ -1,0 +1,213 @@
+"""Pictures show the cell, a recording is the throw it was made of, and a video has the length of its throws."""
+
+from itertools import pairwise
+
+import gymnasium as gym
+import imageio.v3 as iio
+import mujoco
+import numpy as np
+import pytest
+
+from pnt_gym.cells.base.canvas import FPS
+from pnt_gym.cells.base.view import ThrowView, record_video
+from pnt_gym.cells.conveyor.view import camera
+from pnt_gym.errors import ConfigError
+from tests.tools.throws import make_core, same_bits
+
+pytestmark = pytest.mark.usefixtures("opengl")
+
+SMALL = (96, 160)
+ZERO = np.zeros((1, 2))
+
+
+def belt_core(level="nominal", seed=0, count=1):
+    return make_core(level, count, picks="belt", seed=seed)
+
+
+def small_view(core):
+    return ThrowView(core.cell, camera(), size=SMALL)
+
+
+@pytest.fixture(scope="module")
+def viewed():
+    """One throw of a cell that is looked at, and its frames."""
+    core = belt_core(seed=2)
+    view = small_view(core)
+    before = view.frame()
+    outcome = core.preview(ZERO, jitter=True)
+    info = core.step(ZERO).info
+    frames = view.last_throw()
+    yield core, before, info, outcome, frames, view
+    view.close()
+
+
+def test_a_frame_shows_something(viewed):
+    _, frame, *_ = viewed
+    assert frame.shape == (*SMALL, 3)
+    assert frame.dtype == np.uint8
+    assert frame.std() > 20.0
+    assert 40.0 < frame.mean() < 250.0
+    assert len(np.unique(frame.reshape(-1, 3), axis=0)) > 200
+
+
+def test_the_colours_of_belt_bins_and_object_are_in_it(viewed):
+    _, frame, *_ = viewed
+    pixels = frame.reshape(-1, 3).astype(int)
+    red, green, blue = pixels.T
+    assert ((blue > red + 40) & (blue > green)).any(), "no blue bin"
+    assert ((red > 120) & (red > blue + 60)).any(), "no orange cup and no yellow object"
+    assert ((red < 90) & (green < 90) & (blue < 100)).sum() > 100, "no dark belt"
+
+
+def test_another_pick_is_another_picture(viewed):
+    core, before, _, _, _, view = viewed
+    after = view.frame()
+    assert (np.abs(after.astype(int) - before).max(axis=2) > 40).sum() > 20
+    assert same_bits(view.frame(), after)
+    assert core.cell.waiting(0) is not None
+
+
+def test_a_throw_is_shown_at_its_true_rate(viewed):
+    _, _, info, _, frames, view = viewed
+    recording = view._cell.plant.recording
+    seconds = len(recording.control) * recording.model.opt.timestep
+    assert len(frames) == pytest.approx(seconds * FPS, abs=1.0)
+    # Physics runs until hand and object have come to rest; the dwell is counted, not simulated.
+    assert seconds >= info["cycle_time"][0] - 0.10 - 1e-3
+    assert seconds < info["cycle_time"][0] + 0.6
+    moving = [np.abs(a.astype(int) - b).max() for a, b in pairwise(frames)]
+    assert np.mean(np.array(moving) > 40) > 0.5
+
+
+def test_other_rates_give_other_counts(viewed):
+    *_, frames, view = viewed
+    assert len(view.last_throw(fps=10)) == pytest.approx(len(frames) / 3, abs=1.0)
+
+
+def test_a_recording_replays_to_the_same_bits(viewed):
+    """Stepped again by MuJoCo itself, the object ends where the batch left it."""
+    core, _, _, outcome, _, _ = viewed
+    recording = core.cell.plant.recording
+    last = None
+    for data, trail in recording.play(1.0 / FPS):
+        assert trail.shape[1] == 3
+        last = data
+    assert last.time == pytest.approx(len(recording.control) * recording.model.opt.timestep, abs=1e-9)
+    replay = mujoco.MjData(recording.model)
+    mujoco.mj_setState(recording.model, replay, recording.state, int(mujoco.mjtState.mjSTATE_INTEGRATION))
+    nu, body = recording.model.nu, recording.model.body("object").id
+    places = []
+    for control in recording.control:
+        replay.ctrl[:], replay.eq_active[:] = control[:nu], control[nu:] > 0
+        mujoco.mj_step(recording.model, replay)
+        places.append(replay.xpos[body].copy())
+    assert same_bits(last.qpos, replay.qpos)
+    # Sensors are read at the start of a step, and the preview of a cycle may end at another step.
+    ends = np.linalg.norm(np.array(places) - outcome.final[0], axis=1)
+    assert ends.min() == 0.0
+
+
+def test_the_planned_flight_ends_at_the_target(viewed):
+    core, *_ = viewed
+    recording = core.cell.plant.recording
+    np.testing.assert_allclose(recording.plan[-1], recording.target, atol=1e-6)
+
+
+def test_looking_changes_nothing():
+    seen, unseen = belt_core(seed=5), belt_core(seed=5)
+    view = small_view(seen)
+    for _ in range(2):
+        view.frame()
+        a, b = seen.step(ZERO), unseen.step(ZERO)
+        view.last_throw(fps=5)
+        assert same_bits(a.observation, b.observation)
+        assert same_bits(a.reward, b.reward)
+    view.close()
+    view.close()
+
+
+def test_every_row_of_a_batch_has_its_own_picture():
+    core = belt_core(seed=3, count=3)
+    view = small_view(core)
+    frames = [view.frame(row) for row in range(3)]
+    assert not same_bits(frames[0], frames[1])
+    assert not same_bits(frames[1], frames[2])
+    view.close()
+
+
+def test_a_throw_that_has_not_happened_has_no_frames():
+    core = belt_core()
+    view = small_view(core)
+    assert view.last_throw() == []
+    view.close()
+
+
+def test_the_environment_renders_at_full_size():
+    env = gym.make("PnTRelease-v0", render_mode="rgb_array")
+    env.reset(seed=0)
+    first = env.render()
+    assert first.shape == (720, 1280, 3)
+    env.step(np.zeros(2, dtype=np.float32))
+    env.reset()
+    assert not same_bits(env.render(), first)
+    env.close()
+
+
+def test_a_vector_environment_renders_every_row():
+    env = gym.make_vec("PnTRelease-v0", num_envs=2, render_mode="rgb_array")
+    env.reset(seed=0)
+    frames = env.render()
+    assert len(frames) == 2
+    assert all(frame.shape == (720, 1280, 3) for frame in frames)
+    assert not same_bits(*frames)
+    env.close()
+
+
+def test_without_a_render_mode_there_is_nothing_to_see():
+    env = gym.make("PnTRelease-v0").unwrapped
+    env.reset(seed=0)
+    assert env.render() is None
+    assert gym.make_vec("PnTRelease-v0", num_envs=2).render() is None
+
+
+def test_a_list_of_frames_covers_the_last_throw():
+    """The list mode hands out what the view recorded; small frames keep the test short."""
+    env = gym.make("PnTConveyor-v0", render_mode="rgb_array_list").unwrapped
+    env._view = small_view(env.core)
+    env.reset(seed=0)
+    assert env.render() == []
+    *_, info = env.step(np.zeros(2))
+    frames = env.render()
+    assert isinstance(frames, list)
+    assert (info["cycle_time"] - 0.1) * FPS - 1 <= len(frames) <= (info["cycle_time"] + 0.6) * FPS
+    env.close()
+
+
+# Videos.
+
+
+def count_frames(path):
+    return sum(1 for _ in iio.imiter(path, plugin="FFMPEG"))
+
+
+@pytest.mark.parametrize("slow", [1, 3])
+def test_a_video_has_as_many_frames_as_its_throws_take(tmp_path, slow):
+    core = belt_core(seed=1)
+    steps = []
+
+    def throws():
+        for _ in range(2):
+            core.step(ZERO)
+            steps.append(len(core.cell.plant.recording.control))
+            yield
+
+    path = record_video(small_view(core), throws(), tmp_path / "deep" / "throws.mp4", fps=20, slow=slow)
+    assert path == tmp_path / "deep" / "throws.mp4"
+    expected = sum(-(-slow * count // 50) for count in steps)  # a frame every 50 steps of 1 ms, or more often
+    assert count_frames(path) == pytest.approx(expected, abs=2)
+
+
+def test_a_video_of_nothing_is_refused_and_leaves_no_file(tmp_path):
+    with pytest.raises(ConfigError, match="at least one throw"):
+        record_video(belt_core().view(), [], tmp_path / "none.mp4")
+    assert not list(tmp_path.iterdir())

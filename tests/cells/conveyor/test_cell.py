@@ -1,0 +1,260 @@
+"""Objects on the belt, the hand that meets them, and the throws that a cell takes on."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from pnt_gym.arrays import replaced, take
+from pnt_gym.cells.base.items import item_arrays
+from pnt_gym.cells.conveyor.cell import ConveyorCell
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.objects import draw_objects
+from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.cells.conveyor.sources import QUEUE, BeltPicks
+from pnt_gym.errors import ConfigError
+from pnt_gym.planning.motion.limits import MotionLimits
+from pnt_gym.planning.straight.release import plan_release_batch, release_at_elevation
+from tests.tools.throws import NO_SPREAD, is_feasible, item, make_core, planned, same_bits, vary
+
+COUNT, PICKS = 8, 25
+
+
+@pytest.fixture(scope="module", params=["nominal", "waste"])
+def shift(request):
+    """A shift of 8 cells: the belt as it was at every lift, each throw's outcome, and the pick after it."""
+    core = make_core(vary(request.param, picks_per_shift=1000), COUNT, picks="belt", seed=1)
+    source = core.cell._source
+    rng, history = np.random.default_rng(0), []
+    for _ in range(PICKS):
+        before = core.context
+        queue, x = take(source.queue, np.s_[:]), source.queue_x.copy()
+        queue = replace(queue, mass=queue.mass.copy())
+        info = core.step(rng.uniform(-0.5, 0.5, (COUNT, 2))).info
+        history.append((before, queue.mass, x, info, core.context, source.passed.copy()))
+    return core, history
+
+
+def test_the_chosen_object_is_under_the_hand_when_it_arrives(shift):
+    """Belt speed times the time since the last lift brings the object exactly to where the hand comes down."""
+    core, history = shift
+    config, met = core.config, 0
+    for _, masses, x, info, after, _ in history:
+        travel = info["cycle_time"] - config.motion.dwell
+        for row in range(COUNT):
+            place = np.flatnonzero(masses[row] == after.objects.mass[row])
+            if place.size == 0:
+                continue  # farther upstream than the objects that were known at the lift
+            met += 1
+            assert after.pick[row, 0] == pytest.approx(x[row, place[0]] + config.belt.speed * travel[row], abs=1e-9)
+    assert met > 0.9 * COUNT * PICKS
+
+
+def test_objects_ride_on_with_the_belt(shift):
+    """Objects that stay in the queue move by belt speed times the whole cycle, dwell included."""
+    core, history = shift
+    same = 0
+    for (_, masses, x, info, *_), (_, later_masses, later_x, *_) in pairwise(history):
+        for row in range(COUNT):
+            for place, mass in enumerate(masses[row]):
+                later = np.flatnonzero(later_masses[row] == mass)
+                if later.size:
+                    same += 1
+                    travel = core.config.belt.speed * info["cycle_time"][row]
+                    assert later_x[row, later[0]] == pytest.approx(x[row, place] + travel, abs=1e-9)
+    assert same > COUNT * PICKS
+
+
+def test_objects_keep_their_order_and_their_gaps(shift):
+    core, history = shift
+    source = core.cell._source
+    for _, _, x, *_ in history:
+        gaps = -np.diff(x, axis=1)
+        low, high = core.config.belt.spacing
+        assert (gaps >= low - 1e-9).all()
+        assert (gaps <= high + 1e-9).all()
+    np.testing.assert_allclose(-np.diff(source.queue_x, axis=1), source.queue.gap[:, 1:], atol=1e-9)
+
+
+def test_no_object_is_thrown_twice(shift):
+    _, history = shift
+    thrown = np.array([before.objects.mass for before, *_ in history])
+    for row in range(COUNT):
+        assert len(set(thrown[:, row])) == PICKS
+
+
+def test_picks_lie_in_the_window_and_in_their_lane(shift):
+    core, history = shift
+    low, high = core.config.belt.pick_x
+    for before, _, _, info, after, _ in history:
+        assert (after.pick[:, 0] >= low - 1e-9).all()
+        assert (after.pick[:, 0] <= high + 1e-9).all()
+        np.testing.assert_array_equal(after.pick[:, 1], after.objects.lane_y)
+        height = core.config.belt.height + after.objects.size[:, 2]
+        assert (np.abs(after.pick[:, 2] - height) < 0.001).all()
+        assert (info["wait_time"] >= 0.0).all()
+        assert (info["cycle_time"] > before.plan.time + info["wait_time"] + core.config.motion.dwell).all()
+
+
+def test_objects_let_go_are_counted(shift):
+    core, history = shift
+    passed = np.array([h[-1] for h in history])
+    assert (np.diff(passed, axis=0) >= 0).all()
+    if core.config.name == "waste":
+        assert passed[-1].sum() > 0  # random bins out of reach make the hand pass objects by
+
+
+def test_a_slow_belt_makes_the_hand_wait_and_a_fast_one_lets_objects_pass():
+    slow, fast = (
+        make_core(vary("nominal", belt={"speed": s}, picks_per_shift=1000), 6, picks="belt") for s in (0.1, 0.8)
+    )
+    waits = []
+    for core in (slow, fast):
+        infos = [core.step(np.zeros((6, 2))).info for _ in range(8)]
+        waits.append(np.mean([i["wait_time"] for i in infos]))
+    assert waits[0] > 0.3
+    assert waits[1] < 0.1 * waits[0] + 0.15
+    assert fast.cell._source.passed.sum() > slow.cell._source.passed.sum()
+
+
+def test_the_belt_speed_error_grows_with_the_way_from_the_camera():
+    config = ConveyorConfig.load("nominal")
+    objects = take(draw_objects([np.random.default_rng(0)], 50, config, item_arrays(config.item_list())), 0)
+    x = np.linspace(-0.3, 0.3, 50)
+    context, _ = planned(config, objects, x)
+    np.testing.assert_allclose(context.belt_shift, objects.belt_error * (x + 0.8), rtol=1e-12)
+    np.testing.assert_allclose(context.grasp - objects.grasp, np.stack([context.belt_shift, 0 * x], axis=1), atol=1e-15)
+
+
+# Which throws are taken on.
+
+
+@pytest.fixture(scope="module", params=["nominal", "waste", "tight"])
+def contexts(request):
+    return make_core(request.param, 300, seed=11)
+
+
+def test_a_taken_throw_stays_inside_the_workspace_and_below_the_ceiling(contexts):
+    context, config = contexts.context, contexts.config
+    points = np.stack([context.pick, context.plan.position], axis=1)
+    assert ((points[..., 0] / 0.45) ** 2 + (points[..., 1] / 0.80) ** 2 <= 1.0).all()
+    assert (context.plan.position[:, 2] <= context.pick[:, 2] + config.motion.ceiling + 1e-9).all()
+    assert context.plan.feasible.all()
+    assert is_feasible(contexts, context.plan).all()
+
+
+def test_the_plan_is_the_planners_own(contexts):
+    context = contexts.context
+    limits = MotionLimits.t3kr(context.percent)
+    plan = plan_release_batch(context.pick, context.target, limits, ceiling=context.ceiling)
+    assert same_bits(plan.position, context.plan.position)
+    assert set(context.percent) == set(contexts.config.limits.percent)
+
+
+def test_a_taken_throw_has_room_for_the_reserve(contexts):
+    context, config = contexts.context, contexts.config
+    for sign in (-1.0, 1.0):
+        target = context.target.copy()
+        target[:, :2] += sign * config.motion.reserve * context.direction
+        moved = release_at_elevation(context.pick, target, context.limits, context.plan.angle)
+        assert is_feasible(contexts, moved).all()
+
+
+def test_random_bins_fill_their_ranges():
+    core, r = make_core("tight", 400), ConveyorConfig.load("tight").bins.random
+    x, y = core.context.target[:, 0], core.context.target[:, 1]
+    assert r.x[0] <= x.min() < r.x[0] + 0.1
+    assert r.x[1] - 0.1 < x.max() <= r.x[1]
+    assert r.y[0] <= y.min() < r.y[0] + 0.1
+    assert (core.context.opening >= r.side[0]).all()
+    same_side = core.context.opening[:, 0] == core.context.opening[:, 1]
+    assert same_side.all()
+    np.testing.assert_array_equal(core.context.target[:, 2], core.config.bins.rim)
+
+
+def test_items_go_to_bins_that_accept_them():
+    bins = {
+        "fixed": [
+            {"name": "any", "x": -0.30, "y": 0.40},
+            {"name": "paper", "x": 0.0, "y": 0.40, "accepts": ["paper"]},
+            {"name": "metal", "x": 0.30, "y": 0.40, "accepts": ["metal_can"]},
+        ]
+    }
+    context = make_core(vary("nominal", bins=bins), 400).context
+    pairs = set(zip(context.objects.kind.tolist(), context.bin.tolist(), strict=True))
+    assert pairs == {(0, 0), (0, 1), (1, 0), (1, 2), (2, 0)}
+    places = np.array([[-0.30, 0.40], [0.0, 0.40], [0.30, 0.40]])
+    np.testing.assert_array_equal(context.target[:, :2], places[context.bin])
+
+
+def test_a_cell_whose_bins_are_out_of_reach_says_so():
+    far = {"fixed": [{"name": "moon", "x": 0.0, "y": 9.0}]}
+    with pytest.raises(ConfigError, match="no object has a feasible throw; check that the bins are in reach") as e:
+        make_core(vary("nominal", bins=far), 1)
+    assert "\n" not in str(e.value)
+    with pytest.raises(ConfigError, match="no object has a feasible throw"):
+        make_core(vary("nominal", bins=far), 1, picks="belt")
+
+
+def test_a_row_of_contexts_does_not_depend_on_the_others():
+    config = ConveyorConfig.load("waste")
+    objects = take(draw_objects([np.random.default_rng(0)], 40, config, item_arrays(config.item_list())), 0)
+    x = np.linspace(-0.3, 0.3, 40)
+    together, good = planned(config, objects, x)
+    for k in (0, 13, 39):
+        alone, fits = planned(config, take(objects, slice(k, k + 1)), x[k : k + 1])
+        assert fits[0] == good[k]
+        assert same_bits(alone.target[0], together.target[k])
+        assert same_bits(alone.plan.position[0], together.plan.position[k])
+
+
+def test_resetting_some_rows_leaves_the_others_alone():
+    cell = ConveyorCell(ConveyorConfig.load("nominal"), 3, "belt")
+    cell.reset(np.arange(3), [np.random.default_rng(i) for i in range(3)])
+    before = cell.context.pick.copy()
+    cell.reset(np.array([1]), [np.random.default_rng(9)])
+    assert same_bits(cell.context.pick[[0, 2]], before[[0, 2]])
+    assert not same_bits(cell.context.pick[1], before[1])
+    # Derived values belong to the new rows.
+    expected = np.linalg.norm((cell.context.target - cell.context.pick)[:, :2], axis=1)
+    np.testing.assert_allclose(cell.context.distance, expected, rtol=1e-14)
+
+
+def test_the_queue_is_longer_than_any_pick_needs():
+    """Objects ahead of the hand are known: the first episode finds its object without drawing many queues."""
+    config = ConveyorConfig.load("nominal")
+    source = BeltPicks(PickPlanner(config), [np.random.default_rng(i) for i in range(20)])
+    context = source.first(np.arange(20))
+    assert source.queue_x.shape == (20, QUEUE)
+    assert (source.queue_x[:, 0] < context.pick[:, 0]).all()
+
+
+def test_preview_changes_nothing():
+    one, two = (make_core("nominal", 3, picks="belt", seed=2) for _ in range(2))
+    one.preview(np.ones((3, 2)))
+    for _ in range(3):
+        a, b = one.step(np.zeros((3, 2))), two.step(np.zeros((3, 2)))
+        assert same_bits(a.observation, b.observation)
+        assert same_bits(a.reward, b.reward)
+
+
+def test_without_spread_the_same_throw_is_the_same():
+    """One item, one lane, no spread: nothing random is left in the object."""
+    base = {"items": ["ball"], "extra_items": [item("ball")], "spread": NO_SPREAD}
+    context = make_core(vary("nominal", **base), 20).context
+    for name in ("mass", "com_depth", "seal", "drag"):
+        assert np.ptp(getattr(context.objects, name)) == 0.0
+
+
+def test_rows_are_taken_and_put_back():
+    context = make_core("nominal", 4).context
+    rows = np.array([2, 0])
+    part = take(context, rows)
+    assert same_bits(part.objects.size, context.objects.size[rows])
+    assert part.belt_speed == context.belt_speed
+    other = take(context, np.array([1, 3]))
+    changed = replaced(context, rows, other)
+    assert same_bits(changed.pick[rows], other.pick)
+    assert same_bits(changed.plan.velocity[rows], other.plan.velocity)
+    assert not same_bits(changed.pick, context.pick)

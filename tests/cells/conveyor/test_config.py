@@ -1,0 +1,224 @@
+"""Levels and config files: the shipped ones work, and a wrong one is refused in one sentence."""
+
+import numpy as np
+import pytest
+import yaml
+
+from pnt_gym.cells.base.catalogue import CATALOGUE, HELD_OUT_ITEMS, PAPER_ITEMS, SEEN_ITEMS
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.errors import ConfigError
+from tests.tools.throws import item, make_core
+
+LEVELS = ("fast", "ideal", "nominal", "tight", "unseen", "waste")
+BIN = {"name": "box", "x": 0.3, "y": 0.4}
+SMALLEST = {"bins": {"fixed": [BIN]}}
+
+
+def test_the_shipped_levels_are_the_documented_ones():
+    assert ConveyorConfig.level_names() == LEVELS
+
+
+@pytest.mark.parametrize("name", LEVELS)
+def test_every_shipped_level_loads_and_carries_its_name(name):
+    config = ConveyorConfig.load(name)
+    assert isinstance(config, ConveyorConfig)
+    assert config.name == name
+    assert config.mismatch == (0.0 if name == "ideal" else 1.0)
+
+
+def test_levels_use_the_items_they_are_meant_for():
+    assert ConveyorConfig.load("nominal").items == ConveyorConfig.load("ideal").items == PAPER_ITEMS
+    assert set(ConveyorConfig.load("waste").items) == set(ConveyorConfig.load("tight").items) == set(SEEN_ITEMS)
+    assert set(ConveyorConfig.load("unseen").items) == set(HELD_OUT_ITEMS)
+    assert not set(ConveyorConfig.load("waste").items) & set(ConveyorConfig.load("unseen").items)
+
+
+def test_unseen_and_tight_differ_from_waste_in_one_respect_each():
+    waste = ConveyorConfig.load("waste").model_dump(exclude={"name"})
+    unseen = ConveyorConfig.load("unseen").model_dump(exclude={"name"})
+    tight = ConveyorConfig.load("tight").model_dump(exclude={"name"})
+    assert {key for key in waste if waste[key] != unseen[key]} == {"items"}
+    assert {key for key in waste if waste[key] != tight[key]} == {"bins"}
+    assert ConveyorConfig.load("tight").bins.random.side[1] < ConveyorConfig.load("waste").bins.random.side[0]
+
+
+def test_a_file_holds_only_differences_from_the_defaults(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text("belt: {speed: 0.4}\nbins: {fixed: [{name: box, x: 0.3, y: 0.4}]}\n")
+    config = ConveyorConfig.load(path)
+    assert config.name == "mine"
+    assert config.belt.speed == 0.4
+    smallest = ConveyorConfig.load(SMALLEST)
+    assert config.model_copy(update={"name": "custom", "belt": smallest.belt}) == smallest
+
+
+def test_a_config_and_a_mapping_are_taken_as_they_are():
+    config = ConveyorConfig.load("waste")
+    assert ConveyorConfig.load(config) == config
+    assert ConveyorConfig.load(SMALLEST) == ConveyorConfig.load({**SMALLEST})
+    assert ConveyorConfig.load(config, mismatch=0.5).mismatch == 0.5
+    assert ConveyorConfig.load(config, mismatch=0.5).model_copy(update={"mismatch": 1.0}) == config
+
+
+def test_a_config_cannot_be_changed_in_place():
+    with pytest.raises(ValueError, match="frozen"):
+        ConveyorConfig.load("nominal").mismatch = 2.0
+
+
+WRONG = {
+    "unknown key": ({"colour": "red"}, "unknown key 'colour'"),
+    "unknown key inside": ({"belt": {"sped": 0.2}}, "unknown key 'belt.sped'"),
+    "negative mismatch": ({"mismatch": -0.1}, "mismatch is -0.1"),
+    "percent 0": ({"limits": {"percent": [0]}}, "limits.percent.0 is 0"),
+    "percent 101": ({"limits": {"percent": [40, 101]}}, "limits.percent.1 is 101"),
+    "no percent": ({"limits": {"percent": []}}, "limits.percent"),
+    "negative percent": ({"limits": {"percent": [-40]}}, "limits.percent.0 is -40"),
+    "belt backwards": ({"belt": {"speed": -0.2}}, "belt.speed is -0.2"),
+    "belt not a number": ({"belt": {"speed": float("nan")}}, "belt.speed is nan"),
+    "range reversed": ({"belt": {"pick_x": [0.3, -0.3]}}, "belt.pick_x runs from 0.3 to -0.3"),
+    "window off the belt": ({"belt": {"pick_x": [-0.3, 0.9]}}, "belt.pick_x .* leaves the belt"),
+    "lane off the belt": ({"belt": {"lane_y": [-0.45, 0.0]}}, "belt.lane_y .* leaves the belt"),
+    "no gaps": ({"belt": {"spacing": [0.0, 0.3]}}, "belt.spacing starts at 0.0"),
+    "negative window": ({"motion": {"follow_through": {"window": -0.01}}}, "follow_through.window is -0.01"),
+    "falls faster than g": ({"motion": {"follow_through": {"gravity_share": 1.5}}}, "gravity_share is 1.5"),
+    "negative jitter": ({"suction": {"jitter": -1e-3}}, "suction.jitter is -0.001"),
+    "step too long": ({"timestep": 0.01}, "timestep is 0.01"),
+    "no picks": ({"picks_per_shift": 0}, "picks_per_shift is 0"),
+    "unknown item": ({"items": ["sofa"]}, "unknown item 'sofa'"),
+    "no items": ({"items": []}, "items is"),
+    "bin on the belt": ({"bins": {"fixed": [{**BIN, "y": -0.3}]}}, "bin 'box' .* lies on the belt"),
+    "wall on the belt": ({"bins": {"fixed": [{**BIN, "y": 0.0399}]}}, "bin 'box' .* lies on the belt"),
+    "random on the belt": ({"bins": {"random": {"y": [-0.2, 0.5]}}}, "bins.random .* lies on the belt"),
+    "overlap": ({"bins": {"fixed": [BIN, {**BIN, "name": "b", "x": 0.45}]}}, "bin 'b' overlaps bin 'box'"),
+    "same name": ({"bins": {"fixed": [BIN, {**BIN, "x": -0.3}]}}, "names .* must differ"),
+    "both kinds": ({"bins": {"fixed": [BIN], "random": {}}}, "`fixed` or a section `random`"),
+    "neither kind": ({"bins": {"fixed": []}}, "`fixed` or a section `random`"),
+    "no bins": ({"bins": None}, "bins is None"),
+    "no room": ({"bins": {"fixed": [{**BIN, "size": [0.0, 0.2]}]}}, "bins.fixed.0.size.0 is 0"),
+    "thin wall": ({"bins": {"fixed": [BIN], "wall": 0.001}}, "bins.wall is 0.001"),
+    "bin for a stranger": ({"bins": {"fixed": [{**BIN, "accepts": ["sofa"]}]}}, "accepts 'sofa'"),
+    "item without a bin": ({"bins": {"fixed": [{**BIN, "accepts": ["paper"]}]}}, "no bin accepts item 'metal_can'"),
+    "item too heavy for its seal": ({"extra_items": [item("rock", mass=2.0)]}, "seal_force of 'rock'"),
+    "item without a size": ({"extra_items": [item("thing", size=(0.1, 0.0, 0.1))]}, "extra_items.0.size.1 is 0"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_a_wrong_value_is_named_in_one_sentence(case):
+    changes, message = WRONG[case]
+    with pytest.raises(ConfigError, match=message) as caught:
+        ConveyorConfig.load({**SMALLEST, **changes})
+    assert isinstance(caught.value, ValueError)
+    assert "\n" not in str(caught.value)
+    assert len(str(caught.value)) < 400
+    assert caught.value.__suppress_context__  # no pydantic traceback in front of the sentence
+
+
+def test_a_bin_without_a_place_says_that_the_key_is_missing():
+    with pytest.raises(ConfigError, match=r"key 'bins.fixed.0.x' is missing"):
+        ConveyorConfig.load({"bins": {"fixed": [{"name": "box", "y": 0.4}]}})
+
+
+def test_a_level_that_says_nothing_is_the_nominal_one():
+    assert ConveyorConfig.load({}) == ConveyorConfig.load("nominal", name="custom")
+
+
+def test_bins_are_fixed_or_random_whatever_the_base_has():
+    """Where a level gives one kind, the other kind of its base goes; what both share stays."""
+    fixed = ConveyorConfig.load({"base": "waste", "bins": {"fixed": [BIN]}})
+    assert [b.name for b in fixed.bins.fixed] == ["box"]
+    assert fixed.bins.random is None
+    rim = ConveyorConfig.load({"bins": {"rim": -0.9, "random": {"side": [0.2, 0.2]}}}).bins
+    assert rim.random.side == (0.2, 0.2)
+    assert rim.fixed == ()
+    assert rim.rim == -0.9
+    wall = ConveyorConfig.load({"base": "tight", "bins": {"wall": 0.006}}).bins
+    assert wall.random == ConveyorConfig.load("tight").bins.random
+    assert wall.wall == 0.006
+    narrow = ConveyorConfig.load({"base": "waste", "bins": {"random": {"side": [0.10, 0.11]}}}).bins.random
+    assert narrow == ConveyorConfig.load("waste").bins.random.model_copy(update={"side": (0.10, 0.11)})
+
+
+def test_an_item_that_no_cup_holds_is_refused():
+    with pytest.raises(ConfigError, match="'rubber_block' has no seal_force; a suction cup cannot hold it") as caught:
+        ConveyorConfig.load({"items": ["rubber_block"]})
+    assert "\n" not in str(caught.value)
+
+
+def test_neighbouring_bins_may_share_a_wall():
+    width = 0.22 + 0.010
+    config = ConveyorConfig.load({"bins": {"fixed": [BIN, {**BIN, "name": "next", "x": BIN["x"] + width}]}})
+    assert len(config.bins.fixed) == 2
+
+
+def test_unknown_levels_and_missing_files():
+    with pytest.raises(ConfigError, match="unknown level 'nowhere'; shipped levels are fast, ideal, nominal"):
+        ConveyorConfig.load("nowhere")
+    with pytest.raises(ConfigError, match=r"level file 'nowhere\.yaml' does not exist"):
+        ConveyorConfig.load("nowhere.yaml")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("bins: [1, 2\nbelt: {", "is not valid YAML"),
+        ("- a\n- b\n", "must hold a mapping of settings, it holds list"),
+        ("", "must hold a mapping of settings, it holds NoneType"),
+        ("just text", "must hold a mapping of settings, it holds str"),
+        ("1: 2\n", "unknown key '1'|1"),
+    ],
+)
+def test_files_that_hold_no_level(tmp_path, text, message):
+    path = tmp_path / "cell.yaml"
+    path.write_text(text)
+    with pytest.raises(ConfigError, match=message) as caught:
+        ConveyorConfig.load(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_binary_file_is_no_level(tmp_path):
+    path = tmp_path / "cell.yaml"
+    path.write_bytes(bytes(range(256)))
+    with pytest.raises(ConfigError, match="is not valid YAML"):
+        ConveyorConfig.load(path)
+
+
+def test_a_directory_is_no_level(tmp_path):
+    folder = tmp_path / "cell.yaml"
+    folder.mkdir()
+    with pytest.raises(ConfigError, match="does not exist"):
+        ConveyorConfig.load(folder)
+
+
+def test_a_users_own_cell_throws(tmp_path):
+    """Own belt, bins, limits and items from one file, through to a measured throw."""
+    cell = {
+        "mismatch": 0.0,
+        "items": ["ball", "cork"],
+        "extra_items": [{**item("ball"), "size": [0.06, 0.06, 0.06]}],
+        "limits": {"percent": [35]},
+        "belt": {"speed": 0.3},
+        "bins": {
+            "fixed": [
+                {"name": "left", "x": -0.3, "y": 0.4, "size": [0.3, 0.3], "accepts": ["ball"]},
+                {"name": "right", "x": 0.3, "y": 0.4, "size": [0.3, 0.3], "accepts": ["cork"]},
+            ]
+        },
+    }
+    path = tmp_path / "my_cell.yaml"
+    path.write_text(yaml.safe_dump(cell))
+    core = make_core(str(path), 6)
+    assert core.config.name == "my_cell"
+    info = core.step(np.zeros((6, 2))).info
+    assert set(info["item"]) == {0, 1}
+    np.testing.assert_array_equal(info["bin"], info["item"])
+    np.testing.assert_array_equal(np.sign(info["target_x"]), np.where(info["item"] == 0, -1.0, 1.0))
+    assert info["is_success"].all()
+    assert info["landing_error"].max() < 0.01
+
+
+def test_an_own_item_may_replace_one_of_the_catalogue():
+    heavy = item("cork", mass=0.5)
+    config = ConveyorConfig.load({**SMALLEST, "items": ["cork"], "extra_items": [heavy]})
+    assert config.item_list()[0].mass == 0.5
+    assert CATALOGUE["cork"].mass < 0.01

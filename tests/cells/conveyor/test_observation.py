@@ -1,0 +1,188 @@
+"""What the agent sees: bounded, decodable, and free of everything that a real cell could not measure."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pnt_gym.arrays import take
+from pnt_gym.cells.base.features import CLIP
+from pnt_gym.cells.base.items import item_arrays
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.objects import Objects, draw_objects
+from pnt_gym.cells.conveyor.observation import FEATURES, decode, observe
+from tests.tools.throws import make_core, planned, same_bits, vary
+
+COUNT = 200
+
+
+def drawn(config, count=COUNT, seed=0) -> Objects:
+    return take(draw_objects([np.random.default_rng(seed)], count, config, item_arrays(config.item_list())), 0)
+
+
+def contexts(config, objects: Objects):
+    x = np.linspace(*config.belt.pick_x, len(objects.mass))
+    return planned(config, objects, x)
+
+
+def seen(config, objects: Objects):
+    """Observations of throwable objects, and which they are."""
+    context, good = contexts(config, objects)
+    rows = np.flatnonzero(good)
+    return observe(take(replace(context), rows)), good
+
+
+@pytest.fixture(scope="module", params=["nominal", "waste"])
+def core(request):
+    return make_core(request.param, COUNT)
+
+
+def test_bounds_type_and_size(core):
+    observation = core.observe()
+    assert observation.shape == (COUNT, len(FEATURES)) == (COUNT, 26)
+    assert observation.dtype == np.float32
+    assert np.abs(observation).max() <= CLIP
+    assert all(core.observation_space.contains(row) for row in observation)
+
+
+def test_few_values_are_clipped_and_every_feature_that_may_vary_does():
+    observation = make_core("waste", 500).observe()
+    assert np.mean(np.abs(observation) == CLIP) < 0.01
+    constant = {f.name for f, column in zip(FEATURES, observation.T, strict=True) if np.ptp(column) == 0.0}
+    assert constant == {"belt_speed"}
+    assert np.abs(observation).mean() < 2.0
+
+
+def test_decode_inverts_observe_where_nothing_is_clipped(core):
+    context, observation = core.context, core.observe()
+    values = decode(observation)
+    inside = np.abs(observation) < CLIP
+    measured, plan = context.measured, context.plan
+    scale = {f.name: f.scale for f in FEATURES}
+    index = {f.name: i for i, f in enumerate(FEATURES)}
+    expected = {
+        "pick_x": context.pick[:, 0],
+        "pick_y": context.pick[:, 1],
+        "target_x": context.target[:, 0],
+        "target_y": context.target[:, 1],
+        "distance": np.hypot(*(context.target - context.pick)[:, :2].T),
+        "opening": context.opening.min(axis=1),
+        "belt_speed": np.full(COUNT, core.config.belt.speed),
+        "release_speed": np.linalg.norm(plan.velocity, axis=1),
+        "elevation": np.arcsin(plan.velocity[:, 2] / np.linalg.norm(plan.velocity, axis=1)),
+        "release_distance": np.linalg.norm(plan.position - context.pick, axis=1),
+        "flight_time": plan.flight_time,
+        "length": measured.size[:, 0],
+        "width": measured.size[:, 1],
+        "height": measured.size[:, 2],
+        "is_ellipsoid": measured.shape == 0,
+        "is_cylinder": measured.shape == 1,
+        "is_box": measured.shape == 2,
+        "ln_mass": np.log(measured.mass),
+        "ln_seal": np.log(measured.seal),
+        "ln_grip_ratio": np.log(measured.seal / measured.mass / 9.81),
+        "plan_area_per_mass": measured.size[:, 0] * measured.size[:, 1] / measured.mass,
+    }
+    for name, value in expected.items():
+        rows = inside[:, index[name]]
+        assert rows.sum() > 0.9 * COUNT, name
+        np.testing.assert_allclose(values[name][rows], value[rows], atol=2e-6 * scale[name] * CLIP, err_msg=name)
+
+
+def test_yaw_and_grasp_are_seen_in_the_frame_of_the_throw(core):
+    context, values = core.context, decode(core.observe())
+    heading = np.arctan2(*(context.target - context.pick)[:, 1::-1].T)
+    relative = context.measured.yaw - heading
+    np.testing.assert_allclose(values["cos_2yaw"], np.cos(2 * relative), atol=2e-6)
+    np.testing.assert_allclose(values["sin_2yaw"], np.sin(2 * relative), atol=2e-6)
+    grasp = context.measured.grasp
+    along = grasp[:, 0] * np.cos(heading) + grasp[:, 1] * np.sin(heading)
+    across = grasp[:, 1] * np.cos(heading) - grasp[:, 0] * np.sin(heading)
+    inside = (np.abs(along) < 0.049) & (np.abs(across) < 0.049)
+    np.testing.assert_allclose(values["grasp_along"][inside], along[inside], atol=2e-8)
+    np.testing.assert_allclose(values["grasp_across"][inside], across[inside], atol=2e-8)
+
+
+def test_the_area_facing_the_throw_is_that_of_the_turned_box(core):
+    context, values = core.context, decode(core.observe())
+    measured = context.measured
+    relative = measured.yaw - context.azimuth
+    corners = np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]]) / 2
+    places = corners[None] * measured.size[:, None, :2]
+    across = places[..., 0] * np.sin(relative)[:, None] + places[..., 1] * np.cos(relative)[:, None]
+    width = across.max(axis=1) - across.min(axis=1)
+    area = width * measured.size[:, 2] / measured.mass
+    inside = np.abs(area - 0.35) < 0.20 * CLIP
+    np.testing.assert_allclose(values["frontal_area_per_mass"][inside], area[inside], atol=2e-6)
+
+
+def test_clipped_values_decode_to_the_border():
+    high = decode(np.full(len(FEATURES), CLIP, dtype=np.float32))
+    for f in FEATURES:
+        assert high[f.name] == pytest.approx(f.centre + CLIP * f.scale)
+
+
+# No hidden value leaks. Objects are changed where sensors do not look, and planned and observed anew.
+
+
+def other(values, seed=1):
+    """Values of the same size that share nothing with the given ones."""
+    return values * np.random.default_rng(seed).uniform(1.5, 3.0, values.shape) + 1e-4
+
+
+def changed(o: Objects, name: str) -> Objects:
+    """Objects with another hidden value and the same measured one."""
+    if name == "size":  # the height is felt by the cup: it is measured
+        return replace(o, size=o.size * np.array([1.3, 0.8, 1.0]))
+    if name == "grasp":
+        return replace(o, grasp=o.grasp + 0.004, grasp_noise=o.grasp_noise - 0.004)
+    return replace(o, **{name: other(getattr(o, name))})
+
+
+HIDDEN = (
+    "mass", "size", "drag", "com_depth", "seal", "delay", "jitter", "friction", "rolling_friction", "solref",
+    "yaw", "grasp", "spin",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("level", ["nominal", "waste", "unseen", "tight"])
+@pytest.mark.parametrize("name", HIDDEN)
+def test_a_hidden_value_leaves_the_observation_as_it_is(level, name):
+    config = ConveyorConfig.load(level)
+    objects = drawn(config)
+    before, good = seen(config, objects)
+    after, still = seen(config, changed(objects, name))
+    assert same_bits(good, still)
+    assert good.sum() > COUNT / 4
+    if name == "grasp":  # measured = true + noise: the sum is the same up to rounding
+        np.testing.assert_allclose(after, before, atol=1e-6)
+    else:
+        assert same_bits(before, after)
+
+
+def test_the_belt_speed_error_is_seen_through_the_measured_grasp_only():
+    config = ConveyorConfig.load("nominal")
+    objects = drawn(config)
+    before, _ = seen(config, objects)
+    after, _ = seen(config, replace(objects, belt_error=objects.belt_error + 0.01))
+    columns = [i for i, f in enumerate(FEATURES) if not f.name.startswith("grasp")]
+    assert same_bits(before[:, columns], after[:, columns])
+    assert not same_bits(before, after)
+
+
+def test_measured_values_do_reach_the_observation():
+    """The other half of the leak test: it would also pass on an observation of zeros."""
+    config = ConveyorConfig.load("waste")
+    objects = drawn(config)
+    before, _ = seen(config, objects)
+    for name in ("measured_mass", "measured_seal", "measured_yaw", "grasp_noise", "measured_size"):
+        after, _ = seen(config, replace(objects, **{name: getattr(objects, name) * 1.1}))
+        assert not same_bits(before, after), name
+
+
+def test_the_next_observation_does_not_tell_the_throws_hidden_values():
+    """Contexts of single throws come from the seed alone, whatever the throw before did."""
+    one, two = (make_core(vary("waste"), 4, seed=3) for _ in range(2))
+    one.step(np.zeros((4, 2)))
+    two.step(np.ones((4, 2)))
+    assert same_bits(one.observe(), two.observe())

@@ -1,0 +1,61 @@
+"""A success at the conveyor is an object that crossed its bin's opening and lies in the bin: either alone is none."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pnt_gym.cells.conveyor.outcome import Flown, judge, reward_terms
+from pnt_gym.cells.conveyor.plant import HandCycle
+from pnt_gym.planning.motion.trajectory import JerkTrajectory
+from tests.tools.throws import make_core
+
+COUNT = 6
+CORE = make_core("ideal", COUNT)
+CONFIG, CONTEXT = CORE.config, CORE.context
+OPENING = CONTEXT.opening[:, 0]
+
+
+@pytest.fixture(scope="module")
+def flown() -> Flown:
+    cell = CORE.cell
+    motion = cell.planner.mover.throw(CONTEXT, CONTEXT.plan)
+    back = cell.planner.mover.back(motion, CONTEXT.pick, CONTEXT.limits)
+    path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back])
+    return cell.plant.fly(CONTEXT, HandCycle(CONTEXT.plan, motion.release_time, path))
+
+
+def judged(flown, position):
+    moved = replace(flown, flight=replace(flown.flight, position=position))
+    return judge(moved, CONTEXT, CONFIG, np.full(COUNT, 0.9), np.full(COUNT, 0.1))
+
+
+def test_through_the_opening_and_in_the_bin_is_a_success(flown):
+    outcome = judged(flown, flown.flight.position)
+    assert outcome.in_opening.all()
+    assert outcome.in_bin.all()
+    assert outcome.is_success.all()
+    assert not outcome.rim.any()
+    assert (outcome.cycle_time == 0.9).all()
+    assert (outcome.wait_time == 0.1).all()
+
+
+def test_an_object_that_lies_in_its_bin_without_having_crossed_its_opening_is_no_success(flown):
+    position = flown.flight.position.copy()
+    for row, last in enumerate(flown.flight.last_step):
+        position[row, :last, 0] += OPENING[row]
+    outcome = judged(flown, position)
+    assert outcome.in_bin.all()
+    assert not outcome.in_opening.any()
+    assert not outcome.is_success.any()
+    assert (reward_terms(outcome, CONFIG.reward)["success"] == 0.0).all()
+
+
+def test_an_object_that_crossed_the_opening_and_bounced_out_is_no_success(flown):
+    position = flown.flight.position.copy()
+    position[np.arange(COUNT), flown.flight.last_step, 0] += OPENING
+    outcome = judged(flown, position)
+    assert outcome.in_opening.all()
+    assert not outcome.in_bin.any()
+    assert not outcome.is_success.any()
+    assert outcome.rim.all()

@@ -1,0 +1,278 @@
+"""Honesty of the physics: without mismatch the plan comes true, and each effect alone does what its formula says."""
+
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from agents.metrics import wilson
+from pnt_gym.cells.base.plant import PhysicsError, Recording
+from pnt_gym.planning.motion.ballistics import landing_point
+from tests.tools.throws import NO_DELAY, NO_SPREAD, item, make_core, vary, with_objects
+
+THROWS = 200
+AIR, VISCOSITY, GRAVITY = 1.2, 1.8e-5, 9.81
+
+
+@pytest.fixture(scope="module")
+def ideal():
+    """The planner's own world: 200 throws with zero action, and their plans."""
+    core = make_core("ideal", THROWS)
+    context = core.context
+    outcome = core.preview(np.zeros((THROWS, 2)))
+    return context, core.step(np.zeros((THROWS, 2))).info, outcome
+
+
+def test_the_planner_is_right_in_its_own_world(ideal):
+    """The level's figure is 99 % of 1,000 throws; a sample of 200 must not speak against it."""
+    _, info, _ = ideal
+    assert info["landing_error"].mean() < 0.005
+    assert info["landing_error"].max() < 0.010
+    assert info["in_opening"].all()
+    assert wilson(int(info["is_success"].sum()), THROWS).high >= 0.99
+    assert not info["recontact"].any()
+    assert not info["residual_clipped"].any()
+
+
+def test_errors_are_measured_from_the_target(ideal):
+    context, info, outcome = ideal
+    miss = outcome.landing - context.target[:, :2]
+    np.testing.assert_allclose(np.linalg.norm(miss, axis=1), info["landing_error"], atol=1e-12)
+    along = np.einsum("ni,ni->n", miss, context.direction)
+    np.testing.assert_allclose(info["landing_along"], along, atol=1e-12)
+    squares = info["landing_along"] ** 2 + info["landing_across"] ** 2
+    np.testing.assert_allclose(squares, info["landing_error"] ** 2, atol=1e-12)
+
+
+def test_motors_stay_below_their_torque_and_the_hand_near_its_path(ideal):
+    _, info, outcome = ideal
+    assert info["peak_torque"].min() > 20.0
+    assert info["peak_torque"].max() < 530.0
+    assert outcome.tracking_error.max() < 0.002
+
+
+@pytest.mark.parametrize("level", ["waste", "tight"])
+def test_motors_stay_below_their_torque_with_large_corrections(level):
+    core = make_core(level, 60, seed=2)
+    info = core.step(np.random.default_rng(0).uniform(-1, 1, (60, 2))).info
+    assert info["peak_torque"].max() < 530.0
+
+
+# One recorded throw, stepped again by hand.
+
+
+def states_after_release(recording: Recording, count: int):
+    """Time, position, velocity and world's angular velocity (count, 10) from the first state without grip on."""
+    model, data = recording.model, mujoco.MjData(recording.model)
+    mujoco.mj_setState(model, data, recording.state, int(mujoco.mjtState.mjSTATE_INTEGRATION))
+    nu, joint = model.nu, model.joint("object")
+    q, v = int(joint.qposadr[0]), int(joint.dofadr[0])
+    release = int(np.argmin(recording.control[:, nu + model.equality("grip").id]))
+    rows = []
+    for control in recording.control[: release + count]:
+        data.ctrl[:], data.eq_active[:] = control[:nu], control[nu:] > 0
+        mujoco.mj_step(model, data)
+        turn = np.empty(9)
+        mujoco.mju_quat2Mat(turn, data.qpos[q + 3 : q + 7])
+        spin = turn.reshape(3, 3) @ data.qvel[v + 3 : v + 6]
+        rows.append(np.concatenate([[data.time], data.qpos[q : q + 3], data.qvel[v : v + 3], spin]))
+    return np.array(rows[release:])
+
+
+def recorded(core) -> Recording:
+    core.cell.plant.record_row = 0
+    core.step(np.zeros((core.count, 2)))
+    return core.cell.plant.recording
+
+
+@pytest.mark.parametrize("timestep", [0.001, 0.0004])
+def test_a_flight_without_mismatch_is_a_parabola(timestep):
+    core = make_core(vary("ideal", timestep=timestep), 1, seed=4)
+    flight = core.context.plan.flight_time[0]
+    states = states_after_release(recorded(core), int(0.9 * flight / timestep))
+    t = (states[:, 0] - states[0, 0])[:, None]
+    start, velocity = states[0, 1:4], states[0, 4:7]
+    parabola = start + velocity * t - [0, 0, 0.5 * GRAVITY] * t**2
+    np.testing.assert_allclose(states[:, 1:3], parabola[:, :2], atol=1e-9)
+    np.testing.assert_allclose(states[:, 4:6], np.broadcast_to(velocity[:2], (len(t), 2)), atol=1e-9)
+    # Euler's steps fall behind the parabola by g h t / 2 and by nothing else.
+    lag = 0.5 * GRAVITY * timestep * t[:, 0]
+    np.testing.assert_allclose(parabola[:, 2] - states[:, 3], lag, atol=1e-9)
+
+
+def test_the_object_leaves_with_the_planned_velocity():
+    core = make_core(vary("ideal", timestep=0.0004), 1, seed=4)
+    plan = core.context.plan
+    state = states_after_release(recorded(core), 1)[0]
+    np.testing.assert_allclose(state[1:4], plan.position[0], atol=0.003)
+    np.testing.assert_allclose(state[4:7], plan.velocity[0] - [0, 0, GRAVITY * 0.0004], atol=0.005)
+
+
+@pytest.mark.parametrize("yaw", [0.0, 1.2])
+def test_the_spin_is_there_right_after_the_release(yaw):
+    core = make_core(vary("nominal", spread={"grasp": 0.0}), 1)
+    spin = np.array([[2.0, -3.0, 1.0]])
+    with_objects(core, yaw=np.array([yaw]), spin=spin)
+    states = states_after_release(recorded(core), 1)
+    np.testing.assert_allclose(states[0, 7:], spin[0], atol=0.05)
+
+
+def test_without_spin_nothing_turns():
+    core = make_core("ideal", 1)
+    states = states_after_release(recorded(core), 50)
+    assert np.abs(states[:, 7:]).max() < 0.02
+
+
+# One effect at a time, against its own formula.
+
+
+def lonely(**changes):
+    """The nominal cell at m = 1 with no delay and no spread, throwing one sphere: only the air is left."""
+    ball = item("ball", mass=0.006, drag=changes.pop("drag", 0.5), size=(0.07, 0.07, 0.07))
+    base = {"items": ["ball"], "extra_items": [ball], "suction": NO_DELAY, "spread": NO_SPREAD}
+    return vary("nominal", **{**base, **changes})
+
+
+def flown_in_air(position, velocity, plane_z, radius, mass, drag):
+    """Landing (2,) of a sphere by MuJoCo's drag law: no 1/2, so its coefficient is half of Cd."""
+
+    def rates(_, y):
+        v = y[3:]
+        force = -AIR * 0.5 * drag * np.pi * radius**2 * np.linalg.norm(v) * v - 6 * np.pi * radius * VISCOSITY * v
+        return np.concatenate([v, force / mass - [0, 0, GRAVITY]])
+
+    def crossing(_, y):
+        return y[2] - plane_z
+
+    crossing.terminal, crossing.direction = True, -1
+    start = np.concatenate([position, velocity])
+    return solve_ivp(rates, (0, 5), start, events=crossing, rtol=1e-10, atol=1e-12).y[:2, -1]
+
+
+def test_drag_alone_shortens_the_throw_as_an_independent_integration_says():
+    """The shift by drag, so that what the robot and the steps leave over cancels; agreement to 0.5 mm and 2 %."""
+    count, cd, nearly_none = 24, 0.5, 1e-6
+    with_air, without = (make_core(lonely(drag=d), count, seed=1) for d in (cd, nearly_none))
+    context = with_air.context
+    np.testing.assert_array_equal(context.plan.position, without.context.plan.position)
+    zero = np.zeros((count, 2))
+    measured = with_air.preview(zero).landing - without.preview(zero).landing
+    start = context.plan.position - np.array([0.0, 0.0, 1.0]) * context.objects.com_depth[:, None]
+    expected = np.array([
+        flown_in_air(p, v, z, 0.035, 0.006, cd) - flown_in_air(p, v, z, 0.035, 0.006, nearly_none)
+        for p, v, z in zip(start, context.plan.velocity, context.target[:, 2], strict=True)
+    ])  # fmt: skip
+    size = np.linalg.norm(expected, axis=1)
+    assert size.max() > 0.05  # an effect worth measuring
+    assert (np.linalg.norm(measured - expected, axis=1) < 0.0005 + 0.02 * size).all()
+    assert (np.einsum("ni,ni->n", measured, context.direction) < 0.0).all()
+
+
+def test_a_late_release_carries_the_object_on_at_release_velocity():
+    """The hand keeps its velocity in the window, so the flight starts delay x velocity farther on."""
+    count, delay = 24, 0.012
+    late = {**NO_DELAY, "valve": delay}
+    on_time, delayed = (make_core(lonely(drag=1e-6, suction=s), count, seed=1) for s in (NO_DELAY, late))
+    zero = np.zeros((count, 2))
+    context = delayed.context
+    np.testing.assert_allclose(context.objects.delay, delay)
+    measured = delayed.preview(zero).landing - on_time.preview(zero).landing
+    start = context.plan.position - np.array([0.0, 0.0, 1.0]) * context.objects.com_depth[:, None]
+    velocity, plane = context.plan.velocity, context.target[:, 2]
+    expected = landing_point(start + delay * velocity, velocity, plane) - landing_point(start, velocity, plane)
+    assert (np.linalg.norm(expected, axis=1) > 0.9 * delay * np.linalg.norm(velocity[:, :2], axis=1)).all()
+    np.testing.assert_allclose(measured, expected[:, :2], atol=0.0025)
+
+
+def test_jitter_is_left_out_of_a_preview_unless_asked_for():
+    core = make_core(vary("nominal", suction={"jitter": 0.004}), 12)
+    zero = np.zeros((12, 2))
+    without, with_ = core.preview(zero), core.preview(zero, jitter=True)
+    jitter, speed = core.context.objects.jitter, core.context.plan.speed
+    assert (np.abs(with_.landing_along - without.landing_along) > 0.2 * np.abs(jitter) * speed - 1e-3).all()
+    assert (np.sign(with_.landing_along - without.landing_along) == np.sign(jitter))[np.abs(jitter) > 0.002].all()
+    np.testing.assert_allclose(core.step(zero).info["landing_error"], with_.landing_error, atol=2e-4)
+
+
+def test_a_grasp_beside_the_centre_moves_the_landing_one_to_one():
+    core, count = make_core(lonely(drag=1e-6), 12, seed=1), 12
+    zero = np.zeros((count, 2))
+    centred = core.preview(zero).landing
+    offset = np.array([0.010, -0.015])
+    with_objects(core, grasp=np.tile(offset, (count, 1)))
+    np.testing.assert_allclose(core.preview(zero).landing - centred, np.tile(offset, (count, 1)), atol=0.002)
+
+
+def test_a_weak_feed_forward_moves_the_hand_off_its_path():
+    stiff, weak = (make_core(lonely(spread={**NO_SPREAD, "feedforward": f}), 8, seed=1) for f in (0.0, 0.3))
+    zero = np.zeros((8, 2))
+    assert weak.preview(zero).tracking_error.min() > stiff.preview(zero).tracking_error.max()
+
+
+# The cup stays solid.
+
+
+def recontact_share(window, share=None):
+    follow = {"follow_through": {"window": window, "gravity_share": share}, "reserve": 0.0}
+    core = make_core(vary("ideal", motion=follow), 60)
+    angle = core.context.plan.angle
+    info = core.step(np.zeros((60, 2))).info
+    return info["recontact"][angle > 0.35].mean(), info["recontact"][angle < 0.20], info["landing_error"]
+
+
+def test_braking_at_once_hits_the_object_again_in_a_steep_throw():
+    """At 48 m/s2 the hand falls faster than the object above asin(g / A) = 12 degrees."""
+    steep, flat, error = recontact_share(0.0)
+    assert steep > 0.6
+    assert not flat.any()
+    assert error.max() > 0.1
+
+
+@pytest.mark.parametrize(("window", "share"), [(0.100, None), (0.0, 0.9)])
+def test_a_long_window_or_soft_braking_keeps_the_cup_away(window, share):
+    steep, flat, error = recontact_share(window, share)
+    assert steep == 0.0
+    assert not flat.any()
+    assert error.max() < 0.01
+
+
+def test_an_engine_warning_is_an_error_and_not_a_number(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # the engine writes its log into the working directory
+    core = make_core("nominal", 2)
+    context = core.context
+    objects = replace(context.objects, spin=np.array([[0.0, 0.0, 0.0], [1e40, 0.0, 0.0]]))
+    core.cell.context = replace(context, objects=objects)
+    with pytest.raises(PhysicsError, match="MuJoCo warned in simulation 1"):
+        core.preview(np.zeros((2, 2)))
+    core.cell.context = context
+    assert np.isfinite(core.preview(np.zeros((2, 2))).landing_error).all()
+
+
+# An oracle passes the task, a deliberate miss fails it.
+
+
+def test_an_oracle_that_looks_ahead_sorts_almost_everything():
+    count, scale = 110, np.array([0.20, 0.06])
+    core = make_core("waste", count, seed=7)
+    action, errors = np.zeros((count, 2)), []
+    for _ in range(3):
+        seen = core.preview(action)
+        errors.append(seen.landing_error.mean())
+        action = np.clip(action - np.stack([seen.landing_along, seen.landing_across], 1) / scale, -1, 1)
+    info = core.step(action).info
+    assert errors[0] > 0.030
+    assert errors[2] < errors[1] < errors[0]
+    assert info["landing_error"].mean() < 0.006
+    assert info["is_success"].mean() >= 0.95
+
+
+def test_a_deliberate_miss_misses_by_what_the_action_says():
+    core = make_core("ideal", 40)
+    info = core.step(np.ones((40, 2))).info
+    whole = ~info["residual_clipped"]
+    assert whole.mean() > 0.3
+    np.testing.assert_allclose(info["landing_along"][whole], 0.20, atol=0.01)
+    np.testing.assert_allclose(info["landing_across"][whole], 0.06, atol=0.005)
+    assert not info["is_success"].any()

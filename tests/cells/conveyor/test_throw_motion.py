@@ -1,0 +1,173 @@
+"""The hand's path through a pick keeps every limit, has no jump, and ends above and then at the next pick."""
+
+import numpy as np
+import pytest
+
+from pnt_gym.arrays import take
+from pnt_gym.cells.conveyor.movers import braking_limits, stays_inside, throw_motion
+from pnt_gym.cells.conveyor.sections import FollowThrough
+from pnt_gym.planning.motion.limits import MotionLimits
+from pnt_gym.planning.motion.workspace import EllipticWorkspace
+from pnt_gym.planning.straight.release import plan_release_batch
+from tests.tools.throws import is_feasible, make_core, straight_cycle
+
+COUNT, CLEARANCE = 400, 0.05
+FOLLOWS = (
+    FollowThrough(window=0.080),
+    FollowThrough(window=0.0),
+    FollowThrough(window=0.030, gravity_share=0.9),
+)
+
+
+def random_throws(seed=0, count=COUNT):
+    rng = np.random.default_rng(seed)
+    pick = rng.uniform([-0.3, -0.45, -0.88], [0.3, -0.20, -0.80], (count, 3))
+    target = rng.uniform([-0.5, 0.25, -0.85], [0.5, 0.75, -0.85], (count, 3))
+    limits = MotionLimits.t3kr(rng.choice([15.0, 30.0, 45.0, 100.0], count))
+    release = plan_release_batch(pick, target, limits, ceiling=pick[:, 2] + 0.10)
+    rows = np.flatnonzero(release.feasible)
+    release = plan_release_batch(pick[rows], target[rows], take(limits, rows), ceiling=pick[rows, 2] + 0.10)
+    wait = np.where(rng.random(rows.size) < 0.5, 0.0, rng.uniform(0, 0.5, rows.size))
+    following = rng.uniform([-0.3, -0.45, -0.88], [0.3, -0.20, -0.80], (rows.size, 3))
+    return pick[rows], release, take(limits, rows), wait, following
+
+
+@pytest.fixture(scope="module", params=range(len(FOLLOWS)))
+def cycle(request):
+    follow = FOLLOWS[request.param]
+    pick, release, limits, wait, following = random_throws(request.param)
+    motion = throw_motion(pick, release, limits, follow)
+    path = straight_cycle(motion, limits, wait, following, CLEARANCE)
+    return follow, pick, release, limits, wait, following, motion, path
+
+
+def test_norms_of_velocity_acceleration_and_jerk_stay_within_the_limits(cycle):
+    _, _, _, limits, *_, path = cycle
+    peaks = path.peak_ratios(limits)
+    for ratio in peaks:
+        assert ratio.max() <= 1.0 + 1e-9
+    # The path is as fast as the limits allow somewhere: the check above is not one of a hand that stands still.
+    assert peaks.jerk.min() > 1.0 - 1e-9
+
+
+def test_numerical_derivatives_agree_with_the_limits(cycle):
+    """Independent of the path's own bookkeeping: finite differences of the sampled positions."""
+    _, _, _, limits, *_, path = cycle
+    step, some = 1e-4, np.arange(12)
+    path = take(path, some)
+    position = path.sample(np.arange(0.0, path.duration.max() + step, step)).position
+    velocity = np.linalg.norm(np.diff(position, axis=1), axis=-1) / step
+    acceleration = np.linalg.norm(np.diff(position, 2, axis=1), axis=-1) / step**2
+    v, a, _ = take(limits, some).arrays(len(some))
+    assert (velocity.max(axis=1) <= v * (1 + 1e-6)).all()
+    assert (acceleration.max(axis=1) <= a * (1 + 1e-4)).all()
+    assert (acceleration.max(axis=1) >= a * 0.9).any()
+
+
+def test_there_is_no_jump_at_a_border(cycle):
+    *_, path = cycle
+    before, after = path.sample(path.knot_times - 1e-9), path.sample(path.knot_times + 1e-9)
+    for b, a, tolerance in zip(before, after, (1e-7, 1e-6, 1e-4), strict=True):
+        np.testing.assert_allclose(b, a, atol=tolerance)
+
+
+def test_the_release_is_the_planned_one(cycle):
+    _, pick, release, *_, motion, path = cycle
+    state = path.sample(motion.release_time[:, None])
+    np.testing.assert_allclose(state.position[:, 0], release.position, atol=1e-9)
+    np.testing.assert_allclose(state.velocity[:, 0], release.velocity, atol=1e-9)
+    np.testing.assert_allclose(motion.release_time, release.time, atol=1e-9)
+    np.testing.assert_array_equal(path.start, pick)
+
+
+def test_the_velocity_is_constant_in_the_window(cycle):
+    follow, _, release, *_, motion, path = cycle
+    times = motion.release_time[:, None] + np.linspace(0.0, follow.window, 7)
+    velocity = path.sample(times).velocity
+    np.testing.assert_allclose(velocity, np.repeat(release.velocity[:, None], 7, axis=1), atol=1e-9)
+    later = path.sample((motion.release_time + follow.window + 0.01)[:, None]).velocity[:, 0]
+    assert (np.linalg.norm(later, axis=1) < release.speed - 1e-6).all()
+
+
+def test_the_hand_stops_on_the_throw_line(cycle):
+    _, pick, release, *_, motion, path = cycle
+    state = path.sample(motion.stop_time[:, None])
+    np.testing.assert_allclose(state.position[:, 0], motion.stop, atol=1e-9)
+    np.testing.assert_allclose(state.velocity[:, 0], 0.0, atol=1e-9)
+    way = motion.stop - pick
+    np.testing.assert_allclose(np.cross(way, release.direction), 0.0, atol=1e-12)
+
+
+def test_the_hand_arrives_above_the_next_pick_waits_there_and_comes_down_vertically(cycle):
+    _, _, _, limits, wait, following, motion, path = cycle
+    np.testing.assert_allclose(path.end, following, atol=1e-9)
+    descent = following + np.array([0.0, 0.0, CLEARANCE])
+    inside = 0.5 * wait + descent_time(limits, len(wait))
+    above = path.sample((path.duration - inside)[:, None])
+    np.testing.assert_allclose(above.position[:, 0], descent, atol=1e-9)
+    np.testing.assert_allclose(above.velocity[:, 0], 0.0, atol=1e-7)
+    down = path.sample(path.duration[:, None] - np.linspace(0, 1, 9) * descent_time(limits, len(wait))[:, None])
+    np.testing.assert_allclose(down.position[..., :2], np.repeat(following[:, None, :2], 9, axis=1), atol=1e-9)
+    assert (path.duration >= motion.stop_time + wait).all()
+
+
+def descent_time(limits, count):
+    """Least time of a rest-to-rest move over the clearance, from Hassan et al. 2022, Algorithm 1, by hand."""
+    v, a, j = limits.arrays(count)
+    jerk_only = 4 * np.cbrt(CLEARANCE / (2 * j))
+    with_ramp = a / j + np.sqrt((a / j) ** 2 + 4 * CLEARANCE / a)
+    with_plateau = CLEARANCE / v + v / a + a / j
+    time = np.where(2 * a**3 / j**2 >= CLEARANCE, jerk_only, with_ramp)
+    peak = np.where(2 * a**3 / j**2 >= CLEARANCE, j * (time / 4) ** 2, a * (time / 2 - a / j))
+    return np.where(peak > v, with_plateau, time)
+
+
+def test_shaped_braking_keeps_the_hand_above_a_falling_object():
+    """With a share of gravity below 1, the object falls away from the hand at every moment after the release."""
+    pick, release, limits, wait, following = random_throws(5)
+    follow = FollowThrough(window=0.0, gravity_share=0.9)
+    motion = throw_motion(pick, release, limits, follow)
+    path = straight_cycle(motion, limits, wait, following, CLEARANCE)
+    after = np.linspace(0.0, 1.0, 50) * (motion.stop_time - motion.release_time)[:, None]
+    hand = path.sample(motion.release_time[:, None] + after).position[..., 2]
+    fall = release.position[:, 2:] + release.velocity[:, 2:] * after - 0.5 * 9.81 * after**2
+    assert (hand - fall).min() > -1e-9
+    full = throw_motion(pick, release, limits, FollowThrough(window=0.0))
+    steep = release.angle > 0.4
+    assert steep.any()
+    path = straight_cycle(full, limits, wait, following, CLEARANCE)
+    after = np.linspace(0.0, 1.0, 50) * (full.stop_time - full.release_time)[:, None]
+    hand = path.sample(full.release_time[:, None] + after).position[..., 2]
+    fall = release.position[:, 2:] + release.velocity[:, 2:] * after - 0.5 * 9.81 * after**2
+    assert ((hand - fall).min(axis=1) < 0.0)[steep].mean() > 0.5
+
+
+def test_braking_is_never_harder_than_the_limits():
+    _, release, limits, *_ = random_throws(6)
+    soft = braking_limits(release, limits, FollowThrough(gravity_share=0.5)).arrays(len(release))
+    full = limits.arrays(len(release))
+    assert (soft[1] <= full[1]).all()
+    assert (soft[1] * np.sin(release.angle) <= 0.5 * 9.81 * (1 + 1e-9)).all()
+    assert braking_limits(release, limits, FollowThrough()) is limits
+
+
+def test_staying_inside_is_about_pick_release_and_stop():
+    pick, release, limits, *_ = random_throws(7)
+    follow = FollowThrough(window=0.08)
+    workspace = EllipticWorkspace(0.45, 0.80, -0.95, 0.0)
+    inside = stays_inside(pick, release, limits, follow, workspace)
+    motion = throw_motion(pick, release, limits, follow)
+    points = np.stack([pick, release.position, motion.stop], axis=1)
+    ellipse = (points[..., 0] / 0.45) ** 2 + (points[..., 1] / 0.80) ** 2
+    high = (points[..., 2] >= -0.95) & (points[..., 2] <= 0.0)
+    np.testing.assert_array_equal(inside, ((ellipse <= 1.0) & high).all(axis=1))
+    assert 0.05 < inside.mean() < 0.95
+
+
+def test_a_throw_that_does_not_exist_does_not_stay_inside():
+    core = make_core("nominal", 3)
+    pick = core.context.pick
+    nowhere = plan_release_batch(pick, pick + np.array([0.0, 0.0, 0.1]), MotionLimits.t3kr(40.0))
+    assert not nowhere.feasible.any()
+    assert not is_feasible(core, nowhere).any()
+    assert is_feasible(core, core.context.plan).all()

@@ -1,0 +1,166 @@
+"""Robots of other sizes, and what a level says of the conveyor cell: a YAML file, or one sentence why not."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+import yaml
+
+from pnt_gym.cells.gripper.cell import GripperCell
+from pnt_gym.cells.gripper.config import GripperConfig
+from pnt_gym.cells.gripper.observation import FEATURES, decode, feature_table, features, observe
+from pnt_gym.cells.gripper.robot import Robot
+from pnt_gym.envs.gripper import GripperTossEnv
+from pnt_gym.errors import ConfigError
+from pnt_gym.robots.gripper.build import INDUSTRIAL_BUILD, INDUSTRIAL_SCALE, PROTOTYPE_BUILD
+from pnt_gym.robots.gripper.geometry import PROTOTYPE
+from tests.tools.gripper import made
+
+BELT = GripperConfig.load("belt").model_dump(exclude_unset=True)
+SLOW_SERVO = {"servo": {"speed": 1.0}}
+
+
+def varied(**changes):
+    """The level `belt` as its file has it, with some sections' values replaced."""
+    data = {key: BELT[key] for key in ("name", "robot", "conveyor", "items", "grip", "motion", "action", "observation")}
+    data["tray"] = {"x": 0.90, "settle": 0.35}
+    for name, values in changes.items():
+        data[name] = {**data.get(name, {}), **values} if isinstance(values, Mapping) else values
+    return data
+
+
+def test_the_default_robot_is_the_prototype():
+    assert Robot().parts() == (PROTOTYPE, PROTOTYPE_BUILD)
+    assert Robot().size == 1.0
+
+
+def test_the_belts_robot_is_the_industrial_one_with_softer_and_narrower_claws():
+    config = GripperConfig.load("belt")
+    dimensions, build = config.robot.parts()
+    assert dimensions == PROTOTYPE.scaled(INDUSTRIAL_SCALE)
+    assert build.servo == INDUSTRIAL_BUILD.servo
+    assert build.moving_mass == INDUSTRIAL_BUILD.moving_mass
+    assert build.claws.length == INDUSTRIAL_BUILD.claws.length
+    assert build.claws.stiffness < INDUSTRIAL_BUILD.claws.stiffness
+
+
+def test_parts_are_named_one_by_one():
+    dimensions, build = Robot(
+        scale=2.0,
+        dimensions={"l": 0.5, "stroke": [-1.4, 0.7]},
+        masses={"arm_mass": 0.2},
+        claws={"pad": [0.05, 0.004, 0.03]},
+    ).parts()
+    assert (dimensions.l, dimensions.r, dimensions.stroke) == (0.5, 2.0 * PROTOTYPE.r, (-1.4, 0.7))
+    assert (build.arm_mass, build.rod_mass) == (0.2, 4.0 * PROTOTYPE_BUILD.rod_mass)
+    assert build.claws.pad == (0.05, 0.004, 0.03)
+
+
+@pytest.mark.parametrize(
+    ("robot", "message"),
+    [
+        ({"scale": -1.0}, "robot.scale is -1"),
+        ({"dimensions": {"q": 1.0}}, "'q' is no dimension"),
+        ({"dimensions": {"l": 0.01}}, "cannot bridge"),
+        ({"servo": {"torque": 1.0}}, "'torque' is none of stall_torque"),
+        ({"servo": {"kp": "much"}}, "robot.servo.kp is 'much'; it must be a number"),
+        ({"servo": {"kp": -1.0}}, "servo.kp is -1"),
+        ({"claws": {"pad": [0.1, 0.2]}}, "three lengths"),
+        ({"masses": {"arm": 1.0}}, "'arm' is none of arm_mass"),
+    ],
+)
+def test_impossible_robots_are_refused_in_one_sentence(robot, message):
+    with pytest.raises(ConfigError, match=message) as caught:
+        GripperConfig.load({"robot": robot})
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        ({"robot": SLOW_SERVO}, "the motors are too slow for the throw"),
+        ({"robot": {"dimensions": {"l": 0.150}}}, "reach"),
+        ({"table": {"speed": 1.2}}, "the motors are too slow to follow the belt"),
+        ({"table": {"speed": 1.2, "travel_deg": 90.0}}, "the belt carries the object out of the robot's reach"),
+        (varied(table={"speed": 6.0}), "the belt carries the object out"),
+        (varied(tray={"x": 3.0}), "reach"),
+        (varied(robot={"scale": 3.5}), "the robot does not reach the grip"),
+        (varied(grip={"open_deg": -56.0}), "the paper_ball is 0.08 m wide; the claws open to 0.008858 m"),
+        ({"grip": {"open_deg": 50.0}}, "grip.open_deg is 50 deg; the platform's halves turn from -60 to -30 deg"),
+        ({"grip": {"open_deg": 60.0}, "robot": {"dimensions": {"theta": [-1.1, 1.2]}}}, "from 53.3 deg on the motors"),
+        ({"grip": {"release_deg": 30.0}}, "opens the claws to -19.1 deg around the cork"),
+        (varied(robot={"claws": {"width": 0.13}}), "the yoghurt_cup is 0.07 m wide; claws that squeeze by 4 deg"),
+    ],
+)  # fmt: skip
+def test_what_the_robot_cannot_do_is_refused_in_one_sentence(data, message):
+    with pytest.raises(ConfigError, match=message) as caught:
+        GripperCell(GripperConfig.load(data), 1)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("conveyor", "message"),
+    [
+        ({"level": "moon"}, "unknown level 'moon'"),
+        ({"colour": 1}, "unknown key 'conveyor.colour'"),
+        ({"origin": [0.0, 0.0]}, "conveyor.origin"),
+    ],
+)
+def test_wrong_words_of_the_conveyor_are_named(conveyor, message):
+    with pytest.raises(ConfigError, match=message) as caught:
+        GripperConfig.load(varied(conveyor=conveyor))
+    assert "\n" not in str(caught.value)
+
+
+def test_an_item_that_the_conveyor_cell_does_not_know_is_named():
+    with pytest.raises(ConfigError, match="unknown item 'ufo'") as caught:
+        GripperConfig.load(varied(items=["ufo"]))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_tray_in_the_belt_is_refused():
+    with pytest.raises(ConfigError, match="stands in the table"):
+        GripperConfig.load(varied(tray={"x": 0.1}))
+
+
+def test_what_a_cell_says_itself_goes_before_the_conveyor_cell():
+    data = varied(table={"speed": 0.1}, errors={"mass": 0.5}, conveyor={"level": "nominal"})
+    config = GripperConfig.load({key: value for key, value in data.items() if key != "items"})
+    assert (config.table.speed, config.errors.mass) == (0.1, 0.5)
+    assert config.table.height == GripperConfig.load("belt").table.height
+    assert config.items == ("paper", "metal_can", "plastic_package")
+    GripperCell(config, 1)
+
+
+def test_the_level_written_in_full_is_read_back_the_same(tmp_path):
+    config, path = GripperConfig.load("belt"), tmp_path / "env.yaml"
+    path.write_text(yaml.safe_dump(config.model_dump(mode="json"), sort_keys=False))
+    assert GripperConfig.load(path) == config
+    assert GripperConfig.load(config) == config
+
+
+def test_a_small_robot_picks_from_a_small_belt():
+    belt = {"speed": 0.08, "travel_deg": 90.0, "camera": -0.2, "pick_y": [-0.03, 0.01]}
+    cell = made("nominal", 24, mismatch=0.0, table=belt)
+    outcome = cell.throw(cell.context.plans)
+    assert outcome.is_success.all()
+    assert outcome.landing_error.max() < 0.008
+
+
+def test_a_cells_own_centres_and_scales_are_used_and_read_back():
+    cell = made("belt", 12)
+    table, context = feature_table(cell.config), cell.context
+    values = decode(observe(context, table), table)
+    np.testing.assert_allclose(values["place_x"], context.place[:, 0], atol=1e-6)
+    np.testing.assert_allclose(values["width"], context.measured[:, 1], atol=1e-6)
+    assert features(GripperConfig.load("nominal")) == FEATURES
+    with pytest.raises(ConfigError, match="'colour' is no feature"):
+        features(GripperConfig.load({"observation": {"colour": [0.0, 1.0]}}))
+
+
+def test_the_environments_manual_says_what_the_belts_numbers_are():
+    action, reward = GripperConfig.load("belt").action, GripperConfig.load("belt").reward
+    text = " ".join(str(GripperTossEnv.__doc__).split())
+    assert f"with `belt` 1 stands for {action.along:g} m, {action.across:g} m and {action.opening:g} s" in text
+    assert f"with `belt` {reward.landing_scale:g} m" in text
+    assert f"{GripperConfig.load('belt').robot.scale:g} times the prototype" in text

@@ -1,0 +1,69 @@
+import numpy as np
+import pytest
+
+from pnt_gym.arrays import take
+from pnt_gym.planning import MotionLimits
+
+
+def test_percent_scales_all_three_limits():
+    limits = MotionLimits.t3kr(percent=30)
+    assert (limits.velocity, limits.acceleration, limits.jerk) == (1.8, 36.0, 900.0)
+    assert MotionLimits.t3kr() == MotionLimits(6.0, 120.0, 3000.0)
+
+
+def test_percent_array_gives_limits_per_throw():
+    limits = MotionLimits.t3kr(np.array([15.0, 30.0, 100.0]))
+    assert limits.count == 3
+    np.testing.assert_allclose(limits.acceleration, [18.0, 36.0, 120.0], rtol=1e-15)
+    assert take(limits, 1) == MotionLimits.t3kr(30)
+    assert limits[1:].count == 2
+    assert take(limits, np.array([True, False, True])) == MotionLimits.t3kr(np.array([15.0, 100.0]))
+
+
+@pytest.mark.parametrize("percent", [0.0, -1.0, 100.5, np.nan])
+def test_percent_out_of_range_names_the_value(percent):
+    with pytest.raises(ValueError, match=r"\(0, 100\]") as error:
+        MotionLimits.t3kr(np.array([30.0, percent]))
+    assert str(percent) in str(error.value)
+
+
+@pytest.mark.parametrize("field", ["velocity", "acceleration", "jerk"])
+@pytest.mark.parametrize("value", [0.0, -2.0, np.nan, np.inf])
+def test_bad_limit_names_field_and_value(field, value):
+    good = {"velocity": 1.0, "acceleration": 10.0, "jerk": 100.0}
+    for bad in (value, np.array([1.0, value])):
+        with pytest.raises(ValueError, match=field) as error:
+            MotionLimits(**{**good, field: bad})
+        assert str(value) in str(error.value)
+
+
+def test_lengths_must_agree():
+    with pytest.raises(ValueError, match="one length"):
+        MotionLimits(np.ones(2), np.ones(3), 1.0)
+    with pytest.raises(ValueError, match="2 throws but 5"):
+        MotionLimits(np.ones(2), 1.0, 1.0).arrays(5)
+    with pytest.raises(ValueError, match="shape"):
+        MotionLimits(np.ones((2, 2)), 1.0, 1.0)
+
+
+def test_arrays_are_copied_and_read_only():
+    source = np.array([1.0, 2.0])
+    limits = MotionLimits(source, 1.0, 1.0)
+    source[0] = -5.0
+    np.testing.assert_array_equal(limits.velocity, [1.0, 2.0])
+    with pytest.raises(ValueError, match="read-only"):
+        limits.velocity[0] = 3.0
+
+
+def test_value_equality_and_hash():
+    assert MotionLimits(1.0, 2.0, 3.0) == MotionLimits(1.0, 2.0, 3.0)
+    assert hash(MotionLimits(1.0, 2.0, 3.0)) == hash(MotionLimits(1.0, 2.0, 3.0))
+    assert MotionLimits(1.0, 2.0, 3.0) != MotionLimits(1.0, 2.0, 3.5)
+    assert MotionLimits(1.0, 2.0, 3.0) != (1.0, 2.0, 3.0)
+    assert MotionLimits(1.0, 2.0, 3.0).scaled(2.0) == MotionLimits(2.0, 4.0, 6.0)
+
+
+def test_numbers_need_one_set_of_limits():
+    assert MotionLimits(1.0, 2.0, 3.0).numbers() == (1.0, 2.0, 3.0)
+    with pytest.raises(ValueError, match="take a row"):
+        MotionLimits(np.ones(3), 2.0, 3.0).numbers()

@@ -1,0 +1,35 @@
+import numpy as np
+import pytest
+from scipy.optimize import elementwise
+
+from pnt_gym.planning.motion.roots import bisect, highest
+
+LOW, HIGH = np.full(50, -1.0), np.linspace(2.0, 4.0, 50)
+SHIFT = np.linspace(-0.9, 1.9, 50)
+
+
+def test_bisection_closes_in_on_the_border_from_both_ends():
+    inside, outside = bisect(lambda x: x**3 < SHIFT, LOW, HIGH, 60)
+    np.testing.assert_allclose(inside, np.cbrt(SHIFT), atol=1e-15)
+    assert (inside**3 < SHIFT).all() and not (outside**3 < SHIFT).any()
+    reference = elementwise.find_root(lambda x, s: x**3 - s, (LOW, HIGH), args=(SHIFT,))
+    np.testing.assert_allclose(inside, reference.x, atol=1e-12)
+
+
+def test_the_end_that_holds_may_be_the_greater_one():
+    inside, outside = bisect(lambda x: x > SHIFT, HIGH, LOW, 60)
+    np.testing.assert_allclose(inside, SHIFT, atol=1e-15)
+    assert (outside <= SHIFT).all()
+
+
+def test_golden_section_finds_the_greatest_value():
+    place, value = highest(lambda x: SHIFT - (x - SHIFT) ** 2, LOW, HIGH, 40)
+    np.testing.assert_allclose(place, SHIFT, atol=1e-7)
+    np.testing.assert_allclose(value, SHIFT, atol=1e-12)
+
+
+@pytest.mark.parametrize("search", [lambda s, a, b: bisect(lambda x: x < s, a, b, 9)[0],
+                                    lambda s, a, b: highest(lambda x: -abs(x - s), a, b, 9)[0]])  # fmt: skip
+def test_a_row_gets_the_same_bits_alone(search):
+    many = search(SHIFT, LOW, HIGH)
+    assert all(search(SHIFT[k : k + 1], LOW[k : k + 1], HIGH[k : k + 1])[0] == many[k] for k in range(50))

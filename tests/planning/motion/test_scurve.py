@@ -1,0 +1,162 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from ruckig import InputParameter, Result, Ruckig, Trajectory
+
+from pnt_gym.planning import MotionLimits, min_time_scurve, speed_at
+from tests.tools.planning import printed_algorithm
+
+positive = st.floats(1e-3, 1e3)
+
+
+def log_uniform(rng, low, high, count):
+    return 10.0 ** rng.uniform(np.log10(low), np.log10(high), count)
+
+
+def random_strokes(count, seed):
+    rng = np.random.default_rng(seed)
+    limits = [log_uniform(rng, *span, count) for span in ((1e-2, 1e2), (1e-1, 1e3), (1e-1, 1e5))]
+    return log_uniform(rng, 1e-4, 1e2, count), MotionLimits(*limits)
+
+
+def test_durations_agree_with_ruckig():
+    count = 20_000
+    distance, limits = random_strokes(count, seed=11)
+    solver, trajectory, request = Ruckig(1), Trajectory(1), InputParameter(1)
+    expected = np.empty(count)
+    for k in range(count):
+        request.target_position = [distance[k]]
+        request.max_velocity = [limits.velocity[k]]
+        request.max_acceleration = [limits.acceleration[k]]
+        request.max_jerk = [limits.jerk[k]]
+        assert solver.calculate(request, trajectory) == Result.Working
+        expected[k] = trajectory.duration
+    np.testing.assert_allclose(min_time_scurve(distance, limits).duration, expected, rtol=1e-12)
+
+
+def test_peaks_agree_with_the_printed_algorithm_in_every_branch():
+    distance, limits = random_strokes(3000, seed=12)
+    curve = min_time_scurve(distance, limits)
+    rows = zip(distance, limits.velocity, limits.acceleration, limits.jerk, strict=True)
+    expected = np.array([printed_algorithm(*row) for row in rows])
+    # The printed line 12 cancels; the tolerance is its, not ours.
+    np.testing.assert_allclose(curve.velocity, expected[:, 0], rtol=1e-6)
+    np.testing.assert_allclose(curve.acceleration, expected[:, 1], rtol=1e-12)
+    saturated_v, saturated_a = curve.velocity == limits.velocity, curve.acceleration == limits.acceleration
+    for branch in (saturated_v & saturated_a, saturated_v & ~saturated_a, ~saturated_v & saturated_a):
+        assert branch.sum() > 100
+    assert (~saturated_v & ~saturated_a).sum() > 100
+
+
+def test_long_plateau_branch_has_no_cancellation():
+    # A tiny stroke with a jerk so high that the plateau is everything: V = sqrt(P A) to first order.
+    curve = min_time_scurve(1e-6, MotionLimits(10.0, 1e-3, 1e6))
+    assert curve.velocity == pytest.approx(np.sqrt(1e-9), rel=1e-6)
+    assert curve.durations.sum() == pytest.approx(curve.duration, rel=1e-14)
+
+
+@given(positive, positive, positive, positive)
+def test_profile_keeps_limits_and_closes(distance, velocity, acceleration, jerk):
+    curve = min_time_scurve(distance, MotionLimits(velocity, acceleration, jerk))
+    assert curve.velocity <= velocity * (1 + 1e-12)
+    assert curve.acceleration <= acceleration * (1 + 1e-12)
+    assert (curve.durations >= 0.0).all()
+    assert curve.durations.sum() == pytest.approx(curve.duration, rel=1e-12)
+    time = np.linspace(-0.1, 1.1, 601) * curve.duration
+    position, speed, slope = curve.sample(time)
+    assert position[0] == 0.0
+    assert position[-1] == distance
+    assert (np.diff(position) >= -1e-12 * distance).all()
+    assert speed.min() >= -1e-12 * velocity
+    assert speed.max() <= velocity * (1 + 1e-12)
+    assert np.abs(slope).max() <= acceleration * (1 + 1e-12)
+    assert np.abs(curve.sample_jerk(time)).max() <= jerk
+    middle, top, flat = curve.sample(0.5 * curve.duration)
+    assert middle == pytest.approx(0.5 * distance, rel=1e-12)
+    assert top == pytest.approx(curve.velocity, rel=1e-12)
+    assert abs(flat) <= 1e-14 * jerk * curve.duration
+
+
+@given(positive, positive, positive, positive)
+def test_samples_are_each_others_derivatives(distance, velocity, acceleration, jerk):
+    curve = min_time_scurve(distance, MotionLimits(velocity, acceleration, jerk))
+    edges = np.concatenate([[0.0], np.cumsum(curve.durations)])
+    wide = np.diff(edges) > 1e-6 * curve.duration
+    middle, step = (0.5 * (edges[1:] + edges[:-1]))[wide], 0.4 * np.diff(edges)[wide]
+    before, after = curve.sample(middle - step), curve.sample(middle + step)
+    _, speed, slope = curve.sample(middle)
+    third = curve.sample_jerk(middle)
+    # Central differences of a cubic, whose error is exactly jerk times step squared over six.
+    tolerance = 1e-9 * distance / step
+    assert np.all(np.abs((after[0] - before[0]) / (2 * step) - speed - third * step**2 / 6) <= tolerance)
+    assert np.all(np.abs((after[1] - before[1]) / (2 * step) - slope) <= tolerance / step)
+    assert np.all(np.abs((after[2] - before[2]) / (2 * step) - third) <= tolerance / step**2)
+
+
+def test_motion_is_continuous_across_segment_borders():
+    distance, limits = random_strokes(500, seed=13)
+    curve = min_time_scurve(distance, limits)
+    edges = np.cumsum(curve.durations, axis=1)
+    gap = 1e-9 * curve.duration[:, None]
+    before, after = curve.sample(edges - gap), curve.sample(edges + gap)
+    # No jump: over a short time each quantity changes by no more than its derivative's bound allows.
+    bounds = (curve.velocity, curve.acceleration, curve.jerk)
+    for earlier, later, bound in zip(before, after, bounds, strict=True):
+        rounding = 1e-14 * np.abs(earlier).max(axis=1, keepdims=True) + 1e-14 * bound[:, None]
+        assert np.all(np.abs(later - earlier) <= 2.0 * gap * bound[:, None] * (1 + 1e-6) + rounding)
+
+
+def test_longer_strokes_take_longer_and_go_faster():
+    limits = MotionLimits.t3kr(40)
+    curve = min_time_scurve(np.linspace(0.0, 2.0, 4001), limits)
+    assert (np.diff(curve.duration) > 0.0).all()
+    assert (np.diff(curve.velocity) >= 0.0).all()
+
+
+def test_zero_stroke_takes_no_time():
+    curve = min_time_scurve(0.0, MotionLimits.t3kr(50))
+    assert curve.duration == 0.0
+    assert curve.velocity == 0.0
+    assert [float(x) for x in curve.sample(0.3)] == [0.0, 0.0, 0.0]
+    mixed = min_time_scurve(np.array([0.0, 0.5]), MotionLimits.t3kr(50))
+    assert mixed.duration[0] == 0.0
+    assert mixed.duration[1] > 0.0
+
+
+@given(st.floats(1e-12, 1e6), st.floats(1e-6, 1e6))
+def test_speed_at_is_the_speed_in_mid_stroke(distance, velocity):
+    limits = MotionLimits(velocity, 50.0, 900.0)
+    curve = min_time_scurve(2.0 * distance, limits)
+    position, speed, _ = curve.sample(0.5 * curve.duration)
+    assert position == pytest.approx(distance, rel=1e-9)
+    assert speed == pytest.approx(speed_at(distance, limits), rel=1e-9)
+
+
+def test_shapes_follow_the_inputs():
+    limits = MotionLimits.t3kr(np.array([20.0, 40.0, 60.0]))
+    batch = min_time_scurve(np.array([0.1, 0.2, 0.3]), limits)
+    assert batch.durations.shape == (3, 7)
+    assert batch.sample(0.05)[0].shape == (3,)
+    assert batch.sample(np.zeros(5))[0].shape == (3, 5)
+    assert batch.sample(np.zeros((3, 5)))[1].shape == (3, 5)
+    assert batch.sample_jerk(np.zeros(5)).shape == (3, 5)
+    with pytest.raises(ValueError, match="times must have shape"):
+        batch.sample(np.zeros((2, 5)))
+    single = min_time_scurve(0.2, MotionLimits.t3kr(40))
+    assert isinstance(single.duration, float)
+    assert single.duration == batch.duration[1]
+    assert single.sample(np.zeros((4, 2)))[0].shape == (4, 2)
+    assert min_time_scurve(0.2, limits).duration.shape == (3,)
+    np.testing.assert_array_equal(batch.sample(np.array([0.05]))[0][1], single.sample(np.array([0.05]))[0])
+
+
+@pytest.mark.parametrize("value", [-1e-9, np.nan, np.inf])
+def test_bad_distance_is_refused_with_its_value(value):
+    limits = MotionLimits.t3kr(30)
+    for bad in (value, np.array([0.1, value])):
+        with pytest.raises(ValueError, match="distance") as error:
+            min_time_scurve(bad, limits)
+        assert str(value) in str(error.value)
+    with pytest.raises(ValueError, match="shape"):
+        min_time_scurve(np.ones((2, 2)), limits)

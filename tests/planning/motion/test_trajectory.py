@@ -1,0 +1,161 @@
+import numpy as np
+import pytest
+
+from pnt_gym.arrays import take
+from pnt_gym.planning import (
+    JerkTrajectory,
+    MotionLimits,
+    accelerate,
+    brake,
+    brake_distance,
+    coast,
+    line_segments,
+    min_time_scurve,
+    rest_to_rest,
+    speed_at,
+)
+
+
+def units(rng, count):
+    vectors = rng.normal(size=(count, 3))
+    return vectors / np.linalg.norm(vectors, axis=1)[:, None]
+
+
+def throw_and_return(count=16, seed=3):
+    """Accelerate, hold the speed for 20 ms, brake, wait, go back to the start."""
+    rng = np.random.default_rng(seed)
+    limits = MotionLimits.t3kr(rng.uniform(15.0, 100.0, count))
+    direction, distance = units(rng, count), rng.uniform(0.02, 0.8, count)
+    speed = speed_at(distance, limits)
+    way = distance + 0.02 * speed + brake_distance(speed, limits)
+    parts = [
+        accelerate(direction, distance, limits),
+        coast(np.full(count, 0.02)),
+        brake(direction, speed, limits),
+        coast(np.full(count, 0.1)),
+        rest_to_rest(-way[:, None] * direction, limits),
+    ]
+    start = rng.normal(size=(count, 3))
+    return JerkTrajectory.concatenate(start, parts), limits, direction, distance, speed
+
+
+def test_round_trip_comes_back_to_rest_at_the_start():
+    path, _, _, _, _ = throw_and_return()
+    np.testing.assert_allclose(path.end, path.start, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(path.knots.velocity[:, -1], 0.0, atol=1e-12)
+    np.testing.assert_allclose(path.knots.acceleration[:, -1], 0.0, atol=1e-10)
+
+
+def test_speed_and_place_at_the_release():
+    path, limits, direction, distance, speed = throw_and_return()
+    release = path.knot_times[:, 4]
+    np.testing.assert_allclose(release, 0.5 * min_time_scurve(2.0 * distance, limits).duration, rtol=1e-12)
+    position, velocity, acceleration = (x[:, 0] for x in path.sample(release[:, None]))
+    np.testing.assert_allclose(position, path.start + distance[:, None] * direction, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(velocity, speed[:, None] * direction, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(acceleration, 0.0, atol=1e-10)
+
+
+def test_limits_are_reached_and_kept():
+    path, limits, _, _, _ = throw_and_return()
+    ratios = path.peak_ratios(limits)
+    for ratio in ratios:
+        assert ratio.max() <= 1.0 + 1e-9
+    np.testing.assert_allclose(ratios.jerk, 1.0, rtol=1e-12)
+    doubled = path.peak_ratios(limits.scaled(0.5))
+    for once, twice in zip(ratios, doubled, strict=True):
+        np.testing.assert_allclose(2.0 * once, twice, rtol=1e-12)
+
+
+def test_samples_agree_with_small_steps():
+    path, _, _, _, _ = throw_and_return(count=4)
+    step = 2e-6
+    time = np.arange(0.0, path.duration.max() + 0.01, step)
+    _, velocity, acceleration = path.sample(time)
+    position = path.sample(time).position
+    walked = path.start[:, None] + np.cumsum(0.5 * step * (velocity[:, 1:] + velocity[:, :-1]), axis=1)
+    np.testing.assert_allclose(position[:, 1:], walked, rtol=0, atol=1e-7)
+    gained = np.cumsum(0.5 * step * (acceleration[:, 1:] + acceleration[:, :-1]), axis=1)
+    np.testing.assert_allclose(velocity[:, 1:], gained, rtol=0, atol=1e-6)
+
+
+def test_rest_before_and_after():
+    path, _, _, _, _ = throw_and_return()
+    before, after = path.sample(np.array([-1.0])), path.sample(np.array([100.0]))
+    np.testing.assert_array_equal(before.position[:, 0], path.start)
+    np.testing.assert_array_equal(after.position[:, 0], path.end)
+    for state in (before, after):
+        assert not state.velocity.any()
+        assert not state.acceleration.any()
+
+
+def test_rest_to_rest_matches_the_scalar_curve():
+    limits = MotionLimits.t3kr(35)
+    move = np.array([[0.3, -0.4, 0.0]])
+    path = JerkTrajectory.concatenate(np.zeros((1, 3)), [rest_to_rest(move, limits)])
+    time = np.linspace(-0.05, 0.6, 400)
+    curve = min_time_scurve(0.5, limits)
+    for ours, reference in zip(path.sample(time), curve.sample(time), strict=True):
+        np.testing.assert_allclose(ours[0], reference[:, None] * move / 0.5, rtol=0, atol=1e-11)
+
+
+def test_zero_move_and_shared_times_per_path():
+    limits = MotionLimits.t3kr(35)
+    moves = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]])
+    path = JerkTrajectory.concatenate(np.ones((2, 3)), [rest_to_rest(moves, limits)])
+    assert path.duration[0] == 0.0
+    times = np.linspace(0.0, 0.3, 7)
+    shared, per_path = path.sample(times), path.sample(np.tile(times, (2, 1)))
+    for one, other in zip(shared, per_path, strict=True):
+        np.testing.assert_array_equal(one, other)
+    np.testing.assert_array_equal(shared.position[0], 1.0)
+
+
+def test_moving_start_is_integrated():
+    state = np.array([[1.0, 0.0, 0.0]])
+    path = JerkTrajectory(np.zeros((1, 3)), np.array([[2.0]]), np.zeros((1, 1, 3)), state, 2.0 * state)
+    position, velocity, acceleration = path.sample(np.array([0.0, 1.0, 2.0]))
+    np.testing.assert_allclose(position[0, :, 0], [0.0, 2.0, 6.0])
+    np.testing.assert_allclose(velocity[0, :, 0], [1.0, 3.0, 5.0])
+    np.testing.assert_allclose(acceleration[0, :, 0], 2.0)
+    taken = take(path, np.array([0, 0]))
+    np.testing.assert_array_equal(taken.sample(np.array([1.5])).position[1], path.sample(np.array([1.5])).position[0])
+
+
+def test_quickest_stop_is_the_mirrored_start():
+    limits = MotionLimits.t3kr(60)
+    distance = np.linspace(0.001, 1.0, 50)
+    speed = speed_at(distance, limits)
+    curve = min_time_scurve(2.0 * distance, limits)
+    no_cruise = distance - 0.5 * curve.durations[:, 3] * speed
+    np.testing.assert_allclose(brake_distance(speed, limits), no_cruise, rtol=1e-12)
+    with pytest.raises(ValueError, match="speed"):
+        brake_distance(np.array([-1.0]), limits)
+
+
+def test_line_segments_point_along_the_line():
+    direction = np.array([[0.0, 0.6, 0.8]])
+    part = line_segments(direction, np.array([[1.0, 1.0]]), np.array([[2.0, -2.0]]))
+    np.testing.assert_allclose(part.jerks[0], [[0.0, 1.2, 1.6], [0.0, -1.2, -1.6]])
+
+
+@pytest.mark.parametrize(
+    ("start", "durations", "jerks", "word"),
+    [
+        (np.zeros((2, 2)), np.ones((2, 1)), np.zeros((2, 1, 3)), "start"),
+        (np.zeros((2, 3)), np.ones((3, 1)), np.zeros((2, 1, 3)), "durations"),
+        (np.zeros((2, 3)), np.ones((2, 1)), np.zeros((2, 2, 3)), "jerks"),
+        (np.zeros((1, 3)), -np.ones((1, 1)), np.zeros((1, 1, 3)), "negative"),
+        (np.zeros((1, 3)), np.full((1, 1), np.nan), np.zeros((1, 1, 3)), "finite"),
+        (np.full((1, 3), np.nan), np.ones((1, 1)), np.zeros((1, 1, 3)), "finite"),
+    ],
+)
+def test_bad_paths_are_refused(start, durations, jerks, word):
+    with pytest.raises(ValueError, match=word):
+        JerkTrajectory(start, durations, jerks)
+
+
+def test_bad_times_are_refused():
+    path = JerkTrajectory(np.zeros((2, 3)), np.ones((2, 1)), np.zeros((2, 1, 3)))
+    with pytest.raises(ValueError, match="times"):
+        path.sample(np.zeros((3, 4)))

@@ -1,0 +1,91 @@
+"""A row of a batch is the same, bit for bit, whatever the other rows are."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from pnt_gym.arrays import take
+from pnt_gym.planning import (
+    EllipticWorkspace,
+    JerkTrajectory,
+    MotionLimits,
+    accelerate,
+    brake,
+    landing_point,
+    min_time_scurve,
+    plan_intercept,
+    plan_release_batch,
+    release_at_elevation,
+    release_at_point,
+    rest_to_rest,
+)
+from tests.tools.planning import random_throws
+
+COUNT = 1000
+PICKS, TARGETS, NUMBERS = random_throws(COUNT, seed=41)
+LIMITS = MotionLimits(*NUMBERS)
+SPACE = EllipticWorkspace(z_max=-0.7)
+
+
+def free(rows):
+    return plan_release_batch(PICKS[rows], TARGETS[rows], take(LIMITS, rows))
+
+
+def ceiling(rows):
+    return plan_release_batch(PICKS[rows], TARGETS[rows], take(LIMITS, rows), ceiling=-0.8, tolerance=0.005)
+
+
+def workspace(rows):
+    return plan_release_batch(PICKS[rows], TARGETS[rows], take(LIMITS, rows), ceiling=-0.7, workspace=SPACE)
+
+
+def elevation(rows):
+    return release_at_elevation(PICKS[rows], TARGETS[rows], take(LIMITS, rows), 0.3)
+
+
+def point(rows):
+    half = 0.5 * (PICKS[rows] + TARGETS[rows])
+    return release_at_point(PICKS[rows], half, take(LIMITS, rows), plane_z=-1.0)
+
+
+def curve(rows):
+    return min_time_scurve(np.linalg.norm(TARGETS - PICKS, axis=1)[rows], take(LIMITS, rows))
+
+
+def meeting(rows):
+    upstream = PICKS[rows] - [0.5, 0.0, 0.1]
+    return plan_intercept(
+        TARGETS[rows], upstream, (0.4, 0.1, 0.0), take(LIMITS, rows), clearance=0.05, window=(-0.4, 0.4)
+    )
+
+
+@pytest.mark.parametrize("plan", [free, ceiling, workspace, elevation, point, curve, meeting])
+def test_row_does_not_depend_on_its_batch(plan):
+    whole = plan(slice(None))
+    shuffled = np.random.default_rng(5).permutation(COUNT)
+    parts = [np.array([k]) for k in range(0, COUNT, 25)]
+    parts += [np.arange(64), np.arange(3, 70), np.arange(1, COUNT), shuffled]
+    for rows in parts:
+        part = plan(rows)
+        for item in dataclasses.fields(part):
+            np.testing.assert_array_equal(getattr(part, item.name), getattr(whole, item.name)[rows], item.name)
+
+
+def test_sampled_path_does_not_depend_on_its_batch():
+    def sample(rows):
+        limits, step = take(LIMITS, rows), (TARGETS - PICKS)[rows]
+        plans = plan_release_batch(PICKS[rows], TARGETS[rows], limits)
+        parts = [
+            accelerate(plans.direction, plans.distance, limits),
+            brake(plans.direction, plans.speed, limits),
+            rest_to_rest(-step, limits),
+        ]
+        path = JerkTrajectory.concatenate(PICKS[rows], parts)
+        landing = landing_point(plans.position, plans.velocity, TARGETS[rows, 2])
+        return [*path.sample(np.linspace(-0.1, 2.0, 37)), *path.peak_ratios(limits), landing]
+
+    whole = sample(slice(None))
+    for rows in (np.array([7]), np.arange(64), np.arange(5, 200)):
+        for part, full in zip(sample(rows), whole, strict=True):
+            np.testing.assert_array_equal(part, full[rows])

@@ -1,0 +1,24 @@
+"""Guards of committed numbers: every result has its chapter, and the README's tables are what the results give."""
+
+from __future__ import annotations
+
+import pytest
+
+from agents.report.__main__ import read_chapters
+from agents.report.readme import stale_readme
+from agents.versions import ROOT
+
+RESULTS = ROOT / "results"
+
+
+@pytest.mark.parametrize("title", ["benchmark", "physics", "perf_planner", "perf_envs"])
+def test_every_result_has_a_chapter_with_its_conditions(title: str) -> None:
+    (chapter,) = (chapter for chapter in read_chapters(RESULTS) if chapter.title == title)
+    assert chapter.parts[0].note
+    for grid in chapter.parts:
+        assert grid.rows
+        assert {len(row) for row in grid.rows} == {len(grid.header)}
+
+
+def test_readme_tables_equal_the_results() -> None:
+    assert not stale_readme(ROOT / "README.md", RESULTS), "run python -m agents.report"

@@ -1,0 +1,53 @@
+"""Taking, replacing and joining rows of records."""
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from pnt_gym.arrays import joined, replaced, take
+
+
+class Pair(NamedTuple):
+    left: np.ndarray
+    right: np.ndarray
+
+
+@dataclass(frozen=True)
+class Whole:
+    values: np.ndarray
+    pair: Pair
+    name: str = "name"
+    total: float = field(init=False)
+
+    def __post_init__(self):
+        object.__setattr__(self, "total", float(self.values.sum()))
+
+
+def whole(first=0):
+    column = np.arange(first, first + 4)
+    return Whole(column * 1.0, Pair(column, np.stack([column, -column], axis=1)))
+
+
+def test_take_reaches_into_nested_records_and_makes_them_anew():
+    taken = take(whole(), np.array([2, 0]))
+    assert taken.values.tolist() == [2.0, 0.0]
+    assert taken.pair.right.tolist() == [[2, -2], [0, 0]]
+    assert (taken.name, taken.total) == ("name", 2.0)
+    assert take(whole(), 3).pair.left == 3
+    assert take(np.arange(3), [1]).tolist() == [1]
+
+
+def test_replaced_leaves_the_record_as_it_was():
+    record = whole()
+    changed = replaced(record, np.array([1, 3]), take(whole(10), np.array([0, 1])))
+    assert record.values.tolist() == [0.0, 1.0, 2.0, 3.0]
+    assert changed.values.tolist() == [0.0, 10.0, 2.0, 11.0]
+    assert changed.pair.left.tolist() == [0, 10, 2, 11]
+    assert changed.total == 23.0
+
+
+def test_joined_rows_stand_one_after_the_other():
+    both = joined([whole(), take(whole(10), [1])])
+    assert both.pair.left.tolist() == [0, 1, 2, 3, 11]
+    assert (both.name, both.total) == ("name", 17.0)

@@ -1,0 +1,93 @@
+"""The guide "Add a robot ...": its files and commands, just as they stand, in an empty folder."""
+
+import json
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+GUIDE = (ROOT / "docs" / "extend.md").read_text(encoding="utf-8")
+COMMANDS = [line for block in re.findall(r"```sh\n(.*?)```", GUIDE, flags=re.DOTALL) for line in block.splitlines()]
+PICKS = 64
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """All files of the guide."""
+    made = tmp_path_factory.mktemp("guide")
+    for name, text in re.findall(r'```\w+ title="([^"]+)"\n(.*?)```', GUIDE, flags=re.DOTALL):
+        (made / name).parent.mkdir(exist_ok=True)
+        (made / name).write_text(text, encoding="utf-8")
+    return made
+
+
+def run(folder, *arguments):
+    return subprocess.run(
+        [sys.executable, *arguments],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": f"{folder}:{ROOT}"},
+        capture_output=True,
+        text=True,
+        timeout=600,
+        check=False,
+    )
+
+
+@pytest.fixture(scope="module")
+def commands(folder):
+    """What every command of the guide gave, in its order."""
+    return {line: run(folder, *shlex.split(line)[1:]) for line in COMMANDS}
+
+
+def test_there_is_a_command_for_every_kind_of_addition():
+    assert len(COMMANDS) >= 6
+    assert all(line.startswith("python -m agents.") for line in COMMANDS)
+
+
+@pytest.mark.parametrize("line", COMMANDS)
+def test_every_command_runs(commands, line):
+    done = commands[line]
+    assert done.returncode == 0, done.stderr[-2000:]
+
+
+def test_the_fourth_robot_is_judged_and_learned_like_the_others(folder, commands):
+    analytic, learned, trained = (
+        json.loads((folder / f"{name}.json").read_text()) for name in ("analytic", "learned", "trained")
+    )
+    assert analytic["picks"] == learned["picks"] == trained["picks"] == PICKS
+    # A spring that loses 8 % of its speed falls 15 % short of a bucket 1 to 2 m away.
+    assert 0.15 < analytic["landing_error_mean_m"] < 0.30
+    assert learned["landing_error_mean_m"] < 0.5 * analytic["landing_error_mean_m"]
+    assert trained["env"] == "catapult:Catapult-v0"
+
+
+def test_the_fourth_robot_is_a_good_citizen(folder):
+    code = """
+import gymnasium as gym, numpy as np, pickle, warnings
+warnings.simplefilter("error")
+from gymnasium.utils.env_checker import check_env
+env = gym.make("catapult:Catapult-v0", level={"loss": 0.1})
+assert env.unwrapped.core.config.loss == 0.1
+check_env(env.unwrapped, skip_render_check=True)
+vector = gym.make_vec("catapult:Catapult-v0", num_envs=3)
+first, _ = vector.reset(seed=5)
+for row in range(3):
+    alone, _ = gym.make("catapult:Catapult-v0").reset(seed=5 + row)
+    assert (alone == first[row]).all()
+copy = pickle.loads(pickle.dumps(vector))
+far = np.ones((3, 1), dtype=np.float32)
+one, other = vector.step(far), copy.step(far)
+assert all((one[4][name] == other[4][name]).all() for name in ("landing_error", "residual_clipped"))
+"""
+    done = run(folder, "-c", code)
+    assert done.returncode == 0, done.stderr[-2000:]
+
+
+def test_the_figure_is_judged(folder):
+    done = run(folder, "-c", "from lob import PART; r = PART.run().rows[0]; print(r.verdict, r.reproduced)")
+    assert done.stdout.split() == ["reproduced", "45.0"], done.stderr[-2000:]

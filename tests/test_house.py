@@ -1,0 +1,31 @@
+"""What the house promises of its code, read from the code itself."""
+
+import ast
+from collections import defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+
+import pnt_gym
+
+PACKAGE = Path(pnt_gym.__file__).parent
+CELLS = {"conveyor", "one_joint", "gripper"}
+
+
+def classes() -> Iterator[tuple[str, Path]]:
+    """Every class of the package at the top of a module, with its file."""
+    for path in sorted(PACKAGE.rglob("*.py")):
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.ClassDef):
+                yield node.name, path.relative_to(PACKAGE)
+
+
+def test_a_class_has_a_name_of_its_own_but_for_pairs_across_the_cells():
+    """The three cells' folders have one shape, so what plays the same part there may bear the same name."""
+    places = defaultdict(list)
+    for name, path in classes():
+        places[name].append(path)
+    assert len(places) > 100
+    for name, paths in places.items():
+        rooms = [path.parts[1] for path in paths if path.parts[0] == "cells"]
+        across = len(rooms) == len(paths) and set(rooms) <= CELLS and len(set(rooms)) == len(rooms)
+        assert len(paths) == 1 or across, f"{name} stands in {', '.join(map(str, paths))}"

@@ -1,0 +1,109 @@
+"""What several tests need: cells made from a level and a few changes, and many throws at once."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from pnt_gym.cells.base.config import Level
+from pnt_gym.cells.base.core import Core
+from pnt_gym.cells.conveyor.action import MODES as PICK_MODES
+from pnt_gym.cells.conveyor.cell import ConveyorCell
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.movers import straight_back
+from pnt_gym.cells.conveyor.objects import Objects
+from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.cells.gripper.action import MODES as TOSS_MODES
+from pnt_gym.cells.one_joint.action import MODES as GOAL_MODES
+from pnt_gym.planning.motion.trajectory import JerkTrajectory
+from pnt_gym.planning.straight.plan import ReleaseBatch
+
+CONVEYOR = ("PnTConveyor-v0", "PnTRelease-v0")
+ONE_JOINT = ("OneJointThrow-v0", "OneJointSort-v0", "OneJointAssembly-v0")
+GRIPPER = ("GripperToss-v0",)
+MODES = {
+    env_id: {name: len(mode.numbers) for name, mode in modes.items()}
+    for ids, modes in ((CONVEYOR, PICK_MODES), (ONE_JOINT, GOAL_MODES), (GRIPPER, TOSS_MODES))
+    for env_id in ids
+}
+"""Action modes of every environment, with the numbers in one action; the first is the default."""
+FEATURES = {**dict.fromkeys(CONVEYOR, 26), **dict.fromkeys(ONE_JOINT, 14), **dict.fromkeys(GRIPPER, 15)}
+"""Numbers in one observation."""
+HARD = {**dict.fromkeys(CONVEYOR, "waste"), **dict.fromkeys((*ONE_JOINT, *GRIPPER), "late")}
+"""A level of every environment in which much is drawn or unknown."""
+
+
+def zeros(env_id: str, *shape: int) -> np.ndarray:
+    """Actions of zero in the default mode."""
+    return np.zeros((*shape, next(iter(MODES[env_id].values()))), dtype=np.float32)
+
+
+# Spread and suction without any effect; what is left of the mismatch at m = 1 is the air.
+NO_DELAY = {"valve": 0.0, "tau": 0.0, "jitter": 0.0}
+NO_SPREAD = {
+    "mass": 0.0, "size": 0.0, "size_axis": 0.0, "drag": 0.0, "seal": 0.0, "com_depth": 0.0, "grasp": 0.0,
+    "height": 0.0, "belt_speed": 0.0, "spin": 0.0, "spin_per_offset": 0.0, "feedforward": 0.0,
+    "residue_chance": 0.0,
+}  # fmt: skip
+
+
+def item(name: str, **changes: Any) -> dict[str, Any]:
+    """A user's item: a 20 g sphere of 60 mm with a drag coefficient of 0.5."""
+    sphere = {
+        "name": name, "shape": "ellipsoid", "size": (0.06, 0.06, 0.06), "mass": 0.02, "drag": 0.5, "seal_force": 10.0,
+        "friction": 0.5, "rolling_friction": 0.006, "restitution": 0.2, "source": "a test object",
+    }  # fmt: skip
+    return sphere | changes
+
+
+def vary(level: str = "nominal", **changes: Any) -> ConveyorConfig:
+    """A shipped level with some values replaced; mappings replace single keys of a section."""
+    return ConveyorConfig.load({"base": level, "name": level, **changes})
+
+
+def make_core(
+    level: Level = "nominal",
+    count: int = 1,
+    *,
+    picks: str = "independent",
+    mode: str = "release_point",
+    seed: int = 0,
+    threads: int = 1,
+) -> Core:
+    """Cells with their first picks drawn; row i has its own generator of seed + i."""
+    core = Core(ConveyorCell(ConveyorConfig.load(level), count, picks, threads), mode)
+    core.reset(np.arange(count), [np.random.default_rng(seed + i) for i in range(count)], seeded=True)
+    return core
+
+
+def is_feasible(core: Core, release: ReleaseBatch) -> np.ndarray:
+    """Which releases of the coming picks the robot can execute (N,)."""
+    context = core.context
+    return core.cell.planner.mover.is_feasible(context.pick, release, context.limits)
+
+
+def with_objects(core: Core, **fields: Any) -> None:
+    """Overwrite hidden values of the objects under the cups."""
+    context = core.context
+    core.cell.context = replace(context, objects=replace(context.objects, **fields))
+
+
+def planned(config: ConveyorConfig, objects: Objects, x: np.ndarray) -> tuple[Context, np.ndarray]:
+    """Contexts of objects met at belt coordinate x, and which of them can be thrown."""
+    planner = PickPlanner(config)
+    return planner.plan(objects, planner.pick_point(objects, x))
+
+
+def same_bits(a: Any, b: Any) -> bool:
+    """Whether two arrays agree in shape, type and every bit."""
+    a, b = np.asarray(a), np.asarray(b)
+    return a.shape == b.shape and a.dtype == b.dtype and a.tobytes() == b.tobytes()
+
+
+def straight_cycle(motion, limits, wait, following, clearance):
+    """The whole path of straight throws: throw, way back, wait, approach."""
+    back = straight_back(motion.stop, following, wait, limits, clearance)
+    return JerkTrajectory.concatenate(motion.pick, [motion.segments, back])
