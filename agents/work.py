@@ -88,7 +88,8 @@ def do_missing(
         with workers(min(processes, len(missing))) as pool, throws_bar() as bar:
             task = bar.add_task(unit, total=total, completed=total - left)
             longest_first = sorted(missing, key=lambda job: -job.cost)
-            futures = {pool.submit(_timed, job, folder): job for job in longest_first}
+            with _interrupts_wait():
+                futures = {pool.submit(_timed, job, folder): job for job in longest_first}
             for future in as_completed(futures):
                 job, found = futures[future], future.result()
                 write_json(folder / job.file, found, indent=None)
@@ -105,7 +106,7 @@ def workers(processes: int) -> Generator[Executor, None, None]:
         UsageError: a process died, for instance for lack of memory.
     """
     os.environ["OMP_NUM_THREADS"] = "1"  # the workers inherit it: threads of theirs would fight for the cores
-    pool = ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"), initializer=_ignore_interrupt)
+    pool = ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"))
     try:
         yield pool
     except BrokenProcessPool:
@@ -125,6 +126,11 @@ def _timed(job: Job, folder: Path) -> Found:
     return {"seconds": round(time.perf_counter() - began, 1), **found}
 
 
-def _ignore_interrupt() -> None:
-    """Ctrl-C reaches all processes; the first one says what happened and ends the others."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+@contextmanager
+def _interrupts_wait() -> Generator[None, None, None]:
+    """Ctrl-C reaches all processes: those started in the block never heed it, this one does when the block is over."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
