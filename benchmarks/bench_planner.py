@@ -15,7 +15,7 @@ import numpy as np
 from agents.reproduce.hassan.nlp import method_1, method_2
 from pnt_gym.arrays import take
 from pnt_gym.planning import InfeasibleThrow, JerkTrajectory, MotionLimits, plan_release, plan_release_batch
-from pnt_gym.planning.motion.segments import rest_to_rest
+from pnt_gym.planning.motion.scurve import rest_to_rest
 
 SINGLE, BATCH, NLP, REPEATS = 2000, 100_000, 60, 5
 CEILING = -0.75

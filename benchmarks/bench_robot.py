@@ -13,9 +13,9 @@ import numpy as np
 from mujoco.batch import Batch
 
 from pnt_gym.robots.specification import set_options
-from pnt_gym.robots.t3kr.model import Rods, add_t3kr
-from pnt_gym.robots.t3kr.pose import closed_pose, control_columns, qpos_columns
-from pnt_gym.robots.t3kr.reference import joint_knots, joint_references, knot_count, upsample
+from pnt_gym.robots.t3kr.kinematics import closed_pose
+from pnt_gym.robots.t3kr.model import Rods, add_t3kr, control_columns, qpos_columns
+from pnt_gym.robots.t3kr.references import joint_knots, joint_references, knot_count, upsample
 
 ROWS, STEPS = 64, 1000
 
@@ -76,7 +76,7 @@ def bench_model(rods: Rods, timestep: float) -> None:
 
     def roll() -> None:
         batch.reset()
-        qpos[:, qpos_columns(model, handles)] = closed_pose(motion[0][:, 0], handles)
+        qpos[:, qpos_columns(model, handles)] = closed_pose(motion[0][:, 0], handles.rods_per_arm, handles.geometry)
         batch.rollout(STEPS, control)
 
     print(f"{rods} rods, {timestep * 1e3:.1f} ms: {best(roll, 3) / (2 * STEPS) * 1e6:.2f} us/step, one thread")

@@ -21,16 +21,18 @@ Point: TypeAlias = Sequence[float] | Floats
 RecordT = TypeVar("RecordT")
 
 
-def finite_points(values: ArrayLike, name: str) -> Floats:
-    """Return ``values`` as a contiguous float64 array of shape (N, 3) [m].
+def finite_points(values: ArrayLike, name: str, count: int | None = None) -> Floats:
+    """Return ``values`` as a contiguous float64 array of shape (N, 3) [m], with N = ``count`` where that is given.
 
     Raises:
-        ValueError: if the shape is not (N, 3) or a coordinate is NaN or infinite.
+        ValueError: if the shape is another one or a coordinate is NaN or infinite.
     """
     points = np.ascontiguousarray(values, dtype=np.float64)
-    if points.ndim != 2 or points.shape[1] != 3:
-        raise PlanningError(f"{name} must have shape (N, 3), got {points.shape}")
-    _require_finite(points, name)
+    if points.ndim != 2 or points.shape[1] != 3 or count not in (None, len(points)):
+        wanted = "(N, 3)" if count is None else f"({count}, 3), one row each"
+        raise PlanningError(f"{name} must have shape {wanted}, got {points.shape}")
+    if not np.isfinite(points).all():
+        raise _not_finite(points, name)
     return points
 
 
@@ -43,7 +45,8 @@ def finite_rows(values: ArrayLike, count: int, name: str) -> Floats:
     rows = np.asarray(values, dtype=np.float64)
     if rows.shape not in ((), (count,)):
         raise PlanningError(f"{name} must be one number or have shape ({count},), got {rows.shape}")
-    _require_finite(rows, name)
+    if not np.isfinite(rows).all():
+        raise _not_finite(rows, name)
     return np.ascontiguousarray(np.broadcast_to(rows, (count,)))
 
 
@@ -57,12 +60,6 @@ def vector(value: Point, name: str) -> Floats:
     if array.shape != (3,) or not np.isfinite(array).all():
         raise PlanningError(f"{name} must be three finite numbers, got {value!r}")
     return array
-
-
-def same_count(name: str, rows: int, other: str, other_rows: int) -> None:
-    """Raise ValueError unless two arrays hold the same number of rows."""
-    if rows != other_rows:
-        raise PlanningError(f"{name} has {rows} rows but {other} has {other_rows}; give one row each")
 
 
 def length(vectors: Floats) -> Floats:
@@ -122,8 +119,7 @@ def _columns(kind: Any) -> tuple[str, ...]:
     return getattr(kind, "_fields", ())
 
 
-def _require_finite(values: Floats, name: str) -> None:
+def _not_finite(values: Floats, name: str) -> PlanningError:
     bad = ~np.isfinite(values)
-    if bad.any():
-        where = tuple(int(i) for i in np.argwhere(bad)[0])
-        raise PlanningError(f"{name} must be finite, got {values[bad][0]} at index {where}")
+    where = tuple(int(i) for i in np.argwhere(bad)[0])
+    return PlanningError(f"{name} must be finite, got {values[bad][0]} at index {where}")

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from pnt_gym.arrays import Bools, Floats, Ints, finite_points, finite_rows, length, same_count
-from pnt_gym.cells.base.flight import ObjectFlight
+from pnt_gym.arrays import Bools, Floats, Ints, finite_points, finite_rows, length
 from pnt_gym.cells.base.items import item_arrays
+from pnt_gym.cells.base.plant import ObjectFlight
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.objects import NORMALS, UNIFORMS, objects_from_draws
@@ -25,8 +25,8 @@ from pnt_gym.cells.conveyor.scene import CUP_LENGTH
 from pnt_gym.engine import mujoco
 from pnt_gym.errors import PntGymError
 from pnt_gym.planning.motion.ballistics import flight_time
+from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows
 from pnt_gym.planning.motion.trajectory import HandPath
-from pnt_gym.planning.motion.workspace import EllipticWorkspace
 from pnt_gym.planning.straight.plan import MIN_REACH, ReleaseBatch
 from pnt_gym.robots.t3kr.geometry import T3KR
 
@@ -168,7 +168,7 @@ def trial_context(
         target=target,
         opening=np.tile(OPENING, (count, 1)),
         bin=np.zeros(count, dtype=np.int64),
-        percent=objects.percent,
+        limits=LimitRows.t3kr(objects.percent),
         plan=release,
         belt_speed=config.belt.speed,
         ceiling=np.full(count, ceiling),
@@ -180,7 +180,8 @@ def _check_counts(rows: int, **others: int) -> None:
     if rows == 0:
         raise PntGymError("picks holds no row; give at least one")
     for name, count in others.items():
-        same_count("picks", rows, name, count)
+        if count != rows:
+            raise PntGymError(f"picks has {rows} rows but {name} has {count}; give one row each")
 
 
 def _release(pick: Floats, target: Floats, throws: Throws) -> ReleaseBatch:

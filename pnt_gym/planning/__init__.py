@@ -17,11 +17,19 @@ optimal    bounds by nonlinear programming, which need casadi          papers an
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.motion.ballistics import apex, flight_state, flight_time, landing_point
 from pnt_gym.planning.motion.intercept import Intercept, InterceptReason, plan_intercept
-from pnt_gym.planning.motion.limits import MotionLimits
-from pnt_gym.planning.motion.scurve import SCurve, min_time_scurve, speed_at
-from pnt_gym.planning.motion.segments import accelerate, brake, brake_distance, coast, line_segments, rest_to_rest
+from pnt_gym.planning.motion.limits import EllipticWorkspace, MotionLimits
+from pnt_gym.planning.motion.scurve import (
+    SCurve,
+    accelerate,
+    brake,
+    brake_distance,
+    coast,
+    line_segments,
+    min_time_scurve,
+    rest_to_rest,
+    speed_at,
+)
 from pnt_gym.planning.motion.trajectory import HandPath, JerkTrajectory, PeakRatios, Samples, Segments
-from pnt_gym.planning.motion.workspace import EllipticWorkspace
 from pnt_gym.planning.straight.plan import InfeasibleThrow, Reason, Release, ReleaseBatch
 from pnt_gym.planning.straight.release import (
     plan_release,

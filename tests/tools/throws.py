@@ -13,11 +13,13 @@ from pnt_gym.cells.conveyor.action import MODES as PICK_MODES
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.movers import straight_back
+from pnt_gym.cells.conveyor.movers import StraightMover, straight_back
 from pnt_gym.cells.conveyor.objects import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.cells.conveyor.sections import FollowThrough
 from pnt_gym.cells.gripper.action import MODES as TOSS_MODES
 from pnt_gym.cells.one_joint.action import MODES as GOAL_MODES
+from pnt_gym.planning.motion.limits import EllipticWorkspace
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
 from pnt_gym.planning.straight.plan import ReleaseBatch
 
@@ -101,6 +103,18 @@ def same_bits(a: Any, b: Any) -> bool:
     """Whether two arrays agree in shape, type and every bit."""
     a, b = np.asarray(a), np.asarray(b)
     return a.shape == b.shape and a.dtype == b.dtype and a.tobytes() == b.tobytes()
+
+
+def straight_mover(follow: FollowThrough, workspace: EllipticWorkspace | None = None) -> StraightMover:
+    """Throws along lines, with a follow-through of one's own."""
+    config = ConveyorConfig.load("nominal")
+    motion = config.motion.model_copy(update={"follow_through": follow})
+    return StraightMover(config.model_copy(update={"motion": motion}), workspace or EllipticWorkspace())
+
+
+def straight_motion(pick, release, limits, follow):
+    """Throws from picks to releases and on to where the hands stop."""
+    return straight_mover(follow).throw(pick, release, limits, np.full(len(pick), np.inf))
 
 
 def straight_cycle(motion, limits, wait, following, clearance):

@@ -15,9 +15,9 @@ from pnt_gym.engine import Batch, mujoco
 from pnt_gym.planning.motion.trajectory import HandPath, Samples
 from pnt_gym.robots.specification import set_options
 from pnt_gym.robots.t3kr.geometry import T3KR
-from pnt_gym.robots.t3kr.model import add_t3kr
-from pnt_gym.robots.t3kr.pose import closed_pose, control_columns, qpos_columns
-from pnt_gym.robots.t3kr.reference import joint_references
+from pnt_gym.robots.t3kr.kinematics import closed_pose
+from pnt_gym.robots.t3kr.model import add_t3kr, control_columns, qpos_columns
+from pnt_gym.robots.t3kr.references import joint_references
 
 TIMESTEP: Final = 0.0004
 """Step of the engine [s]."""
@@ -67,7 +67,9 @@ def play(paths: list[HandPath]) -> tuple[Floats, Floats]:
     control = np.ones((len(paths), steps, model.nu + model.neq))
     control[:, :, control_columns(model, handles)] = joint_references(*(part[:, :-1] for part in wanted))
     batch = Batch(model, len(paths), nthread=1)
-    batch.bind("qpos")[:, qpos_columns(model, handles)] = closed_pose(wanted.position[:, 0], handles)
+    batch.bind("qpos")[:, qpos_columns(model, handles)] = closed_pose(
+        wanted.position[:, 0], handles.rods_per_arm, handles.geometry
+    )
     out = staged_rollout(batch, control, np.full(len(paths), steps), ("qpos", "actuator_force"))
     columns = [int(model.joint(f"platform_{axis}").qposadr[0]) for axis in "xyz"]
     error = np.linalg.norm(out["qpos"][:, :, columns] - wanted.position[:, 1:], axis=2)

@@ -92,7 +92,7 @@ def fly(mover: FreeMover, context: Context, following: Floats) -> Flown:
     release = mover.plan(context.pick, context.target, context.limits, context.ceiling)
     good = mover.is_feasible(context.pick, release, context.limits)
     thrown, release = take(context, good), take(release, good)
-    motion = mover.throw(thrown, release)
+    motion = mover.throw(thrown.pick, release, thrown.limits, thrown.ceiling)
     back = mover.back(motion, following[good], thrown.limits)
     path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back])
     return Flown(good, release, motion.release_time, path)

@@ -8,8 +8,7 @@ from typing import Final, NamedTuple, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.flight import touching
-from pnt_gym.cells.base.plant import Recording, staged_rollout
+from pnt_gym.cells.base.plant import Recording, staged_rollout, touching
 from pnt_gym.cells.gripper.cell import GripperCell
 from pnt_gym.cells.gripper.config import GripperConfig, Table, Tray
 from pnt_gym.cells.gripper.flown import Flown

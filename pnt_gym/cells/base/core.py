@@ -281,9 +281,10 @@ class Core:
             "residual_clipped": clipped,
             "item": thrown.kind.copy(),
             **cell.info(outcome, thrown),
-            **{f"reward_{name}": term for name, term in terms.items()},
-            **self.kinds(),
         }
+        for name, term in terms.items():
+            info[f"reward_{name}"] = term
+        info["kind"] = cell.context.kind.copy()
         ended = self._episodes.thrown(cell.ended(outcome, thrown))
         return Step(cell.observe(), sum(terms.values(), np.zeros(self.count)), ended, info)
 
@@ -320,4 +321,7 @@ def require_feasible(plans: Plans) -> None:
 
 def scalars(info: dict[str, NDArray[Any]], row: int) -> dict[str, Any]:
     """One row of a step's info as plain Python values."""
-    return {name: values[row].item() for name, values in info.items()}
+    told: dict[str, Any] = {}
+    for name, values in info.items():
+        told[name] = values[row].item()
+    return told

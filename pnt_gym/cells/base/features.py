@@ -38,12 +38,16 @@ class FeatureTable:
     """
 
     def __init__(self, features: Sequence[Feature]) -> None:
+        self._features = tuple(features)
         self._centre = np.array([f.centre for f in features])
         self._scale = np.array([f.scale for f in features])
         self._index = {f.name: i for i, f in enumerate(features)}
 
-    def encode(self, values: Sequence[Floats]) -> NDArray[np.float32]:
-        """Observations (N, D), float32 within [-CLIP, CLIP], from the physical values of each feature, (N,) each."""
+    def encode(self, throws: Any) -> NDArray[np.float32]:
+        """Observations (N, D) of coming throws, float32 within [-CLIP, CLIP]."""
+        values: list[Floats] = []
+        for feature in self._features:
+            values.append(feature.value(throws))
         scaled = (np.stack(values, axis=-1) - self._centre) / self._scale
         return np.clip(scaled, -CLIP, CLIP).astype(np.float32)
 

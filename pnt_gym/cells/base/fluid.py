@@ -57,144 +57,19 @@ class GeomPlacement(NamedTuple):
 
 
 def lying_size(shape_index: ArrayLike, size: ArrayLike) -> Floats:
-    """Extents an object has once modelled: a cylinder gets the mean of W and H as its one diameter.
+    """Extents an object has once modelled, which is what the other functions here want.
 
     Args:
         shape_index: (N,) index in `items.SHAPES`.
         size: (N, 3) full extents (L, W, H) in m.
 
     Returns:
-        (N, 3) full extents in m; rows of other shapes are unchanged.
+        (N, 3) full extents in m: a cylinder gets the mean of W and H as its one diameter, others keep theirs.
 
     Raises:
         ValueError: the arrays do not fit, an index is unknown or an extent is not positive and finite.
     """
-    index, full = _checked(shape_index, size)
-    diameter = 0.5 * (full[:, 1] + full[:, 2])
-    round_ = np.stack([full[:, 0], diameter, diameter], axis=1)
-    return np.where((index == CYLINDER)[:, None], round_, full)
-
-
-def geom_placement(shape_index: ArrayLike, size: ArrayLike) -> GeomPlacement:
-    """Type, size, attitude and bounds of the geoms that stand for N objects.
-
-    Args:
-        shape_index: (N,) index in `items.SHAPES`.
-        size: (N, 3) full extents (L, W, H) in m.
-
-    Returns:
-        Values for `geom_type`, `geom_size`, `geom_quat`, `geom_rbound` and `geom_aabb`.
-
-    Raises:
-        ValueError: as for `lying_size`.
-    """
-    index, _ = _checked(shape_index, size)
-    semi = _semi_axes(index, lying_size(index, size))
-    x, y, z = semi[:, 0], semi[:, 1], semi[:, 2]
-    lies = (index == CYLINDER)[:, None]
-    geom_size = np.where(lies, np.stack([x, z, np.zeros_like(x)], axis=1), semi)
-    longest = np.maximum(np.maximum(x, y), z)
-    rbound = np.select(
-        [index == ELLIPSOID, index == CYLINDER],
-        [longest, np.sqrt(x * x + z * z)],
-        np.sqrt(x * x + y * y + z * z),
-    )
-    aabb = np.concatenate([np.zeros_like(semi), semi], axis=1)
-    return GeomPlacement(_GEOM_TYPE[index], geom_size, np.where(lies, _Z_TO_X, _UPRIGHT), rbound, aabb)
-
-
-def fluid_coefficients(shape_index: ArrayLike, size: ArrayLike, drag: ArrayLike) -> Floats:
-    """The 12 numbers of MuJoCo's `geom_fluid` for N objects.
-
-    Added mass and inertia are Lamb's factors of the ellipsoid (Tuckerman 1925) by Carlson's integral. The
-    compiler of MuJoCo takes the same integral by a 15-point quadrature: it differs by about 1e-6 at an aspect
-    ratio of 10 and by 1e-5 at 50.
-
-    Args:
-        shape_index: (N,) index in `items.SHAPES`.
-        size: (N, 3) full extents (L, W, H) in m.
-        drag: (N,) drag coefficient Cd on the area facing the flow.
-
-    Returns:
-        (N, 12) interaction flag, blunt, slender and angular drag, Kutta and Magnus coefficients, virtual mass
-        (3) in m3 and virtual inertia (3) in m5, per unit of fluid density and in the geom's frame.
-
-    Raises:
-        ValueError: as for `lying_size`, or a drag coefficient is negative or not finite.
-    """
-    index, _ = _checked(shape_index, size)
-    cd = _column("drag", drag, index.shape[0])
-    if np.any(cd < 0.0):
-        raise ValueError(f"drag is {cd[cd < 0.0][0]}, but must be 0 or more.")
-    blunt = _BLUNT[index] * cd
-    ones = np.ones_like(blunt)
-    shared = [ones, blunt, _SLENDER * blunt, _ANGULAR * ones, _KUTTA * ones, _MAGNUS * ones]
-    added = _added_mass(_semi_axes(index, lying_size(index, size)))
-    return np.concatenate([np.stack(shared, axis=1), added], axis=1)
-
-
-def solid_shell_inertia(mass: ArrayLike, size: ArrayLike, shape_index: ArrayLike) -> Floats:
-    """Principal inertias of N objects that are neither solid nor empty shells.
-
-    Args:
-        mass: (N,) kg.
-        size: (N, 3) full extents (L, W, H) in m.
-        shape_index: (N,) index in `items.SHAPES`.
-
-    Returns:
-        (N, 3) moments in kg m2 about the body's L, W and H axes through the centre of the extents:
-        k m (b^2 + c^2) with the two other semi-axes b and c, k = 0.38, for an ellipsoid 0.27.
-
-    Raises:
-        ValueError: as for `lying_size`, or a mass is not positive and finite.
-    """
-    index, _ = _checked(shape_index, size)
-    kg = _column("mass", mass, index.shape[0])
-    if np.any(kg <= 0.0):
-        raise ValueError(f"mass is {kg[kg <= 0.0][0]} kg, but must be more than 0.")
-    semi = 0.5 * lying_size(index, size)
-    xx, yy, zz = (semi[:, i] * semi[:, i] for i in range(3))
-    return (_GYRATION[index] * kg)[:, None] * np.stack([yy + zz, xx + zz, xx + yy], axis=1)
-
-
-def _semi_axes(index: Ints, full: Floats) -> Floats:
-    """(N, 3) semi-axes in the geom's frame: a cylinder's length comes last."""
-    half = 0.5 * full
-    return np.where((index == CYLINDER)[:, None], half[:, [1, 2, 0]], half)
-
-
-def _added_mass(semi: Floats) -> Floats:
-    """(N, 6) virtual mass and virtual inertia per unit density of ellipsoids with (N, 3) semi-axes."""
-    x, y, z = semi[:, 0], semi[:, 1], semi[:, 2]
-    xx, yy, zz = x * x, y * y, z * z
-    product = x * y * z
-    volume = (4.0 / 3.0 * np.pi) * product
-    two_thirds = (2.0 / 3.0) * product
-    kx = two_thirds * _carlson_rd(yy, zz, xx)
-    ky = two_thirds * _carlson_rd(zz, xx, yy)
-    kz = two_thirds * _carlson_rd(xx, yy, zz)
-    # The three factors add up to 2: the sum of the others is 2 - k without cancellation for thin plates.
-    mass = [volume * kx / (ky + kz), volume * ky / (kz + kx), volume * kz / (kx + ky)]
-    inertia = [_added_inertia(yy, zz, ky, kz), _added_inertia(zz, xx, kz, kx), _added_inertia(xx, yy, kx, ky)]
-    return np.stack([*mass, *(volume / 5.0 * i for i in inertia)], axis=1)
-
-
-def _carlson_rd(x: Floats, y: Floats, z: Floats) -> Floats:
-    from scipy import special  # noqa: PLC0415  (heavy import)
-
-    return special.elliprd(x, y, z)
-
-
-def _added_inertia(bb: Floats, cc: Floats, kb: Floats, kc: Floats) -> Floats:
-    """Virtual inertia over volume / 5 about the axis normal to b and c; a round body moves no fluid."""
-    gap = bb - cc
-    below = np.where(gap == 0.0, 1.0, 2.0 * gap + (bb + cc) * (kb - kc))
-    return np.where(gap == 0.0, 0.0, gap * gap * (kc - kb) / below)
-
-
-def _checked(shape_index: ArrayLike, size: ArrayLike) -> tuple[Ints, Floats]:
-    index = np.asarray(shape_index)
-    full = np.asarray(size, dtype=np.float64)
+    index, full = np.asarray(shape_index), np.asarray(size, dtype=np.float64)
     if index.ndim != 1 or not np.issubdtype(index.dtype, np.integer):
         raise ValueError(f"shape_index has shape {index.shape} and type {index.dtype}, but must be (N,) of integers.")
     if full.shape != (index.shape[0], 3):
@@ -205,13 +80,100 @@ def _checked(shape_index: ArrayLike, size: ArrayLike) -> tuple[Ints, Floats]:
     bad = ~(np.isfinite(full) & (full > 0.0))
     if np.any(bad):
         raise ValueError(f"size holds an extent of {full[bad][0]} m, but extents must be finite and more than 0.")
-    return index.astype(np.int64), full
+    diameter = 0.5 * (full[:, 1] + full[:, 2])
+    round_ = np.stack([full[:, 0], diameter, diameter], axis=1)
+    return np.where((index == CYLINDER)[:, None], round_, full)
 
 
-def _column(name: str, values: ArrayLike, count: int) -> Floats:
-    column = np.asarray(values, dtype=np.float64)
-    if column.shape != (count,):
-        raise ValueError(f"{name} has shape {column.shape}, but must be ({count},), one value per shape_index.")
-    if not np.all(np.isfinite(column)):
-        raise ValueError(f"{name} is {column[~np.isfinite(column)][0]}, but must be finite.")
-    return column
+def geom_placement(shape: Ints, size: Floats) -> GeomPlacement:
+    """Type, size, attitude and bounds of the geoms that stand for N objects.
+
+    Args:
+        shape: (N,) index in `items.SHAPES`.
+        size: (N, 3) extents in m as `lying_size` gives them.
+
+    Returns:
+        Values for `geom_type`, `geom_size`, `geom_quat`, `geom_rbound` and `geom_aabb`.
+    """
+    semi = _semi_axes(shape, size)
+    x, y, z = semi[:, 0], semi[:, 1], semi[:, 2]
+    lies = (shape == CYLINDER)[:, None]
+    geom_size = np.where(lies, np.stack([x, z, np.zeros_like(x)], axis=1), semi)
+    longest = np.maximum(np.maximum(x, y), z)
+    rbound = np.select(
+        [shape == ELLIPSOID, shape == CYLINDER],
+        [longest, np.sqrt(x * x + z * z)],
+        np.sqrt(x * x + y * y + z * z),
+    )
+    aabb = np.concatenate([np.zeros_like(semi), semi], axis=1)
+    return GeomPlacement(_GEOM_TYPE[shape], geom_size, np.where(lies, _Z_TO_X, _UPRIGHT), rbound, aabb)
+
+
+def fluid_coefficients(shape: Ints, size: Floats, drag: Floats) -> Floats:
+    """The 12 numbers of MuJoCo's `geom_fluid` for N objects.
+
+    Added mass and inertia are Lamb's factors of the ellipsoid (Tuckerman 1925) by Carlson's integral. The
+    compiler of MuJoCo takes the same integral by a 15-point quadrature: it differs by about 1e-6 at an aspect
+    ratio of 10 and by 1e-5 at 50.
+
+    Args:
+        shape: (N,) index in `items.SHAPES`.
+        size: (N, 3) extents in m as `lying_size` gives them.
+        drag: (N,) drag coefficient Cd on the area facing the flow.
+
+    Returns:
+        (N, 12) interaction flag, blunt, slender and angular drag, Kutta and Magnus coefficients, virtual mass
+        (3) in m3 and virtual inertia (3) in m5, per unit of fluid density and in the geom's frame.
+    """
+    blunt = _BLUNT[shape] * drag
+    ones = np.ones_like(blunt)
+    shared = [ones, blunt, _SLENDER * blunt, _ANGULAR * ones, _KUTTA * ones, _MAGNUS * ones]
+    return np.concatenate([np.stack(shared, axis=1), _added_mass(_semi_axes(shape, size))], axis=1)
+
+
+def solid_shell_inertia(mass: Floats, size: Floats, shape: Ints) -> Floats:
+    """Principal inertias of N objects that are neither solid nor empty shells.
+
+    Args:
+        mass: (N,) kg.
+        size: (N, 3) extents in m as `lying_size` gives them.
+        shape: (N,) index in `items.SHAPES`.
+
+    Returns:
+        (N, 3) moments in kg m2 about the body's L, W and H axes through the centre of the extents:
+        k m (b^2 + c^2) with the two other semi-axes b and c, k = 0.38, for an ellipsoid 0.27.
+    """
+    semi = 0.5 * size
+    square = semi * semi
+    return (_GYRATION[shape] * mass)[:, None] * (square[:, [1, 0, 0]] + square[:, [2, 2, 1]])
+
+
+def _semi_axes(index: Ints, full: Floats) -> Floats:
+    """(N, 3) semi-axes in the geom's frame: a cylinder's length comes last."""
+    half = 0.5 * full
+    return np.where((index == CYLINDER)[:, None], half[:, [1, 2, 0]], half)
+
+
+def _added_mass(semi: Floats) -> Floats:
+    """(N, 6) virtual mass and virtual inertia per unit density of ellipsoids with (N, 3) semi-axes."""
+    from scipy.special import elliprd  # noqa: PLC0415  (heavy import)
+
+    x, y, z = semi[:, 0], semi[:, 1], semi[:, 2]
+    xx, yy, zz = x * x, y * y, z * z
+    product = x * y * z
+    volume = (4.0 / 3.0 * np.pi) * product
+    two_thirds = (2.0 / 3.0) * product
+    kx = two_thirds * elliprd(yy, zz, xx)
+    ky = two_thirds * elliprd(zz, xx, yy)
+    kz = two_thirds * elliprd(xx, yy, zz)
+    # The three factors add up to 2: the sum of the others is 2 - k without cancellation for thin plates.
+    mass = [volume * kx / (ky + kz), volume * ky / (kz + kx), volume * kz / (kx + ky)]
+    inertia = [_added_inertia(yy, zz, ky, kz), _added_inertia(zz, xx, kz, kx), _added_inertia(xx, yy, kx, ky)]
+    return np.concatenate([np.stack(mass, axis=1), (volume / 5.0)[:, None] * np.stack(inertia, axis=1)], axis=1)
+
+
+def _added_inertia(bb: Floats, cc: Floats, kb: Floats, kc: Floats) -> Floats:
+    """Virtual inertia over volume / 5 about the axis normal to b and c; a round body moves no fluid."""
+    gap = bb - cc
+    below = np.where(gap == 0.0, 1.0, 2.0 * gap + (bb + cc) * (kb - kc))
+    return np.where(gap == 0.0, 0.0, gap * gap * (kc - kb) / below)

@@ -1,4 +1,4 @@
-"""The physics of N throws on one batch: the rollout, the free object in it, and a throw kept for pictures."""
+"""The physics of N throws on one batch: the rollout, the free object in it and its flight, a throw for pictures."""
 
 from __future__ import annotations
 
@@ -9,12 +9,16 @@ from typing import Any, Final, Generic, TypeVar, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints
-from pnt_gym.cells.base.fluid import fluid_coefficients, geom_placement, solid_shell_inertia
+from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.cells.base.fluid import fluid_coefficients, geom_placement, lying_size, solid_shell_inertia
+from pnt_gym.constants import GRAVITY
 from pnt_gym.engine import Batch, MjData, MjModel, mujoco
+from pnt_gym.planning.motion.ballistics import landing_point
 
 STAGES: Final = (0.25, 0.5, 0.75, 1.0)
 """Shares of the throws that are over after each stage of a rollout."""
+TOUCH: Final = 1e-5
+"""A contact counts when the surfaces are closer than this [m]; predicted contacts of fast objects are farther."""
 ThrowsT = TypeVar("ThrowsT")
 PlansT = TypeVar("PlansT")
 FlightT = TypeVar("FlightT")
@@ -106,16 +110,17 @@ class Plant(ABC, Generic[ThrowsT, PlansT, FlightT]):
 
     def write_object(self, body: int, geom: int, shape: Ints, size: Floats, mass: Floats, drag: Floats) -> None:
         """Give the free object of every simulation its shape (N,), extents (N, 3) [m], mass (N,) [kg] and drag (N,)."""
-        batch, placed = self.batch, geom_placement(shape, size)
+        full = lying_size(shape, size)
+        batch, placed = self.batch, geom_placement(shape, full)
         batch.expand("body_mass")[:, body] = mass
-        batch.expand("body_inertia")[:, body] = solid_shell_inertia(mass, size, shape)
+        batch.expand("body_inertia")[:, body] = solid_shell_inertia(mass, full, shape)
         batch.expand("geom_type")[:, geom] = placed.type
         batch.expand("geom_size")[:, geom] = placed.size
         batch.expand("geom_quat")[:, geom] = placed.quat
         batch.expand("geom_rbound")[:, geom] = placed.rbound
         aabb = batch.expand("geom_aabb")
         aabb[:, geom] = placed.aabb.reshape(aabb[:, geom].shape)
-        batch.expand("geom_fluid")[:, geom] = fluid_coefficients(shape, size, drag)
+        batch.expand("geom_fluid")[:, geom] = fluid_coefficients(shape, full, drag)
 
     def keep(self, body: int, control: Floats, plan: Floats, target: Floats) -> None:
         """Keep the throw of `record_row` that is about to be rolled out; the arguments are those of `Recording`."""
@@ -159,16 +164,87 @@ def staged_rollout(batch: Any, control: Floats, steps: Ints, names: Sequence[str
             whole = record.setdefault(name, np.zeros((*control.shape[:2], part[name].shape[-1])))
             whole[rows, start:end] = part[name]
         start = int(end)
-    check_warnings(batch)
+    if batch.warning.any():
+        raise first_warning(batch)
     return record
 
 
-def check_warnings(batch: Any) -> None:
-    """Make sure that the engine warned of nothing.
+def first_warning(batch: Any) -> PhysicsError:
+    """What to raise for the first of the warnings that the engine gave."""
+    row, kind = (int(i) for i in np.argwhere(batch.warning)[0][:2])
+    return PhysicsError(f"MuJoCo warned in simulation {row}: {mujoco.mjtWarning(kind).name}")
 
-    Raises:
-        PhysicsError: it did.
-    """
-    if batch.warning.any():
-        row, kind = (int(i) for i in np.argwhere(batch.warning)[0][:2])
-        raise PhysicsError(f"MuJoCo warned in simulation {row}: {mujoco.mjtWarning(kind).name}")
+
+def touching(contact: Floats) -> Bools:
+    """Which sensed contacts (..., 2), number found and smallest distance, are more than predicted (...,)."""
+    return np.asarray((contact[..., 0] > 0.0) & (contact[..., 1] < TOUCH))
+
+
+@final
+@dataclass(frozen=True)
+class ObjectFlight:
+    """N recorded throws, M steps each, cut to what decides where the object goes."""
+
+    position: Floats
+    """Object (N, M, 3) at the start of each step [m]."""
+    velocity: Floats
+    """Object (N, M, 3) [m/s]."""
+    hand_touch: Bools
+    """Whether the hand touches it (N, M)."""
+    any_touch: Bools
+    """Whether anything does (N, M)."""
+    release_step: Ints
+    """First step without grip (N,)."""
+    last_step: Ints
+    """Last step that counts (N,)."""
+
+    @property
+    def free(self) -> Bools:
+        """Steps after the release that count, (N, M)."""
+        steps = np.arange(self.position.shape[1], dtype=np.int64)
+        return (steps > self.release_step[:, None]) & (steps <= self.last_step[:, None])
+
+    def recontact(self) -> Bools:
+        """Whether the hand touched the object after the release (N,)."""
+        return np.asarray((self.hand_touch & self.free).any(axis=1))
+
+    def landing(self, plane_z: Floats) -> Floats:
+        """Where the free flight crosses height plane_z (N,), going down: x, y (N, 2) [m].
+
+        An object that first touches a rim, a wall or the belt is carried on ballistically from that moment, so this
+        measures the throw and not the bin.
+        """
+        rows = np.arange(len(self.position))
+        free, height = self.free, self.position[..., 2] - plane_z[:, None]
+        touched = self.any_touch & ~self.hand_touch & free
+        below = np.zeros_like(free)
+        below[:, 1:] = (height[:, 1:] < 0.0) & (height[:, :-1] >= 0.0) & free[:, 1:]
+        event = np.where((touched | below).any(axis=1), np.argmax(touched | below, axis=1), self.last_step)
+        before = np.maximum(event - 1, 0)
+        start = self.position[rows, before]
+        crossing = landing_point(start, self.velocity[rows, before], plane_z)
+        # Never above the plane after the release: it fell short, and counts where it lies.
+        end = self.position[rows, self.last_step, :2]
+        return np.where(np.isfinite(crossing[:, :1]), crossing[:, :2], end)
+
+    def final(self) -> tuple[Floats, Floats]:
+        """Position and velocity at the last step that counts, (N, 3) each."""
+        rows = np.arange(len(self.position))
+        return self.position[rows, self.last_step], self.velocity[rows, self.last_step]
+
+    def lies_in(self, centre: Floats, opening: Floats, rim: float, bottom: float) -> Bools:
+        """Whether the objects lie in their bins for good at the end (N,).
+
+        An object inside the walls, below the rim, whose upward speed does not lift it to the rim any more will stay.
+
+        Args:
+            centre: of the opening (N, 2) [m].
+            opening: inner size (N, 2) [m].
+            rim: height of the rim [m].
+            bottom: height of the inner bottom [m].
+        """
+        position, velocity = self.final()
+        offset = np.abs(position[:, :2] - centre)
+        inside = (offset <= opening / 2).all(axis=1)
+        reach = position[:, 2] + velocity[:, 2] ** 2 / (2.0 * GRAVITY)
+        return inside & (reach < rim) & (position[:, 2] > bottom)

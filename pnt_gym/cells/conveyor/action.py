@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats, Ints
-from pnt_gym.cells.base.action import ActionMode, Correction, by_name, padded, quarters
+from pnt_gym.cells.base.action import ActionMode, Correction, by_name, quarters
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.observation import decode
@@ -38,8 +38,8 @@ def _aimed(planner: PickPlanner, context: Context, residual: Floats) -> ReleaseB
 
 
 def _moved(planner: PickPlanner, context: Context, residual: Floats) -> ReleaseBatch:
-    sideways = context.from_throw_frame(residual[:, 0], residual[:, 1])
-    point = context.plan.position + np.concatenate([sideways, residual[:, 2:3]], axis=1)
+    point = context.plan.position + context.from_throw_frame(residual[:, 0], residual[:, 1])
+    point[:, 2] += residual[:, 2]
     return planner.checked(context, planner.mover.moved(context, point))
 
 
@@ -50,7 +50,7 @@ def _replanned(planner: PickPlanner, context: Context, residual: Floats) -> Rele
 
 def _goal(context: Context, residual: Floats) -> Floats:
     """The targets (N, 3) moved along the throw and to its left [m]."""
-    return context.target + padded(context.from_throw_frame(residual[:, 0], residual[:, 1]), 3)
+    return context.target + context.from_throw_frame(residual[:, 0], residual[:, 1])
 
 
 def _shift(config: ConveyorConfig) -> Floats:

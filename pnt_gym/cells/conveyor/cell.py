@@ -17,8 +17,8 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.movers import ThrowMotion
 from pnt_gym.cells.conveyor.objects import Objects
-from pnt_gym.cells.conveyor.observation import FEATURES, observe
-from pnt_gym.cells.conveyor.outcome import Outcome, judge, reward_terms
+from pnt_gym.cells.conveyor.observation import FEATURES, TABLE
+from pnt_gym.cells.conveyor.outcome import Outcome, judge
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.conveyor.plant import ConveyorPlant, HandCycle
 from pnt_gym.cells.conveyor.sources import BeltPicks, IndependentPicks, PickSource
@@ -65,7 +65,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
 
     def observe(self) -> NDArray[np.float32]:
         """Observations of the coming picks (N, 26)."""
-        return observe(self.context)
+        return TABLE.encode(self.context)
 
     def throw(self, plans: ReleaseBatch) -> Outcome:
         """Throw in every cell and move on to the next picks.
@@ -73,7 +73,8 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         Args:
             plans: feasible releases, one per cell.
         """
-        context, motion = self.context, self.planner.mover.throw(self.context, plans)
+        context = self.context
+        motion = self.planner.mover.throw(context.pick, plans, context.limits, context.ceiling)
         if self.plant.record_row is not None:
             self.upstream = self._source.waiting(self.plant.record_row)
         following = self._source.following(motion, context.limits)
@@ -89,13 +90,20 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
             jitter: whether the release time carries its random part.
         """
         context = self.context if jitter else self.context.expected()
-        motion = self.planner.mover.throw(context, plans)
+        motion = self.planner.mover.throw(context.pick, plans, context.limits, context.ceiling)
         back = self.planner.mover.back(motion, context.pick, context.limits)
         return self._flown(context, plans, motion, back, np.zeros(self.count))
 
     def reward(self, outcome: Outcome) -> dict[str, Floats]:
-        """Weighted reward terms by name, each (N,)."""
-        return reward_terms(outcome, self.config.reward)
+        """Weighted reward terms by name, each (N,); before weighting every term lies in [0, 1]."""
+        weights = self.config.reward
+        landing = np.maximum(1.0 - outcome.landing_error / weights.landing_scale, 0.0)
+        time = np.maximum(1.0 - outcome.cycle_time / weights.time_scale, 0.0)
+        return {
+            "landing": weights.landing * landing,
+            "success": weights.success * outcome.is_success.astype(np.float64),
+            "time": weights.time * time,
+        }
 
     def info(self, outcome: Outcome, thrown: Context) -> dict[str, NDArray[Any]]:
         """What the belt cell tells of throws, (N,) each."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.conveyor.objects import Objects
-from pnt_gym.planning.motion.limits import LimitRows, MotionLimits
+from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.straight.plan import ReleaseBatch
 
 
@@ -45,8 +45,8 @@ class Context:
     """Inner size of the opening along x and y, (N, 2) [m]."""
     bin: Ints
     """Index of the fixed bin, or 0 where the bin is drawn per throw, (N,)."""
-    percent: Floats
-    """Speed setting (N,) [%]."""
+    limits: LimitRows
+    """Of the hand, by each object's own speed setting."""
     plan: ReleaseBatch
     """The analytic planner's release: object as a point at the cup."""
     belt_speed: float
@@ -61,11 +61,6 @@ class Context:
         return self.objects.kind
 
     @cached_property
-    def limits(self) -> LimitRows:
-        """Limits of each throw."""
-        return MotionLimits.t3kr(self.percent).arrays(len(self.percent))
-
-    @cached_property
     def direction(self) -> Floats:
         """Horizontal unit vector from pick to target (N, 2)."""
         delta = self.target[:, :2] - self.pick[:, :2]
@@ -78,14 +73,9 @@ class Context:
         return np.sqrt(delta[:, 0] ** 2 + delta[:, 1] ** 2)
 
     @cached_property
-    def azimuth(self) -> Floats:
-        """Heading of the throw from +x (N,) [rad]."""
-        return np.arctan2(self.direction[:, 1], self.direction[:, 0])
-
-    @cached_property
     def relative_yaw(self) -> Floats:
         """Measured yaw of the object from the throw's heading (N,) [rad]."""
-        return self.measured.yaw - self.azimuth
+        return self.measured.yaw - np.arctan2(self.direction[:, 1], self.direction[:, 0])
 
     @cached_property
     def grasp(self) -> Floats:
@@ -122,6 +112,6 @@ class Context:
         return vector[:, 0] * ex + vector[:, 1] * ey, vector[:, 1] * ex - vector[:, 0] * ey
 
     def from_throw_frame(self, along: Floats, across: Floats) -> Floats:
-        """World x, y (N, 2) of a vector given along and left of the throw."""
+        """Level vectors (N, 3) given along and left of the throw, in the world."""
         ex, ey = self.direction[:, 0], self.direction[:, 1]
-        return np.stack([along * ex - across * ey, along * ey + across * ex], axis=-1)
+        return np.stack([along * ex - across * ey, along * ey + across * ex, np.zeros_like(ex)], axis=-1)

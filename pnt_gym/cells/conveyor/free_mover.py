@@ -12,7 +12,7 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, length, replaced, take
+from pnt_gym.arrays import Bools, Floats, joined, length, replaced, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.movers import Meeting, StraightMover, ThrowMotion, straight_back
@@ -23,11 +23,10 @@ from pnt_gym.planning.free.release import free_releases, top, turning_point
 from pnt_gym.planning.free.rules import HandRules
 from pnt_gym.planning.motion.ballistics import flight_time
 from pnt_gym.planning.motion.intercept import plan_intercept
-from pnt_gym.planning.motion.limits import Limits
-from pnt_gym.planning.motion.segments import accelerate, brake, brake_distance, coast
+from pnt_gym.planning.motion.limits import EllipticWorkspace, Limits
+from pnt_gym.planning.motion.scurve import accelerate, brake, brake_distance, coast
 from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
 from pnt_gym.planning.motion.transfer import PIECES
-from pnt_gym.planning.motion.workspace import EllipticWorkspace
 from pnt_gym.planning.straight.plan import CONTACT, Reason, ReleaseBatch
 
 COLUMNS: Final = PIECES + 8
@@ -97,10 +96,9 @@ class FreeMover:
         good = release.feasible & inside(pick) & inside(position) & inside(turn)
         return np.where(release.straight, self._straight.is_feasible(pick, release, limits), good)
 
-    def throw(self, context: Context, release: ReleaseBatch) -> ThrowMotion:
+    def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
         """The motion to the release and the window."""
-        pick, limits = context.pick, context.limits
-        roof = self._roof(context.ceiling)
+        roof = self._roof(ceiling)
         curved = throw_leg(pick, release.position, release.velocity, limits, roof).segments
         line = accelerate(release.direction, release.distance, limits)
         straight = release.straight
@@ -109,7 +107,7 @@ class FreeMover:
         window = np.full(len(pick), self.rules.window)
         return ThrowMotion(
             pick=pick,
-            segments=Segments.joined([way, coast(window)]),
+            segments=joined([way, coast(window)], axis=1),
             release_time=time,
             stop=release.position + window[:, None] * release.velocity,
             stop_time=time + window,
@@ -275,4 +273,4 @@ def _greatest(parts: Segments) -> Floats:
 
 def _padded(parts: list[Segments]) -> Segments:
     """The parts one after the other, filled up with segments of no duration."""
-    return Segments.joined(parts).padded(COLUMNS)
+    return joined(parts, axis=1).padded(COLUMNS)

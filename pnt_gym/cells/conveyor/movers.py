@@ -12,17 +12,15 @@ from typing import Protocol, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, take
+from pnt_gym.arrays import Bools, Floats, joined, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.sections import FollowThrough
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.motion.intercept import plan_intercept
-from pnt_gym.planning.motion.limits import LimitRows, Limits
+from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits
 from pnt_gym.planning.motion.roots import bisect
-from pnt_gym.planning.motion.segments import accelerate, brake, brake_distance, coast, rest_to_rest
+from pnt_gym.planning.motion.scurve import accelerate, brake, brake_distance, coast, rest_to_rest
 from pnt_gym.planning.motion.trajectory import Segments
-from pnt_gym.planning.motion.workspace import EllipticWorkspace
 from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.planning.straight.release import plan_release_batch, release_at_elevation, release_at_point
 
@@ -104,7 +102,7 @@ class Mover(Protocol):
         """Which releases the robot can execute (N,)."""
         ...
 
-    def throw(self, context: Context, release: ReleaseBatch) -> ThrowMotion:
+    def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
         """The motions to feasible releases and on to where the return begins."""
         ...
 
@@ -130,8 +128,9 @@ class StraightMover:
     """
 
     def __init__(self, config: ConveyorConfig, workspace: EllipticWorkspace) -> None:
-        self._motion = config.motion
         self._belt = config.belt
+        self._clearance = config.motion.clearance
+        self._follow = config.motion.follow_through
         self._workspace = workspace
 
     def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
@@ -154,16 +153,38 @@ class StraightMover:
         return release_at_point(context.pick, point, context.limits, plane_z=context.target[:, 2])
 
     def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
-        """Which throws exist and stay inside the workspace until the hand has stopped."""
-        return stays_inside(pick, release, limits, self._motion.follow_through, self._workspace)
+        """Which throws exist and stay inside the workspace until the hand has stopped.
 
-    def throw(self, context: Context, release: ReleaseBatch) -> ThrowMotion:
-        """Acceleration, window, and the stop."""
-        return throw_motion(context.pick, release, context.limits, self._motion.follow_through)
+        The workspace is convex and the path straight, so pick and stop are enough.
+        """
+        planned = replace(
+            release,
+            speed=np.where(release.feasible, release.speed, 0.0),
+            angle=np.where(release.feasible, release.angle, 0.0),
+        )
+        stop = pick + release.direction * (release.distance + self._run_out(planned, limits))[:, None]
+        return release.feasible & self._workspace.contains(pick) & self._workspace.contains(stop)
+
+    def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
+        """Along the line from pick to release, the window at constant velocity, and the stop on that line."""
+        direction, zero = release.direction, np.zeros(len(pick))
+        ahead = accelerate(direction, release.distance, limits)
+        window = coast(zero + self._follow.window)
+        slow = brake(direction, release.speed, self.braking_limits(release, limits))
+        release_time = ahead.durations.sum(axis=1)
+        return ThrowMotion(
+            pick=pick,
+            segments=joined([ahead, window, slow], axis=1),
+            release_time=release_time,
+            stop=pick + direction * (release.distance + self._run_out(release, limits))[:, None],
+            stop_time=release_time + self._follow.window + slow.durations.sum(axis=1),
+            velocity=np.zeros_like(pick),
+            roof=zero + np.inf,
+        )
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
         """Straight above the next pick, then down."""
-        return straight_back(motion.stop, next_pick, np.zeros(len(next_pick)), limits, self._motion.clearance)
+        return straight_back(motion.stop, next_pick, np.zeros(len(next_pick)), limits, self._clearance)
 
     def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """The earliest meeting of a hand that moves from rest to rest."""
@@ -172,77 +193,34 @@ class StraightMover:
             place,
             np.array([self._belt.speed, 0.0, 0.0]),
             limits,
-            clearance=self._motion.clearance,
+            clearance=self._clearance,
             window=self._belt.pick_x,
         )
         position = np.where(found.feasible[:, None], found.position, place)
         wait = np.where(found.feasible, found.wait, 0.0)
         time = np.where(found.feasible, found.time, 0.0)
-        back = straight_back(motion.stop, position, wait, limits, self._motion.clearance)
+        back = straight_back(motion.stop, position, wait, limits, self._clearance)
         return Meeting(position, time, wait, back, found.feasible)
 
+    def braking_limits(self, release: ReleaseBatch, limits: Limits) -> Limits:
+        """Limits of the braking: with `gravity_share`, the hand falls away no faster than that share of g."""
+        if self._follow.gravity_share is None:
+            return limits
+        velocity, acceleration, jerk = limits.arrays(len(release.speed))
+        rise = np.maximum(np.sin(release.angle), 1e-3)
+        return LimitRows(velocity, np.minimum(acceleration, self._follow.gravity_share * GRAVITY / rise), jerk)
 
-def throw_motion(pick: Floats, release: ReleaseBatch, limits: Limits, follow: FollowThrough) -> ThrowMotion:
-    """The throw along the line from pick to release, the window at constant velocity, and the stop on that line."""
-    direction = release.direction
-    window = np.full(len(pick), follow.window)
-    slow = braking_limits(release, limits, follow)
-    parts = (
-        accelerate(direction, release.distance, limits),
-        coast(window),
-        brake(direction, release.speed, slow),
-    )
-    times = [part.durations.sum(axis=1) for part in parts]
-    return ThrowMotion(
-        pick=pick,
-        segments=Segments.joined(parts),
-        release_time=times[0],
-        stop=pick + direction * (release.distance + _run_out(release, limits, follow))[:, None],
-        stop_time=times[0] + times[1] + times[2],
-        velocity=np.zeros_like(pick),
-        roof=np.full(len(pick), np.inf),
-    )
-
-
-def braking_limits(release: ReleaseBatch, limits: Limits, follow: FollowThrough) -> Limits:
-    """Limits of the braking: with `gravity_share`, the hand falls away no faster than that share of g."""
-    if follow.gravity_share is None:
-        return limits
-    velocity, acceleration, jerk = limits.arrays(len(release.speed))
-    rise = np.maximum(np.sin(release.angle), 1e-3)
-    return LimitRows(velocity, np.minimum(acceleration, follow.gravity_share * GRAVITY / rise), jerk)
-
-
-def stays_inside(
-    pick: Floats,
-    release: ReleaseBatch,
-    limits: Limits,
-    follow: FollowThrough,
-    workspace: EllipticWorkspace,
-) -> Bools:
-    """Which throws exist and keep release, window and stop inside the workspace (N,).
-
-    The workspace is convex and the path straight, so the two end points are enough.
-    """
-    planned = replace(
-        release,
-        speed=np.where(release.feasible, release.speed, 0.0),
-        angle=np.where(release.feasible, release.angle, 0.0),
-    )
-    stop = pick + release.direction * (release.distance + _run_out(planned, limits, follow))[:, None]
-    return release.feasible & workspace.contains(pick) & workspace.contains(stop)
-
-
-def _run_out(release: ReleaseBatch, limits: Limits, follow: FollowThrough) -> Floats:
-    """Way of the hand after the release (N,) [m]."""
-    return follow.window * release.speed + brake_distance(release.speed, braking_limits(release, limits, follow))
+    def _run_out(self, release: ReleaseBatch, limits: Limits) -> Floats:
+        """Way of the hand after the release (N,) [m]."""
+        way = brake_distance(release.speed, self.braking_limits(release, limits))
+        return self._follow.window * release.speed + way
 
 
 def straight_back(stop: Floats, next_pick: Floats, wait: Floats, limits: Limits, clearance: float) -> Segments:
     """From rest at `stop` straight above the next pick, a wait (N,) [s], and the vertical approach: 15 segments."""
     above = next_pick + np.array([0.0, 0.0, clearance])
     down = np.broadcast_to(np.array([0.0, 0.0, -clearance]), above.shape)
-    return Segments.joined([rest_to_rest(above - stop, limits), coast(wait), rest_to_rest(down, limits)])
+    return joined([rest_to_rest(above - stop, limits), coast(wait), rest_to_rest(down, limits)], axis=1)
 
 
 def _lowered(pick: Floats, goal: Floats, limits: Limits, angle: Floats, top: Floats) -> Floats:

@@ -114,15 +114,6 @@ class Objects:
     """Uniform draws that choose its bin, S + (TARGET_DRAWS, 3)."""
 
 
-def draw_objects(
-    generators: list[np.random.Generator], count: int, config: ConveyorConfig, table: ItemTable
-) -> Objects:
-    """`count` new objects of the table's items for each generator, shape (len(generators), count)."""
-    normals = np.stack([g.standard_normal((count, NORMALS)) for g in generators])
-    uniforms = np.stack([g.random((count, UNIFORMS)) for g in generators])
-    return objects_from_draws(normals, uniforms, config, table)
-
-
 def objects_from_draws(normals: Floats, uniforms: Floats, config: ConveyorConfig, table: ItemTable) -> Objects:
     """Objects from standard draws.
 

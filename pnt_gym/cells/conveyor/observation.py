@@ -18,10 +18,6 @@ from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.constants import GRAVITY
 
 
-def _is(shape: int, context: Context) -> Floats:
-    return (context.measured.shape == shape).astype(np.float64)
-
-
 def _frontal(context: Context) -> Floats:
     """Area that faces the throw (N,) [m2]."""
     length, width, height = context.measured.size.T
@@ -44,9 +40,9 @@ FEATURES: Final = (
     Feature("length", "m", 0.12, 0.06, "measured, along the object", lambda c: c.measured.size[:, 0]),
     Feature("width", "m", 0.07, 0.03, "measured, across the object", lambda c: c.measured.size[:, 1]),
     Feature("height", "m", 0.05, 0.03, "measured", lambda c: c.measured.size[:, 2]),
-    Feature("is_ellipsoid", "-", 0.5, 0.5, "shape, one-hot", lambda c: _is(ELLIPSOID, c)),
-    Feature("is_cylinder", "-", 0.5, 0.5, "shape, one-hot", lambda c: _is(CYLINDER, c)),
-    Feature("is_box", "-", 0.5, 0.5, "shape, one-hot", lambda c: _is(BOX, c)),
+    Feature("is_ellipsoid", "-", 0.5, 0.5, "shape, one-hot", lambda c: c.measured.shape == ELLIPSOID),
+    Feature("is_cylinder", "-", 0.5, 0.5, "shape, one-hot", lambda c: c.measured.shape == CYLINDER),
+    Feature("is_box", "-", 0.5, 0.5, "shape, one-hot", lambda c: c.measured.shape == BOX),
     Feature("ln_mass", "ln kg", -4.2, 0.8, "logarithm of the measured mass", lambda c: np.log(c.measured.mass)),
     Feature(
         "ln_seal", "ln N", 2.4, 0.6, "logarithm of the measured vacuum force F0",
@@ -81,14 +77,9 @@ FEATURES: Final = (
         lambda c: c.to_throw_frame(c.measured.grasp)[1],
     ),
 )  # fmt: skip
-_TABLE: Final = FeatureTable(FEATURES)
-
-
-def observe(context: Context) -> NDArray[np.float32]:
-    """Observations (N, 26) of the coming picks, float32 within [-CLIP, CLIP]."""
-    return _TABLE.encode([feature.value(context) for feature in FEATURES])
+TABLE: Final = FeatureTable(FEATURES)
 
 
 def decode(observation: NDArray[np.floating]) -> dict[str, Floats]:
     """Physical values by feature name from observations (..., 26); clipped entries stay clipped."""
-    return _TABLE.decode(observation)
+    return TABLE.decode(observation)

@@ -8,10 +8,9 @@ from typing import final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats
-from pnt_gym.cells.base.flight import ObjectFlight
+from pnt_gym.cells.base.plant import ObjectFlight
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.sections import Reward
 
 
 @final
@@ -97,14 +96,3 @@ def judge(flown: Flown, context: Context, config: ConveyorConfig, cycle_time: Fl
         peak_torque=flown.peak_torque,
         tracking_error=flown.tracking_error,
     )
-
-
-def reward_terms(outcome: Outcome, weights: Reward) -> dict[str, Floats]:
-    """Weighted reward terms by name, each (N,); before weighting every term lies in [0, 1]."""
-    landing = np.maximum(1.0 - outcome.landing_error / weights.landing_scale, 0.0)
-    time = np.maximum(1.0 - outcome.cycle_time / weights.time_scale, 0.0)
-    return {
-        "landing": weights.landing * landing,
-        "success": weights.success * outcome.is_success.astype(np.float64),
-        "time": weights.time * time,
-    }

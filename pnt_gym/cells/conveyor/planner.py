@@ -14,10 +14,9 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.free_mover import FreeMover
 from pnt_gym.cells.conveyor.movers import Mover, StraightMover
-from pnt_gym.cells.conveyor.objects import TARGET_DRAWS, Objects, draw_objects
+from pnt_gym.cells.conveyor.objects import NORMALS, TARGET_DRAWS, UNIFORMS, Objects, objects_from_draws
 from pnt_gym.cells.conveyor.scene import LIP_GAP
-from pnt_gym.planning.motion.limits import MotionLimits
-from pnt_gym.planning.motion.workspace import EllipticWorkspace
+from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows
 from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.robots.t3kr.geometry import T3KR
 
@@ -45,9 +44,14 @@ class PickPlanner:
         self._accepts = _acceptance(config)
         self._table = item_arrays(config.item_list())
 
-    def draw(self, generators: list[np.random.Generator], count: int) -> Objects:
-        """`count` new objects for each generator, shape (len(generators), count)."""
-        return draw_objects(generators, count, self.config, self._table)
+    def draw(self, generators: list[np.random.Generator], rows: Ints, count: int) -> Objects:
+        """`count` new objects from the generators of some rows, shape (len(rows), count)."""
+        normals, uniforms = np.empty((len(rows), count, NORMALS)), np.empty((len(rows), count, UNIFORMS))
+        for place, row in enumerate(rows):
+            generator = generators[int(row)]
+            generator.standard_normal(out=normals[place])
+            generator.random(out=uniforms[place])
+        return objects_from_draws(normals, uniforms, self.config, self._table)
 
     def pick_point(self, objects: Objects, x: Floats) -> Floats:
         """Where the planner takes objects at belt coordinate x (N,) to be: (N, 3) [m].
@@ -69,14 +73,14 @@ class PickPlanner:
         """
         target, opening, index = self._bin(objects, attempt)
         ceiling = pick[:, 2] + self.config.motion.ceiling
-        limits = MotionLimits.t3kr(objects.percent).arrays(len(pick))
+        limits = LimitRows.t3kr(objects.percent)
         context = Context(
             objects=objects,
             pick=pick,
             target=target,
             opening=opening,
             bin=index,
-            percent=objects.percent,
+            limits=limits,
             plan=self.mover.plan(pick, target, limits, ceiling),
             belt_speed=self.config.belt.speed,
             ceiling=ceiling,

@@ -12,8 +12,7 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Floats, Ints, length
-from pnt_gym.cells.base.flight import ObjectFlight, touching
-from pnt_gym.cells.base.plant import Plant, staged_rollout
+from pnt_gym.cells.base.plant import ObjectFlight, Plant, staged_rollout, touching
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.outcome import Flown
@@ -21,8 +20,9 @@ from pnt_gym.cells.conveyor.scene import LIP_GAP, SENSORS, Scene, bin_panels, bu
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.motion.trajectory import HandPath
 from pnt_gym.planning.straight.plan import ReleaseBatch
-from pnt_gym.robots.t3kr.pose import closed_pose, qpos_columns
-from pnt_gym.robots.t3kr.reference import joint_knots, knot_count, upsample
+from pnt_gym.robots.t3kr.kinematics import closed_pose
+from pnt_gym.robots.t3kr.model import qpos_columns
+from pnt_gym.robots.t3kr.references import joint_knots, knot_count, upsample
 
 SETTLE: Final = 0.35
 """Simulated after the planned landing, so that the object comes to lie [s]."""
@@ -61,6 +61,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         super().__init__(config, self.scene.model, count, threads)
         model, robot = self.scene.model, self.scene.robot
         self._robot_qpos = qpos_columns(model, robot)
+        self._rods_per_arm = robot.rods_per_arm
         self._controls = int(model.nu) + int(model.neq)
 
     def fly(self, thrown: Context, plans: HandCycle) -> Flown:
@@ -144,7 +145,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         batch.state[:] = 0.0
         qpos = batch.bind("qpos")
         cup = context.pick + context.cup_offset
-        qpos[:, self._robot_qpos] = closed_pose(cup, scene.robot)
+        qpos[:, self._robot_qpos] = closed_pose(cup, self._rods_per_arm, scene.robot.geometry)
         first = scene.object_qpos
         qpos[:, first : first + 2] = cup[:, :2] + context.grasp
         qpos[:, first + 2] = cup[:, 2] - context.objects.com_depth

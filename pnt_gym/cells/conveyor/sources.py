@@ -14,7 +14,7 @@ from pnt_gym.cells.conveyor.movers import ThrowMotion
 from pnt_gym.cells.conveyor.objects import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.errors import ConfigError
-from pnt_gym.planning.motion.limits import LimitRows, MotionLimits
+from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.trajectory import Segments
 
 MOST_DRAWS: Final = 120
@@ -97,7 +97,7 @@ class IndependentPicks:
 
     def _attempt(self, rows: Ints) -> tuple[Context, Bools]:
         config = self._planner.config
-        objects = take(self._planner.draw([self._generators[r] for r in rows], 1), np.s_[:, 0])
+        objects = take(self._planner.draw(self._generators, rows, 1), np.s_[:, 0])
         low, high = config.belt.pick_x
         x = low + (high - low) * objects.place[:, 0]
         return self._planner.plan(objects, self._planner.pick_point(objects, x))
@@ -114,7 +114,7 @@ class BeltPicks:
         self._planner = planner
         self._generators = generators
         count = len(generators)
-        self.queue: Objects = planner.draw([np.random.default_rng(0) for _ in range(count)], QUEUE)
+        self.queue: Objects = planner.draw([np.random.default_rng(0)], np.zeros(count, dtype=np.int64), QUEUE)
         """Objects on the belt, nearest first (N, QUEUE)."""
         self.queue_x: Floats = np.zeros((count, QUEUE))
         """Where they are at the lift of the present pick (N, QUEUE) [m]."""
@@ -124,14 +124,14 @@ class BeltPicks:
     def first(self, rows: Ints) -> Context:
         """An empty belt with objects about to enter the window; the hand starts above its middle."""
         config = self._planner.config
-        drawn = self._planner.draw([self._generators[row] for row in rows], QUEUE)
+        drawn = self._planner.draw(self._generators, rows, QUEUE)
         self.queue = replaced(self.queue, rows, drawn)
         # The first object enters the window one gap after the episode begins.
         self.queue_x[rows] = config.belt.pick_x[0] - np.cumsum(self.queue.gap[rows], axis=1)
         self.passed[rows] = 0
         middle = (config.belt.lane_y[0] + config.belt.lane_y[1]) / 2
         start = np.tile([0.0, middle, config.belt.height + 0.3], (len(rows), 1))
-        limits = MotionLimits.t3kr(max(config.limits.percent)).arrays(len(rows))
+        limits = LimitRows.t3kr(np.full(len(rows), max(config.limits.percent)))
         return self.following(ThrowMotion.resting(start), limits, rows).context
 
     def waiting(self, row: int) -> tuple[Objects, Floats] | None:
@@ -171,7 +171,7 @@ class BeltPicks:
         if rows.size == 0:
             return
         self.passed[rows] += used - 1
-        new = self._planner.draw([self._generators[row] for row in rows], used)
+        new = self._planner.draw(self._generators, rows, used)
         kept = take(self.queue, (rows, slice(used, None)))
         x = self.queue_x[rows] + self._planner.config.belt.speed * elapsed[:, None]
         self.queue = replaced(self.queue, rows, joined([kept, new], axis=1))

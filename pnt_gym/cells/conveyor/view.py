@@ -8,7 +8,7 @@ import numpy as np
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.canvas import Marker
-from pnt_gym.cells.base.fluid import geom_placement
+from pnt_gym.cells.base.fluid import geom_placement, lying_size
 from pnt_gym.cells.base.sorting import Belt
 from pnt_gym.cells.base.stage import OBJECT_RGBA
 from pnt_gym.cells.conveyor.objects import Objects
@@ -29,7 +29,7 @@ def objects_on_belt(upstream: tuple[Objects, Floats] | None, belt: Belt, time: f
         return []
     objects, centre = upstream
     moved = centre + np.array([belt.speed * time, 0.0, 0.0])
-    place = geom_placement(objects.shape, objects.size)
+    place = geom_placement(objects.shape, lying_size(objects.shape, objects.size))
     turned, frame = np.zeros(4), np.zeros(9)
     markers: list[Marker] = []
     for k in np.flatnonzero((moved[:, 0] >= belt.x[0]) & (moved[:, 0] <= belt.x[1])):

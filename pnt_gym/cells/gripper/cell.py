@@ -18,8 +18,8 @@ from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.context import Context
 from pnt_gym.cells.gripper.hidden import draw_hidden, expected_hidden
 from pnt_gym.cells.gripper.motion import TossPlans
-from pnt_gym.cells.gripper.observation import FEATURES, feature_table, observe
-from pnt_gym.cells.gripper.outcome import Outcome, judge, reward_terms
+from pnt_gym.cells.gripper.observation import FEATURES, feature_table
+from pnt_gym.cells.gripper.outcome import Outcome, judge
 from pnt_gym.cells.gripper.planner import TossPlanner
 from pnt_gym.cells.gripper.plant import GripperPlant
 from pnt_gym.cells.gripper.view import DOTS, camera
@@ -58,7 +58,7 @@ class GripperCell(Cell[GripperConfig, Context, TossPlans, Outcome]):
 
     def observe(self) -> NDArray[np.float32]:
         """Observations of the coming throws (N, 15)."""
-        return observe(self.context, self._table)
+        return self._table.encode(self.context)
 
     def plan(self, correction: Floats | None = None) -> TossPlans:
         """Plans of the coming throws, feasible or not.
@@ -99,8 +99,15 @@ class GripperCell(Cell[GripperConfig, Context, TossPlans, Outcome]):
         return judge(self.plant.fly(context, plans), plans, self.config, self.planner.return_time(plans))
 
     def reward(self, outcome: Outcome) -> dict[str, Floats]:
-        """Weighted reward terms by name, each (N,)."""
-        return reward_terms(outcome, self.config.reward)
+        """Weighted reward terms by name, each (N,); before weighting every term lies in [0, 1]."""
+        weights = self.config.reward
+        landing = np.maximum(1.0 - np.nan_to_num(outcome.landing_error, nan=np.inf) / weights.landing_scale, 0.0)
+        time = np.maximum(1.0 - outcome.cycle_time / weights.time_scale, 0.0)
+        return {
+            "landing": weights.landing * landing,
+            "success": weights.success * outcome.is_success.astype(np.float64),
+            "time": weights.time * time,
+        }
 
     def info(self, outcome: Outcome, thrown: Context) -> dict[str, NDArray[Any]]:
         """What the gripper robot's cell tells of throws, (N,) each."""

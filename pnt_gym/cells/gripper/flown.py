@@ -8,7 +8,7 @@ from typing import Final, Self, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.flight import ObjectFlight, touching
+from pnt_gym.cells.base.plant import ObjectFlight, touching
 from pnt_gym.cells.gripper.motion import TossPlans
 from pnt_gym.cells.gripper.scene import SENSORS
 

@@ -77,16 +77,6 @@ def feature_table(config: GripperConfig) -> FeatureTable:
     return FeatureTable(features(config))
 
 
-def observe(context: Context, table: FeatureTable = _TABLE) -> NDArray[np.float32]:
-    """Observations (N, 15) of the coming throws, float32 within [-CLIP, CLIP].
-
-    Args:
-        context: the throws.
-        table: the cell's own, see `feature_table`.
-    """
-    return table.encode([feature.value(context) for feature in FEATURES])
-
-
 def decode(observation: NDArray[np.floating], table: FeatureTable = _TABLE) -> dict[str, Floats]:
     """Physical values by feature name from observations (..., 15); clipped entries stay clipped.
 

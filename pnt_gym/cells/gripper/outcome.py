@@ -8,7 +8,7 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats
-from pnt_gym.cells.gripper.config import GripperConfig, Reward
+from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.flown import Flown
 from pnt_gym.cells.gripper.motion import TossPlans
 
@@ -92,14 +92,3 @@ def judge(flown: Flown, plans: TossPlans, config: GripperConfig, return_time: Fl
         peak_torque=flown.peak_torque,
         final=flight.final()[0],
     )
-
-
-def reward_terms(outcome: Outcome, weights: Reward) -> dict[str, Floats]:
-    """Weighted reward terms by name, each (N,); before weighting every term lies in [0, 1]."""
-    landing = np.maximum(1.0 - np.nan_to_num(outcome.landing_error, nan=np.inf) / weights.landing_scale, 0.0)
-    time = np.maximum(1.0 - outcome.cycle_time / weights.time_scale, 0.0)
-    return {
-        "landing": weights.landing * landing,
-        "success": weights.success * outcome.is_success.astype(np.float64),
-        "time": weights.time * time,
-    }

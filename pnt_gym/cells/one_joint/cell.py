@@ -17,8 +17,8 @@ from pnt_gym.cells.one_joint.action import MODES, correction
 from pnt_gym.cells.one_joint.config import GoalRegion, OneJointConfig
 from pnt_gym.cells.one_joint.context import Context
 from pnt_gym.cells.one_joint.hidden import draw_hidden, expected_hidden
-from pnt_gym.cells.one_joint.observation import FEATURES, observe
-from pnt_gym.cells.one_joint.outcome import Outcome, judge, reward_terms
+from pnt_gym.cells.one_joint.observation import FEATURES, TABLE
+from pnt_gym.cells.one_joint.outcome import Outcome, judge
 from pnt_gym.cells.one_joint.pallets import SWEEP, stacked
 from pnt_gym.cells.one_joint.planner import ThrowPlanner
 from pnt_gym.cells.one_joint.plant import OneJointPlant
@@ -67,7 +67,7 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
 
     def observe(self) -> NDArray[np.float32]:
         """Observations of the coming throws (N, 14)."""
-        return observe(self.context)
+        return TABLE.encode(self.context)
 
     def plan(self, goal: Floats) -> ThrowPlans:
         """Plans of the coming throws to other goals (N, 4), feasible or not: a virtual goal."""
@@ -108,8 +108,15 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
         return judge(flight, context, plans, self.job, self.config, self.planner.return_time(plans))
 
     def reward(self, outcome: Outcome) -> dict[str, Floats]:
-        """Weighted reward terms by name, each (N,)."""
-        return reward_terms(outcome, self.config.reward)
+        """Weighted reward terms by name, each (N,); before weighting every term lies in [0, 1]."""
+        weights = self.config.reward
+        angle, speed = np.abs(outcome.true_error[:, 2]), np.abs(outcome.true_error[:, 3])
+        return {
+            "position": weights.position * np.maximum(1.0 - outcome.landing_error / weights.position_scale, 0.0),
+            "angle": weights.angle * np.maximum(1.0 - np.rad2deg(angle) / weights.angle_scale_deg, 0.0),
+            "speed": weights.speed * np.maximum(1.0 - speed / weights.speed_scale, 0.0),
+            "success": weights.success * outcome.is_success.astype(np.float64),
+        }
 
     def info(self, outcome: Outcome, thrown: Context) -> dict[str, NDArray[Any]]:
         """What the one-joint cell tells of throws, (N,) each."""

@@ -51,14 +51,9 @@ FEATURES: Final = (
         "tilt", "rad", 0.0, 0.10, "of the goal against the kind's nominal goal: how the part below lies", _tilt,
     ),
 )  # fmt: skip
-_TABLE: Final = FeatureTable(FEATURES)
-
-
-def observe(context: Context) -> NDArray[np.float32]:
-    """Observations (N, 14) of the coming throws, float32 within [-CLIP, CLIP]."""
-    return _TABLE.encode([feature.value(context) for feature in FEATURES])
+TABLE: Final = FeatureTable(FEATURES)
 
 
 def decode(observation: NDArray[np.floating]) -> dict[str, Floats]:
     """Physical values by feature name from observations (..., 14); clipped entries stay clipped."""
-    return _TABLE.decode(observation)
+    return TABLE.decode(observation)

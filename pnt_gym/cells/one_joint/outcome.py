@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.one_joint.config import OneJointConfig, Reward, Tolerance
+from pnt_gym.cells.one_joint.config import OneJointConfig, Tolerance
 from pnt_gym.cells.one_joint.context import Context
 from pnt_gym.cells.one_joint.flight import Flight
 from pnt_gym.cells.one_joint.measure import estimated_state
@@ -123,17 +123,6 @@ def judge(
         release_speed_error=flight.release_speed - plans.u[:, 1],
         final=flight.final_pose,
     )
-
-
-def reward_terms(outcome: Outcome, weights: Reward) -> dict[str, Floats]:
-    """Weighted reward terms by name, each (N,); before weighting every term lies in [0, 1]."""
-    angle, speed = np.abs(outcome.true_error[:, 2]), np.abs(outcome.true_error[:, 3])
-    return {
-        "position": weights.position * np.maximum(1.0 - outcome.landing_error / weights.position_scale, 0.0),
-        "angle": weights.angle * np.maximum(1.0 - np.rad2deg(angle) / weights.angle_scale_deg, 0.0),
-        "speed": weights.speed * np.maximum(1.0 - speed / weights.speed_scale, 0.0),
-        "success": weights.success * outcome.is_success.astype(np.float64),
-    }
 
 
 def _rest(job: Job, kind: Ints, flight: Flight) -> tuple[Bools, Bools]:

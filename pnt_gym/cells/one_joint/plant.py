@@ -15,8 +15,7 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.flight import TOUCH
-from pnt_gym.cells.base.plant import Plant, staged_rollout
+from pnt_gym.cells.base.plant import TOUCH, Plant, staged_rollout
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.cells.one_joint.context import Context
 from pnt_gym.cells.one_joint.flight import Flight

@@ -13,11 +13,10 @@ from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
-from pnt_gym.arrays import Floats
+from pnt_gym.arrays import Floats, joined
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion.limits import MotionLimits
-from pnt_gym.planning.motion.scurve import speed_at
-from pnt_gym.planning.motion.segments import accelerate, brake
+from pnt_gym.planning.motion.scurve import accelerate, brake, speed_at
 from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
 
 Overlap: TypeAlias = Literal["none", "jerk", "ramp"]
@@ -44,7 +43,7 @@ def throw_move(direction: Floats, distance: Floats, limits: MotionLimits) -> Seg
     """
     up = accelerate(direction, distance, limits)
     down = brake(direction, speed_at(distance, limits), limits)
-    return Segments.joined([up, down])
+    return joined([up, down], axis=1)
 
 
 def begin_times(moves: Sequence[Segments], overlap: Overlap, stops: Collection[int] = ()) -> Floats:

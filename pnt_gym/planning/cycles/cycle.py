@@ -13,14 +13,13 @@ from typing import Literal, NamedTuple, TypeAlias, final, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Bools, Floats, Ints, finite_points, same_count
+from pnt_gym.arrays import Bools, Floats, Ints, finite_points
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.cycles.blend import Overlap, throw_move
 from pnt_gym.planning.cycles.outline import Outline, fastest_return, straight_return
-from pnt_gym.planning.motion.limits import MotionLimits
-from pnt_gym.planning.motion.segments import brake_distance, rest_to_rest
+from pnt_gym.planning.motion.limits import EllipticWorkspace, MotionLimits
+from pnt_gym.planning.motion.scurve import brake_distance, rest_to_rest
 from pnt_gym.planning.motion.trajectory import JerkTrajectory, PeakRatios, Segments
-from pnt_gym.planning.motion.workspace import EllipticWorkspace
 from pnt_gym.planning.straight.plan import CONTACT, MIN_REACH, InfeasibleThrow, Reason, ReleaseBatch
 from pnt_gym.planning.straight.release import plan_release_batch, release_at_elevation
 
@@ -250,10 +249,9 @@ class _Job(NamedTuple):
         rules: CycleRules | None,
         workspace: EllipticWorkspace | None,
     ) -> _Job:
-        first, last = finite_points(picks, "picks"), finite_points(next_picks, "next_picks")
-        middle = finite_points(targets, "targets")
-        same_count("picks", len(first), "targets", len(middle))
-        same_count("picks", len(first), "next_picks", len(last))
+        first = finite_points(picks, "picks")
+        last = finite_points(next_picks, "next_picks", len(first))
+        middle = finite_points(targets, "targets", len(first))
         limits.arrays(len(first))
         for name, points in (("pick", first), ("next pick", last)):
             outside = np.zeros(len(points), np.bool_) if workspace is None else ~workspace.contains(points)

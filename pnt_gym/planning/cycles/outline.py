@@ -8,9 +8,8 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, joined, replaced, take
 from pnt_gym.planning.cycles.blend import RELEASE_SEGMENTS, Overlap, begin_times, blend
-from pnt_gym.planning.motion.limits import MotionLimits
+from pnt_gym.planning.motion.limits import EllipticWorkspace, MotionLimits
 from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
-from pnt_gym.planning.motion.workspace import EllipticWorkspace
 from pnt_gym.planning.optimal.fastest import fastest_motion
 
 

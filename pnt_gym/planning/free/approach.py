@@ -14,7 +14,7 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.planning.motion.limits import LimitRows, Limits
 from pnt_gym.planning.motion.roots import bisect
-from pnt_gym.planning.motion.segments import stop_distance
+from pnt_gym.planning.motion.scurve import brake_distance
 from pnt_gym.planning.motion.trajectory import Segments
 
 SPEEDING: Final = 0.998
@@ -51,7 +51,7 @@ def approach_entry(limits: Limits, count: int, height: float) -> Entry:
     stop = np.where(braking, stop, np.minimum(_speed_of(own, begun, height), SPEEDING * velocity))
     peak = np.minimum(np.sqrt(jerk * stop), acceleration)
     speed = stop - 0.5 * jerk * begun**2
-    coasting = np.where(braking, 0.0, np.maximum(height - stop_distance(stop, own), 0.0) / speed)
+    coasting = np.where(braking, 0.0, np.maximum(height - brake_distance(stop, own), 0.0) / speed)
     durations = np.stack([coasting, peak / jerk - begun, stop / peak - peak / jerk, peak / jerk], axis=1)
     jerks = np.zeros((count, 4, 3))
     jerks[:, :, 2] = jerk[:, None] * np.array([0.0, 1.0, 0.0, -1.0])
@@ -70,7 +70,7 @@ def _speed_of(limits: LimitRows, begun: Floats, height: float) -> Floats:
     high = low + np.sqrt(2.0 * acceleration * height) + 2.0 * acceleration**2 / jerk
 
     def too_slow(speed: Floats) -> Bools:
-        left = stop_distance(speed, limits) - (speed * begun - jerk * begun**3 / 6.0)
+        left = brake_distance(speed, limits) - (speed * begun - jerk * begun**3 / 6.0)
         return left < height
 
     return bisect(too_slow, low, high, _HALVINGS)[0]

@@ -13,7 +13,7 @@ from pnt_gym.planning.free.approach import Entry, approach_entry
 from pnt_gym.planning.free.release import clearing_time
 from pnt_gym.planning.free.rules import HandRules
 from pnt_gym.planning.motion.limits import Limits
-from pnt_gym.planning.motion.segments import rest_to_rest
+from pnt_gym.planning.motion.scurve import rest_to_rest
 from pnt_gym.planning.motion.trajectory import Segments
 from pnt_gym.planning.motion.transfer import Band, Transfers, fast_transfer
 

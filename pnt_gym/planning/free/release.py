@@ -19,10 +19,10 @@ from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.free.approach import SPEEDING, approach_entry
 from pnt_gym.planning.free.rules import HandRules
 from pnt_gym.planning.motion.limits import LimitRows, Limits
-from pnt_gym.planning.motion.segments import brake_distance
+from pnt_gym.planning.motion.scurve import brake_distance
 from pnt_gym.planning.motion.transfer import estimate
-from pnt_gym.planning.straight.frame import Frame
 from pnt_gym.planning.straight.plan import MIN_REACH
+from pnt_gym.planning.straight.release import Frame
 
 TURN: Final = 1.6
 """Way of a hand that turns back, as a multiple of the shortest stop."""
@@ -87,12 +87,13 @@ def free_releases(
         ValueError: an input is NaN or infinite, or shapes disagree.
     """
     frame = Frame.of(picks, targets, limits, 0.0)
-    count = frame.size
+    count = len(frame.picks)
+    rows = limits.arrays(count)
     roof = finite_rows(ceiling, count, "ceiling")
     chosen, cost = np.zeros((3, count)), np.full(count, np.inf)
     for begin in range(0, count, CHUNK):
         part = np.arange(begin, min(begin + CHUNK, count))
-        chosen[:, part], cost[part] = _refined(take(frame, part), take(frame.limits, part), roof[part], rules)
+        chosen[:, part], cost[part] = _refined(take(frame, part), take(rows, part), roof[part], rules)
     position, velocity, flight = _release(frame, chosen, roof)
     feasible = np.isfinite(cost) & (frame.plane.reach > MIN_REACH) & (frame.picks[:, 2] <= roof)
     gap = np.where(feasible, 0.0, np.nan)
@@ -103,7 +104,7 @@ def _refined(frame: Frame, limits: LimitRows, roof: Floats, rules: HandRules) ->
     """Quickest choice of each row (3, N) and its estimated time (N,) [s]."""
     around: list[Floats] = []
     for coarse in COARSE:
-        first, _ = _best(frame, limits, roof, rules, np.repeat(coarse[:, None], frame.size, axis=1))
+        first, _ = _best(frame, limits, roof, rules, np.repeat(coarse[:, None], len(frame.picks), axis=1))
         around.append(first[:, :, None] + FINE[:, None])
     fine = np.concatenate(around, axis=2)
     fine[1:] = np.minimum(fine[1:], np.array([SPEEDING, 1.0])[:, None, None])

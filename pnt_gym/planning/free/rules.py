@@ -17,9 +17,8 @@ from numpy.typing import ArrayLike
 from pnt_gym.arrays import Bools, Floats, length
 from pnt_gym.constants import GRAVITY
 from pnt_gym.errors import PlanningError
-from pnt_gym.planning.motion.limits import Limits
+from pnt_gym.planning.motion.limits import EllipticWorkspace, Limits
 from pnt_gym.planning.motion.trajectory import HandPath
-from pnt_gym.planning.motion.workspace import EllipticWorkspace
 
 SAMPLE_RATE: Final = 10_000.0
 """Samples of the check [1/s]."""

@@ -13,7 +13,7 @@ from typing import NamedTuple, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Bools, Floats, Ints, finite_points, finite_rows, length, same_count
+from pnt_gym.arrays import Bools, Floats, Ints, finite_points, finite_rows, length
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion.limits import Limits
 from pnt_gym.planning.motion.roots import bisect
@@ -72,9 +72,9 @@ class _Chase(NamedTuple):
         """Time (N,) of the move to above where the object is at ``time`` (N,)."""
         return stroke_time(length(self.offset + time[:, None] * self.belt), *self.limits)
 
-    def lateness(self, time: Floats) -> Floats:
-        """F(t) (N,): how much later than the object the hand would arrive."""
-        return self.travel(time) + self.descent - time
+    def late(self, time: Floats) -> Bools:
+        """F(t) > 0 (N,): whether the hand would arrive later than the object."""
+        return np.asarray(self.travel(time) + self.descent - time > 0.0)
 
 
 def plan_intercept(
@@ -110,11 +110,10 @@ def plan_intercept(
         ValueError: if an input is NaN, a coordinate infinite, the clearance negative, the window empty, the
             horizon not positive, or shapes disagree.
     """
-    origin, place = finite_points(start, "start"), finite_points(positions, "positions")
-    count = origin.shape[0]
-    same_count("start", count, "positions", place.shape[0])
-    speeds = np.asarray(belt_velocity, dtype=np.float64)
-    belt = finite_points(np.broadcast_to(speeds, (count, 3)), "belt_velocity")
+    origin = finite_points(start, "start")
+    count = len(origin)
+    place = finite_points(positions, "positions", count)
+    belt = finite_points(np.broadcast_to(np.asarray(belt_velocity), (count, 3)), "belt_velocity")
     lift = finite_rows(clearance, count, "clearance")
     if (lift < 0.0).any():
         raise PlanningError(f"clearance must not be negative [m], got {lift.min()}")
@@ -154,7 +153,8 @@ def _meet(chase: _Chase, place: Floats, first: Floats, last: Floats, enters: Boo
 
 def _window_times(place: Floats, speed: Floats, window: tuple[ArrayLike, ArrayLike]) -> tuple[Floats, Floats]:
     """Times at which each object enters and leaves the window; one that never does enters at infinity."""
-    low, high = (np.broadcast_to(np.asarray(w, dtype=np.float64), place.shape) for w in window)
+    low = np.broadcast_to(np.asarray(window[0], dtype=np.float64), place.shape)
+    high = np.broadcast_to(np.asarray(window[1], dtype=np.float64), place.shape)
     if not (low <= high).all():
         row = int(np.argmin(low <= high))
         raise PlanningError(f"window must run from least to greatest, got {low[row]}, {high[row]}")
@@ -176,19 +176,20 @@ def _earliest(chase: _Chase, first: Floats, last: Floats) -> tuple[Floats, Bools
     square = x * x + y * y + z * z
     along = chase.offset[:, 0] * x + chase.offset[:, 1] * y + chase.offset[:, 2] * z
     nearest = np.clip(-along / np.where(square > 0.0, square, 1.0), first, last)
-    end = np.maximum(nearest, np.minimum(last, _surely_reached(chase, np.sqrt(square))))
     before, after, previous = first.copy(), nearest.copy(), nearest
-    found: Bools = np.asarray(chase.lateness(nearest) <= 0.0, dtype=np.bool_)
-    for k in range(1, SCAN + 1):
-        share = k / SCAN
-        following = nearest + (end - nearest) * (share * share)
-        hit = np.asarray(~found & (chase.lateness(following) <= 0.0), dtype=np.bool_)
-        before[hit], after[hit] = previous[hit], following[hit]
-        found, previous = found | hit, following
-        if found.all():
-            break
-    at_once = chase.lateness(first) <= 0.0
-    met = bisect(lambda time: chase.lateness(time) > 0.0, before, after, HALVINGS)[1]
+    found = ~chase.late(nearest)
+    if not found.all():
+        end = np.maximum(nearest, np.minimum(last, _surely_reached(chase, np.sqrt(square))))
+        for k in range(1, SCAN + 1):
+            share = k / SCAN
+            following = nearest + (end - nearest) * (share * share)
+            hit = ~found & ~chase.late(following)
+            before[hit], after[hit] = previous[hit], following[hit]
+            found, previous = found | hit, following
+            if found.all():
+                break
+    at_once = ~chase.late(first)
+    met = bisect(chase.late, before, after, HALVINGS)[1]
     return np.where(at_once, first, met), found | at_once
 
 

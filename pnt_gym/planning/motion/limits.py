@@ -1,14 +1,15 @@
-"""Limits of a motion along a line: speed, acceleration and jerk."""
+"""What a hand may do: speed, acceleration and jerk along a line, and the room it may move in."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, fields
 from typing import Any, NamedTuple, TypeAlias, cast, final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats, take
+from pnt_gym.arrays import Bools, Floats, take
 from pnt_gym.errors import PlanningError
 
 # Full performance of the T3KR robot (Hassan et al. 2022, section IV); its 12 G count 1 G as 10 m/s2.
@@ -25,6 +26,15 @@ class LimitRows(NamedTuple):
     velocity: Floats
     acceleration: Floats
     jerk: Floats
+
+    @classmethod
+    def t3kr(cls, percent: Floats) -> LimitRows:
+        """Return the T3KR limits with V, A and J scaled together (Hassan et al. 2022, IV-B3).
+
+        Args:
+            percent: shares of the full performance (N,), each in (0, 100].
+        """
+        return cls(T3KR_VELOCITY * percent / 100.0, T3KR_ACCELERATION * percent / 100.0, T3KR_JERK * percent / 100.0)
 
     def arrays(self, count: int) -> LimitRows:
         """Return these limits.
@@ -64,7 +74,7 @@ class MotionLimits:
 
     @classmethod
     def t3kr(cls, percent: ArrayLike = 100.0) -> MotionLimits:
-        """Return the T3KR limits with V, A and J scaled together (Hassan et al. 2022, IV-B3).
+        """Return the T3KR limits as `LimitRows.t3kr`, for one throw or many.
 
         Args:
             percent: share of the full performance in (0, 100], one number or (N,).
@@ -76,8 +86,7 @@ class MotionLimits:
         inside = (share > 0.0) & (share <= 100.0)
         if not inside.all():
             raise PlanningError(f"percent must lie in (0, 100], got {share[~inside].flat[0]}")
-        full = (T3KR_VELOCITY, T3KR_ACCELERATION, T3KR_JERK)
-        return cls(*(value * share / 100.0 for value in full))
+        return cls(*LimitRows.t3kr(share))
 
     @property
     def count(self) -> int | None:
@@ -139,3 +148,77 @@ def _checked(name: str, value: ArrayLike) -> float | Floats:
         return float(array)
     array.flags.writeable = False
     return array
+
+
+class LineBounds(NamedTuple):
+    """Bounds of release points in the planes of throws, from the pick (N,) [m]; near may be 0, the others infinite."""
+
+    near: Floats
+    far: Floats
+    low: Floats
+    high: Floats
+
+    @classmethod
+    def below(cls, ceiling: Floats) -> LineBounds:
+        """Only a greatest height above the pick (N,) [m]."""
+        zero = np.zeros_like(ceiling)
+        return cls(zero, zero + np.inf, zero - np.inf, ceiling)
+
+
+@final
+@dataclass(frozen=True)
+class EllipticWorkspace:
+    """Workspace that is an ellipse in top view (Hassan et al. 2022, section IV-A), centred on the z axis.
+
+    Attributes:
+        semi_x: semi-axis along x [m].
+        semi_y: semi-axis along y [m].
+        z_min: lowest height [m].
+        z_max: greatest height [m].
+
+    Raises:
+        ValueError: if a semi-axis is not positive and finite, a height is NaN, or z_min is not below z_max.
+    """
+
+    semi_x: float = 0.45
+    semi_y: float = 0.80
+    z_min: float = -math.inf
+    z_max: float = math.inf
+
+    def __post_init__(self) -> None:
+        for item in fields(self)[:2]:
+            value = getattr(self, item.name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise PlanningError(f"{item.name} must be positive and finite [m], got {value}")
+        if not self.z_min < self.z_max:
+            raise PlanningError(f"z_min must lie below z_max [m], got {self.z_min} and {self.z_max}")
+
+    def contains(self, points: Floats) -> Bools:
+        """Return which points (..., 3) [m] lie inside or on the border, shape (...,)."""
+        return self.margin(points) >= 0.0
+
+    def margin(self, points: Floats) -> Floats:
+        """Return how far inside the border points (..., 3) lie [m], shape (...,); negative outside.
+
+        The horizontal part, (1 - |q|) min(semi-axes) with q the point in units of the semi-axes, is a lower
+        bound of the distance to the ellipse for points inside it; its sign is exact everywhere.
+        """
+        x, y, z = points[..., 0] / self.semi_x, points[..., 1] / self.semi_y, points[..., 2]
+        sideways = (1.0 - np.sqrt(x * x + y * y)) * min(self.semi_x, self.semi_y)
+        return np.minimum(sideways, np.minimum(z - self.z_min, self.z_max - z))
+
+    def line_bounds(self, points: Floats, cosine: Floats, sine: Floats) -> LineBounds:
+        """Return the part inside of the vertical half-plane from ``points`` (N, 3) at azimuth (cosine, sine).
+
+        Distances are horizontal from the point, heights relative to it. Where the half-plane misses the
+        workspace, near is greater than far.
+        """
+        x, y = points[:, 0] / self.semi_x, points[:, 1] / self.semi_y
+        dx, dy = cosine / self.semi_x, sine / self.semi_y
+        square, half = dx * dx + dy * dy, x * dx + y * dy
+        discriminant = half * half - square * (x * x + y * y - 1.0)
+        root = np.sqrt(np.maximum(discriminant, 0.0))
+        hit = discriminant >= 0.0
+        near = np.where(hit, np.maximum((-half - root) / square, 0.0), 1.0)
+        far = np.where(hit, (-half + root) / square, -1.0)
+        return LineBounds(near, far, self.z_min - points[:, 2], self.z_max - points[:, 2])

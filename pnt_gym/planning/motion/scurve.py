@@ -1,4 +1,8 @@
-"""Minimum-time third-order S-curve between two rests (Hassan et al. 2022, Algorithm 1)."""
+"""Minimum-time third-order S-curves between two rests (Hassan et al. 2022, Algorithm 1): as numbers, and in space.
+
+The pieces of straight-line motion that a throw is joined from are halves and wholes of such curves; every one of them
+starts and ends with zero acceleration.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +12,12 @@ from typing import Any, Generic, TypeVar, final, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats
+from pnt_gym.arrays import Floats, length
 from pnt_gym.errors import PlanningError
-from pnt_gym.planning.motion.limits import LimitRows, MotionLimits
+from pnt_gym.planning.motion.limits import LimitRows, Limits, MotionLimits
+from pnt_gym.planning.motion.trajectory import Segments
 
+_REST_TO_REST = np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
 # float for one curve, an (N,) array for a batch.
 ValueT = TypeVar("ValueT", float, Floats)
 
@@ -141,8 +147,12 @@ def scurves(distance: Floats, limits: LimitRows) -> SCurve[Floats]:
     if not good.all():
         raise PlanningError(f"distance must be finite and not negative [m], got {distance[~good][0]}")
     velocity, acceleration = peaks(distance, *limits)
-    durations = _segment_times(distance, velocity, acceleration, limits.jerk)
-    total = 4.0 * durations[:, 0] + 2.0 * durations[:, 1] + durations[:, 3]
+    ramp, plateau = _ramp_times(velocity, acceleration, limits.jerk)
+    moving = velocity > 0.0
+    cruise = distance / np.where(moving, velocity, 1.0) - 2.0 * ramp - plateau
+    cruise = np.where(moving, np.maximum(cruise, 0.0), 0.0)
+    durations = np.stack([ramp, plateau, ramp, cruise, ramp, plateau, ramp], axis=-1)
+    total = 4.0 * ramp + 2.0 * plateau + cruise
     return SCurve[Floats](distance, velocity, acceleration, limits.jerk, total, durations)
 
 
@@ -189,16 +199,57 @@ def stroke_time(distance: Floats, velocity: Floats, acceleration: Floats, jerk: 
     return np.where(moving, cruise + ramp, 0.0)
 
 
-def _segment_times(distance: Floats, velocity: Floats, acceleration: Floats, jerk: Floats) -> Floats:
-    ramp, plateau = _ramp_times(velocity, acceleration, jerk)
-    moving = velocity > 0.0
-    cruise = distance / np.where(moving, velocity, 1.0) - 2.0 * ramp - plateau
-    cruise = np.where(moving, np.maximum(cruise, 0.0), 0.0)
-    return np.stack([ramp, plateau, ramp, cruise, ramp, plateau, ramp], axis=-1)
-
-
 def _ramp_times(velocity: Floats, acceleration: Floats, jerk: Floats) -> tuple[Floats, Floats]:
     ramp = acceleration / jerk
     still = acceleration <= 0.0
     plateau = velocity / np.where(still, 1.0, acceleration) - ramp
     return ramp, np.where(still, 0.0, np.maximum(plateau, 0.0))
+
+
+def line_segments(direction: Floats, durations: Floats, jerks: Floats) -> Segments:
+    """Return segments along unit vectors ``direction`` (N, 3) with signed jerks (N, K) [m/s3]."""
+    return Segments(durations, jerks[:, :, None] * direction[:, None, :])
+
+
+def rest_to_rest(displacement: Floats, limits: Limits) -> Segments:
+    """Return the minimum-time move along ``displacement`` (N, 3) [m], seven segments."""
+    distance = length(displacement)
+    curve = scurves(distance, limits.arrays(len(distance)))
+    direction = displacement / np.where(distance > 0.0, distance, 1.0)[:, None]
+    return line_segments(direction, curve.durations, curve.jerk[:, None] * _REST_TO_REST)
+
+
+def accelerate(direction: Floats, distance: Floats, limits: Limits) -> Segments:
+    """Return the first half of a stroke of 2 x ``distance`` (N,) [m]: four segments up to V_S(distance).
+
+    This is the throw motion up to the release (section III-D): jerk up, plateau, jerk down, half the cruise.
+    """
+    curve = scurves(2.0 * distance, limits.arrays(len(distance)))
+    durations = curve.durations[:, :4] * np.array([1.0, 1.0, 1.0, 0.5])
+    return line_segments(direction, durations, curve.jerk[:, None] * _REST_TO_REST[:4])
+
+
+def coast(duration: Floats) -> Segments:
+    """Return one segment (N,) [s] without jerk: constant velocity after a block, a wait at rest."""
+    return Segments(duration[:, None], np.zeros((duration.shape[0], 1, 3)))
+
+
+def brake(direction: Floats, speed: Floats, limits: Limits) -> Segments:
+    """Return the quickest stop from ``speed`` (N,) [m/s] along ``direction`` (N, 3): three segments."""
+    rows = limits.arrays(len(speed))
+    ramp, plateau = _stop_times(speed, rows)
+    durations = np.stack([ramp, plateau, ramp], axis=1)
+    return line_segments(direction, durations, rows.jerk[:, None] * _REST_TO_REST[4:])
+
+
+def brake_distance(speed: Floats, limits: Limits) -> Floats:
+    """Return the way (N,) [m] of the quickest stop from ``speed`` (N,) [m/s]: half speed times duration."""
+    ramp, plateau = _stop_times(speed, limits.arrays(len(speed)))
+    return 0.5 * speed * (2.0 * ramp + plateau)
+
+
+def _stop_times(speed: Floats, limits: LimitRows) -> tuple[Floats, Floats]:
+    """Durations of a jerk phase and of the plateau between the two (N,) [s]; NaN where the speed is."""
+    if (speed < 0.0).any():
+        raise PlanningError(f"speed must not be negative [m/s], got {np.nanmin(speed)}")
+    return _ramp_times(speed, np.minimum(np.sqrt(limits.jerk * speed), limits.acceleration), limits.jerk)

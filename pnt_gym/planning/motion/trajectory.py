@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats, length
+from pnt_gym.arrays import Floats, joined, length
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion.limits import Limits
 
@@ -26,14 +26,6 @@ class Segments:
 
     durations: Floats
     jerks: Floats
-
-    @classmethod
-    def joined(cls, parts: Sequence[Segments]) -> Segments:
-        """Return the parts one after the other."""
-        return cls(
-            np.concatenate([part.durations for part in parts], axis=1),
-            np.concatenate([part.jerks for part in parts], axis=1),
-        )
 
     def padded(self, columns: int) -> Segments:
         """Return the same motions, filled up to ``columns`` segments with such of no duration."""
@@ -122,7 +114,7 @@ class JerkTrajectory:
         start_velocity: Floats | None = None,
     ) -> JerkTrajectory:
         """Return the path that starts at ``start`` (N, 3) and runs through ``parts`` one after the other."""
-        whole = Segments.joined(parts)
+        whole = joined(parts, axis=1)
         return cls(start, whole.durations, whole.jerks, start_velocity)
 
     @property

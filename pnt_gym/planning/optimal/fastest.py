@@ -16,10 +16,9 @@ import numpy as np
 from pnt_gym.arrays import Floats, Point, vector
 from pnt_gym.errors import PlanningError, PntGymError
 from pnt_gym.planning.casadi_module import load_casadi
-from pnt_gym.planning.motion.limits import MotionLimits
+from pnt_gym.planning.motion.limits import EllipticWorkspace, MotionLimits
 from pnt_gym.planning.motion.scurve import stroke_time
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
-from pnt_gym.planning.motion.workspace import EllipticWorkspace
 from pnt_gym.planning.optimal.legs import Guess, Leg, add_leg, hermite, inside, join, rest, set_guess, solved
 
 FREE: Final = 40

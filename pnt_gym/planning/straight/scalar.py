@@ -11,9 +11,17 @@ from typing import NamedTuple
 
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.motion.roots import GOLDEN
-from pnt_gym.planning.straight.bounded import BRACKET_STEPS, BRACKET_WIDTH, GOLDEN_STEPS, GRID
-from pnt_gym.planning.straight.crossing import CROSSING_STEPS, TINY
-from pnt_gym.planning.straight.optimum import CUBIC_STEPS, NEWTON_STEPS, SLOPE_PRECISION
+from pnt_gym.planning.straight.optimum import (
+    BRACKET_STEPS,
+    BRACKET_WIDTH,
+    CROSSING_STEPS,
+    CUBIC_STEPS,
+    GOLDEN_STEPS,
+    GRID,
+    NEWTON_STEPS,
+    SLOPE_PRECISION,
+    TINY,
+)
 
 Slack = Callable[[float], float]
 _SHARES = [k / GRID for k in range(GRID + 1)]

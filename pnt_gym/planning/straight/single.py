@@ -9,8 +9,7 @@ import numpy as np
 from pnt_gym.arrays import Point
 from pnt_gym.constants import GRAVITY
 from pnt_gym.errors import PlanningError
-from pnt_gym.planning.motion.limits import MotionLimits
-from pnt_gym.planning.motion.workspace import EllipticWorkspace
+from pnt_gym.planning.motion.limits import EllipticWorkspace, MotionLimits
 from pnt_gym.planning.straight.plan import CONTACT, MIN_REACH, InfeasibleThrow, Reason, Release
 from pnt_gym.planning.straight.scalar import Box, PlaneThrow, best_slope, bounded_slope, crossing
 

@@ -31,8 +31,7 @@ class HandMotion:
         cls, position: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike, payload: ArrayLike = 0.0
     ) -> tuple[tuple[int, ...], "HandMotion"]:
         """From broadcastable (..., 3) arrays and a (...,) payload; also returns the leading shape."""
-        arrays = (np.asarray(value, dtype=np.float64) for value in (position, velocity, acceleration))
-        x, v, a = np.broadcast_arrays(*arrays)
+        x, v, a = np.broadcast_arrays(position, velocity, acceleration)
         shape, points = components(x)
         mass = np.broadcast_to(np.asarray(payload, dtype=np.float64), shape).reshape(-1)
         return shape, cls(points, components(v)[1], components(a)[1], mass)
@@ -52,19 +51,15 @@ class JointMotion:
 def joint_motion(hand: HandMotion, geometry: T3krGeometry = T3KR) -> JointMotion:
     """Everything the motors must do for a motion of the TCP; not finite where out of reach or singular."""
     with np.errstate(invalid="ignore", divide="ignore"):
-        return _joint_motion(hand, geometry)
-
-
-def _joint_motion(hand: HandMotion, geometry: T3krGeometry) -> JointMotion:
-    arms = solve_arms(hand.position, geometry)
-    rows = jacobian_rows(arms, geometry)
-    q_dot = rows[0] * hand.velocity[0] + rows[1] * hand.velocity[1] + rows[2] * hand.velocity[2]
-    q_ddot = _joint_acceleration(arms, rows, q_dot, hand, geometry)
-    share = solve_normal(rows, _platform_load(arms, q_dot, q_ddot, hand, geometry))
-    # Minimum-norm motor torques with J^T torque = load: J (J^T J)^-1 load.
-    load = rows[0] * share[0] + rows[1] * share[1] + rows[2] * share[2]
-    torque = _arm_torque(arms, q_ddot, hand, geometry) + load
-    return JointMotion(np.arctan2(arms.sin, arms.cos), q_dot, q_ddot, torque)
+        arms = solve_arms(hand.position, geometry)
+        rows = jacobian_rows(arms, geometry)
+        q_dot = rows[0] * hand.velocity[0] + rows[1] * hand.velocity[1] + rows[2] * hand.velocity[2]
+        q_ddot = _joint_acceleration(arms, rows, q_dot, hand, geometry)
+        share = solve_normal(rows, _platform_load(arms, q_dot, q_ddot, hand, geometry))
+        # Minimum-norm motor torques with J^T torque = load: J (J^T J)^-1 load.
+        load = rows[0] * share[0] + rows[1] * share[1] + rows[2] * share[2]
+        torque = _arm_torque(arms, q_ddot, hand, geometry) + load
+        return JointMotion(np.arctan2(arms.sin, arms.cos), q_dot, q_ddot, torque)
 
 
 def _elbow_component(arms: ArmPose, vector: Floats, geometry: T3krGeometry) -> Floats:

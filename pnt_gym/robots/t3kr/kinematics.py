@@ -209,3 +209,30 @@ def in_workspace(tcp: ArrayLike, geometry: T3krGeometry = T3KR) -> NDArray[np.bo
     x, y, z = points[..., 0] / geometry.workspace_x, points[..., 1] / geometry.workspace_y, points[..., 2]
     # Rounding of the two divisions must not expel points on the boundary.
     return (x * x + y * y <= 1.0 + 1e-12) & (z >= geometry.z_min) & (z <= geometry.z_max)
+
+
+def closed_pose(tcp: ArrayLike, rods_per_arm: int = 1, geometry: T3krGeometry = T3KR) -> Floats:
+    """Joint positions with every loop closed, so that a simulation starts without a jerk.
+
+    Args:
+        tcp: (N, 3) TCP, m.
+        rods_per_arm: 1, or 2 where the platform may turn.
+        geometry: the robot.
+
+    Returns:
+        (N, n) positions in the order of `model.qpos_columns`: n = 15 with one rod an arm, 27 with two (the last
+        four a quaternion); NaN rows where the TCP is out of reach.
+    """
+    _, points = components(np.atleast_2d(np.asarray(tcp, dtype=np.float64)))
+    arms = solve_arms(points, geometry)
+    q = np.arctan2(arms.sin, arms.cos)
+    # A rod's frame is turned by q + swing about -y of the arm frame, then by tilt about x.
+    swing = np.arctan2(arms.rod_x, -arms.rod_z) - q
+    tilt = np.arctan2(arms.rod_y, np.hypot(arms.rod_x, arms.rod_z))
+    rods = [swing[:, None], tilt[:, None]] * rods_per_arm
+    chains = np.concatenate([q[:, None], *rods], axis=1).reshape(-1, points.shape[1])
+    level = np.zeros((4 if rods_per_arm == 2 else 0, points.shape[1]))
+    level[:1] = 1.0
+    pose = np.concatenate([chains, points, level]).T
+    pose[np.isnan(pose).any(axis=1)] = np.nan
+    return np.ascontiguousarray(pose)

@@ -9,7 +9,10 @@ only the parallelograms hold it.
 from dataclasses import dataclass
 from typing import Literal, final
 
-from pnt_gym.engine import MjSpec, mujoco
+import numpy as np
+
+from pnt_gym.arrays import Ints
+from pnt_gym.engine import MjModel, MjSpec, mujoco
 from pnt_gym.errors import ConfigError
 from pnt_gym.robots.specification import (
     add_arm,
@@ -25,6 +28,8 @@ from pnt_gym.robots.t3kr.visuals import dress_arm, dress_base, dress_platform, d
 
 Rods = Literal["four", "eight"]
 
+CONTROLS_PER_MOTOR = 3
+"""Position (rad), velocity (rad/s) and feed-forward torque (N m)."""
 _PLATFORM_INERTIA = (0.006, 0.006, 0.010)
 """A 2 kg disc of 0.10 m radius, kg m^2."""
 _ARM_TWIST_INERTIA = 1e-3
@@ -51,6 +56,11 @@ class T3krHandles:
     """Body whose origin is the TCP."""
     tcp: str = "tcp"
     """Site at the TCP."""
+
+    @property
+    def rods_per_arm(self) -> int:
+        """1 or 2."""
+        return len(self.equalities) // N_ARMS
 
 
 def rod_names(arm: int, rods: Rods) -> tuple[str, ...]:
@@ -122,3 +132,23 @@ def _close_loops(spec: MjSpec, rods: Rods) -> tuple[str, ...]:
         names.append(f"loop_{rod.removeprefix('rod_')}")
         join_sites(spec, names[-1], f"{rod}_end", f"{rod}_attach")
     return tuple(names)
+
+
+def qpos_columns(model: MjModel, handles: T3krHandles) -> Ints:
+    """(n,) columns of the model's qpos that `closed_pose` fills: `qpos[:, columns] = closed_pose()`."""
+    ball = int(mujoco.mjtJoint.mjJNT_BALL.value)
+    columns: list[int] = []
+    for name in handles.joints:
+        joint = model.joint(name)
+        start = int(joint.qposadr[0])
+        columns += range(start, start + (4 if int(joint.type[0]) == ball else 1))
+    return np.array(columns, dtype=np.int64)
+
+
+def control_columns(model: MjModel, handles: T3krHandles) -> Ints:
+    """(12,) columns of ctrl: position, velocity and feed-forward torque of motor 0, then of motors 1 to 3.
+
+    A motor has three controls, so its controls are found through `actuator_ctrladr`, not through its id.
+    """
+    starts = [int(model.actuator_ctrladr[model.actuator(name).id]) for name in handles.actuators]
+    return np.array([start + k for start in starts for k in range(CONTROLS_PER_MOTOR)], dtype=np.int64)

@@ -9,20 +9,17 @@ from agents.reproduce import trial
 from agents.reproduce.trial import Throws, Trials, run_trials
 from pnt_gym.arrays import take
 from pnt_gym.cells.base.catalogue import PAPER_ITEMS
-from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.movers import throw_motion
-from pnt_gym.cells.conveyor.objects import draw_objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.conveyor.scene import LIP_GAP
 from pnt_gym.cells.conveyor.sections import FollowThrough
 from pnt_gym.constants import GRAVITY
 from pnt_gym.errors import ConfigError, PntGymError
 from pnt_gym.planning.motion.limits import MotionLimits
-from pnt_gym.planning.motion.segments import rest_to_rest
+from pnt_gym.planning.motion.scurve import rest_to_rest
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
 from pnt_gym.planning.straight.release import plan_release_batch
-from tests.tools.throws import same_bits, straight_cycle
+from tests.tools.throws import same_bits, straight_cycle, straight_motion
 
 PICKS = np.array([[-0.2, -0.25, -0.85], [-0.2, -0.35, -0.85], [-0.3, -0.35, -0.85]])  # Hassan et al. 2022, IV-B1
 INSIDE, OUTSIDE = np.array([0.3, 0.4, -0.85]), np.array([0.45, 0.65, -0.85])
@@ -35,7 +32,7 @@ def straight_throws(target, percent, window, aim=None, picks=PICKS, items=PAPER_
     pick, following = (np.repeat(points, len(items), axis=0) for points in (picks, np.roll(picks, -1, axis=0)))
     limits = MotionLimits.t3kr(np.full(rows, float(percent)))
     release = plan_release_batch(pick, np.tile(target if aim is None else aim, (rows, 1)), limits, ceiling=-0.75)
-    motion = throw_motion(pick, release, limits, FollowThrough(window=window))
+    motion = straight_motion(pick, release, limits, FollowThrough(window=window))
     return Throws(
         picks=pick,
         targets=np.tile(target, (rows, 1)),
@@ -92,7 +89,7 @@ def test_the_planners_point_is_the_pick_of_the_cell_and_the_belt_makes_no_differ
         one = row_of(inside, row)
         free = run_trials(one, mismatch=mismatch, seeds=[row])
         cell = ConveyorConfig.load("ideal", mismatch=mismatch, items=one.items, belt={"height": 0.0})
-        objects = draw_objects([np.random.default_rng(row)], 1, cell, item_arrays(cell.item_list()))
+        objects = PickPlanner(cell).draw([np.random.default_rng(row)], np.arange(1), 1)
         over_belt = PickPlanner(cell).pick_point(objects, np.zeros((1, 1)))[0, 0, 2]
         lying, pressed = (
             on_belt(monkeypatch, one.picks[0, 2] - over_belt + raised, one, mismatch, row) for raised in (0.0, 0.005)

@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 
 from pnt_gym.arrays import replaced, take
-from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.objects import draw_objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.conveyor.sources import QUEUE, BeltPicks
 from pnt_gym.errors import ConfigError
@@ -120,7 +118,7 @@ def test_a_slow_belt_makes_the_hand_wait_and_a_fast_one_lets_objects_pass():
 
 def test_the_belt_speed_error_grows_with_the_way_from_the_camera():
     config = ConveyorConfig.load("nominal")
-    objects = take(draw_objects([np.random.default_rng(0)], 50, config, item_arrays(config.item_list())), 0)
+    objects = take(PickPlanner(config).draw([np.random.default_rng(0)], np.arange(1), 50), 0)
     x = np.linspace(-0.3, 0.3, 50)
     context, _ = planned(config, objects, x)
     np.testing.assert_allclose(context.belt_shift, objects.belt_error * (x + 0.8), rtol=1e-12)
@@ -146,10 +144,10 @@ def test_a_taken_throw_stays_inside_the_workspace_and_below_the_ceiling(contexts
 
 def test_the_plan_is_the_planners_own(contexts):
     context = contexts.context
-    limits = MotionLimits.t3kr(context.percent)
-    plan = plan_release_batch(context.pick, context.target, limits, ceiling=context.ceiling)
+    percent = context.objects.percent
+    plan = plan_release_batch(context.pick, context.target, MotionLimits.t3kr(percent), ceiling=context.ceiling)
     assert same_bits(plan.position, context.plan.position)
-    assert set(context.percent) == set(contexts.config.limits.percent)
+    assert set(percent) == set(contexts.config.limits.percent)
 
 
 def test_a_taken_throw_has_room_for_the_reserve(contexts):
@@ -199,7 +197,7 @@ def test_a_cell_whose_bins_are_out_of_reach_says_so():
 
 def test_a_row_of_contexts_does_not_depend_on_the_others():
     config = ConveyorConfig.load("waste")
-    objects = take(draw_objects([np.random.default_rng(0)], 40, config, item_arrays(config.item_list())), 0)
+    objects = take(PickPlanner(config).draw([np.random.default_rng(0)], np.arange(1), 40), 0)
     x = np.linspace(-0.3, 0.3, 40)
     together, good = planned(config, objects, x)
     for k in (0, 13, 39):

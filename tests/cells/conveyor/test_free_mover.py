@@ -36,7 +36,7 @@ def flown(clearance=0.05, ceiling=0.10, **follow_through):
     core = make_core(level, COUNT, picks="independent")
     context, mover = core.context, core.cell.planner.mover
     following = np.roll(context.pick, -1, axis=0)
-    throw = mover.throw(context, context.plan)
+    throw = mover.throw(context.pick, context.plan, context.limits, context.ceiling)
     back = mover.back(throw, following, context.limits)
     return Flown(context, mover, throw, following, JerkTrajectory.concatenate(throw.pick, [throw.segments, back]))
 

@@ -14,10 +14,10 @@ from pnt_gym.cells.conveyor.objects import (
     NORMALS,
     UNIFORMS,
     Objects,
-    draw_objects,
     objects_from_draws,
     release_delay,
 )
+from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.conveyor.sections import Suction
 from tests.tools.throws import NO_SPREAD, same_bits, vary
 
@@ -67,9 +67,8 @@ def test_an_object_does_not_depend_on_those_drawn_with_it():
 
 
 def test_a_cell_draws_from_its_own_generator_only():
-    table = item_arrays(WASTE.item_list())
-    alone = draw_objects([np.random.default_rng(5)], 4, WASTE, table)
-    among = draw_objects([np.random.default_rng(9), np.random.default_rng(5)], 4, WASTE, table)
+    alone = PickPlanner(WASTE).draw([np.random.default_rng(5)], np.arange(1), 4)
+    among = PickPlanner(WASTE).draw([np.random.default_rng(9), np.random.default_rng(5)], np.arange(2), 4)
     assert_same(take(alone, 0), take(among, 1))
     assert alone.mass.shape == (1, 4)
     assert alone.size.shape == (1, 4, 3)

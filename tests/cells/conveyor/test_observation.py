@@ -7,17 +7,17 @@ import pytest
 
 from pnt_gym.arrays import take
 from pnt_gym.cells.base.features import CLIP
-from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.objects import Objects, draw_objects
-from pnt_gym.cells.conveyor.observation import FEATURES, decode, observe
+from pnt_gym.cells.conveyor.objects import Objects
+from pnt_gym.cells.conveyor.observation import FEATURES, TABLE, decode
+from pnt_gym.cells.conveyor.planner import PickPlanner
 from tests.tools.throws import make_core, planned, same_bits, vary
 
 COUNT = 200
 
 
 def drawn(config, count=COUNT, seed=0) -> Objects:
-    return take(draw_objects([np.random.default_rng(seed)], count, config, item_arrays(config.item_list())), 0)
+    return take(PickPlanner(config).draw([np.random.default_rng(seed)], np.arange(1), count), 0)
 
 
 def contexts(config, objects: Objects):
@@ -29,7 +29,7 @@ def seen(config, objects: Objects):
     """Observations of throwable objects, and which they are."""
     context, good = contexts(config, objects)
     rows = np.flatnonzero(good)
-    return observe(take(replace(context), rows)), good
+    return TABLE.encode(take(replace(context), rows)), good
 
 
 @pytest.fixture(scope="module", params=["nominal", "waste"])
@@ -106,7 +106,7 @@ def test_yaw_and_grasp_are_seen_in_the_frame_of_the_throw(core):
 def test_the_area_facing_the_throw_is_that_of_the_turned_box(core):
     context, values = core.context, decode(core.observe())
     measured = context.measured
-    relative = measured.yaw - context.azimuth
+    relative = measured.yaw - np.arctan2(*(context.target - context.pick)[:, [1, 0]].T)
     corners = np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]]) / 2
     places = corners[None] * measured.size[:, None, :2]
     across = places[..., 0] * np.sin(relative)[:, None] + places[..., 1] * np.cos(relative)[:, None]

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pnt_gym.cells.conveyor.outcome import Flown, judge, reward_terms
+from pnt_gym.cells.conveyor.outcome import Flown, judge
 from pnt_gym.cells.conveyor.plant import HandCycle
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
 from tests.tools.throws import make_core
@@ -19,7 +19,7 @@ OPENING = CONTEXT.opening[:, 0]
 @pytest.fixture(scope="module")
 def flown() -> Flown:
     cell = CORE.cell
-    motion = cell.planner.mover.throw(CONTEXT, CONTEXT.plan)
+    motion = cell.planner.mover.throw(CONTEXT.pick, CONTEXT.plan, CONTEXT.limits, CONTEXT.ceiling)
     back = cell.planner.mover.back(motion, CONTEXT.pick, CONTEXT.limits)
     path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back])
     return cell.plant.fly(CONTEXT, HandCycle(CONTEXT.plan, motion.release_time, path))
@@ -48,7 +48,7 @@ def test_an_object_that_lies_in_its_bin_without_having_crossed_its_opening_is_no
     assert outcome.in_bin.all()
     assert not outcome.in_opening.any()
     assert not outcome.is_success.any()
-    assert (reward_terms(outcome, CONFIG.reward)["success"] == 0.0).all()
+    assert (CORE.cell.reward(outcome)["success"] == 0.0).all()
 
 
 def test_an_object_that_crossed_the_opening_and_bounced_out_is_no_success(flown):

@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 
 from pnt_gym.arrays import take
-from pnt_gym.cells.conveyor.movers import braking_limits, stays_inside, throw_motion
 from pnt_gym.cells.conveyor.sections import FollowThrough
-from pnt_gym.planning.motion.limits import MotionLimits
-from pnt_gym.planning.motion.workspace import EllipticWorkspace
+from pnt_gym.planning.motion.limits import EllipticWorkspace, MotionLimits
 from pnt_gym.planning.straight.release import plan_release_batch
-from tests.tools.throws import is_feasible, make_core, straight_cycle
+from tests.tools.throws import is_feasible, make_core, straight_cycle, straight_motion, straight_mover
 
 COUNT, CLEARANCE = 400, 0.05
 FOLLOWS = (
@@ -36,7 +34,7 @@ def random_throws(seed=0, count=COUNT):
 def cycle(request):
     follow = FOLLOWS[request.param]
     pick, release, limits, wait, following = random_throws(request.param)
-    motion = throw_motion(pick, release, limits, follow)
+    motion = straight_motion(pick, release, limits, follow)
     path = straight_cycle(motion, limits, wait, following, CLEARANCE)
     return follow, pick, release, limits, wait, following, motion, path
 
@@ -126,13 +124,13 @@ def test_shaped_braking_keeps_the_hand_above_a_falling_object():
     """With a share of gravity below 1, the object falls away from the hand at every moment after the release."""
     pick, release, limits, wait, following = random_throws(5)
     follow = FollowThrough(window=0.0, gravity_share=0.9)
-    motion = throw_motion(pick, release, limits, follow)
+    motion = straight_motion(pick, release, limits, follow)
     path = straight_cycle(motion, limits, wait, following, CLEARANCE)
     after = np.linspace(0.0, 1.0, 50) * (motion.stop_time - motion.release_time)[:, None]
     hand = path.sample(motion.release_time[:, None] + after).position[..., 2]
     fall = release.position[:, 2:] + release.velocity[:, 2:] * after - 0.5 * 9.81 * after**2
     assert (hand - fall).min() > -1e-9
-    full = throw_motion(pick, release, limits, FollowThrough(window=0.0))
+    full = straight_motion(pick, release, limits, FollowThrough(window=0.0))
     steep = release.angle > 0.4
     assert steep.any()
     path = straight_cycle(full, limits, wait, following, CLEARANCE)
@@ -144,19 +142,19 @@ def test_shaped_braking_keeps_the_hand_above_a_falling_object():
 
 def test_braking_is_never_harder_than_the_limits():
     _, release, limits, *_ = random_throws(6)
-    soft = braking_limits(release, limits, FollowThrough(gravity_share=0.5)).arrays(len(release))
+    soft = straight_mover(FollowThrough(gravity_share=0.5)).braking_limits(release, limits).arrays(len(release))
     full = limits.arrays(len(release))
     assert (soft[1] <= full[1]).all()
     assert (soft[1] * np.sin(release.angle) <= 0.5 * 9.81 * (1 + 1e-9)).all()
-    assert braking_limits(release, limits, FollowThrough()) is limits
+    assert straight_mover(FollowThrough()).braking_limits(release, limits) is limits
 
 
 def test_staying_inside_is_about_pick_release_and_stop():
     pick, release, limits, *_ = random_throws(7)
     follow = FollowThrough(window=0.08)
     workspace = EllipticWorkspace(0.45, 0.80, -0.95, 0.0)
-    inside = stays_inside(pick, release, limits, follow, workspace)
-    motion = throw_motion(pick, release, limits, follow)
+    inside = straight_mover(follow, workspace).is_feasible(pick, release, limits)
+    motion = straight_motion(pick, release, limits, follow)
     points = np.stack([pick, release.position, motion.stop], axis=1)
     ellipse = (points[..., 0] / 0.45) ** 2 + (points[..., 1] / 0.80) ** 2
     high = (points[..., 2] >= -0.95) & (points[..., 2] <= 0.0)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pnt_gym.cells.gripper.outcome import judge, reward_terms
+from pnt_gym.cells.gripper.outcome import judge
 from tests.tools.gripper import made
 
 COUNT = 4
@@ -43,7 +43,7 @@ def test_an_object_that_lies_in_its_compartment_without_having_crossed_its_openi
     assert not outcome.in_opening.any()
     assert not outcome.is_success.any()
     assert not outcome.rim.any()
-    assert (reward_terms(outcome, CELL.config.reward)["success"] == 0.0).all()
+    assert (CELL.reward(outcome)["success"] == 0.0).all()
 
 
 def test_an_object_that_crossed_the_opening_and_bounced_out_is_no_success(flown):

@@ -8,7 +8,7 @@ import yaml
 
 from pnt_gym.cells.gripper.cell import GripperCell
 from pnt_gym.cells.gripper.config import GripperConfig
-from pnt_gym.cells.gripper.observation import FEATURES, decode, feature_table, features, observe
+from pnt_gym.cells.gripper.observation import FEATURES, decode, feature_table, features
 from pnt_gym.cells.gripper.robot import Robot
 from pnt_gym.envs.gripper import GripperTossEnv
 from pnt_gym.errors import ConfigError
@@ -150,7 +150,7 @@ def test_a_small_robot_picks_from_a_small_belt():
 def test_a_cells_own_centres_and_scales_are_used_and_read_back():
     cell = made("belt", 12)
     table, context = feature_table(cell.config), cell.context
-    values = decode(observe(context, table), table)
+    values = decode(table.encode(context), table)
     np.testing.assert_allclose(values["place_x"], context.place[:, 0], atol=1e-6)
     np.testing.assert_allclose(values["width"], context.measured[:, 1], atol=1e-6)
     assert features(GripperConfig.load("nominal")) == FEATURES

@@ -7,7 +7,7 @@ from pnt_gym.constants import GRAVITY
 from pnt_gym.planning import EllipticWorkspace, JerkTrajectory, MotionLimits, accelerate, brake, coast, rest_to_rest
 from pnt_gym.planning.free.rules import HandRules, check_throw, least_gap, miss
 from pnt_gym.planning.motion.ballistics import landing_point
-from pnt_gym.planning.motion.segments import brake_distance
+from pnt_gym.planning.motion.scurve import brake_distance
 
 LIMITS = MotionLimits(2.0, 40.0, 1000.0)
 PICK = np.array([[-0.1, -0.3, -0.85]])

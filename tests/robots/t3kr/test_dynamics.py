@@ -7,9 +7,8 @@ import pytest
 from pnt_gym.robots.specification import set_options
 from pnt_gym.robots.t3kr.dynamics import inverse_dynamics, joint_acceleration, joint_velocity
 from pnt_gym.robots.t3kr.geometry import T3KR
-from pnt_gym.robots.t3kr.kinematics import in_workspace, inverse_kinematics, jacobian
-from pnt_gym.robots.t3kr.model import add_t3kr
-from pnt_gym.robots.t3kr.pose import closed_pose, control_columns, qpos_columns
+from pnt_gym.robots.t3kr.kinematics import closed_pose, in_workspace, inverse_kinematics, jacobian
+from pnt_gym.robots.t3kr.model import add_t3kr, control_columns, qpos_columns
 
 G = 9.81
 
@@ -103,8 +102,12 @@ def test_mujoco_moves_as_the_torques_ask(payload):
     x, v, a = states(40, seed=5, g_level=4.0)
     q, q_dot, torque = inverse_kinematics(x), joint_velocity(x, v), inverse_dynamics(x, v, a, payload)
     h = 1e-6
-    rates = (closed_pose(x + h * v, handles) - closed_pose(x - h * v, handles)) / (2 * h)
-    for k, pose in enumerate(closed_pose(x, handles)):
+
+    def pose_of(tcp):
+        return closed_pose(tcp, handles.rods_per_arm, handles.geometry)
+
+    rates = (pose_of(x + h * v) - pose_of(x - h * v)) / (2 * h)
+    for k, pose in enumerate(pose_of(x)):
         data.qpos[columns], data.qvel[:] = pose, rates[k]
         data.ctrl[controls] = np.stack([q[k], q_dot[k], torque[k]], axis=-1).ravel()
         mujoco.mj_forward(model, data)

@@ -7,9 +7,8 @@ import pytest
 from pnt_gym.robots.specification import set_options
 from pnt_gym.robots.t3kr.dynamics import inverse_dynamics
 from pnt_gym.robots.t3kr.geometry import T3KR, T3krGeometry
-from pnt_gym.robots.t3kr.kinematics import in_workspace, inverse_kinematics
-from pnt_gym.robots.t3kr.model import add_t3kr
-from pnt_gym.robots.t3kr.pose import closed_pose, control_columns, qpos_columns
+from pnt_gym.robots.t3kr.kinematics import closed_pose, in_workspace, inverse_kinematics
+from pnt_gym.robots.t3kr.model import add_t3kr, control_columns, qpos_columns
 
 SIZES = {"four": {"nq": 15, "nv": 15, "neq": 4}, "eight": {"nq": 27, "nv": 26, "neq": 8}}
 
@@ -37,7 +36,7 @@ def test_closed_pose_closes_every_loop(rods, before):
     model, handles = build(rods, before=before)
     data = mujoco.MjData(model)
     cloud, columns = points(), qpos_columns(model, handles)
-    for tcp, pose in zip(cloud, closed_pose(cloud, handles), strict=True):
+    for tcp, pose in zip(cloud, closed_pose(cloud, handles.rods_per_arm, handles.geometry), strict=True):
         data.qpos[columns] = pose
         mujoco.mj_kinematics(model, data)
         ends = data.site_xpos[model.eq_obj1id] - data.site_xpos[model.eq_obj2id]
@@ -50,7 +49,7 @@ def test_a_changed_angle_opens_the_loops():
     """The residual above can fail."""
     model, handles = build()
     data = mujoco.MjData(model)
-    data.qpos[qpos_columns(model, handles)] = closed_pose([0.0, 0.0, -0.6], handles)
+    data.qpos[qpos_columns(model, handles)] = closed_pose([0.0, 0.0, -0.6], handles.rods_per_arm, handles.geometry)
     data.joint("arm_2").qpos += 0.01
     mujoco.mj_kinematics(model, data)
     assert np.abs(data.site_xpos[model.eq_obj1id] - data.site_xpos[model.eq_obj2id]).max() > 1e-3
@@ -58,7 +57,7 @@ def test_a_changed_angle_opens_the_loops():
 
 def test_unreachable_pose_is_nan_and_leaves_others_alone():
     _, handles = build("eight")
-    pose = closed_pose([[0.0, 0.0, -1.6], [0.0, 0.0, -0.6]], handles)
+    pose = closed_pose([[0.0, 0.0, -1.6], [0.0, 0.0, -0.6]], handles.rods_per_arm, handles.geometry)
     assert np.isnan(pose[0]).all()
     assert np.isfinite(pose[1]).all()
 
@@ -107,7 +106,7 @@ def test_holds_still_where_it_starts(rods):
     data = mujoco.MjData(model)
     tcp = np.array([0.2, -0.4, -0.7])
     torque = inverse_dynamics(tcp, np.zeros(3), np.zeros(3))
-    data.qpos[qpos_columns(model, handles)] = closed_pose(tcp, handles)
+    data.qpos[qpos_columns(model, handles)] = closed_pose(tcp, handles.rods_per_arm, handles.geometry)
     controls = np.stack([inverse_kinematics(tcp), np.zeros(4), torque], axis=-1).ravel()
     data.ctrl[control_columns(model, handles)] = controls
     for _ in range(1000):
@@ -120,7 +119,7 @@ def test_holds_still_where_it_starts(rods):
 def test_motors_stop_at_their_limit():
     model, handles = build()
     data = mujoco.MjData(model)
-    data.qpos[qpos_columns(model, handles)] = closed_pose([0.0, 0.0, -0.6], handles)
+    data.qpos[qpos_columns(model, handles)] = closed_pose([0.0, 0.0, -0.6], handles.rods_per_arm, handles.geometry)
     data.ctrl[control_columns(model, handles)] = np.tile([3.0, 0.0, 0.0], 4)
     mujoco.mj_forward(model, data)
     np.testing.assert_allclose(data.actuator_force, 530.0)
@@ -160,6 +159,6 @@ def test_another_geometry_closes_too():
     geometry = T3krGeometry(arm_length=0.85, attach_radius=0.14, rod_spacing=0.08, attach_azimuth=0.9)
     model, handles = build("eight", geometry)
     data = mujoco.MjData(model)
-    data.qpos[qpos_columns(model, handles)] = closed_pose([0.1, 0.3, -0.5], handles)
+    data.qpos[qpos_columns(model, handles)] = closed_pose([0.1, 0.3, -0.5], handles.rods_per_arm, handles.geometry)
     mujoco.mj_kinematics(model, data)
     assert np.abs(data.site_xpos[model.eq_obj1id] - data.site_xpos[model.eq_obj2id]).max() < 1e-9

@@ -9,10 +9,9 @@ from mujoco.batch import Batch
 
 from pnt_gym.robots.specification import set_options
 from pnt_gym.robots.t3kr.geometry import T3KR
-from pnt_gym.robots.t3kr.kinematics import forward_kinematics
-from pnt_gym.robots.t3kr.model import add_t3kr
-from pnt_gym.robots.t3kr.pose import closed_pose, control_columns, qpos_columns
-from pnt_gym.robots.t3kr.reference import joint_knots, joint_references, knot_count, upsample
+from pnt_gym.robots.t3kr.kinematics import closed_pose, forward_kinematics
+from pnt_gym.robots.t3kr.model import add_t3kr, control_columns, qpos_columns
+from pnt_gym.robots.t3kr.references import joint_knots, joint_references, knot_count, upsample
 
 PICK, TARGET = np.array([-0.2, -0.25, -0.85]), np.array([0.3, 0.4])
 V, A, J = 2.4, 48.0, 3000.0
@@ -99,7 +98,7 @@ def simulate(rods, timestep, carried=BOX_MASS):
 
     batch = Batch(model, 1, nthread=1)
     qpos = batch.bind("qpos")
-    qpos[:, qpos_columns(model, handles)] = closed_pose(PICK, handles)
+    qpos[:, qpos_columns(model, handles)] = closed_pose(PICK, handles.rods_per_arm, handles.geometry)
     box = int(model.joint("box").qposadr[0])
     qpos[:, box : box + 7] = [*(PICK - [0, 0, BOX_HALF[2]]), 1, 0, 0, 0]
     spec = mujoco.mjtState.mjSTATE_CTRL.value | mujoco.mjtState.mjSTATE_EQ_ACTIVE.value

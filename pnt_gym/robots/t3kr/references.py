@@ -56,10 +56,18 @@ def joint_knots(
         What the motors do at the knots, (4, N, K) arrays; NaN where a pose is out of reach.
     """
     (rows, knots), hand = HandMotion.stack(position, velocity, acceleration, payload)
-    blocks = (slice(start, start + _BLOCK) for start in range(0, rows * knots, _BLOCK))
-    motion = joined([joint_motion(take(hand, (..., block)), geometry) for block in blocks], axis=1)
-    arrays = (motion.position, motion.velocity, motion.acceleration, motion.torque)
-    return JointMotion(*(values.reshape(N_ARMS, rows, knots) for values in arrays))
+    blocks: list[JointMotion] = []
+    for start in range(0, rows * knots, _BLOCK):
+        block = slice(start, start + _BLOCK)
+        blocks.append(joint_motion(take(hand, (..., block)), geometry))
+    motion = joined(blocks, axis=1)
+    shape = (N_ARMS, rows, knots)
+    return JointMotion(
+        motion.position.reshape(shape),
+        motion.velocity.reshape(shape),
+        motion.acceleration.reshape(shape),
+        motion.torque.reshape(shape),
+    )
 
 
 def joint_references(

@@ -5,7 +5,7 @@ import pytest
 
 from pnt_gym.robots.t3kr.dynamics import inverse_dynamics, joint_velocity
 from pnt_gym.robots.t3kr.kinematics import forward_kinematics, inverse_kinematics
-from pnt_gym.robots.t3kr.reference import joint_knots, joint_references, knot_count, upsample
+from pnt_gym.robots.t3kr.references import joint_knots, joint_references, knot_count, upsample
 
 SPACING, STRIDE = 0.004, 4
 
