@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 import tyro
 
-from pnt_gym.errors import PntGymError
+from pnt_gym.errors import PntGymError, one_sentence
 
 Arguments = TypeVar("Arguments")
 
@@ -38,17 +38,22 @@ def run(command: Callable[[Arguments], None], arguments: type[Arguments], module
     parsed = tyro.cli(arguments, prog=f"python -m {module}")
     try:
         command(parsed)
-    except PntGymError as error:
-        print(f"error: {one_sentence(error)}", file=sys.stderr)
+    except (PntGymError, OSError, MemoryError) as error:
+        print(f"error: {explained(error)}", file=sys.stderr)
         sys.exit(BAD_USAGE)
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         sys.exit(INTERRUPTED)
 
 
-def one_sentence(error: Exception) -> str:
-    """The message of an error on one line."""
-    return " ".join(str(error).split())
+def explained(error: Exception) -> str:
+    """What went wrong as one sentence, be it a mistake, the disk or the memory."""
+    if isinstance(error, OSError):
+        place = f" {error.filename!r}" if error.filename is not None else ""
+        return one_sentence(f"cannot read or write{place}: {error.strerror or error}")
+    if isinstance(error, MemoryError):
+        return one_sentence(f"not enough memory for so large a task: {error}".removesuffix(": "))
+    return one_sentence(error)
 
 
 def at_least(name: str, value: int, least: int) -> None:

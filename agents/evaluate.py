@@ -24,8 +24,11 @@ class Arguments:
 
     controller: Annotated[str, tyro.conf.arg(metavar="NAME|RUN_DIR|MODULE:CLASS|MODEL.zip")]
     """A controller (analytic, analytic_height, mean_lead, mean_shift, virtual_goal, newton_goal, ridge, mlp, oracle,
-    random), the folder of a training run (ours or RL-Zoo's), a class of your own, or a stable-baselines3 model. Models
-    are code: load only those you trust."""
+    random), the folder of a training run, a class of your own, or with --trust a stable-baselines3 model or the folder
+    of an RL-Zoo training."""
+    trust: bool = False
+    """Load a stable-baselines3 model or an RL-Zoo folder, which runs whatever code is in it. Run folders need no trust:
+    they hold none."""
     env: Annotated[str | None, option("PnTConveyor-v0, or that of the run folder", "ID|MODULE:ID")] = None
     """Environment id; with MODULE:ID one that a module of yours registers."""
     level: Annotated[str | None, option("the environment's own, or that of the run folder", "NAME|FILE.yaml")] = None
@@ -58,7 +61,7 @@ def main(arguments: Arguments) -> None:
     env_id, level, mode = setting(arguments.controller, arguments.env, arguments.level, arguments.action_mode)
     env = make_vector(env_id, level, arguments.num_envs, arguments.threads, mode)
     try:
-        controller = make_controller(arguments.controller, env)
+        controller = make_controller(arguments.controller, env, trust=arguments.trust)
         controller.reset(arguments.seed)
         practice = prepare(controller, arguments)
         found = judge(controller, env, arguments, practice)

@@ -36,6 +36,7 @@ def evaluate(
     *,
     practice: int | None = None,
     online: bool = False,
+    trust: bool = False,
     progress: Callable[[str, int], None] | None = None,
     **options: Any,
 ) -> dict[str, Any]:
@@ -56,6 +57,7 @@ def evaluate(
         seed: names the objects; no training or practice with any seed sees them.
         practice: throws before for one that learns; None for 120 if `policy` is a name, else none.
         online: go on learning during the evaluation.
+        trust: run the code in an RL-Zoo folder or a model.zip that `policy` names.
         progress: told after each batch whether it was "practice" or "evaluation", and how many throws.
         options: level, action_mode, num_envs and threads of an id, see `make_vector`.
 
@@ -72,7 +74,7 @@ def evaluate(
         raise UsageError(f"{next(iter(options))} is settled by the environment; it goes with an id only")
     cells = make_vector(env, **{"num_envs": NUM_ENVS, **options}) if isinstance(env, str) else as_vector(env)
     try:
-        controller = _made(policy, cells, seed)
+        controller = _made(policy, cells, seed, trust)
         wanted = PRACTICE if isinstance(policy, str) and practice is None else practice or 0
         practised = wanted if isinstance(controller, Learner) else 0
         tell = progress or (lambda name, count: None)
@@ -104,8 +106,8 @@ def _told(seed: int, throws: Throws, env: Env, how: dict[str, Any]) -> dict[str,
     }
 
 
-def _made(policy: Any, env: Env, seed: int) -> Controller:
-    controller = make_controller(policy, env) if isinstance(policy, str) else controller_of(policy, env)
+def _made(policy: Any, env: Env, seed: int, trust: bool) -> Controller:
+    controller = make_controller(policy, env, trust=trust) if isinstance(policy, str) else controller_of(policy, env)
     if isinstance(policy, str | type):
         controller.reset(seed)
     return controller

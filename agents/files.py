@@ -11,6 +11,7 @@ from typing import Any
 import yaml
 
 from agents.cli import UsageError
+from pnt_gym.errors import one_sentence
 
 
 def replace_file(path: Path, write: Callable[[Path], object]) -> None:
@@ -83,5 +84,6 @@ def _read(path: Path, name: str, parse: Callable[[str], Any], form: str) -> Any:
         return parse(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise UsageError(f"cannot read {name}: {error.strerror}") from None
-    except (ValueError, yaml.YAMLError) as error:
-        raise UsageError(f"cannot read {name}: it is not valid {form}: {str(error).splitlines()[0]}") from None
+    except Exception as error:
+        # PyYAML lets through whatever a tag or a date upsets.
+        raise UsageError(f"cannot read {name}: it is not valid {form}: {one_sentence(error, 100)}") from None

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ast
+import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -12,6 +14,43 @@ from agents.versions import ROOT
 
 DEFAULT: Final = "default"
 """Entry for environments that have none of their own."""
+
+
+WHOLE: Final = {
+    "buffer_size": (1, 10**9),
+    "batch_size": (1, 10**6),
+    "learning_starts": (0, 10**9),
+    "train_freq": (1, 10**6),
+    "gradient_steps": (-1, 10**6),
+    "policy_delay": (1, 10**6),
+    "target_update_interval": (1, 10**6),
+    "n_steps": (1, 10**6),
+    "n_epochs": (1, 10**6),
+    "sde_sample_freq": (-1, 10**6),
+    "stats_window_size": (1, 10**6),
+    "top_quantiles_to_drop_per_net": (0, 1000),
+    "n_critics": (1, 100),
+    "n_quantiles": (1, 10**4),
+}
+REAL: Final = {
+    "learning_rate": (0.0, 1.0),
+    "gamma": (0.0, 1.0),
+    "tau": (0.0, 1.0),
+    "gae_lambda": (0.0, 1.0),
+    "clip_range": (0.0, 1e6),
+    "clip_range_vf": (0.0, 1e6),
+    "vf_coef": (0.0, 1e6),
+    "max_grad_norm": (0.0, 1e6),
+    "target_kl": (0.0, 1e6),
+    "target_policy_noise": (0.0, 1e6),
+    "target_noise_clip": (0.0, 1e6),
+    "log_std_init": (-20.0, 20.0),
+}
+SWITCHES: Final = ("use_sde", "use_sde_at_warmup", "normalize_advantage", "optimize_memory_usage")
+OPTIONAL: Final = ("clip_range_vf", "target_kl", "action_noise")
+"""What may be null as well."""
+WIDEST: Final = 10**5
+"""Numbers in a layer of a network."""
 
 
 def hyperparameters(algo: str, env_id: str, file: Path | None = None) -> dict[str, Any]:
@@ -35,6 +74,50 @@ def hyperparameters(algo: str, env_id: str, file: Path | None = None) -> dict[st
     raise UsageError(f"hyperparameters {str(path)!r} have no entry for {env_id!r}; entries are {known}")
 
 
+def checked(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """What an algorithm is made with, from hyperparameters in RL-Zoo syntax.
+
+    Its libraries notice many a wrong value only after thousands of throws, or never.
+
+    Raises:
+        UsageError: a value out of its range, or of the wrong kind.
+    """
+    chosen = {name: value for name, value in settings.items() if name not in ("n_timesteps", "n_envs")}
+    kwargs = chosen["policy_kwargs"] = policy_arguments(chosen.get("policy_kwargs", {}))
+    for name, value in {**chosen, **kwargs}.items():
+        if not _fits(name, value):
+            raise UsageError(f"hyperparameter {name} is {value!r}; it must be {_wanted(name)}")
+    return chosen
+
+
+def _fits(name: str, value: Any) -> bool:
+    if value is None and name in OPTIONAL:
+        return True
+    if name in SWITCHES or isinstance(value, bool):
+        return isinstance(value, bool) and name not in {*WHOLE, *REAL}
+    if name in WHOLE:
+        return isinstance(value, int) and WHOLE[name][0] <= value <= WHOLE[name][1]
+    if name in REAL:
+        return isinstance(value, int | float) and REAL[name][0] <= value <= REAL[name][1]
+    if name == "net_arch":
+        layers = list(value.values()) if isinstance(value, dict) else [value]
+        return all(isinstance(sizes, list) and all(_is_width(size) for size in sizes) for sizes in layers)
+    return name != "action_noise" and not (isinstance(value, float) and not math.isfinite(value))
+
+
+def _is_width(size: Any) -> bool:
+    return isinstance(size, int) and not isinstance(size, bool) and 1 <= size <= WIDEST
+
+
+def _wanted(name: str) -> str:
+    """What a hyperparameter has to be, for an error."""
+    low, high = {**WHOLE, **REAL}.get(name, (0, 0))
+    ranges = dict.fromkeys(WHOLE, f"a whole number from {low} to {high}")
+    ranges |= dict.fromkeys(REAL, f"a number from {low:g} to {high:g}") | dict.fromkeys(SWITCHES, "true or false")
+    ranges |= {"net_arch": f"a list of whole numbers from 1 to {WIDEST}, or lists of them by name (pi, qf, vf)"}
+    return (ranges | {"action_noise": "left out or null"}).get(name, "a finite number, or what its documentation says")
+
+
 def policy_arguments(given: Any) -> dict[str, Any]:
     """The `policy_kwargs` of an algorithm: a mapping as it is, or RL-Zoo's text that can name an activation.
 
@@ -43,9 +126,11 @@ def policy_arguments(given: Any) -> dict[str, Any]:
     Raises:
         UsageError: the text is not such a call of dict with literals and names of torch.nn.
     """
-    if not isinstance(given, str):
+    if isinstance(given, dict):
         return dict(given)
     try:
+        if not isinstance(given, str):
+            raise ValueError("not text")
         call = ast.parse(given.strip(), mode="eval").body
         if not (isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "dict"):
             raise ValueError("not a call of dict")
@@ -61,5 +146,8 @@ def _value(node: ast.expr) -> Any:
     if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "nn":
         from torch import nn  # noqa: PLC0415 - a second to import
 
-        return getattr(nn, node.attr)
+        kind = getattr(nn, node.attr)
+        if not (isinstance(kind, type) and issubclass(kind, nn.Module)):
+            raise ValueError("no kind of layer")
+        return kind
     return ast.literal_eval(node)

@@ -32,7 +32,10 @@ class Arguments:
     """
 
     controller: Annotated[str, tyro.conf.arg(metavar="NAME|RUN_DIR|MODULE:CLASS|MODEL.zip")] = "analytic"
-    """A controller's name, the folder of a training run, a class of your own, or a stable-baselines3 model."""
+    """A controller's name, the folder of a training run, a class of your own, or with --trust a model of others."""
+    trust: bool = False
+    """Load a stable-baselines3 model or an RL-Zoo folder, which runs whatever code is in it. Run folders need no trust:
+    they hold none."""
     env: Annotated[str | None, option("PnTConveyor-v0, or that of the run folder", "ID|MODULE:ID")] = None
     """Environment id; with MODULE:ID one that a module of yours registers."""
     level: Annotated[str | None, option("the environment's own, or that of the run folder", "NAME|FILE.yaml")] = None
@@ -67,7 +70,7 @@ def main(arguments: Arguments) -> None:
     env_id, level, mode = setting(arguments.controller, arguments.env, arguments.level, None)
     env = make_vector(env_id, level, num_envs=1, threads=1, action_mode=mode)
     try:
-        controller = make_controller(arguments.controller, env)
+        controller = make_controller(arguments.controller, env, trust=arguments.trust)
         controller.reset(arguments.seed)
         practise(controller, env, PRACTICE, arguments.seed)
         seed = stream_seed("evaluate", arguments.seed)

@@ -4,29 +4,31 @@
     env.yaml            the level in full            versions.json       of Python and packages
     git.txt             commit, if there is one      command.txt         the command line
     progress.csv        success and landing error while training
-    model.zip           newest policy                replay_buffer.pkl   its memory
+    model.zip           newest policy                replay_buffer.npz   its memory
     checkpoints/N/      all that is needed to go on from throw N
 
-A run folder appears complete or not at all, and so does each checkpoint in it.
+A run folder appears complete or not at all, and so does each checkpoint in it. It is data, whoever made it: of
+model.zip, which stable-baselines3 can load too, only tensors and counts are read here, into networks that args.yml and
+config.yml describe; memory and random state are numbers. Nothing is unpickled.
 """
 
 from __future__ import annotations
 
 import os
-import pickle
-import random
 import shutil
 import sys
-from collections.abc import Mapping
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
-import numpy as np
 import yaml
 
 from agents.cli import UsageError
-from agents.files import replace_file, write_json, write_text
+from agents.files import read_yaml, replace_file, write_json, write_text
+from agents.hyperparameters import hyperparameters
+from agents.memory import load_memory, load_random, save_memory, save_random
 from agents.versions import git_state, versions
 from pnt_gym.cells.base.config import LevelConfig
 
@@ -37,7 +39,9 @@ if TYPE_CHECKING:
 Algorithm = Literal["sac", "td3", "ppo", "tqc"]
 ALGORITHMS: tuple[Algorithm, ...] = get_args(Algorithm)
 ARGUMENTS = ("env", "level", "algo", "steps", "seed", "num_envs", "action_mode", "checkpoint_every")
-MODEL, MEMORY, RANDOM = "model.zip", "replay_buffer.pkl", "random.pkl"
+WHOLE = ("steps", "seed", "num_envs", "checkpoint_every")
+"""Of `ARGUMENTS` those that are whole numbers; the others are text."""
+MODEL, MEMORY, RANDOM = "model.zip", "replay_buffer.npz", "random.json"
 
 
 def create(
@@ -74,6 +78,17 @@ def create(
         shutil.rmtree(parts, ignore_errors=True)
 
 
+@contextmanager
+def nothing_left(folder: Path) -> Generator[None, None, None]:
+    """Remove a new run folder if an error ends the block before the first leg is done: it would block the next try."""
+    try:
+        yield
+    except Exception:
+        if len(checkpoints(folder)) == 1:
+            shutil.rmtree(folder)
+        raise
+
+
 def write_arguments(folder: Path, arguments: Mapping[str, Any]) -> None:
     """Note what a run is asked for; a resumed run may be asked for more throws."""
     write_text(folder / "args.yml", yaml.safe_dump(dict(arguments), sort_keys=False))
@@ -97,15 +112,18 @@ def read_arguments(folder: Path) -> dict[str, Any]:
     """
     if not folder.is_dir():
         raise UsageError(f"run folder {str(folder)!r} does not exist")
-    try:
-        data = yaml.safe_load((folder / "args.yml").read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise UsageError(f"{str(folder)!r} is not a run folder: it has no args.yml") from None
-    except (OSError, yaml.YAMLError, UnicodeDecodeError):
-        raise UsageError(f"run folder {str(folder)!r} is damaged: args.yml cannot be read") from None
+    if not (folder / "args.yml").is_file():
+        raise UsageError(f"{str(folder)!r} is not a run folder: it has no args.yml")
+    data = read_yaml(folder / "args.yml", f"run folder {str(folder)!r} is damaged:")
     missing = [name for name in ARGUMENTS if not isinstance(data, dict) or name not in data]
     if missing:
         raise UsageError(f"run folder {str(folder)!r} is damaged: args.yml lacks {', '.join(missing)}")
+    for name in ARGUMENTS:
+        kind = int if name in WHOLE else str
+        if not (isinstance(data[name], kind) and not isinstance(data[name], bool)):
+            raise UsageError(f"run folder {str(folder)!r} is damaged: args.yml has {name} {data[name]!r}")
+    if data["algo"] not in ALGORITHMS:
+        raise UsageError(f"run folder {str(folder)!r} is damaged: args.yml has algo {data['algo']!r}")
     return data
 
 
@@ -115,10 +133,11 @@ def load_model(folder: Path, env: VecEnv | None = None, checkpoint: Path | None 
     Raises:
         UsageError: the folder or its model is missing or damaged.
     """
-    from agents.sb3 import load_policy  # noqa: PLC0415 - imports torch
+    from agents.sb3 import load_tensors  # noqa: PLC0415 - imports torch
 
-    read_arguments(folder)
-    return load_policy(model_of(folder, checkpoint), env)
+    asked = read_arguments(folder)
+    settings = hyperparameters(asked["algo"], asked["env"], folder / "config.yml")
+    return load_tensors(model_of(folder, checkpoint), asked, settings, env)
 
 
 def model_of(folder: Path, checkpoint: Path | None = None) -> Path:
@@ -141,8 +160,8 @@ def save_checkpoint(folder: Path, model: BaseAlgorithm) -> None:
     parts.mkdir(parents=True)
     model.save(parts / MODEL)
     if getattr(model, "replay_buffer", None) is not None:
-        model.save_replay_buffer(parts / MEMORY)  # type: ignore[attr-defined]
-    (parts / RANDOM).write_bytes(pickle.dumps(_random_state(model)))
+        save_memory(model.replay_buffer, parts / MEMORY)  # type: ignore[attr-defined]
+    save_random(model, parts / RANDOM)
     shutil.rmtree(place, ignore_errors=True)
     parts.rename(place)
     for name in (MODEL, MEMORY):
@@ -165,7 +184,6 @@ def restore(folder: Path, env: VecEnv) -> BaseAlgorithm:
     Raises:
         UsageError: the folder is missing or damaged.
     """
-    arguments = read_arguments(folder)
     found = checkpoints(folder)
     if not found:
         raise UsageError(f"run folder {str(folder)!r} is damaged: it has no checkpoint")
@@ -173,31 +191,13 @@ def restore(folder: Path, env: VecEnv) -> BaseAlgorithm:
     model = load_model(folder, env, last)
     try:
         if getattr(model, "replay_buffer", None) is not None:
-            model.load_replay_buffer(last / MEMORY)  # type: ignore[attr-defined]
-        _set_random_state(model, pickle.loads((last / RANDOM).read_bytes()))
-    except (OSError, EOFError, pickle.PickleError, KeyError, ValueError, AssertionError, AttributeError):
-        raise UsageError(f"run folder {str(folder)!r} is damaged: checkpoint {last.name} is truncated") from None
+            load_memory(model.replay_buffer, last / MEMORY)  # type: ignore[attr-defined]
+        load_random(model, last / RANDOM)
+    except Exception as error:
+        # There is no telling what a torn or foreign file upsets.
+        raise UsageError(
+            f"run folder {str(folder)!r} is damaged: checkpoint {last.name} is truncated, or of another version"
+        ) from error
     if int(last.name) != model.num_timesteps:
         raise UsageError(f"run folder {str(folder)!r} is damaged: checkpoint {last.name} is of another throw")
-    model.seed = arguments["seed"]
     return model
-
-
-def _random_state(model: BaseAlgorithm) -> dict[str, Any]:
-    import torch  # noqa: PLC0415 - a second to import
-
-    return {
-        "torch": torch.get_rng_state(),
-        "numpy": np.random.get_state(),  # noqa: NPY002 - the generator that stable-baselines3 draws from
-        "python": random.getstate(),
-        "actions": model.action_space.np_random.bit_generator.state,
-    }
-
-
-def _set_random_state(model: BaseAlgorithm, state: Mapping[str, Any]) -> None:
-    import torch  # noqa: PLC0415 - a second to import
-
-    torch.set_rng_state(state["torch"])
-    np.random.set_state(state["numpy"])  # noqa: NPY002 - as above
-    random.setstate(state["python"])
-    model.action_space.np_random.bit_generator.state = state["actions"]

@@ -5,27 +5,33 @@ from __future__ import annotations
 import json
 import pickle
 import time
+import warnings
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
+from io import BytesIO
 from pathlib import Path
 from typing import Any, Final, final
 from zipfile import ZipFile
 
+import gymnasium as gym
 import numpy as np
 import torch
+from gymnasium.spaces import Box
 from numpy.typing import NDArray
 from stable_baselines3 import A2C, PPO, SAC, TD3
 from stable_baselines3.common.base_class import BaseAlgorithm
-from stable_baselines3.common.vec_env import VecEnv, VecNormalize
+from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecNormalize
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvStepReturn
 
 from agents.cli import UsageError
 from agents.environments import Env, check_autoreset
-from agents.hyperparameters import policy_arguments
+from agents.hyperparameters import checked
 from agents.runs import ALGORITHMS
 from agents.throws import results
-from pnt_gym.errors import PntGymError
+from pnt_gym.errors import PntGymError, one_sentence
 
+COUNTS = ("num_timesteps", "_n_updates", "_episode_num")
+"""What a model counts while it learns; the rest of its state is tensors, or settled by the hyperparameters."""
 INFO_KEYS = ("is_success", "landing_error", "cycle_time")
 """What of a throw's info reaches the learner's callbacks."""
 SMALL = 0.01
@@ -74,6 +80,50 @@ def load_policy(file: Path, env: VecEnv | None = None) -> BaseAlgorithm:
         raise UsageError(f"{str(file)!r} is damaged: {file.name} is truncated or not a model of {kinds}") from error
 
 
+def load_tensors(
+    file: Path, asked: Mapping[str, Any], settings: Mapping[str, Any], env: VecEnv | None = None
+) -> BaseAlgorithm:
+    """The model of a run, made as its arguments and settings say and filled with the tensors and counts of its file.
+
+    Nothing is unpickled, so nothing in the file is run.
+
+    Raises:
+        UsageError: it is damaged, or of other settings.
+    """
+    try:
+        with ZipFile(file) as parts:
+            stored = json.loads(parts.read("data"))
+            tensors = {name: _tensors(parts.read(name)) for name in parts.namelist() if name.endswith(".pth")}
+        model: Any = _made(asked["algo"], env or _nowhere(stored, asked["num_envs"]), settings, asked["seed"])
+        states, variables = model._get_torch_save_params()
+        model.set_parameters({name: tensors[f"{name}.pth"] for name in states})
+        for name in variables:
+            getattr(model, name).data = tensors["pytorch_variables.pth"][name].data
+        for name in COUNTS:
+            setattr(model, name, int(stored.get(name, 0)))
+    except PntGymError:
+        raise
+    except Exception as error:
+        raise UsageError(f"{str(file)!r} is damaged: {file.name} is truncated or not a model of its run") from error
+    return model
+
+
+def _nowhere(stored: Mapping[str, Any], count: int) -> VecEnv:
+    """Nothing but the spaces of a stored model and a number of rows: what it takes to make one that only acts."""
+    nowhere: gym.Env[Any, Any] = gym.Env()
+    seen, action = (tuple(stored[f"{name}_space"]["_shape"]) for name in ("observation", "action"))
+    nowhere.observation_space, nowhere.action_space = Box(-np.inf, np.inf, seen), Box(-1.0, 1.0, action)
+    rows = DummyVecEnv([lambda: nowhere])
+    rows.num_envs = count
+    return rows
+
+
+def _tensors(data: bytes) -> dict[str, Any]:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # an error says what is wrong with a foreign file
+        return torch.load(BytesIO(data), map_location="cpu", weights_only=True)
+
+
 def load_statistics(file: Path, env: VecEnv) -> VecNormalize:
     """By what observations are normalised; runs code in the file.
 
@@ -98,18 +148,23 @@ def build(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> Bas
     Raises:
         UsageError: the settings do not fit the algorithm.
     """
-    # stable-baselines3 adds to the dicts it is given.
-    chosen = {key: deepcopy(value) for key, value in settings.items() if key not in ("n_timesteps", "n_envs")}
-    policy = chosen.pop("policy", "MlpPolicy")
-    chosen["policy_kwargs"] = policy_arguments(chosen.get("policy_kwargs", {}))
-    try:
-        model = algorithm_class(algo)(policy, env, seed=seed, device="cpu", verbose=0, **chosen)
-    except PntGymError:
-        raise
-    except (TypeError, ValueError, AssertionError) as error:
-        raise UsageError(f"hyperparameters do not fit {algo}: {error}") from None
+    model = _made(algo, env, settings, seed)
     start_at_zero(model)
     return model
+
+
+def _made(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> BaseAlgorithm:
+    """A model with random weights."""
+    torch.set_num_threads(1)  # small networks are slower on many threads than on one
+    chosen = checked(deepcopy(dict(settings)))  # stable-baselines3 adds to the dicts it is given
+    policy, kind = chosen.pop("policy", "MlpPolicy"), algorithm_class(algo)
+    try:
+        return kind(policy, env, seed=seed, device="cpu", verbose=0, **chosen)
+    except PntGymError:
+        raise
+    except Exception as error:
+        # There is no telling what a setting of the wrong kind upsets in there.
+        raise UsageError(f"hyperparameters do not fit {algo}: {one_sentence(error)}") from error
 
 
 def start_at_zero(model: BaseAlgorithm) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -99,7 +100,8 @@ def main(arguments: Arguments) -> None:
     try:
         with stop.listening():
             folder, model = start(arguments, asked, settings, env)
-            learn(model, env, folder, asked, stop, tensorboard=arguments.tensorboard)
+            with runs.nothing_left(folder) if arguments.resume is None else nullcontext():
+                learn(model, env, folder, asked, stop, tensorboard=arguments.tensorboard)
         if stop.asked:
             say_how_to_resume(folder, asked["env"], model.num_timesteps)
             sys.exit(INTERRUPTED)

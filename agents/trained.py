@@ -9,9 +9,9 @@ Three places are understood:
 
 Of algorithms those of `agents.sb3.MARKS` are understood, of RL-Zoo's settings all but wrappers and stacked frames.
 
-A model is code: stable-baselines3 unpickles parts of model.zip and all of vecnormalize.pkl, so load only what you
-trust. Nothing else in these places is run: YAML is read as data, and a module that a run folder names as the home of
-its environment is imported only if the user names it too.
+A run folder is data (see `agents.runs`). The other two are code: stable-baselines3 unpickles parts of a model and all
+of vecnormalize.pkl, so they are loaded only for a user who says `--trust`. YAML is read as data everywhere, and a
+module that a run folder names as the home of its environment is imported only if the user names it too.
 """
 
 from __future__ import annotations
@@ -41,6 +41,8 @@ class Trained:
     """Of its observations, by which they were normalised (VecNormalize)."""
     known: Mapping[str, Any]
     """Of `env`, `level` and `action_mode` of its training those that are recorded."""
+    is_run: bool = False
+    """It lies in a run folder of `agents.train`, which holds no code."""
 
 
 @final
@@ -72,7 +74,7 @@ def find_trained(place: Path) -> Trained:
         return _zoo(place, inner[0])
     asked = runs.read_arguments(place)
     known = {"env": asked["env"], "level": str(place / "env.yaml"), "action_mode": asked["action_mode"]}
-    return Trained(runs.model_of(place), None, known)
+    return Trained(runs.model_of(place), None, known, is_run=True)
 
 
 def _zoo(place: Path, inner: Path) -> Trained:
@@ -99,6 +101,19 @@ def _zoo_yaml(path: Path) -> dict[str, Any]:
 
 def _there(path: Path) -> Path | None:
     return path if path.is_file() else None
+
+
+def check_trust(place: Path, trusted: bool) -> None:
+    """Make sure that the user wants what may run code.
+
+    Raises:
+        UsageError: it has not been said.
+    """
+    if not trusted:
+        raise UsageError(
+            f"{str(place)!r} is not a run folder of agents.train: loading it runs whatever code its author put in; "
+            "give --trust if you trust its source"
+        )
 
 
 def setting(

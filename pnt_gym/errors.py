@@ -6,6 +6,12 @@ release" (`planning.one_joint.UnreachableGoal`), numbers out of range, arrays of
 """
 
 
+def one_sentence(said: object, most: int = 400) -> str:
+    """A text, or the message of an error, on one line and no longer than people read."""
+    line = " ".join(str(said).split())
+    return line if len(line) <= most else f"{line[: most - 3]}..."
+
+
 class PntGymError(ValueError):
     """Base of every error that pnt_gym raises on purpose."""
 
@@ -20,3 +26,11 @@ class PlanningError(PntGymError):
 
 class ActionError(PntGymError):
     """An action of the wrong shape, or one that is not a finite number."""
+
+
+class PhysicsError(PntGymError):
+    """The engine warned or stopped: the throw's numbers would be worthless."""
+
+
+class OrderError(PntGymError):
+    """A step of an environment that was not reset, or a call on one that is closed."""

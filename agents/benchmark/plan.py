@@ -17,7 +17,7 @@ from agents.files import read_yaml
 from agents.runs import ALGORITHMS
 from agents.versions import ROOT
 from agents.work import code_digest, key
-from pnt_gym.cells.base.config import Section
+from pnt_gym.cells.base.config import Section, first_problem
 
 Count = Annotated[int, Field(ge=0)]
 LEARNERS = ("mean_shift", "virtual_goal", "newton_goal", "ridge", "mlp", *ALGORITHMS)
@@ -135,10 +135,7 @@ def read_plan(path: Path) -> Plan:
     try:
         return Plan.model_validate(read_yaml(path, "benchmark"))
     except ValidationError as error:
-        problem = error.errors()[0]
-        where = ".".join(str(part) for part in problem["loc"])
-        message = problem["msg"].removeprefix("Value error, ")
-        raise UsageError(f"benchmark {str(path)!r}: {f'{where}: ' if where else ''}{message}") from None
+        raise UsageError(f"benchmark {str(path)!r}: {first_problem(error)}") from None
 
 
 def pieces(plan: Plan) -> list[Piece]:

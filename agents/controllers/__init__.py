@@ -57,13 +57,14 @@ __all__ = [
 ]
 
 
-def make_controller(name: str, env: Env, **options: Any) -> Controller:
+def make_controller(name: str, env: Env, *, trust: bool = False, **options: Any) -> Controller:
     """The controller of a name, of a trained policy, or of somebody's module, fitted to an environment.
 
     Args:
-        name: one of `NAMES`; a run folder, an RL-Zoo folder or a model.zip (see `agents.trained`), which run code in
-            them; or MODULE:CLASS (see `Controller`), which imports MODULE.
+        name: one of `NAMES`; a run folder, an RL-Zoo folder or a model.zip (see `agents.trained`); or MODULE:CLASS (see
+            `Controller`), which imports MODULE.
         env: the environment it will act in.
+        trust: load an RL-Zoo folder or a model.zip, which runs code in them.
         options: settings of that controller, e.g. `gain` of virtual_goal or `width` of mlp.
 
     Raises:
@@ -74,7 +75,7 @@ def make_controller(name: str, env: Env, **options: Any) -> Controller:
     if name in _SHIFTS:
         return _SHIFTS[name](env, _needed_correction(name, env), **options)
     if Path(name).is_dir() or name.endswith(".zip"):
-        return trained_policy(Path(name), env)
+        return trained_policy(Path(name), env, trust=trust)
     if ":" in name:
         return own_controller(name, env, **options)
     raise UsageError(

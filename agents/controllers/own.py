@@ -10,11 +10,12 @@ from typing import Any, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.cli import UsageError, one_sentence
+from agents.cli import UsageError
 from agents.controllers.protocol import Actions, Controller, Observation
 from agents.environments import Env, core_of, own_module
-from agents.trained import find_trained
-from pnt_gym.errors import PntGymError
+from agents.runs import load_model
+from agents.trained import check_trust, find_trained
+from pnt_gym.errors import PntGymError, one_sentence
 
 Function: TypeAlias = Callable[[NDArray[np.float32]], Any]
 """Observations (N, D) to actions (N, A)."""
@@ -91,16 +92,18 @@ def _complete(controller: Any, name: str) -> Controller:
     return controller
 
 
-def trained_policy(place: Path, env: Env) -> Policy:
-    """The policy in a run folder, an RL-Zoo folder or a model file; runs code in it.
+def trained_policy(place: Path, env: Env, *, trust: bool = False) -> Policy:
+    """The policy in a run folder, or with `trust`, as it runs code in them, in an RL-Zoo folder or a model file.
 
     Raises:
-        UsageError: it is missing or damaged, or does not fit the environment.
+        UsageError: it is missing, damaged or not trusted, or does not fit the environment.
     """
     from agents.sb3 import SameStepVecEnv, load_policy, load_statistics  # noqa: PLC0415 - torch takes a second to import
 
     found = find_trained(place)
-    model = load_policy(found.model)
+    if not found.is_run:
+        check_trust(place, trust)
+    model = load_model(place) if found.is_run else load_policy(found.model)
     policy = model_policy(model, type(model).__name__.lower(), env, f"the policy of {str(place)!r}")
     if found.statistics is None:
         return policy

@@ -140,12 +140,12 @@ def test_training_is_one_piece_for_all_its_throw_counts(tmp_path: Path, monkeypa
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"nme": "x"}, "nme: Extra inputs"),
+        ({"nme": "x"}, "unknown key 'nme'"),
         ({"entries": [{"label": "a", "controller": "nobody"}]}, "unknown controller 'nobody'"),
         ({"entries": [{"label": "a", "controller": "ridge"}]}, r"has throws \(0,\)"),
         ({"learned": [{"label": "ridge", "throws": 7}]}, "no entry gives 'ridge' after 7 throws"),
         ({"floors": {"waste": "nobody"}}, "no entry is labelled 'nobody'"),
-        ({"picks": 0}, "picks: Input should be greater"),
+        ({"picks": 0}, "picks is 0: input should be greater"),
     ],
 )
 def test_bad_plans_are_explained(tmp_path: Path, change: dict[str, Any], said: str) -> None:

@@ -17,7 +17,9 @@ import yaml
 from agents import runs
 from agents.cli import UsageError
 from agents.controllers import make_controller
+from agents.environments import make_vector
 from agents.evaluation import held_out
+from agents.sb3 import SameStepVecEnv
 from agents.throws import summary
 from agents.train import Arguments, main
 from tests.tools.toy_cell import ToyVectorEnv, register_toy
@@ -54,6 +56,10 @@ def weights(folder: Path) -> list[np.ndarray]:
     return [p.detach().numpy() for p in runs.load_model(folder).policy.parameters()]
 
 
+def restored(folder: Path, env: str) -> Any:
+    return runs.restore(folder, SameStepVecEnv(make_vector(env, "waste", 8)))
+
+
 def resumed(folder: Path, **changes: Any) -> Arguments:
     return replace(Arguments(resume=folder, eval_picks=0), **changes)
 
@@ -62,7 +68,7 @@ def test_run_folder_holds_what_it_promises(asked: Arguments, tmp_path: Path) -> 
     main(replace(asked, eval_picks=24))
     found = {p.name for p in (tmp_path / "run").iterdir()}
     promised = {"args.yml", "config.yml", "env.yaml", "versions.json", "command.txt", "model.zip"}
-    assert promised | {"replay_buffer.pkl", "progress.csv", "evaluation.json", "checkpoints"} <= found
+    assert promised | {"replay_buffer.npz", "progress.csv", "evaluation.json", "checkpoints"} <= found
     assert not any(name.startswith(".") for name in found)
     assert [p.name for p in runs.checkpoints(tmp_path / "run")] == ["00000000", "00000104", "00000200"]
     assert runs.read_arguments(tmp_path / "run")["steps"] == 200
@@ -75,10 +81,8 @@ def test_resumed_run_is_bit_for_bit_the_uninterrupted_one(asked: Arguments, tmp_
     main(replace(asked, env=env, out=whole))
     main(replace(asked, env=env, out=halves, steps=100))
     main(resumed(halves, steps=200))
-    one, two = runs.load_model(whole), runs.load_model(halves)
+    one, two = restored(whole, env), restored(halves, env)
     assert one.num_timesteps == two.num_timesteps == 200
-    one.load_replay_buffer(whole / "replay_buffer.pkl")
-    two.load_replay_buffer(halves / "replay_buffer.pkl")
     assert one.replay_buffer.size() == two.replay_buffer.size() == 25  # throws per row
     assert np.array_equal(one.replay_buffer.observations, two.replay_buffer.observations)
     assert np.array_equal(one.replay_buffer.actions, two.replay_buffer.actions)
@@ -88,8 +92,7 @@ def test_resumed_run_is_bit_for_bit_the_uninterrupted_one(asked: Arguments, tmp_
 def test_resume_goes_on_with_new_objects(asked: Arguments, tmp_path: Path) -> None:
     main(replace(asked, steps=100))
     main(resumed(tmp_path / "run", steps=200))
-    model = runs.load_model(tmp_path / "run")
-    model.load_replay_buffer(tmp_path / "run" / "replay_buffer.pkl")
+    model = restored(tmp_path / "run", "ToyThrow-v0")
     seen = model.replay_buffer.observations[: model.replay_buffer.size(), :, 0].ravel()
     assert len(np.unique(seen)) == len(seen)
 
@@ -98,9 +101,14 @@ def test_resume_goes_on_with_new_objects(asked: Arguments, tmp_path: Path) -> No
 def test_other_algorithms_train_and_resume(asked: Arguments, tmp_path: Path, algo: Any) -> None:
     config = tmp_path / "other.yml"
     config.write_text(yaml.safe_dump({"ToyThrow-v0": SETTINGS[algo]}))
-    main(replace(asked, algo=algo, config=config, steps=64, checkpoint_every=64))
+    begun = replace(asked, algo=algo, config=config, steps=64, checkpoint_every=64)
+    main(begun)
     main(resumed(tmp_path / "run", steps=128))
     assert runs.load_model(tmp_path / "run").num_timesteps == 128
+    main(replace(begun, steps=128, out=tmp_path / "whole"))
+    assert all(
+        np.array_equal(a, b) for a, b in zip(weights(tmp_path / "run"), weights(tmp_path / "whole"), strict=True)
+    )
 
 
 def test_training_learns(asked: Arguments, tmp_path: Path) -> None:
@@ -167,7 +175,7 @@ def damage_model(run: Path) -> None:
 
 
 def damage_memory(run: Path) -> None:
-    for file in run.rglob("replay_buffer.pkl"):
+    for file in run.rglob("replay_buffer.npz"):
         file.write_bytes(file.read_bytes()[:200])
 
 
@@ -179,7 +187,7 @@ def damage_checkpoints(run: Path) -> None:
     ("damage", "said"),
     [
         (damage_nothing_there, "does not exist"),
-        (damage_arguments, "args.yml cannot be read"),
+        (damage_arguments, "args.yml': it is not valid YAML"),
         (damage_missing_argument, "args.yml lacks level, algo"),
         (damage_model, "model.zip is truncated or not a model"),
         (damage_memory, "checkpoint 00000104 is truncated"),

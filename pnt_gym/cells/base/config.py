@@ -7,6 +7,7 @@ own is a file or a mapping of the same form.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, Self, TypeAlias, cast
@@ -15,7 +16,7 @@ import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import to_jsonable_python
 
-from pnt_gym.errors import ConfigError
+from pnt_gym.errors import ConfigError, one_sentence
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -84,12 +85,15 @@ class LevelConfig(Section):
         elif isinstance(level, Mapping):
             data, source = cls._complete({"name": "custom", **level}, ()), "config"
         else:
+            if not isinstance(level, str | Path):  # pyright: ignore[reportUnnecessaryIsInstance] - users are not checked
+                said = one_sentence(repr(level), 80)
+                raise ConfigError(f"level is {said}; it must be a level's name, a YAML file, a mapping or a config")
             data, source = cls._from_file(level, ()), f"level file {str(level)!r}"
         data.update(changes)
         try:
             return cls.model_validate(data)
         except ValidationError as error:
-            raise ConfigError(f"{source}: {_first_problem(error)}") from None
+            raise ConfigError(f"{source}: {first_problem(error)}") from None
 
     @classmethod
     def level_names(cls) -> tuple[str, ...]:
@@ -110,7 +114,7 @@ class LevelConfig(Section):
         if path == _shipped(cls.folder) / f"{ROOT}.yaml":
             return data
         base = path.parent / str(data.get("base", ""))
-        if base.is_file():  # a base beside the file that names it
+        if os.path.isfile(base):  # a base beside the file that names it
             data["base"] = base
         return cls._complete(data, (*above, str(path)))
 
@@ -165,7 +169,7 @@ def _find(folder: str | Path, level: str | Path, names: tuple[str, ...]) -> Path
     path = Path(level)
     if not path.suffix:
         raise ConfigError(f"unknown level {text!r}; shipped levels are {', '.join(names)}, or give a YAML file")
-    if not path.is_file():
+    if not os.path.isfile(path):  # which is False for a name that no file can have
         raise ConfigError(f"level file {text!r} does not exist")
     return path
 
@@ -173,22 +177,26 @@ def _find(folder: str | Path, level: str | Path, names: tuple[str, ...]) -> Path
 def _read(path: Path) -> dict[str, Any]:
     try:
         data: Any = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ConfigError(f"level file {str(path)!r} is not valid YAML: {str(error).splitlines()[0]}") from None
+    except OSError as error:
+        raise ConfigError(f"cannot read level file {str(path)!r}: {error.strerror}") from None
+    except Exception as error:
+        # PyYAML lets through whatever a tag, a date or a hundred brackets upset.
+        raise ConfigError(f"level file {str(path)!r} is not valid YAML: {one_sentence(error, 100)}") from None
     if not isinstance(data, dict):
         raise ConfigError(f"level file {str(path)!r} must hold a mapping of settings, it holds {type(data).__name__}")
     return cast("dict[str, Any]", data)
 
 
-def _first_problem(error: ValidationError) -> str:
+def first_problem(error: ValidationError) -> str:
     """The first complaint of pydantic as one sentence."""
     problem = error.errors()[0]
     where = ".".join(str(part) for part in problem["loc"])
     message = problem["msg"].removeprefix("Value error, ")
     if problem["type"] == "extra_forbidden":
-        return f"unknown key {where!r}"
+        return f"unknown key {one_sentence(repr(where), 80)}"
     if problem["type"] == "value_error":
         return message
     if problem["type"] == "missing":
         return f"key {where!r} is missing"
-    return f"{where} is {problem['input']!r}: {message[0].lower()}{message[1:]}"
+    given = one_sentence(repr(problem["input"]), 80)
+    return f"{where} is {given}: {message[0].lower()}{message[1:]}"

@@ -13,6 +13,7 @@ from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.fluid import fluid_coefficients, geom_placement, lying_size, solid_shell_inertia
 from pnt_gym.constants import GRAVITY
 from pnt_gym.engine import Batch, MjData, MjModel, mujoco
+from pnt_gym.errors import PhysicsError
 from pnt_gym.planning.motion.ballistics import landing_point
 
 STAGES: Final = (0.25, 0.5, 0.75, 1.0)
@@ -23,10 +24,6 @@ ThrowsT = TypeVar("ThrowsT")
 PlansT = TypeVar("PlansT")
 FlightT = TypeVar("FlightT")
 _INPUTS = int(mujoco.mjtState.mjSTATE_CTRL.value) | int(mujoco.mjtState.mjSTATE_EQ_ACTIVE.value)
-
-
-class PhysicsError(RuntimeError):
-    """The engine warned or stopped: the throw's numbers would be worthless."""
 
 
 @final
@@ -172,7 +169,8 @@ def staged_rollout(batch: Any, control: Floats, steps: Ints, names: Sequence[str
 def first_warning(batch: Any) -> PhysicsError:
     """What to raise for the first of the warnings that the engine gave."""
     row, kind = (int(i) for i in np.argwhere(batch.warning)[0][:2])
-    return PhysicsError(f"MuJoCo warned in simulation {row}: {mujoco.mjtWarning(kind).name}")
+    name = mujoco.mjtWarning(kind).name
+    return PhysicsError(f"MuJoCo warned in simulation {row}: {name}; a number of the level is beyond what it can step")
 
 
 def touching(contact: Floats) -> Bools:

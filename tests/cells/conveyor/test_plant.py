@@ -8,7 +8,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from agents.metrics import wilson
-from pnt_gym.cells.base.plant import PhysicsError, Recording
+from pnt_gym.cells.base.plant import Recording
+from pnt_gym.errors import PhysicsError
 from pnt_gym.planning.motion.ballistics import landing_point
 from tests.tools.throws import NO_DELAY, NO_SPREAD, item, make_core, vary, with_objects
 

@@ -6,10 +6,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from pnt_gym.cells.base.plant import PhysicsError
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.cells.one_joint.hidden import draw_hidden, expected_hidden
 from pnt_gym.cells.one_joint.plant import OneJointPlant
+from pnt_gym.errors import PhysicsError
 from tests.tools.thrower import (
     BRAKING,
     EXAMPLE,

@@ -1,0 +1,68 @@
+"""What a training run needs to go on, beside its model: files that hold numbers only, so that none can carry code."""
+
+from __future__ import annotations
+
+import json
+import random
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from stable_baselines3.common.base_class import BaseAlgorithm
+
+
+def save_memory(memory: Any, path: Path) -> None:
+    """Write the throws in a replay buffer to a .npz file."""
+    rows = {name: array[: memory.size()] for name, array in _arrays(memory).items()}
+    np.savez(path, pos=memory.pos, full=memory.full, **rows)
+
+
+def load_memory(memory: Any, path: Path) -> None:
+    """Fill a new replay buffer with what `save_memory` has written.
+
+    Raises:
+        ValueError: it is of another size, or not such a file.
+    """
+    with np.load(path, allow_pickle=False) as file:
+        pos, full = int(file["pos"]), bool(file["full"])
+        if not 0 <= pos < memory.buffer_size:
+            raise ValueError(f"pos is {pos}; it must be from 0 to {memory.buffer_size - 1}")
+        for name, array in _arrays(memory).items():
+            rows, found = array[: None if full else pos], file[name]
+            if (found.shape, found.dtype) != (rows.shape, rows.dtype):
+                raise ValueError(f"{name} is {found.dtype} {found.shape}; it must be {rows.dtype} {rows.shape}")
+            rows[:] = found
+    memory.pos, memory.full = pos, full
+
+
+def _arrays(memory: Any) -> dict[str, NDArray[Any]]:
+    return {name: value for name, value in vars(memory).items() if isinstance(value, np.ndarray)}
+
+
+def save_random(model: BaseAlgorithm, path: Path) -> None:
+    """Write the state of every generator that training draws from as JSON, whose numbers are exact."""
+    import torch  # noqa: PLC0415 - a second to import
+
+    name, words, *rest = np.random.get_state()  # noqa: NPY002 - the generator that stable-baselines3 draws from
+    state = {
+        "torch": torch.get_rng_state().tolist(),
+        "numpy": [name, np.asarray(words).tolist(), *rest],
+        "python": random.getstate(),
+        "actions": model.action_space.np_random.bit_generator.state,
+    }
+    path.write_text(json.dumps(state), encoding="utf-8")
+
+
+def load_random(model: BaseAlgorithm, path: Path) -> None:
+    """Set every generator as `save_random` has found it."""
+    import torch  # noqa: PLC0415 - as above
+
+    state = json.loads(path.read_text(encoding="utf-8"))
+    torch.set_rng_state(torch.tensor(state["torch"], dtype=torch.uint8))
+    np.random.set_state(tuple(state["numpy"]))  # noqa: NPY002 - as above
+    version, words, gauss = state["python"]
+    random.setstate((version, tuple(words), gauss))
+    model.action_space.np_random.bit_generator.state = state["actions"]
