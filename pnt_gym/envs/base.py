@@ -18,7 +18,7 @@ from pnt_gym.cells.base.canvas import FPS, RENDER_MODES
 from pnt_gym.cells.base.config import written
 from pnt_gym.cells.base.core import Core, scalars
 from pnt_gym.cells.base.view import View
-from pnt_gym.errors import ActionError, ConfigError
+from pnt_gym.errors import ActionError, ConfigError, OrderError, one_sentence
 
 Observation = NDArray[np.float32]
 SECTIONS: Final = (
@@ -37,6 +37,20 @@ SECTIONS: Final = (
 def _check_render_mode(mode: str | None) -> None:
     if mode is not None and mode not in RENDER_MODES:
         raise ConfigError(f"render_mode is {mode!r}; it must be one of {', '.join(RENDER_MODES)}, or None")
+
+
+def _seed_of(value: Any) -> int | None:
+    """A seed as Gymnasium takes it, or None."""
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 0:
+        raise ConfigError(f"seed is {one_sentence(repr(value), 80)}; it must be a whole number, at least 0")
+    return int(value)
+
+
+def _check_options(options: Any) -> None:
+    if not (options is None or isinstance(options, dict)):
+        raise ConfigError(f"options is {one_sentence(repr(options), 80)}; it must be a mapping, or None")
 
 
 def completed(own: str, family: str) -> str:
@@ -109,8 +123,13 @@ class ThrowEnv(Facade, gym.Env[Observation, NDArray[np.floating]]):  # pyright: 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Begin an episode; `options` are not used."""
-        super().reset(seed=seed)
+        """Begin an episode; `options` are not used.
+
+        Raises:
+            ConfigError: a seed that is no whole number, or options that are no mapping.
+        """
+        _check_options(options)
+        super().reset(seed=_seed_of(seed))
         self.core.reset(np.zeros(1, dtype=np.int64), [self.np_random], seeded=seed is not None)
         self._show()
         return self.core.observe()[0], scalars(self.core.kinds(), 0)
@@ -121,7 +140,10 @@ class ThrowEnv(Facade, gym.Env[Observation, NDArray[np.floating]]):  # pyright: 
         Raises:
             ActionError: wrong shape, NaN or infinite values.
         """
-        array = np.asarray(action)
+        try:
+            array = np.asanyarray(action)  # a masked array stays one, for the core to refuse
+        except ValueError:
+            raise ActionError(f"action is {one_sentence(repr(action), 80)}; it must be an array of numbers") from None
         if array.shape != self.action_space.shape:
             raise ActionError(f"action has shape {array.shape}; this environment needs {self.action_space.shape}")
         result = self.core.step(array[None])
@@ -190,6 +212,7 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.render_mode = render_mode
         self._generators = [seeding.np_random(None)[0] for _ in range(num_envs)]
+        self._begun = False
         self._view: View | None = None
 
     def reset(
@@ -202,17 +225,23 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
             options: "reset_mask", a boolean array (num_envs,), restarts only the chosen cells.
 
         Raises:
-            ValueError: a list of seeds or a mask whose length is not the number of cells.
+            ConfigError: seeds that are no whole numbers, or a list of them or a mask whose length is not the number of
+                cells.
+            OrderError: the environment is closed.
         """
+        if self.closed:
+            raise OrderError("the environment is closed; make another one")
+        _check_options(options)
         mask = np.asarray((options or {}).get("reset_mask", np.ones(self.num_envs, dtype=np.bool_)))
         if mask.shape != (self.num_envs,) or mask.dtype != np.bool_:
-            raise ValueError(
+            raise ConfigError(
                 f"reset_mask must be a boolean array of shape ({self.num_envs},), got {mask.dtype} {mask.shape}"
             )
         for given, chosen in self._seed(seed, mask).items():
             rows = np.array(chosen, dtype=np.int64)
             if rows.size > 0:
                 self.core.reset(rows, [self._generators[r] for r in rows], seeded=given)
+        self._begun = True
         return self.core.observe(), self._masked(self.core.kinds())
 
     def step(
@@ -225,7 +254,11 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
 
         Raises:
             ActionError: wrong shape, NaN or infinite values.
+            OrderError: the environment was not reset, or is closed.
         """
+        if self.closed or not self._begun:
+            state = "is closed; make another one" if self.closed else "was not reset; call reset before step"
+            raise OrderError(f"the environment {state}")
         result = self.core.step(actions)
         info = self._masked(result.info)
         observation = result.observation
@@ -261,11 +294,13 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
 
     def _seed(self, seed: int | Sequence[int | None] | None, mask: NDArray[np.bool_]) -> dict[bool, list[int]]:
         """Reseed the generators of the chosen rows; which got a seed (True) and which keep theirs (False)."""
-        seeds = [None] * self.num_envs if seed is None else seed
-        if isinstance(seeds, int):
-            seeds = [seeds + i for i in range(self.num_envs)]
+        if isinstance(seed, Sequence | np.ndarray) and not isinstance(seed, str | bytes):
+            seeds = [_seed_of(value) for value in seed]
+        else:
+            first = _seed_of(seed)
+            seeds = [None if first is None else first + i for i in range(self.num_envs)]
         if len(seeds) != self.num_envs:
-            raise ValueError(f"seed has {len(seeds)} entries; this environment has {self.num_envs} cells")
+            raise ConfigError(f"seed has {len(seeds)} entries; this environment has {self.num_envs} cells")
         chosen = {row: value for row, value in enumerate(seeds) if mask[row]}
         for row, value in chosen.items():
             if value is not None:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints, replaced, take
-from pnt_gym.errors import ActionError, ConfigError
+from pnt_gym.errors import ActionError, ConfigError, one_sentence
 from pnt_gym.planning.motion.roots import bisect
 
 _HALVINGS: Final = 12
@@ -72,8 +72,8 @@ def mode_of(modes: Modes, name: str) -> ActionMode[Any, Any, Any]:
     Raises:
         ConfigError: there is none.
     """
-    if name not in modes:
-        raise ConfigError(f"action_mode is {name!r}; it must be one of {', '.join(modes)}")
+    if not isinstance(name, str) or name not in modes:  # pyright: ignore[reportUnnecessaryIsInstance] - users' values
+        raise ConfigError(f"action_mode is {one_sentence(repr(name), 80)}; it must be one of {', '.join(modes)}")
     return modes[name]
 
 
@@ -147,12 +147,16 @@ def limited_actions(actions: object, count: int, size: int, mode: str) -> Floats
         ActionError: wrong shape, or NaN or infinite values.
     """
     try:
-        array = np.asarray(actions, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ActionError(f"action is {actions!r}; it must be an array of numbers") from None
+        array = np.asarray(actions)
+    except ValueError:  # rows of different lengths
+        array = np.empty(0, dtype=object)
+    # Booleans, texts, dates and masked or complex numbers would be taken for numbers that nobody meant.
+    if array.dtype.kind not in "iuf" or isinstance(actions, np.ma.MaskedArray):
+        raise ActionError(f"action is {one_sentence(repr(actions), 80)}; it must be an array of real numbers")
     expected = (count, size)
     if array.shape != expected:
         raise ActionError(f"action has shape {array.shape}; {mode!r} with {count} cells needs {expected}")
+    array = array.astype(np.float64, copy=False)
     bad = ~np.isfinite(array)
     if bad.any():
         row = int(np.argwhere(bad)[0][0])

@@ -19,9 +19,12 @@ from pnt_gym.cells.base.action import Correction, Modes, Plans, corrected, limit
 from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.cells.base.features import CLIP
 from pnt_gym.cells.base.view import View
-from pnt_gym.errors import ConfigError
+from pnt_gym.errors import ConfigError, one_sentence
 
 Generators = list[np.random.Generator]
+
+MOST_CELLS: Final = 100_000
+MOST_THREADS: Final = 1024
 
 COMMON_INFO: Final = ("is_success", "landing_error", "cycle_time", "residual_clipped", "item", "kind")
 """What every cell tells of a throw; the errors of its `Correction` and what only it knows come on top."""
@@ -70,7 +73,7 @@ class Cell(ABC, Generic[ConfigT, ThrowsT, PlansT, VerdictT]):
         threads: worker threads of the physics; results do not depend on it.
 
     Raises:
-        ConfigError: a count or a number of threads below one.
+        ConfigError: a count or a number of threads out of its range.
     """
 
     modes: ClassVar[Modes]
@@ -94,9 +97,11 @@ class Cell(ABC, Generic[ConfigT, ThrowsT, PlansT, VerdictT]):
     """The coming throws."""
 
     def __init__(self, config: ConfigT, count: int, threads: int) -> None:
-        for name, value in (("num_envs", count), ("threads", threads)):
-            if value < 1:
-                raise ConfigError(f"{name} is {value}; it must be at least 1")
+        for name, value, most in (("num_envs", count, MOST_CELLS), ("threads", threads, MOST_THREADS)):
+            whole: Any = value  # of a user, whom no type checker has seen
+            if isinstance(whole, bool) or not isinstance(whole, int | np.integer) or not 1 <= whole <= most:
+                said = one_sentence(repr(whole), 80)
+                raise ConfigError(f"{name} is {said}; it must be a whole number from 1 to {most}")
         self.config = config
         self.count = count
         self.generators: Generators = [np.random.default_rng(0) for _ in range(count)]
