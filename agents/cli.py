@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from collections.abc import Callable
 from typing import Any, TypeVar
 
@@ -35,6 +36,7 @@ def run(command: Callable[[Arguments], None], arguments: type[Arguments], module
         reconfigure = getattr(stream, "reconfigure", None)
         if reconfigure is not None:
             reconfigure(errors="replace")
+    warnings.formatwarning = lambda message, *_, **__: f"warning: {one_sentence(message)}\n"
     parsed = tyro.cli(arguments, prog=f"python -m {module}")
     try:
         command(parsed)
@@ -49,7 +51,7 @@ def run(command: Callable[[Arguments], None], arguments: type[Arguments], module
 def explained(error: Exception) -> str:
     """What went wrong as one sentence, be it a mistake, the disk or the memory."""
     if isinstance(error, OSError):
-        place = f" {error.filename!r}" if error.filename is not None else ""
+        place = f" {one_sentence(repr(error.filename), 80)}" if error.filename is not None else ""
         return one_sentence(f"cannot read or write{place}: {error.strerror or error}")
     if isinstance(error, MemoryError):
         return one_sentence(f"not enough memory for so large a task: {error}".removesuffix(": "))

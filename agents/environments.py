@@ -106,7 +106,7 @@ def make_vector(
             # Gymnasium announces Box bounds and precision that are meant here.
             warnings.filterwarnings("ignore", category=UserWarning, module="gymnasium")
             env = gym.make_vec(spec, num_envs=num_envs, **asked, **more)
-    except gym.error.Error as error:
+    except (gym.error.Error, TypeError, ImportError, AttributeError) as error:
         raise UsageError(f"environment {env_id!r} cannot be made: {one_sentence(error)}") from error
     if action_mode not in (None, _checked(env, env_id).action_mode):
         raise UsageError(f"environment {env_id!r} takes no action mode but its own")

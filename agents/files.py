@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import yaml
 
 from agents.cli import UsageError
-from pnt_gym.errors import one_sentence
+from pnt_gym.errors import PntGymError, one_sentence
 
 
 def replace_file(path: Path, write: Callable[[Path], object]) -> None:
@@ -77,6 +78,22 @@ def read_yaml(path: Path, what: str) -> Any:
         UsageError: the file is missing or not YAML.
     """
     return _read(path, f"{what} {str(path)!r}", yaml.safe_load, "YAML")
+
+
+@contextmanager
+def of_its_form(path: Path) -> Generator[None, None, None]:
+    """What reads data of a file in the block takes for granted that they have a certain form.
+
+    Raises:
+        UsageError: they have not.
+    """
+    try:
+        yield
+    except PntGymError:
+        raise
+    except (LookupError, TypeError, ValueError, AttributeError) as error:
+        said = f"{type(error).__name__}: {one_sentence(error, 80)}"
+        raise UsageError(f"{str(path)!r} was not written by this version: it is of another form ({said})") from error
 
 
 def _read(path: Path, name: str, parse: Callable[[str], Any], form: str) -> Any:

@@ -96,4 +96,10 @@ def _lines_up_to(file: Path, throws: int) -> list[str]:
     if not file.is_file():
         return [HEADER]
     old = file.read_text(encoding="utf-8").splitlines()[1:]
-    return [HEADER, *(line for line in old if line and int(line.split(",")[0]) <= throws)]
+    return [HEADER, *(line for line in old if _throws_of(line) <= throws)]
+
+
+def _throws_of(line: str) -> float:
+    """Throws done when a line was written; infinite for one that was not written here."""
+    count = line.partition(",")[0]
+    return int(count) if count.isdecimal() else np.inf

@@ -15,7 +15,7 @@ from agents import runs
 from agents.cli import UsageError, at_least, option, run
 from agents.evaluation import evaluate
 from agents.files import read_yaml, write_text
-from agents.tables import Grid, console, landing_cells, throws_bar
+from agents.tables import Grid, console, landing_cells, markdown_text, throws_bar
 from agents.trained import own_environment
 from agents.versions import ROOT
 
@@ -55,8 +55,12 @@ def main(arguments: Arguments) -> None:
     asked = runs.read_arguments(arguments.folder)
     env_id = arguments.env or own_environment(arguments.folder, asked["env"])
     runs.load_model(arguments.folder)
-    trained_on = read_yaml(arguments.folder / "env.yaml", "level")["name"]
-    target = arguments.to / f"{env_id.rpartition(':')[2]}-{trained_on}-{asked['algo']}-seed{asked['seed']}"
+    level = read_yaml(arguments.folder / "env.yaml", "level")
+    trained_on = level.get("name") if isinstance(level, dict) else None
+    name = f"{env_id.rpartition(':')[2]}-{trained_on}-{asked['algo']}-seed{asked['seed']}"
+    if not isinstance(trained_on, str) or Path(name).name != name:
+        raise UsageError(f"run folder {str(arguments.folder)!r} is damaged: env.yaml has name {trained_on!r}")
+    target = arguments.to / name
     if target.exists():
         raise UsageError(f"{str(target)!r} exists already; remove it first")
     levels = {level: level for level in arguments.levels or LEVELS.get(env_id, ())}
@@ -97,10 +101,11 @@ def card(
         yaml.safe_dump(metadata, sort_keys=False).strip(),
         "---",
         "",
-        f"# {asked['algo'].upper()} on {asked['env']}, level {trained_on}",
+        markdown_text(f"# {asked['algo'].upper()} on {asked['env']}, level {trained_on}"),
         "",
-        f"Trained for {asked['steps']} throws with seed {asked['seed']}, action mode {asked['action_mode']}. "
-        f"Measured on {arguments.picks} held-out throws per level (seed {arguments.seed}):",
+        f"Trained for {asked['steps']} throws with seed {asked['seed']}, action mode "
+        f"{markdown_text(asked['action_mode'])}. Measured on {arguments.picks} held-out throws per level "
+        f"(seed {arguments.seed}):",
         "",
         Grid("", header, rows).markdown(),
         "",

@@ -16,6 +16,7 @@ module that a run folder names as the home of its environment is imported only i
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -86,8 +87,9 @@ def _zoo(place: Path, inner: Path) -> Trained:
     found = [model for model in models if model.is_file()]
     if not found:
         raise UsageError(f"{str(place)!r} holds neither {models[0].name} nor {models[1].name}")
-    told = {**(asked.get("env_kwargs") or {}), "env": asked.get("env")}
-    known = {name: told[name] for name in ("env", "level", "action_mode") if told.get(name) is not None}
+    kwargs = asked.get("env_kwargs")
+    told = {**(kwargs if isinstance(kwargs, dict) else {}), "env": asked.get("env")}
+    known = {name: told[name] for name in ("env", "level", "action_mode") if isinstance(told.get(name), str)}
     return Trained(found[0], _there(inner / STATISTICS), known)
 
 
@@ -95,7 +97,7 @@ def _zoo_yaml(path: Path) -> dict[str, Any]:
     try:
         found = yaml.load(path.read_text(encoding="utf-8"), _ZooLoader)
         return dict(found)
-    except (OSError, yaml.YAMLError, TypeError, ValueError):
+    except Exception:  # see `agents.files`
         raise UsageError(f"{str(path)!r} cannot be read as RL-Zoo writes it") from None
 
 
@@ -127,7 +129,7 @@ def setting(
         UsageError: the run folder names an environment of somebody's module, and the user does not.
     """
     place = Path(controller)
-    known = find_trained(place).known if place.is_dir() else {}
+    known = find_trained(place).known if os.path.isdir(place) else {}  # False for a name too long to be one
     found = env or own_environment(controller, known.get("env", "PnTConveyor-v0"))
     return found, level or known.get("level"), action_mode or known.get("action_mode")
 

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, Final, TypeAlias, final
 
 from agents.cli import UsageError
-from agents.files import read_json, write_json
+from agents.files import check_writable, read_json, write_json
 from agents.tables import throws_bar
 from agents.versions import ROOT, versions
 
@@ -82,6 +82,7 @@ def do_missing(
     Raises:
         UsageError: a process died, for instance for lack of memory.
     """
+    check_writable(folder / "piece.json")
     missing = [job for job in jobs if fresh or not (folder / job.file).is_file()]
     if missing:
         left, total = (sum(job.cost for job in some) for some in (missing, jobs))

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 from gymnasium import Space
@@ -27,6 +27,7 @@ from agents.files import replace_file
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.errors import one_sentence
 
 _ANY_ACTIONS: Mapping[str, Callable[..., Controller]] = {
     "analytic": lambda env: Analytic(_entries(env.single_action_space)),
@@ -74,13 +75,13 @@ def make_controller(name: str, env: Env, *, trust: bool = False, **options: Any)
         return _ANY_ACTIONS[name](env, **options)
     if name in _SHIFTS:
         return _SHIFTS[name](env, _needed_correction(name, env), **options)
-    if Path(name).is_dir() or name.endswith(".zip"):
+    if os.path.isdir(name) or name.endswith(".zip"):
         return trained_policy(Path(name), env, trust=trust)
     if ":" in name:
         return own_controller(name, env, **options)
     raise UsageError(
-        f"{name!r} is neither a controller nor a run folder; controllers are {', '.join(NAMES)}, MODULE:CLASS and "
-        "MODEL.zip, and a run folder is what `python -m agents.train` leaves in runs/"
+        f"{one_sentence(name, 80)!r} is neither a controller nor a run folder; controllers are {', '.join(NAMES)}, "
+        "MODULE:CLASS and MODEL.zip, and a run folder is what `python -m agents.train` leaves in runs/"
     )
 
 
@@ -145,7 +146,7 @@ def load_state(controller: Learner, path: Path) -> None:
         owner = str(state.pop("controller"))
     except FileNotFoundError:
         raise UsageError(f"{str(path)!r} does not exist") from None
-    except (OSError, ValueError, KeyError, EOFError, BadZipFile):
+    except Exception:  # there is no telling what a torn or foreign file upsets
         raise UsageError(f"{str(path)!r} holds no saved controller") from None
     if owner != controller.name:
         raise UsageError(f"{str(path)!r} was saved by {owner!r}, not by {controller.name!r}")
@@ -153,5 +154,5 @@ def load_state(controller: Learner, path: Path) -> None:
         controller.restore(state)
     except UsageError:
         raise
-    except (KeyError, ValueError, IndexError):
+    except Exception:
         raise UsageError(f"{str(path)!r} holds no state of {owner!r} that is understood here") from None

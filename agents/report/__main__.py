@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from agents.cli import UsageError, run
-from agents.files import read_json, write_text
+from agents.files import of_its_form, read_json, write_text
 from agents.report.figures import benchmark_figures
 from agents.report.measures import TABLES
 from agents.report.page import Chapter, markdown_page, page
@@ -53,10 +53,14 @@ def read_chapters(results: Path) -> list[Chapter]:
     """A chapter per file of results whose form is known; one per paper in that of a reproduction.
 
     Raises:
-        UsageError: a file is not valid JSON, or was written by an older version.
+        UsageError: a file is not valid JSON, or holds other things than its keys promise.
     """
-    files = ((path.stem, read_json(path)) for path in sorted(results.glob("*.json")))
-    return [chapter for name, data in files if isinstance(data, dict) for chapter in _chapters(name, data, results)]
+    files = ((path, read_json(path)) for path in sorted(results.glob("*.json")))
+    chapters: list[Chapter] = []
+    for path, data in files:
+        with of_its_form(path):
+            chapters += _chapters(path.stem, data, results) if isinstance(data, dict) else []
+    return chapters
 
 
 def _chapters(name: str, data: Mapping[str, Any], results: Path) -> list[Chapter]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from agents.cli import UsageError
-from agents.files import read_json, write_text
+from agents.files import of_its_form, read_json, write_text
 from agents.report.measures import environment_table, physics_table, planner_table
 from agents.report.reproduction import table as reproduced_table
 from agents.report.tables import benchmark_table
@@ -59,7 +59,8 @@ def stale_readme(readme: Path, results: Path) -> bool:
 def _table(name: str, results: Path) -> Grid:
     if name in BLOCKS:
         file, make_table = BLOCKS[name]
-        return make_table(read_json(results / file))
+        with of_its_form(results / file):
+            return make_table(read_json(results / file))
     found = reproduced_table(results, name) if "/" in name else None
     if found is None:
         raise UsageError(f"no table {name!r} for a README; known are {', '.join(BLOCKS)}, and PAPER/TABLE")

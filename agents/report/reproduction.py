@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
@@ -11,6 +12,7 @@ from agents.files import read_json
 from agents.report.page import Chapter
 from agents.reproduce.record import Record, all_grids, overview_grids, verdicts
 from agents.tables import Grid
+from pnt_gym.errors import one_sentence
 
 USED: Final = ("python", "pnt_gym", "mujoco", "numpy", "scipy", "casadi")
 """Packages that a reproduction depends on."""
@@ -50,7 +52,11 @@ def _check_version(record: Record) -> None:
 
 
 def _chapter(record: Record, paper: str, drawings: Path) -> Chapter:
-    files = [drawings / name for name in record["figures"][paper]]
+    names = record["figures"][paper]
+    for name in names:
+        if re.fullmatch(r"[\w.-]+\.svg", name) is None:
+            raise UsageError(f"drawing {one_sentence(repr(name), 80)} is no name of an .svg file in {str(drawings)!r}")
+    files = [drawings / name for name in names]
     drawn = {file.name: file.read_text(encoding="utf-8") for file in files if file.is_file()}
     title = f"reproduction: {record['titles'][paper]}"
     return Chapter(title, tuple(all_grids(record, paper)), drawn, _note(record, paper))

@@ -231,12 +231,7 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         """
         if self.closed:
             raise OrderError("the environment is closed; make another one")
-        _check_options(options)
-        mask = np.asarray((options or {}).get("reset_mask", np.ones(self.num_envs, dtype=np.bool_)))
-        if mask.shape != (self.num_envs,) or mask.dtype != np.bool_:
-            raise ConfigError(
-                f"reset_mask must be a boolean array of shape ({self.num_envs},), got {mask.dtype} {mask.shape}"
-            )
+        mask = self._mask(options)
         for given, chosen in self._seed(seed, mask).items():
             rows = np.array(chosen, dtype=np.int64)
             if rows.size > 0:
@@ -291,6 +286,19 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         if self._view is not None:
             self._view.close()
             self._view = None
+
+    def _mask(self, options: dict[str, Any] | None) -> NDArray[np.bool_]:
+        """Which cells to restart: all, unless the options choose."""
+        _check_options(options)
+        given: Any = (options or {}).get("reset_mask", np.ones(self.num_envs, dtype=np.bool_))
+        try:
+            mask = np.asarray(given)
+        except ValueError:  # rows of different lengths
+            mask = np.zeros(0)
+        if mask.shape != (self.num_envs,) or mask.dtype != np.bool_:
+            said = one_sentence(repr(given), 80)
+            raise ConfigError(f"reset_mask is {said}; it must be a boolean array of shape ({self.num_envs},)")
+        return mask
 
     def _seed(self, seed: int | Sequence[int | None] | None, mask: NDArray[np.bool_]) -> dict[bool, list[int]]:
         """Reseed the generators of the chosen rows; which got a seed (True) and which keep theirs (False)."""

@@ -1,12 +1,14 @@
 """What a user gets wrong: one sentence that names the value, and an environment that still works afterwards."""
 
+import warnings
+
 import gymnasium as gym
 import numpy as np
 import pytest
 
 import pnt_gym
 from pnt_gym.envs.conveyor import PnTConveyorEnv, PnTConveyorVectorEnv
-from pnt_gym.errors import ActionError, ConfigError
+from pnt_gym.errors import ActionError, ConfigError, OrderError
 from tests.tools.throws import CONVEYOR, MODES, zeros
 
 
@@ -21,7 +23,8 @@ def sentence(caught, *parts):
 
 BAD_ACTIONS = [
     np.array([np.nan, 0.0]), np.array([0.0, np.inf]), np.array([-np.inf, 0.0]), np.zeros(5), np.zeros((1, 2)), 0.5,
-    np.zeros(0),
+    np.zeros(0), [[1.0], [1.0, 2.0]], [True, False], np.array([1j, 0]), np.array(["2020-01-01"] * 2, "datetime64[D]"),
+    ["0.1", "0.2"], [10**400, 0.0], np.ma.masked_array([0.1, 0.2], [True, False]), None, "ab", {}, object(),
 ]  # fmt: skip
 
 
@@ -40,8 +43,16 @@ def test_a_rejected_action_changes_nothing(env_id, action):
 
 
 @pytest.mark.parametrize(
-    "actions", [np.full((2, 2), np.nan), np.zeros((3, 2)), np.zeros(2), np.zeros((2, 3)), np.zeros((2, 2, 1))], ids=repr
-)
+    "actions",
+    [
+        np.full((2, 2), np.nan), np.zeros((3, 2)), np.zeros(2), np.zeros((2, 3)), np.zeros((2, 2, 1)), None,
+        [[0.0], [0.0, 1.0]],
+        np.ones((2, 2), dtype=bool), np.ones((2, 2), dtype=complex), np.full((2, 2), 10**400),
+        np.zeros((2, 2), "datetime64[D]"),
+        np.ma.masked_all((2, 2)), [["0", "0"]] * 2,
+    ],
+    ids=repr,
+)  # fmt: skip
 def test_a_vector_environment_rejects_and_goes_on(actions):
     hurt, unhurt = (gym.make_vec("PnTConveyor-v0", num_envs=2) for _ in range(2))
     hurt.reset(seed=1)
@@ -82,11 +93,38 @@ def test_an_environment_needs_a_cell(env_id, count):
     sentence(caught, str(count))
 
 
-@pytest.mark.parametrize("threads", [0, -2])
-def test_physics_needs_a_thread(threads):
+@pytest.mark.parametrize("value", [0, -2, "2", 1.5, None, True, [], 10**6, np.nan])
+@pytest.mark.parametrize("name", ["num_envs", "threads"])
+@pytest.mark.parametrize("env_id", ["PnTRelease-v0", "OneJointThrow-v0", "GripperToss-v0"])
+def test_cells_and_threads_are_whole_numbers(env_id, name, value):
     with pytest.raises(ConfigError) as caught:
-        gym.make("PnTConveyor-v0", threads=threads)
-    sentence(caught, "threads", str(threads))
+        gym.make_vec(env_id, **{"num_envs": 1, name: 10**9 if value == 10**6 and name == "num_envs" else value})
+    sentence(caught, f"{name} is ", "it must be a whole number from 1 to")
+
+
+@pytest.mark.parametrize(
+    "level", [None, 5, [], b"", 1.5, object(), ("a", "b"), "x" * 300, "x" * 300 + ".yaml", "a\0b.yaml"]
+)
+@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
+def test_what_no_level_can_be(env_id, level):
+    with pytest.raises(ConfigError) as caught:
+        gym.make(env_id, level=level)
+    sentence(caught, "level")
+
+
+def test_a_message_stays_a_sentence_whatever_is_given():
+    for level in ({"mismatch": 10**400}, {"mismatch": "x" * 10_000}, {"x" * 10_000: 1}, {"bins": [1] * 10_000}):
+        with pytest.raises(ConfigError) as caught:
+            gym.make("PnTConveyor-v0", level=level)
+        assert len(sentence(caught)) < 300
+
+
+@pytest.mark.parametrize("mode", [[], 5, {}, b"release_point", ("release_point",)], ids=repr)
+@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
+def test_what_no_action_mode_can_be(env_id, mode):
+    with pytest.raises(ConfigError) as caught:
+        gym.make(env_id, action_mode=mode)
+    sentence(caught, "action_mode is ", *MODES[env_id])
 
 
 def test_unknown_render_modes():
@@ -108,15 +146,68 @@ def test_a_window_needs_a_display(monkeypatch):
     env.close()
 
 
-def test_a_list_of_seeds_of_another_length():
-    env = gym.make_vec("PnTRelease-v0", num_envs=3)
-    with pytest.raises(ValueError, match="seed has 2 entries; this environment has 3 cells"):
-        env.reset(seed=[1, 2])
+@pytest.fixture(scope="module")
+def both():
+    return gym.make("PnTRelease-v0").unwrapped, gym.make_vec("PnTRelease-v0", num_envs=3).unwrapped
 
 
-def test_a_step_before_the_first_reset_is_refused_by_gymnasium():
+@pytest.mark.parametrize("seed", [1.5, -1, "5", True, object(), {}, np.nan], ids=repr)
+def test_a_seed_is_a_whole_number(both, seed):
+    for env in both:
+        with pytest.raises(ConfigError) as caught:
+            env.reset(seed=seed)
+        sentence(caught, "seed is ", "it must be a whole number, at least 0")
+    with pytest.raises(ConfigError, match="seed is"):
+        both[1].reset(seed=[1, 2, seed])
+
+
+def test_a_seed_may_be_a_number_of_numpy(both):
+    for env in both:
+        assert np.array_equal(env.reset(seed=np.int64(5))[0], env.reset(seed=5)[0])
+    assert np.array_equal(both[1].reset(seed=np.array([5, 6, 7]))[0], both[1].reset(seed=5)[0])
+
+
+def test_a_list_of_seeds_of_another_length(both):
+    with pytest.raises(ConfigError, match="seed has 2 entries; this environment has 3 cells"):
+        both[1].reset(seed=[1, 2])
+
+
+@pytest.mark.parametrize("options", ["x", 5, [1], True])
+def test_options_are_a_mapping(both, options):
+    for env in both:
+        with pytest.raises(ConfigError) as caught:
+            env.reset(options=options)
+        sentence(caught, "options is", "mapping")
+
+
+@pytest.mark.parametrize("mask", [[True], "x", [1, 0, 1], [[True], [True, False]], None], ids=repr)
+def test_a_mask_has_a_truth_for_every_cell(both, mask):
+    with pytest.raises(ConfigError) as caught:
+        both[1].reset(options={"reset_mask": mask})
+    sentence(caught, "reset_mask")
+
+
+def test_calls_out_of_order_are_refused():
     with pytest.raises(gym.error.ResetNeeded):
         gym.make("PnTConveyor-v0").step(np.zeros(2, dtype=np.float32))
+    env = gym.make_vec("PnTRelease-v0", num_envs=2)
+    with pytest.raises(OrderError, match="was not reset; call reset before step"):
+        env.step(np.zeros((2, 2)))
+    env.reset()
+    env.step(np.zeros((2, 2)))
+    env.close()
+    for call in (lambda: env.step(np.zeros((2, 2))), env.reset):
+        with pytest.raises(OrderError, match="is closed; make another one"):
+            call()
+
+
+def test_a_bin_that_no_throw_reaches_is_told():
+    near, far = {"name": "near", "x": 0.1, "y": 0.4}, {"name": "far", "x": 0.0, "y": 3.5}
+    with pytest.warns(UserWarning, match=r"bin 'far' at x 0.0 m, y 3.5 m stays empty: none of 200 trial throws"):
+        PnTConveyorEnv(level={"bins": {"fixed": [near, far]}})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        PnTConveyorEnv(level={"bins": {"fixed": [near]}})
 
 
 def test_unknown_arguments_are_named():

@@ -1,0 +1,267 @@
+"""Wrong command lines and wrong files: one sentence that names what is wrong, exit code 2, and nothing left behind."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+import pytest
+import yaml
+
+from agents.cli import explained
+from agents.versions import ROOT
+from pnt_gym.errors import PhysicsError
+from tests.tools.commands import answered, refused
+from tests.tools.toy_cell import ToyVectorEnv, register_toy
+
+register_toy()
+SETTINGS: dict[str, Any] = {
+    "policy_kwargs": {"net_arch": [8]},
+    "buffer_size": 100,
+    "learning_starts": 4,
+    "batch_size": 4,
+}
+START = ("--env", "ToyThrow-v0", "--steps", "8", "--num-envs", "4", "--eval-picks", "0", "--out", "run")
+ANALYTIC = ("agents.evaluate", "--controller", "analytic")
+LONG = "x" * 300
+SHIPPED = ROOT / "results" / "policies" / "PnTRelease-v0-waste-sac-seed0"
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+YAML = {
+    "date": ("bins: 2020-13-45", "month must be in 1..12"),
+    "int": ("bins: !!int abc", "invalid literal"),
+    "float": ("bins: !!float abc", "could not convert"),
+    "bool": ("bins: !!bool abc", "'abc'"),
+    "timestamp": ("bins: !!timestamp abc", "not valid YAML"),
+    "brackets": ("[" * 20_000, "recursion"),
+    "digits": ("bins: " + "1" * 5000, "4300 digits"),
+    "latin-1": ("bins: é".encode("latin-1"), "utf-8"),
+    "binary": (bytes(range(256)), "utf-8"),
+    "tab": ("bins:\n\t- a", "not valid YAML"),
+    "list": ("[1, 2]", ""),
+    "text": ("nothing", ""),
+    "empty": ("", ""),
+}
+
+
+@pytest.mark.parametrize("name", YAML)
+def test_yaml_that_is_none(here: Path, name: str) -> None:
+    text, said = YAML[name]
+    (here / "x.yaml").write_bytes(text if isinstance(text, bytes) else text.encode())
+    shutil.copytree(SHIPPED, here / "kept")
+    shutil.copy(here / "x.yaml", here / "kept" / "args.yml")
+    for command in (
+        (*ANALYTIC, "--level", "x.yaml", "--picks", "1"),
+        ("agents.train", *START, "--config", "x.yaml"),
+        ("agents.benchmark", "--config", "x.yaml"),
+        ("agents.evaluate", "--controller", "kept"),
+    ):
+        assert said in refused(*command)
+
+
+WRONG = [
+    ((*ANALYTIC, "--env", "CartPole-v1"), "has no core"),
+    (("agents.train", "--env", "CartPole-v1"), "has no core"),
+    ((*ANALYTIC, "--env", "CartPole-v1", "--level", "waste"), "takes no level"),
+    ((*ANALYTIC, "--env", "Nowhere-v0"), "unknown environment 'Nowhere-v0'"),
+    ((*ANALYTIC, "--env", LONG), "unknown environment"),
+    ((*ANALYTIC, "--level", LONG), "unknown level"),
+    ((*ANALYTIC, "--level", f"{LONG}.yaml"), "does not exist"),
+    ((*ANALYTIC, "--level", "a\0b.yaml"), "does not exist"),
+    ((*ANALYTIC, "--level", "."), "unknown level"),
+    ((*ANALYTIC, "--num-envs", "1000000000"), "num_envs is 1000000000; it must be a whole number from 1 to 100000"),
+    ((*ANALYTIC, "--threads", "1000000"), "threads is 1000000; it must be a whole number from 1 to 1024"),
+    ((*ANALYTIC, "--json", f"{LONG}/{LONG}.json"), "File name too long"),
+    ((*ANALYTIC, "--json", "file/x.json"), "cannot write 'file/x.json'"),
+    ((*ANALYTIC, "--action-mode", "x"), "action_mode is 'x'"),
+    (("agents.evaluate", "--controller", LONG), "is neither a controller nor a run folder"),
+    (("agents.evaluate", "--controller", f"{LONG}.zip"), "File name too long"),
+    (("agents.evaluate", "--controller", "file"), "is neither a controller"),
+    (("agents.evaluate", "--controller", "file.zip"), "give --trust"),
+    (("agents.evaluate", "--controller", "file.zip", "--trust"), "file.zip is truncated or not a model"),
+    (("agents.evaluate", "--controller", "folder"), "it has no args.yml"),
+    (("agents.evaluate", "--controller", "ridge", "--load", "file"), "holds no saved controller"),
+    (("agents.evaluate", "--controller", "ridge", "--load", "folder"), "holds no saved controller"),
+    (("agents.evaluate", "--controller", "ridge", "--load", LONG), "holds no saved controller"),
+    (("agents.evaluate", "--controller", "ridge", "--load", "x.npz"), "holds no saved controller"),
+    (("agents.publish", "folder"), "it has no args.yml"),
+    (("agents.publish", LONG), "File name too long"),
+    (("agents.play", "--controller", "folder", "--picture", "x.png"), "it has no args.yml"),
+    (("agents.play", "--picture", "folder"), "it is a folder"),
+    (("agents.train", "--resume", "folder"), "it has no args.yml"),
+    (("agents.train", "--resume", "file"), "does not exist"),
+    (("agents.train", *START[:-1], "file"), "exists already"),
+    (("agents.train", *START[:-1], "file/run"), "cannot write run folder"),
+    (("agents.train", *START[:-1], LONG), "File name too long"),
+    (("agents.train", *START, "--config", "folder"), "Is a directory"),
+    (("agents.benchmark", "--config", "plan.yaml", "--work", "file", "--out", "o.json"), "cannot write"),
+    (("agents.benchmark", "--config", "plan.yaml", "--work", "file/x", "--out", "o.json"), "cannot write"),
+    (("agents.benchmark", "--config", "far.yaml", "--out", "o.json"), "picks is -1111111111"),
+    (("agents.reproduce", "hassan", "--work", "file"), "cannot write"),
+    (("agents.report", "--results", "file"), "holds no results yet"),
+    (("agents.report", "--results", "folder"), "holds no results yet"),
+]
+PLAN = {
+    "name": "small",
+    "train_level": "waste",
+    "levels": ["waste"],
+    "entries": [{"label": "a", "controller": "analytic"}],
+}
+
+
+@pytest.mark.parametrize(("command", "said"), WRONG, ids=lambda value: " ".join(value)[:60] if value else "")
+def test_wrong_command_lines(here: Path, command: tuple[str, ...], said: str) -> None:
+    (here / "file").write_text("text")
+    (here / "file.zip").write_text("text")
+    (here / "folder").mkdir()
+    np.savez(here / "x.npz", centre=np.zeros(3))
+    (here / "plan.yaml").write_text(yaml.safe_dump(PLAN))
+    (here / "far.yaml").write_text(yaml.safe_dump({**PLAN, "picks": -int("1" * 400)}))
+    before = sorted(here.iterdir())
+    assert said in refused(*command)
+    assert [path for path in sorted(here.iterdir()) if path not in before and path.name != LONG] == []
+
+
+HYPERPARAMETERS = [
+    ({"batch_size": -1}, "hyperparameter batch_size is -1; it must be a whole number from 1"),
+    ({"batch_size": True}, "hyperparameter batch_size is True"),
+    ({"batch_size": None}, "hyperparameter batch_size is None"),
+    ({"gamma": float("nan")}, "hyperparameter gamma is nan; it must be a number from 0 to 1"),
+    ({"gamma": 1.5}, "hyperparameter gamma is 1.5"),
+    ({"tau": "inf"}, "hyperparameter tau is 'inf'; it must be a number from 0 to 1"),
+    ({"buffer_size": 0}, "hyperparameter buffer_size is 0; it must be a whole number from 1"),
+    ({"buffer_size": 1e11}, "hyperparameter buffer_size is 100000000000.0"),
+    ({"buffer_size": 10**11}, "hyperparameter buffer_size is 100000000000"),
+    ({"buffer_size": "1e11"}, "hyperparameter buffer_size is '1e11'"),
+    ({"policy_kwargs": {"net_arch": [-1]}}, "hyperparameter net_arch is [-1]; it must be a list of whole numbers"),
+    ({"policy_kwargs": {"net_arch": {"pi": [0], "qf": [8]}}}, "hyperparameter net_arch is"),
+    ({"policy_kwargs": {"net_arch": 5}}, "hyperparameter net_arch is 5"),
+    ({"policy_kwargs": {"activation_fn": "nn.SiLU"}}, "do not fit sac"),
+    ({"policy_kwargs": "dict(activation_fn=nn.functional)"}, "policy_kwargs is"),
+    ({"policy_kwargs": {"log_std_init": float("nan")}}, "hyperparameter log_std_init is nan"),
+    ({"policy_kwargs": 5}, "policy_kwargs is 5; it must be a mapping"),
+    ({"policy_kwargs": None}, "policy_kwargs is None"),
+    ({"gradient_steps": 0.5}, "hyperparameter gradient_steps is 0.5; it must be a whole number from -1"),
+    ({"action_noise": "abc"}, "hyperparameter action_noise is 'abc'; it must be left out"),
+    ({"train_freq": 0}, "hyperparameter train_freq is 0"),
+    ({"learning_rate": "fast"}, "hyperparameter learning_rate is 'fast'"),
+    ({"ent_coef": float("inf")}, "hyperparameter ent_coef is inf"),
+    ({"ent_coef": "some"}, "do not fit sac"),
+    ({"use_sde": "yes please"}, "hyperparameter use_sde is 'yes please'; it must be true or false"),
+    ({"policy": "NobodysPolicy"}, "do not fit sac"),
+    ({"policy": 5}, "do not fit sac"),
+    ({"n_epochs": 3}, "do not fit sac"),
+    ({"colour": "red"}, "do not fit sac"),
+    ({5: 6}, "do not fit sac"),
+]
+
+
+@pytest.mark.parametrize(("wrong", "said"), HYPERPARAMETERS, ids=str)
+def test_wrong_hyperparameters_leave_no_folder(here: Path, wrong: dict[Any, Any], said: str) -> None:
+    (here / "sac.yml").write_text(yaml.safe_dump({"default": {**SETTINGS, **wrong}}))
+    assert said in refused("agents.train", *START, "--config", "sac.yml")
+    assert [path.name for path in here.iterdir()] == ["sac.yml"]
+
+
+def test_a_failed_start_does_not_block_the_next(here: Path) -> None:
+    (here / "sac.yml").write_text(yaml.safe_dump({"default": SETTINGS}))
+    command = ("agents.train", *START, "--config", "sac.yml")
+    for failure in (PhysicsError("MuJoCo warned"), MemoryError(), OSError(28, "No space left on device")):
+        with patch.object(ToyVectorEnv, "step", side_effect=failure):
+            assert explained(failure) in refused(*command)
+        assert not (here / "run").exists()
+    assert answered(*command)[0] == 0
+    # What was learned already is not thrown away.
+    with patch.object(ToyVectorEnv, "step", side_effect=MemoryError):
+        refused("agents.train", "--resume", "run", "--steps", "16")
+    assert answered("agents.train", "--resume", "run", "--steps", "16", "--eval-picks", "0")[0] == 0
+
+
+@pytest.mark.parametrize("keep", [0, 100, 161_085, 300_000, -1])
+def test_a_torn_model(here: Path, keep: int) -> None:
+    shutil.copytree(SHIPPED, here / "kept")
+    file = here / "kept" / "model.zip"
+    file.write_bytes(file.read_bytes()[:keep])
+    assert "model.zip is truncated" in refused("agents.evaluate", "--controller", "kept", "--picks", "4")
+    assert "model.zip is truncated" in refused("agents.publish", "kept", "--to", ".")
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("algo", "ppo"), ("algo", [1]), ("algo", "dqn"), ("seed", "x"), ("env", 5), ("num_envs", None), ("level", [])],
+)
+def test_arguments_of_another_run(here: Path, name: str, value: object) -> None:
+    shutil.copytree(SHIPPED, here / "kept")
+    file = here / "kept" / "args.yml"
+    file.write_text(yaml.safe_dump({**yaml.safe_load(file.read_text()), name: value}))
+    refused("agents.evaluate", "--controller", "kept", "--picks", "4")
+
+
+def test_a_level_whose_name_is_a_path_is_not_published(here: Path) -> None:
+    shutil.copytree(SHIPPED, here / "kept")
+    for text in ("name: ../../up\n", "name: 5\n", "[]\n"):
+        (here / "kept" / "env.yaml").write_text(text)
+        assert "env.yaml has name" in refused("agents.publish", "kept", "--to", "to")
+    assert not (here / "to").exists()
+
+
+STATES: list[tuple[str, dict[str, Any]]] = [
+    ("ridge", {"weights": np.zeros((2, 3))}),
+    ("ridge", {"gain": np.zeros(2), "centre": np.zeros((2, 9)), "weights": np.zeros((2, 3)), "offset": np.zeros(5)}),
+    ("virtual_goal", {"buckets": np.array(["a"])}),
+    ("virtual_goal", {"shift": np.zeros((1, 5)), "buckets": np.array(["a"]), "count": np.zeros(1)}),
+    ("virtual_goal", {"shift": np.array("x"), "buckets": np.array(["a"]), "count": np.zeros(1)}),
+    ("mlp", {"weight_0": np.zeros((2, 3))}),
+    ("mlp", {"weight_0": np.zeros(3), "bias_0": np.zeros(3), "centre": np.zeros(2), "scale": np.zeros(1)}),
+    ("newton_goal", {"shift": np.zeros((1, 2))}),
+    ("newton_goal", {"shift": np.zeros(7), "buckets": np.zeros((2, 2)), "settled": np.zeros(3)}),
+]
+
+
+@pytest.mark.parametrize(
+    ("name", "state"), STATES, ids=lambda value: value if isinstance(value, str) else "-".join(value)
+)
+def test_a_saved_controller_of_another_shape(here: Path, name: str, state: dict[str, Any]) -> None:
+    np.savez(here / "x.npz", controller=np.array(name), **state)
+    call = ("--env", "ToyThrow-v0", "--controller", name, "--load", "x.npz", "--picks", "4", "--num-envs", "4")
+    refused("agents.evaluate", *call)
+
+
+RESULTS: list[tuple[Any, str]] = [
+    ({"plan": {}, "table": [], "comparisons": [], "results": []}, "of another form"),
+    ({"plan": 5, "table": 5, "comparisons": 5, "results": 5}, "of another form"),
+    ({"ideal": {}, "ladder": {}, "dial": {}}, "of another form"),
+    ({"plan_release_median_us": "fast"}, "of another form"),
+    ({"envs": {"a": {}}, "cpus": 1}, "of another form"),
+    ({"rows": [{}], "papers": ["p"], "figures": {}}, "older version"),
+    ({"rows": [5], "figures": []}, "of another form"),
+    ({"papers": ["p"], "rows": [], "figures": {"p": []}, "overview": {}}, "of another form"),
+]
+DRAWINGS = ["/etc/hostname", "../secret.svg", "a/b.svg", "x.png", "", "<script>.svg", "](x).svg"]
+RESULTS += [
+    ({"papers": ["p"], "rows": [], "figures": {"p": [n]}, "overview": {}, "titles": {"p": ""}}, "is no name of an .svg")
+    for n in DRAWINGS
+]
+
+
+@pytest.mark.parametrize(("data", "said"), RESULTS, ids=str)
+def test_results_of_another_form(here: Path, data: object, said: str) -> None:
+    (here / "reproduction.json").write_text(json.dumps(data))
+    assert said in refused("agents.report", "--results", ".", "--readme", "none.md")
+    assert [path.name for path in here.iterdir()] == ["reproduction.json"]
+
+
+@pytest.mark.parametrize("text", ["", "{", "nothing", "[" * 20_000, "1" * 5000, '{"a": NaN'], ids=lambda t: t[:8])
+def test_results_that_are_no_json(here: Path, text: str) -> None:
+    (here / "x.json").write_text(text)
+    assert "not valid JSON" in refused("agents.report", "--results", ".")
