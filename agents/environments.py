@@ -24,10 +24,11 @@ from gymnasium.envs.registration import EnvSpec, load_env_creator
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
 import pnt_gym
-from agents.cli import UsageError
 from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.cells.base.core import Core
 from pnt_gym.errors import one_sentence
+
+from .cli import UsageError
 
 Role = Literal["train", "practice", "evaluate"]
 Env: TypeAlias = VectorEnv[Any, Any, Any]

@@ -11,8 +11,9 @@ from typing import Any
 
 import yaml
 
-from agents.cli import UsageError
 from pnt_gym.errors import PntGymError, one_sentence
+
+from .cli import UsageError
 
 
 def replace_file(path: Path, write: Callable[[Path], object]) -> None:

@@ -25,12 +25,13 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import yaml
 
-from agents.cli import UsageError
-from agents.files import read_yaml, replace_file, write_json, write_text
-from agents.hyperparameters import hyperparameters
-from agents.memory import load_memory, load_random, save_memory, save_random
-from agents.versions import git_state, versions
 from pnt_gym.cells.base.config import LevelConfig
+
+from .cli import UsageError
+from .files import read_yaml, replace_file, write_json, write_text
+from .hyperparameters import hyperparameters
+from .memory import load_memory, load_random, save_memory, save_random
+from .versions import git_state, versions
 
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
@@ -133,7 +134,7 @@ def load_model(folder: Path, env: VecEnv | None = None, checkpoint: Path | None 
     Raises:
         UsageError: the folder or its model is missing or damaged.
     """
-    from agents.sb3 import load_tensors  # noqa: PLC0415 - imports torch
+    from .sb3 import load_tensors  # noqa: PLC0415 - imports torch
 
     asked = read_arguments(folder)
     settings = hyperparameters(asked["algo"], asked["env"], folder / "config.yml")

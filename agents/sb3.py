@@ -23,12 +23,13 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecNormalize
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvStepReturn
 
-from agents.cli import UsageError
-from agents.environments import Env, check_autoreset
-from agents.hyperparameters import checked
-from agents.runs import ALGORITHMS
-from agents.throws import results
 from pnt_gym.errors import PntGymError, one_sentence
+
+from .cli import UsageError
+from .environments import Env, check_autoreset
+from .hyperparameters import checked
+from .runs import ALGORITHMS
+from .throws import results
 
 COUNTS = ("num_timesteps", "_n_updates", "_episode_num")
 """What a model counts while it learns; the rest of its state is tensors, or settled by the hyperparameters."""

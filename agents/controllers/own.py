@@ -10,12 +10,13 @@ from typing import Any, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.cli import UsageError
-from agents.controllers.protocol import Actions, Controller, Observation
-from agents.environments import Env, core_of, own_module
-from agents.runs import load_model
-from agents.trained import check_trust, find_trained
 from pnt_gym.errors import PntGymError, one_sentence
+
+from ..cli import UsageError
+from ..environments import Env, core_of, own_module
+from ..runs import load_model
+from ..trained import check_trust, find_trained
+from .protocol import Actions, Controller, Observation
 
 Function: TypeAlias = Callable[[NDArray[np.float32]], Any]
 """Observations (N, D) to actions (N, A)."""
@@ -98,7 +99,7 @@ def trained_policy(place: Path, env: Env, *, trust: bool = False) -> Policy:
     Raises:
         UsageError: it is missing, damaged or not trusted, or does not fit the environment.
     """
-    from agents.sb3 import SameStepVecEnv, load_policy, load_statistics  # noqa: PLC0415 - torch takes a second to import
+    from ..sb3 import SameStepVecEnv, load_policy, load_statistics  # noqa: PLC0415 - torch takes a second to import
 
     found = find_trained(place)
     if not found.is_run:

@@ -8,10 +8,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final, Protocol, cast
 
-from agents.reproduce.finding import Overview, Part
-from agents.versions import ROOT
-from agents.work import Job, code_digest, key
 from pnt_gym.errors import PntGymError, one_sentence
+
+from ..versions import ROOT
+from ..work import Job, code_digest, key
+from .finding import Overview, Part
 
 _LEARNING: Final = (
     "pnt_gym/envs/*.py",
