@@ -7,6 +7,7 @@ import json
 import multiprocessing
 import os
 import signal
+import threading
 import time
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
@@ -106,7 +107,7 @@ def workers(processes: int) -> Generator[Executor, None, None]:
         UsageError: a process died, for instance for lack of memory.
     """
     os.environ["OMP_NUM_THREADS"] = "1"  # the workers inherit it: threads of theirs would fight for the cores
-    pool = ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"))
+    pool = ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"), initializer=_end_with_parent)
     try:
         yield pool
     except BrokenProcessPool:
@@ -124,6 +125,18 @@ def _timed(job: Job, folder: Path) -> Found:
     began = time.perf_counter()
     found = job.run(folder)
     return {"seconds": round(time.perf_counter() - began, 1), **found}
+
+
+def _end_with_parent() -> None:
+    """A worker whose parent is gone, however it went, has nobody to work for."""
+    parent = multiprocessing.parent_process()
+
+    def watch() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
 @contextmanager
