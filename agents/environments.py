@@ -24,9 +24,10 @@ from gymnasium.envs.registration import EnvSpec, load_env_creator
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
 import pnt_gym
-from agents.cli import UsageError, one_sentence
 from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.cells.base.core import Core
+
+from .cli import UsageError, one_sentence
 
 Role = Literal["train", "practice", "evaluate"]
 Env: TypeAlias = VectorEnv[Any, Any, Any]

@@ -8,14 +8,14 @@ from typing import Annotated, Any
 
 import tyro
 
-from agents.cli import UsageError, at_least, option, run
-from agents.controllers import Learner, load_state, make_controller, save_state
-from agents.controllers.protocol import Controller
-from agents.environments import Env, make_vector
-from agents.evaluation import NUM_ENVS, PRACTICE, evaluate
-from agents.files import check_writable, write_json
-from agents.tables import console, summary_table, throws_bar
-from agents.trained import setting
+from .cli import UsageError, at_least, option, run
+from .controllers import Learner, load_state, make_controller, save_state
+from .controllers.protocol import Controller
+from .environments import Env, make_vector
+from .evaluation import NUM_ENVS, PRACTICE, evaluate
+from .files import check_writable, write_json
+from .tables import console, summary_table, throws_bar
+from .trained import setting
 
 
 @dataclass(frozen=True)

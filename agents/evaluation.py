@@ -14,12 +14,12 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from agents.cli import UsageError, at_least
-from agents.controllers import controller_of, make_controller
-from agents.controllers.protocol import Controller, Learner, Observation, Outcome
-from agents.environments import Env, as_vector, core_of, make_vector, stream_seed
-from agents.throws import Throws, summary, throw_records
-from agents.versions import versions
+from .cli import UsageError, at_least
+from .controllers import controller_of, make_controller
+from .controllers.protocol import Controller, Learner, Observation, Outcome
+from .environments import Env, as_vector, core_of, make_vector, stream_seed
+from .throws import Throws, summary, throw_records
+from .versions import versions
 
 NUM_ENVS = 16
 PRACTICE = 120

@@ -10,7 +10,7 @@ from typing import Any
 
 import yaml
 
-from agents.cli import UsageError
+from .cli import UsageError
 
 
 def replace_file(path: Path, write: Callable[[Path], object]) -> None:

@@ -6,9 +6,9 @@ import ast
 from pathlib import Path
 from typing import Any, Final
 
-from agents.cli import UsageError
-from agents.files import read_yaml
-from agents.versions import ROOT
+from .cli import UsageError
+from .files import read_yaml
+from .versions import ROOT
 
 DEFAULT: Final = "default"
 """Entry for environments that have none of their own."""

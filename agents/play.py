@@ -10,15 +10,16 @@ from typing import Annotated, Final, Literal
 import numpy as np
 import tyro
 
-from agents.cli import UsageError, at_least, option, run
-from agents.controllers import make_controller
-from agents.environments import core_of, make_vector, stream_seed
-from agents.evaluation import PRACTICE, practise, thrown
-from agents.files import check_writable
-from agents.tables import console
-from agents.throws import Throws
-from agents.trained import setting
 from pnt_gym.cells.base.view import View, record_video
+
+from .cli import UsageError, at_least, option, run
+from .controllers import make_controller
+from .environments import core_of, make_vector, stream_seed
+from .evaluation import PRACTICE, practise, thrown
+from .files import check_writable
+from .tables import console
+from .throws import Throws
+from .trained import setting
 
 RATE: Final = 60
 """Frames per second among which a picture is chosen."""

@@ -13,7 +13,7 @@ from typing import Any, final
 import numpy as np
 from stable_baselines3.common.callbacks import BaseCallback
 
-from agents.files import write_text
+from .files import write_text
 
 WINDOW = 256
 """Throws that the figures on the bar are averaged over."""

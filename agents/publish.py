@@ -11,13 +11,13 @@ from typing import Annotated, Any
 import tyro
 import yaml
 
-from agents import runs
-from agents.cli import UsageError, at_least, option, run
-from agents.evaluation import evaluate
-from agents.files import read_yaml, write_text
-from agents.tables import Grid, console, landing_cells, throws_bar
-from agents.trained import own_environment
-from agents.versions import ROOT
+from . import runs
+from .cli import UsageError, at_least, option, run
+from .evaluation import evaluate
+from .files import read_yaml, write_text
+from .tables import Grid, console, landing_cells, throws_bar
+from .trained import own_environment
+from .versions import ROOT
 
 FILES = ("model.zip", "args.yml", "config.yml", "env.yaml", "versions.json", "git.txt")
 """What of a run folder a user of the policy needs: all but the replay buffer and the checkpoints."""

@@ -25,10 +25,11 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import numpy as np
 import yaml
 
-from agents.cli import UsageError
-from agents.files import replace_file, write_json, write_text
-from agents.versions import git_state, versions
 from pnt_gym.cells.base.config import LevelConfig
+
+from .cli import UsageError
+from .files import replace_file, write_json, write_text
+from .versions import git_state, versions
 
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
@@ -115,7 +116,7 @@ def load_model(folder: Path, env: VecEnv | None = None, checkpoint: Path | None 
     Raises:
         UsageError: the folder or its model is missing or damaged.
     """
-    from agents.sb3 import load_policy  # noqa: PLC0415 - imports torch
+    from .sb3 import load_policy  # noqa: PLC0415 - imports torch
 
     read_arguments(folder)
     return load_policy(model_of(folder, checkpoint), env)

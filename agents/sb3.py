@@ -19,12 +19,13 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvStepReturn
 
-from agents.cli import UsageError
-from agents.environments import Env, check_autoreset
-from agents.hyperparameters import policy_arguments
-from agents.runs import ALGORITHMS
-from agents.throws import results
 from pnt_gym.errors import PntGymError
+
+from .cli import UsageError
+from .environments import Env, check_autoreset
+from .hyperparameters import policy_arguments
+from .runs import ALGORITHMS
+from .throws import results
 
 INFO_KEYS = ("is_success", "landing_error", "cycle_time")
 """What of a throw's info reaches the learner's callbacks."""

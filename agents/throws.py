@@ -9,8 +9,9 @@ from typing import Any, Final, Self, final
 import numpy as np
 from numpy.typing import NDArray
 
-from agents import metrics
 from pnt_gym.arrays import Bools, Floats, Ints
+
+from . import metrics
 
 FIELDS: Final = {
     "item": ("item", np.int64),

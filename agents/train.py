@@ -9,24 +9,24 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from agents import runs
-from agents.cli import INTERRUPTED, UsageError, at_least, option, run
-from agents.controllers import make_controller
-from agents.controllers.own import model_policy
-from agents.environments import core_of, find_environment, make_vector, stream_seed
-from agents.evaluation import NUM_ENVS, PRACTICE, held_out, practise
-from agents.files import write_json
-from agents.hyperparameters import hyperparameters
-from agents.runs import ALGORITHMS, Algorithm
-from agents.tables import comparison_table, console, throws_bar
-from agents.throws import summary
-from agents.trained import own_environment
+from . import runs
+from .cli import INTERRUPTED, UsageError, at_least, option, run
+from .controllers import make_controller
+from .controllers.own import model_policy
+from .environments import core_of, find_environment, make_vector, stream_seed
+from .evaluation import NUM_ENVS, PRACTICE, held_out, practise
+from .files import write_json
+from .hyperparameters import hyperparameters
+from .runs import ALGORITHMS, Algorithm
+from .tables import comparison_table, console, throws_bar
+from .throws import summary
+from .trained import own_environment
 
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
 
-    from agents.progress import Stop
-    from agents.sb3 import SameStepVecEnv
+    from .progress import Stop
+    from .sb3 import SameStepVecEnv
 
 TABLE_SEED = 0
 
@@ -90,8 +90,8 @@ def main(arguments: Arguments) -> None:
 
     import torch  # noqa: PLC0415 - bad usage is answered without waiting for it
 
-    from agents.progress import Stop  # noqa: PLC0415
-    from agents.sb3 import SameStepVecEnv  # noqa: PLC0415
+    from .progress import Stop  # noqa: PLC0415
+    from .sb3 import SameStepVecEnv  # noqa: PLC0415
 
     torch.set_num_threads(1)  # small networks are slower on many threads
     env = SameStepVecEnv(cell)
@@ -143,7 +143,7 @@ def start(
     arguments: Arguments, asked: Mapping[str, Any], settings: Mapping[str, Any], env: SameStepVecEnv
 ) -> tuple[Path, BaseAlgorithm]:
     """A new run folder with its untrained model, or the resumed one as it was left."""
-    from agents.sb3 import build  # noqa: PLC0415
+    from .sb3 import build  # noqa: PLC0415
 
     if arguments.resume is not None:
         model = runs.restore(arguments.resume, env)
@@ -181,7 +181,7 @@ def learn(
     """
     from stable_baselines3.common.logger import Logger, configure  # noqa: PLC0415
 
-    from agents.progress import ProgressCallback  # noqa: PLC0415
+    from .progress import ProgressCallback  # noqa: PLC0415
 
     logger = configure(str(folder / "tensorboard"), ["tensorboard"]) if tensorboard else Logger(None, [])
     model.set_logger(logger)

@@ -23,8 +23,8 @@ from typing import Any, Final, final
 
 import yaml
 
-from agents import runs
-from agents.cli import UsageError
+from . import runs
+from .cli import UsageError
 
 STATISTICS: Final = "vecnormalize.pkl"
 REFUSED: Final = ("env_wrapper", "vec_env_wrapper", "frame_stack")

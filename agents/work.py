@@ -17,10 +17,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, TypeAlias, final
 
-from agents.cli import UsageError
-from agents.files import read_json, write_json
-from agents.tables import throws_bar
-from agents.versions import ROOT, versions
+from .cli import UsageError
+from .files import read_json, write_json
+from .tables import throws_bar
+from .versions import ROOT, versions
 
 Found: TypeAlias = dict[str, Any]
 """What a job found, JSON values by name."""

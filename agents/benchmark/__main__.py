@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-from agents.benchmark.compare import assemble
-from agents.benchmark.plan import Plan, read_plan
-from agents.benchmark.run import jobs
-from agents.cli import at_least, option, run
-from agents.files import check_writable, write_json
-from agents.tables import comparison_table, console
-from agents.versions import ROOT, versions
-from agents.work import do_missing
+from ..cli import at_least, option, run
+from ..files import check_writable, write_json
+from ..tables import comparison_table, console
+from ..versions import ROOT, versions
+from ..work import do_missing
+from .compare import assemble
+from .plan import Plan, read_plan
+from .run import jobs
 
 
 @dataclass(frozen=True)

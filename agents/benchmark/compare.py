@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from agents import metrics
-from agents.benchmark.plan import Plan
-from agents.benchmark.run import OUTCOMES
-from agents.cli import UsageError
 from pnt_gym.arrays import Floats
+
+from .. import metrics
+from ..cli import UsageError
+from .plan import Plan
+from .run import OUTCOMES
 
 Result = Mapping[str, Any]
 

@@ -10,14 +10,15 @@ from typing import Annotated, Any, Self, final
 
 from pydantic import Field, ValidationError, model_validator
 
-from agents.cli import UsageError
-from agents.controllers import NAMES
-from agents.environments import core_of, make_vector, own_module
-from agents.files import read_yaml
-from agents.runs import ALGORITHMS
-from agents.versions import ROOT
-from agents.work import code_digest, key
 from pnt_gym.cells.base.config import Section
+
+from ..cli import UsageError
+from ..controllers import NAMES
+from ..environments import core_of, make_vector, own_module
+from ..files import read_yaml
+from ..runs import ALGORITHMS
+from ..versions import ROOT
+from ..work import code_digest, key
 
 Count = Annotated[int, Field(ge=0)]
 LEARNERS = ("mean_shift", "virtual_goal", "newton_goal", "ridge", "mlp", *ALGORITHMS)

@@ -10,18 +10,19 @@ from typing import Any
 
 import numpy as np
 
-from agents import runs
-from agents.benchmark.plan import Piece, Plan, pieces
-from agents.controllers import Learner, make_controller
-from agents.controllers.own import Policy, model_policy
-from agents.controllers.protocol import Controller
-from agents.environments import Env, core_of, make_vector
-from agents.evaluation import held_out, practise
-from agents.hyperparameters import hyperparameters
-from agents.runs import ALGORITHMS
-from agents.throws import Throws
-from agents.work import Job
 from pnt_gym.arrays import Bools
+
+from .. import runs
+from ..controllers import Learner, make_controller
+from ..controllers.own import Policy, model_policy
+from ..controllers.protocol import Controller
+from ..environments import Env, core_of, make_vector
+from ..evaluation import held_out, practise
+from ..hyperparameters import hyperparameters
+from ..runs import ALGORITHMS
+from ..throws import Throws
+from ..work import Job
+from .plan import Piece, Plan, pieces
 
 OUTCOMES = {"sorted": "s", "recontact": "t", "rim": "r", "missed": "m"}
 """Letter of each outcome: success, touched again by the robot, crossed the opening only; or missed it, which every
@@ -98,9 +99,9 @@ def _learn(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Controller]]:
 
 def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Controller]]:
     """Train, or go on training, and yield the policy at each throw count."""
-    from agents.progress import Stop  # noqa: PLC0415 - imports torch
-    from agents.sb3 import SameStepVecEnv, build  # noqa: PLC0415
-    from agents.train import learn  # noqa: PLC0415
+    from ..progress import Stop  # noqa: PLC0415 - imports torch
+    from ..sb3 import SameStepVecEnv, build  # noqa: PLC0415
+    from ..train import learn  # noqa: PLC0415
 
     algo, folder = piece.entry.controller, kept / f"{piece.name}-{piece.key}-run"
     env = SameStepVecEnv(_cells(piece, piece.train_level))

@@ -10,23 +10,24 @@ from zipfile import BadZipFile
 import numpy as np
 from gymnasium import Space
 
-from agents.cli import UsageError
-from agents.controllers.analytic import Analytic
-from agents.controllers.ballistic import AnalyticHeight, MeanLead
-from agents.controllers.bucket_table import mean_shift, virtual_goal
-from agents.controllers.mlp import Mlp
-from agents.controllers.newton import NewtonGoal
-from agents.controllers.oracle import Oracle
-from agents.controllers.own import controller_of, own_controller, trained_policy
-from agents.controllers.protocol import Controller, Learner, Observation, Outcome
-from agents.controllers.random import Random
-from agents.controllers.regression import OnPolicyRegression
-from agents.controllers.ridge import Ridge
-from agents.environments import Env, core_of
-from agents.files import replace_file
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.config import ConveyorConfig
+
+from ..cli import UsageError
+from ..environments import Env, core_of
+from ..files import replace_file
+from .analytic import Analytic
+from .ballistic import AnalyticHeight, MeanLead
+from .bucket_table import mean_shift, virtual_goal
+from .mlp import Mlp
+from .newton import NewtonGoal
+from .oracle import Oracle
+from .own import controller_of, own_controller, trained_policy
+from .protocol import Controller, Learner, Observation, Outcome
+from .random import Random
+from .regression import OnPolicyRegression
+from .ridge import Ridge
 
 _ANY_ACTIONS: Mapping[str, Callable[..., Controller]] = {
     "analytic": lambda env: Analytic(_entries(env.single_action_space)),

@@ -9,8 +9,6 @@ from typing import final
 
 import numpy as np
 
-from agents.controllers.protocol import Actions, Controller, Observation
-from agents.controllers.shift import to_action
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.items import item_arrays
@@ -18,6 +16,9 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.objects import release_delay
 from pnt_gym.cells.conveyor.observation import decode
 from pnt_gym.constants import GRAVITY
+
+from .protocol import Actions, Controller, Observation
+from .shift import to_action
 
 
 def landing_change(plan: dict[str, Floats], forward: Floats | float, up: Floats | float) -> Floats:

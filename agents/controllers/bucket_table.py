@@ -11,11 +11,12 @@ from typing import final
 
 import numpy as np
 
-from agents.controllers.protocol import Actions, Learner, Observation, Outcome, State
-from agents.controllers.shift import check_width, ideal_shift, instructive, to_action
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.errors import PntGymError
+
+from .protocol import Actions, Learner, Observation, Outcome, State
+from .shift import check_width, ideal_shift, instructive, to_action
 
 Step = Callable[[int], float]
 """Weight of the newest throw, from the number of throws a bucket has seen, this one included."""

@@ -10,8 +10,9 @@ from typing import Any, final
 
 import numpy as np
 
-from agents.controllers.protocol import State
 from pnt_gym.arrays import Floats
+
+from .protocol import State
 
 BATCH = 256
 

@@ -20,11 +20,12 @@ from typing import Final, TypeAlias, final
 
 import numpy as np
 
-from agents.controllers.protocol import Actions, Learner, Observation, Outcome, State
-from agents.controllers.response import Response, gauss_newton, log_chance
-from agents.controllers.shift import check_width, instructive, to_action
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.base.action import Correction
+
+from .protocol import Actions, Learner, Observation, Outcome, State
+from .response import Response, gauss_newton, log_chance
+from .shift import check_width, instructive, to_action
 
 MEMORY: Final = 160
 """Throws that a bucket keeps, the latest ones; a fit to more takes longer than a throw."""

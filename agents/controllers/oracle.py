@@ -10,10 +10,11 @@ from typing import final
 
 import numpy as np
 
-from agents.controllers.protocol import Actions, Controller, Observation
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.core import Core
+
+from .protocol import Actions, Controller, Observation
 
 
 @final

@@ -10,11 +10,12 @@ from typing import Any, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.cli import UsageError, one_sentence
-from agents.controllers.protocol import Actions, Controller, Observation
-from agents.environments import Env, core_of, own_module
-from agents.trained import find_trained
 from pnt_gym.errors import PntGymError
+
+from ..cli import UsageError, one_sentence
+from ..environments import Env, core_of, own_module
+from ..trained import find_trained
+from .protocol import Actions, Controller, Observation
 
 Function: TypeAlias = Callable[[NDArray[np.float32]], Any]
 """Observations (N, D) to actions (N, A)."""
@@ -97,7 +98,7 @@ def trained_policy(place: Path, env: Env) -> Policy:
     Raises:
         UsageError: it is missing or damaged, or does not fit the environment.
     """
-    from agents.sb3 import SameStepVecEnv, load_policy, load_statistics  # noqa: PLC0415 - torch takes a second to import
+    from ..sb3 import SameStepVecEnv, load_policy, load_statistics  # noqa: PLC0415 - torch takes a second to import
 
     found = find_trained(place)
     model = load_policy(found.model)

@@ -6,7 +6,7 @@ from typing import final
 
 import numpy as np
 
-from agents.controllers.protocol import Actions, Controller, Observation
+from .protocol import Actions, Controller, Observation
 
 
 @final

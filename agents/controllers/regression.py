@@ -10,11 +10,12 @@ from typing import Protocol, final
 
 import numpy as np
 
-from agents.cli import UsageError
-from agents.controllers.protocol import Actions, Learner, Observation, Outcome, State
-from agents.controllers.shift import ideal_shift, instructive, to_action
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.action import Correction
+
+from ..cli import UsageError
+from .protocol import Actions, Learner, Observation, Outcome, State
+from .shift import ideal_shift, instructive, to_action
 
 ROUNDS = (0.25, 0.60, 1.0)
 """Shares of the practice after which the fit is renewed: rounds of 25, 35 and 40 %."""

@@ -7,8 +7,9 @@ from typing import final
 
 import numpy as np
 
-from agents.controllers.protocol import State
 from pnt_gym.arrays import Floats
+
+from .protocol import State
 
 PENALTIES = np.logspace(-2, 4, 19)
 GAINS = (0.03, 0.1, 0.3, 1.0)

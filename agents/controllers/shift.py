@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from agents.cli import UsageError
-from agents.controllers.protocol import Actions, Outcome
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.base.action import Correction
+
+from ..cli import UsageError
+from .protocol import Actions, Outcome
 
 
 def to_action(shift: Floats, correction: Correction) -> Actions:

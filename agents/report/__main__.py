@@ -7,17 +7,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from agents.cli import UsageError, run
-from agents.files import read_json, write_text
-from agents.report.figures import benchmark_figures
-from agents.report.measures import TABLES
-from agents.report.page import Chapter, markdown_page, page
-from agents.report.readme import update_readme
-from agents.report.reproduction import is_reproduction, paper_chapters
-from agents.report.tables import benchmark_grids
-from agents.reproduce.grids import plain
-from agents.tables import console
-from agents.versions import ROOT
+from ..cli import UsageError, run
+from ..files import read_json, write_text
+from ..reproduce.grids import plain
+from ..tables import console
+from ..versions import ROOT
+from .figures import benchmark_figures
+from .measures import TABLES
+from .page import Chapter, markdown_page, page
+from .readme import update_readme
+from .reproduction import is_reproduction, paper_chapters
+from .tables import benchmark_grids
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from agents.drawings import COLOURS, subplots, svg
-from agents.report.tables import labels, name_of, rows_of
+from ..drawings import COLOURS, subplots, svg
+from .tables import labels, name_of, rows_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

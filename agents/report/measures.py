@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
-from agents.tables import Grid
+from ..tables import Grid
 
 Data = Mapping[str, Any]
 _LADDER_NAMES = {"analytic": "analytic planner", "oracle": "oracle (knows the hidden values)"}

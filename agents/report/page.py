@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import final
 
-from agents.tables import Grid, markdown_text
+from ..tables import Grid, markdown_text
 
 TEMPLATE = """<!DOCTYPE html>
 <html lang="en">

@@ -7,12 +7,12 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from agents.cli import UsageError
-from agents.files import read_json, write_text
-from agents.report.measures import environment_table, physics_table, planner_table
-from agents.report.reproduction import table as reproduced_table
-from agents.report.tables import benchmark_table
-from agents.tables import Grid, markdown_text
+from ..cli import UsageError
+from ..files import read_json, write_text
+from ..tables import Grid, markdown_text
+from .measures import environment_table, physics_table, planner_table
+from .reproduction import table as reproduced_table
+from .tables import benchmark_table
 
 BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
     "benchmark": ("benchmark.json", benchmark_table),

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from agents.cli import UsageError
-from agents.files import read_json
-from agents.report.page import Chapter
-from agents.reproduce.record import Record, all_grids, overview_grids, verdicts
-from agents.tables import Grid
+from ..cli import UsageError
+from ..files import read_json
+from ..reproduce.record import Record, all_grids, overview_grids, verdicts
+from ..tables import Grid
+from .page import Chapter
 
 USED: Final = ("python", "pnt_gym", "mujoco", "numpy", "scipy", "casadi")
 """Packages that a reproduction depends on."""

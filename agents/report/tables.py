@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import chain
 from typing import Any
 
-from agents.tables import Grid
+from ..tables import Grid
 
 Data = Mapping[str, Any]
 WHO = ("controller", "throws to learn")

@@ -11,13 +11,13 @@ from typing import Annotated
 
 import tyro
 
-from agents.cli import UsageError, at_least, option, run
-from agents.files import check_writable, write_json, write_text
-from agents.reproduce.papers import PAPERS, jobs
-from agents.reproduce.record import assemble, headlines
-from agents.tables import console
-from agents.versions import ROOT
-from agents.work import Job, do_missing
+from ..cli import UsageError, at_least, option, run
+from ..files import check_writable, write_json, write_text
+from ..tables import console
+from ..versions import ROOT
+from ..work import Job, do_missing
+from .papers import PAPERS, jobs
+from .record import assemble, headlines
 
 ALL = "all"
 

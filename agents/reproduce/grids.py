@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
-from agents.drawings import svg
-from agents.reproduce.finding import Findings, Row
-from agents.tables import Grid
+from ..drawings import svg
+from ..tables import Grid
+from .finding import Findings, Row
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

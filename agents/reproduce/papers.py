@@ -8,11 +8,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final, Protocol, cast
 
-from agents.cli import one_sentence
-from agents.reproduce.finding import Overview, Part
-from agents.versions import ROOT
-from agents.work import Job, code_digest, key
 from pnt_gym.errors import PntGymError
+
+from ..cli import one_sentence
+from ..versions import ROOT
+from ..work import Job, code_digest, key
+from .finding import Overview, Part
 
 _LEARNING: Final = (
     "pnt_gym/envs/*.py",

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any, Final, TypeAlias
 
-from agents.reproduce.finding import Overview
-from agents.reproduce.grids import Rows, plain
-from agents.reproduce.papers import package
-from agents.tables import Grid
-from agents.versions import versions
+from ..tables import Grid
+from ..versions import versions
+from .finding import Overview
+from .grids import Rows, plain
+from .papers import package
 
 Record: TypeAlias = Mapping[str, Any]
 AGREES: Final = "reproduced"

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Final
 
-from agents.reproduce.choe import ellipse, lengths, simulated, speed, times
-from agents.reproduce.finding import Overview, Part
-from agents.reproduce.grids import Rows
+from ..finding import Overview, Part
+from ..grids import Rows
+from . import ellipse, lengths, simulated, speed, times
 
 SHORT: Final = "Choe et al. 2023"
 PARTS: Final[tuple[Part, ...]] = (*ellipse.PARTS, *speed.PARTS, *lengths.PARTS, *times.PARTS, *simulated.PARTS)

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from scipy.optimize import brentq
 
-from agents.drawings import COLOURS, dress, subplots
-from agents.reproduce.choe.cases import HALF_RISE, HALF_WIDTH, SHORT_LIFT, example, example_at
-from agents.reproduce.finding import Findings, Part, Row, printed
-from agents.reproduce.grids import listed
 from pnt_gym.arrays import Floats
 from pnt_gym.planning.paths import EllipsePath, approximate_half_circumference, half_circumference
+
+from ...drawings import COLOURS, dress, subplots
+from ..finding import Findings, Part, Row, printed
+from ..grids import listed
+from .cases import HALF_RISE, HALF_WIDTH, SHORT_LIFT, example, example_at
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

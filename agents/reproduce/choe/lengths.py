@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
-from agents.drawings import COLOURS, dress, subplots, svg
-from agents.reproduce.choe.cases import HALF_RISE, HALF_WIDTH, example
-from agents.reproduce.finding import Findings, Part, Row
-from agents.reproduce.grids import by_quantity, plain
-from agents.tables import Grid
 from pnt_gym.planning.paths import EllipsePath, PlanePath, lame_path, line_ellipse_line
+
+from ...drawings import COLOURS, dress, subplots, svg
+from ...tables import Grid
+from ..finding import Findings, Part, Row
+from ..grids import by_quantity, plain
+from .cases import HALF_RISE, HALF_WIDTH, example
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -6,9 +6,6 @@ from typing import Final
 
 import numpy as np
 
-from agents.reproduce.choe.cases import long_cases, motion
-from agents.reproduce.finding import Findings, Part, Row
-from agents.tables import Grid
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.plant import staged_rollout
 from pnt_gym.engine import Batch, mujoco
@@ -18,6 +15,10 @@ from pnt_gym.robots.t3kr.geometry import T3KR
 from pnt_gym.robots.t3kr.kinematics import closed_pose
 from pnt_gym.robots.t3kr.model import add_t3kr, control_columns, qpos_columns
 from pnt_gym.robots.t3kr.references import joint_references
+
+from ...tables import Grid
+from ..finding import Findings, Part, Row
+from .cases import long_cases, motion
 
 TIMESTEP: Final = 0.0004
 """Step of the engine [s]."""

@@ -8,8 +8,15 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from agents.drawings import COLOURS, dress, subplots, svg
-from agents.reproduce.choe.cases import (
+from pnt_gym.arrays import Floats
+from pnt_gym.planning.paths import NodeList
+from pnt_gym.planning.paths.timing import TimedPath
+from pnt_gym.robots.t3kr.kinematics import inverse_kinematics
+
+from ...drawings import COLOURS, dress, subplots, svg
+from ..finding import Findings, Part, Row, printed
+from ..grids import by_quantity, listed, plain
+from .cases import (
     ASKEW,
     HALF_RISE,
     HALF_WIDTH,
@@ -20,12 +27,6 @@ from agents.reproduce.choe.cases import (
     example_cases,
     motion,
 )  # fmt: skip
-from agents.reproduce.finding import Findings, Part, Row, printed
-from agents.reproduce.grids import by_quantity, listed, plain
-from pnt_gym.arrays import Floats
-from pnt_gym.planning.paths import NodeList
-from pnt_gym.planning.paths.timing import TimedPath
-from pnt_gym.robots.t3kr.kinematics import inverse_kinematics
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

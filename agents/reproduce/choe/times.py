@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from agents.drawings import COLOURS, dress, subplots, svg
-from agents.reproduce.choe.cases import BELT, LIFT, LIMITS, SPAN, Case, example_cases, long_cases, motion
-from agents.reproduce.finding import Findings, Part, Row
-from agents.reproduce.grids import NONE, by_quantity, plain, value
-from agents.tables import Grid
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
 from pnt_gym.planning.optimal.fastest import fastest_motion
+
+from ...drawings import COLOURS, dress, subplots, svg
+from ...tables import Grid
+from ..finding import Findings, Part, Row
+from ..grids import NONE, by_quantity, plain, value
+from .cases import BELT, LIFT, LIMITS, SPAN, Case, example_cases, long_cases, motion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Final
 
-from agents.reproduce.finding import Part
-from agents.reproduce.hassan import figures, free, inconsistencies, methods, table
-from agents.reproduce.hassan.overview import overview
+from ..finding import Part
+from . import figures, free, inconsistencies, methods, table
+from .overview import overview
 
 __all__ = ["PARTS", "SHORT", "overview"]
 

@@ -6,8 +6,6 @@ from typing import Final
 
 import numpy as np
 
-from agents.reproduce.finding import Row
-from agents.reproduce.hassan.cases import CELLS, limits_at, scene
 from pnt_gym.arrays import Bools, Floats, Ints, length, take
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning import (
@@ -18,6 +16,9 @@ from pnt_gym.planning import (
     plan_release_batch,
     release_at_elevation,
 )
+
+from ..finding import Row
+from .cases import CELLS, limits_at, scene
 
 THROWS: Final = 2000
 GRID: Final = 300

@@ -6,11 +6,12 @@ from typing import Final
 
 import numpy as np
 
-from agents.reproduce.finding import Row, printed
-from agents.reproduce.hassan.cases import CEILING, PICKS, TARGETS, WORKSPACE, limits_at
-from agents.reproduce.hassan.nlp import method_2
 from pnt_gym.arrays import Floats, Point
 from pnt_gym.planning import landing_point, plan_release, plan_release_batch
+
+from ..finding import Row, printed
+from .cases import CEILING, PICKS, TARGETS, WORKSPACE, limits_at
+from .nlp import method_2
 
 RELEASES: Final = ((0.09, 0.13, -0.75), (0.15, 0.17, -0.75), (0.12, 0.17, -0.75))
 """Published release points P_throw of the three picks [m]; the paper states no bound of their height."""

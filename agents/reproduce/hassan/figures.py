@@ -6,10 +6,15 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from agents.drawings import COLOURS, dress, subplots
-from agents.reproduce.finding import Findings, Part, Row, printed, share
-from agents.reproduce.grids import listed
-from agents.reproduce.hassan.cases import (
+from pnt_gym.arrays import Floats, length, take
+from pnt_gym.constants import GRAVITY
+from pnt_gym.planning import MotionLimits, flight_state, flight_time, min_time_scurve, release_at_elevation, speed_at
+from pnt_gym.planning.cycles.cycle import Cycle, CycleSamples
+
+from ...drawings import COLOURS, dress, subplots
+from ..finding import Findings, Part, Row, printed, share
+from ..grids import listed
+from .cases import (
     CLOSE,
     METHODS,
     PERCENTAGES,
@@ -20,10 +25,6 @@ from agents.reproduce.hassan.cases import (
     TITLES,
     cell_cycle,
 )
-from pnt_gym.arrays import Floats, length, take
-from pnt_gym.constants import GRAVITY
-from pnt_gym.planning import MotionLimits, flight_state, flight_time, min_time_scurve, release_at_elevation, speed_at
-from pnt_gym.planning.cycles.cycle import Cycle, CycleSamples
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,8 +7,11 @@ from typing import Final
 
 import numpy as np
 
-from agents.reproduce.finding import Row
-from agents.reproduce.hassan.cases import (
+from pnt_gym.constants import GRAVITY
+from pnt_gym.planning import brake_distance, landing_point, plan_release, plan_release_batch
+
+from ..finding import Row
+from .cases import (
     CEILING,
     CELLS,
     FOLD,
@@ -20,9 +23,7 @@ from agents.reproduce.hassan.cases import (
     limits_at,
     scene,
 )
-from agents.reproduce.hassan.nlp import method_1
-from pnt_gym.constants import GRAVITY
-from pnt_gym.planning import brake_distance, landing_point, plan_release, plan_release_batch
+from .nlp import method_1
 
 FOLD_CASE: Final = ((-0.389, -0.443, -0.85), (0.209, 0.2, -0.79), 45)
 """A throw with a flat and a steep branch below the ceiling: pick, target [m] and percentage."""

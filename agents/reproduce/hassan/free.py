@@ -14,9 +14,17 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
-from agents.drawings import COLOURS, dress, subplots, svg
-from agents.reproduce.finding import Findings, Part, Row
-from agents.reproduce.hassan.cases import (
+from pnt_gym.arrays import joined, length
+from pnt_gym.planning import InfeasibleThrow
+from pnt_gym.planning.cycles.cycle import Cycle
+from pnt_gym.planning.free.rules import SAMPLE_RATE, HandRules, check_throw
+from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
+from pnt_gym.planning.optimal.fastest import NoMotionFound
+from pnt_gym.planning.optimal.free import fastest_throw
+
+from ...drawings import COLOURS, dress, subplots, svg
+from ..finding import Findings, Part, Row
+from .cases import (
     CEILING,
     CELLS,
     KEPT,
@@ -28,8 +36,8 @@ from agents.reproduce.hassan.cases import (
     picks_per_min,
     scene,
 )
-from agents.reproduce.hassan.figures import draw_flight, side_view
-from agents.reproduce.hassan.per_pick import (
+from .figures import draw_flight, side_view
+from .per_pick import (
     CYCLE,
     Cell,
     loss_rows,
@@ -39,14 +47,7 @@ from agents.reproduce.hassan.per_pick import (
     timing_rows,
     two_phases,
 )
-from agents.reproduce.hassan.simulated import simulated, simulated_details, simulated_rows
-from pnt_gym.arrays import joined, length
-from pnt_gym.planning import InfeasibleThrow
-from pnt_gym.planning.cycles.cycle import Cycle
-from pnt_gym.planning.free.rules import SAMPLE_RATE, HandRules, check_throw
-from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
-from pnt_gym.planning.optimal.fastest import NoMotionFound
-from pnt_gym.planning.optimal.free import fastest_throw
+from .simulated import simulated, simulated_details, simulated_rows
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

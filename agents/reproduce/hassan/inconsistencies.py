@@ -9,9 +9,15 @@ from typing import Final
 
 import numpy as np
 
-from agents.reproduce.finding import Findings, Part, Row, printed, share
-from agents.reproduce.grids import by_quantity, plain
-from agents.reproduce.hassan.cases import (
+from pnt_gym.arrays import Floats
+from pnt_gym.planning import MotionLimits, brake_distance, plan_release_batch, rest_to_rest
+from pnt_gym.planning.cycles.blend import begin_times, throw_move
+from pnt_gym.planning.cycles.cycle import CycleRules
+
+from ...tables import Grid
+from ..finding import Findings, Part, Row, printed, share
+from ..grids import by_quantity, plain
+from .cases import (
     CEILING,
     CLOSE,
     INITIAL,
@@ -27,15 +33,10 @@ from agents.reproduce.hassan.cases import (
     picks_per_min,
     scene,
 )
-from agents.reproduce.hassan.claims import claim_rows
-from agents.reproduce.hassan.example import example_rows
-from agents.reproduce.hassan.figures import AXIS_END
-from agents.reproduce.hassan.formulas import formula_rows
-from agents.tables import Grid
-from pnt_gym.arrays import Floats
-from pnt_gym.planning import MotionLimits, brake_distance, plan_release_batch, rest_to_rest
-from pnt_gym.planning.cycles.blend import begin_times, throw_move
-from pnt_gym.planning.cycles.cycle import CycleRules
+from .claims import claim_rows
+from .example import example_rows
+from .figures import AXIS_END
+from .formulas import formula_rows
 
 RULES: Final = PROTOCOLS["paper-clock"].rules
 OVERLAPS: Final = {"none": "no overlap", "jerk": "jerk phases", "half-ramp": "half ramps", "ramp": "whole ramps"}

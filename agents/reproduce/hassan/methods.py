@@ -13,12 +13,13 @@ from typing import Final, NamedTuple, TypeVar
 
 import numpy as np
 
-from agents.reproduce.finding import Findings, Part, Row
-from agents.reproduce.grids import NONE, by_quantity, value
-from agents.reproduce.hassan.nlp import NlpRelease, method_1, method_2
-from agents.tables import Grid
 from pnt_gym.arrays import Floats
 from pnt_gym.planning import InfeasibleThrow, MotionLimits, plan_release, plan_release_batch
+
+from ...tables import Grid
+from ..finding import Findings, Part, Row
+from ..grids import NONE, by_quantity, value
+from .nlp import NlpRelease, method_1, method_2
 
 T = TypeVar("T")
 PERCENTAGES = (15, 30, 45, 60, 75, 90, 100)

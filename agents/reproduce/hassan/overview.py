@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
-from agents.drawings import COLOURS, dress, subplots, svg
-from agents.reproduce.finding import Overview
-from agents.reproduce.grids import NONE, JsonRow, Rows, number, value
-from agents.reproduce.hassan.cases import (
+from ...drawings import COLOURS, dress, subplots, svg
+from ...tables import Grid
+from ..finding import Overview
+from ..grids import NONE, JsonRow, Rows, number, value
+from .cases import (
     CELLS,
     CHOSEN,
     CLOSE,
@@ -22,7 +23,6 @@ from agents.reproduce.hassan.cases import (
     SHOWN,
     TITLES,
 )
-from agents.tables import Grid
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -11,9 +11,20 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from agents.reproduce.finding import Row
-from agents.reproduce.grids import NONE
-from agents.reproduce.hassan.cases import (
+from pnt_gym.arrays import Bools, Floats, take
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.free_mover import FreeMover
+from pnt_gym.planning import EllipticWorkspace, InfeasibleThrow, JerkTrajectory, Reason, ReleaseBatch
+from pnt_gym.planning.cycles.cycle import Cycle
+from pnt_gym.planning.free.rules import check_throw
+from pnt_gym.robots.t3kr.geometry import T3KR
+
+from ...tables import Grid
+from ..finding import Row
+from ..grids import NONE
+from ..trial import trial_context
+from .cases import (
     CEILING,
     CELLS,
     PICKS,
@@ -24,16 +35,6 @@ from agents.reproduce.hassan.cases import (
     picks_per_min,
     scene,
 )
-from agents.reproduce.trial import trial_context
-from agents.tables import Grid
-from pnt_gym.arrays import Bools, Floats, take
-from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.free_mover import FreeMover
-from pnt_gym.planning import EllipticWorkspace, InfeasibleThrow, JerkTrajectory, Reason, ReleaseBatch
-from pnt_gym.planning.cycles.cycle import Cycle
-from pnt_gym.planning.free.rules import check_throw
-from pnt_gym.robots.t3kr.geometry import T3KR
 
 CYCLE: Final = PROTOCOLS["limits-respected"].rules
 """What Table I leaves open, as for the straight throw within the limits."""

@@ -8,13 +8,14 @@ from typing import Any, Final, TypeAlias, final
 
 import numpy as np
 
-from agents.reproduce.finding import Row
-from agents.reproduce.trial import Throws, Trials, run_trials
 from pnt_gym.arrays import Floats, Point, take
 from pnt_gym.cells.base.catalogue import PAPER_ITEMS
 from pnt_gym.errors import PntGymError
 from pnt_gym.planning.cycles.cycle import Cycle
 from pnt_gym.robots.t3kr.geometry import T3KR
+
+from ..finding import Row
+from ..trial import Throws, Trials, run_trials
 
 MISMATCHES: Final = (0.0, 1.0)
 """The planner's own world, and every unmodelled effect at its realistic strength."""

@@ -6,10 +6,13 @@ from collections.abc import Callable, Iterable, Mapping
 from itertools import pairwise
 from typing import Any, Final
 
-from agents.drawings import COLOURS, dress, subplots, svg
-from agents.reproduce.finding import Findings, Part, Row, share
-from agents.reproduce.grids import by_quantity, value
-from agents.reproduce.hassan.cases import (
+from pnt_gym.planning import InfeasibleThrow
+
+from ...drawings import COLOURS, dress, subplots, svg
+from ...tables import Grid
+from ..finding import Findings, Part, Row, share
+from ..grids import by_quantity, value
+from .cases import (
     CELLS,
     CHOSEN,
     CLOSE,
@@ -30,9 +33,7 @@ from agents.reproduce.hassan.cases import (
     differences,
     picks_per_min,
 )
-from agents.reproduce.hassan.simulated import ByMismatch, simulated, simulated_details, simulated_rows
-from agents.tables import Grid
-from pnt_gym.planning import InfeasibleThrow
+from .simulated import ByMismatch, simulated, simulated_details, simulated_rows
 
 STYLES: Final = dict(zip(SHOWN, ("-", "--", ":"), strict=True))
 """How the protocols are drawn."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Final
 
-from agents.reproduce.finding import Part
-from agents.reproduce.leveziel import circle, closing, cycle, formulas, grasps, indices, moves, toss, workspace
-from agents.reproduce.leveziel.toss import toss_overview as overview
+from ..finding import Part
+from . import circle, closing, cycle, formulas, grasps, indices, moves, toss, workspace
+from .toss import toss_overview as overview
 
 __all__ = ["PARTS", "SHORT", "overview"]
 

@@ -7,10 +7,14 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from agents.drawings import COLOURS, dress, subplots
-from agents.reproduce.finding import Findings, Part, Row
-from agents.reproduce.grids import listed
-from agents.reproduce.leveziel.cases import (
+from pnt_gym.arrays import Floats
+from pnt_gym.robots.gripper import CIRCLE_RADIUS, MOTOR_SPEED, PoseMotion, circle
+from pnt_gym.robots.gripper.geometry import N_ARMS
+
+from ...drawings import COLOURS, dress, subplots
+from ..finding import Findings, Part, Row
+from ..grids import listed
+from .cases import (
     ANGLES,
     HOME_THETA,
     PIXEL,
@@ -23,9 +27,6 @@ from agents.reproduce.leveziel.cases import (
     held,
     posed,
 )
-from pnt_gym.arrays import Floats
-from pnt_gym.robots.gripper import CIRCLE_RADIUS, MOTOR_SPEED, PoseMotion, circle
-from pnt_gym.robots.gripper.geometry import N_ARMS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

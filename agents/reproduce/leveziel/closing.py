@@ -7,14 +7,15 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from agents.drawings import COLOURS, dress, subplots
-from agents.reproduce.finding import Findings, Part, Row
-from agents.reproduce.grids import listed
-from agents.reproduce.leveziel.cases import CENTRE, CLOSED, HOME_THETA, PAPER_STEP, STEP, follow, posed, reduced
 from pnt_gym.arrays import Floats
 from pnt_gym.robots.gripper import Profile, closing_time, forward_kinematics, inverse_kinematics
 from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD, Build
 from pnt_gym.robots.gripper.references import MotorReferences, motor_references
+
+from ...drawings import COLOURS, dress, subplots
+from ..finding import Findings, Part, Row
+from ..grids import listed
+from .cases import CENTRE, CLOSED, HOME_THETA, PAPER_STEP, STEP, follow, posed, reduced
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

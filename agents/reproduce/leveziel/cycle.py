@@ -7,18 +7,19 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from agents.drawings import COLOURS, dress, frames_figure, subplots
-from agents.metrics import wilson
-from agents.reproduce.finding import Findings, Part, Row, share
-from agents.reproduce.grids import listed
-from agents.reproduce.leveziel.cases import STILL
-from agents.reproduce.leveziel.cycle_run import ACROSS, HEIGHT, RISE, Cycles, run_cycles
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.canvas import Canvas, Frame
 from pnt_gym.cells.gripper.flown import BRUSHING
 from pnt_gym.engine import mujoco
 from pnt_gym.robots.gripper import PROTOTYPE, travel_time
 from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD
+
+from ...drawings import COLOURS, dress, frames_figure, subplots
+from ...metrics import wilson
+from ..finding import Findings, Part, Row, share
+from ..grids import listed
+from .cases import STILL
+from .cycle_run import ACROSS, HEIGHT, RISE, Cycles, run_cycles
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,9 +10,6 @@ from typing import Final
 import numpy as np
 from scipy.optimize import brentq
 
-from agents.reproduce.finding import Findings, Part, Row
-from agents.reproduce.grids import listed
-from agents.reproduce.leveziel.cases import HOME_THETA, PAPER_STEP, posed, random_poses, reduced
 from pnt_gym.arrays import Floats
 from pnt_gym.robots.gripper import (
     PROTOTYPE,
@@ -29,6 +26,10 @@ from pnt_gym.robots.gripper import (
     tau,
     tau_hull,
 )
+
+from ..finding import Findings, Part, Row
+from ..grids import listed
+from .cases import HOME_THETA, PAPER_STEP, posed, random_poses, reduced
 
 POSES: Final = 10_000
 """Random poses of the reduced workspace, theta from -60 to -30 deg, seed 0."""

@@ -7,15 +7,16 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from agents.drawings import COLOURS, dress, subplots
-from agents.metrics import wilson
-from agents.reproduce.finding import Findings, Part, Row
-from agents.reproduce.grids import listed
-from agents.reproduce.leveziel.cases import called
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.gripper.cell import GripperCell
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.hidden import Hidden, expected_hidden
+
+from ...drawings import COLOURS, dress, subplots
+from ...metrics import wilson
+from ..finding import Findings, Part, Row
+from ..grids import listed
+from .cases import called
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from agents.drawings import COLOURS, dress, subplots
-from agents.reproduce.finding import Findings, Part, Row
-from agents.reproduce.grids import listed
-from agents.reproduce.leveziel.cases import (
+from pnt_gym.arrays import Floats
+from pnt_gym.robots.gripper import PUBLISHED_TAU_SCALE, TauHull, folding_speed, singularity, tau, tau_hull
+
+from ...drawings import COLOURS, dress, subplots
+from ..finding import Findings, Part, Row
+from ..grids import listed
+from .cases import (
     AROUND,
     CENTRE,
     CLOSED,
@@ -22,8 +25,6 @@ from agents.reproduce.leveziel.cases import (
     posed,
     reduced,
 )
-from pnt_gym.arrays import Floats
-from pnt_gym.robots.gripper import PUBLISHED_TAU_SCALE, TauHull, folding_speed, singularity, tau, tau_hull
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -11,10 +11,15 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
-from agents.drawings import COLOURS, dress, subplots, svg
-from agents.reproduce.finding import Findings, Part, Row
-from agents.reproduce.grids import by_quantity, plain
-from agents.reproduce.leveziel.cases import (
+from pnt_gym.arrays import Floats
+from pnt_gym.robots.gripper import Deviation, JointLimits, PoseMotion, joint_deviation, joint_move, line
+from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD
+
+from ...drawings import COLOURS, dress, subplots, svg
+from ...tables import Grid
+from ..finding import Findings, Part, Row
+from ..grids import by_quantity, plain
+from .cases import (
     ANGLES,
     CLOSED,
     SAMPLES,
@@ -26,10 +31,6 @@ from agents.reproduce.leveziel.cases import (
     posed,
     random_poses,
 )
-from agents.tables import Grid
-from pnt_gym.arrays import Floats
-from pnt_gym.robots.gripper import Deviation, JointLimits, PoseMotion, joint_deviation, joint_move, line
-from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -12,20 +12,21 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
-from agents.controllers import make_controller
-from agents.drawings import COLOURS, dress, subplots, svg
-from agents.environments import Env, make_vector
-from agents.evaluation import held_out, practise
-from agents.metrics import wilson
-from agents.reproduce.finding import Findings, Overview, Part, Row
-from agents.reproduce.grids import JsonRow, Rows, below, number, plain
-from agents.reproduce.leveziel.cases import called
-from agents.tables import Grid
-from agents.throws import Throws, summary
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.planner import TossPlanner
 from pnt_gym.planning.motion.ballistics import landing_point
+
+from ...controllers import make_controller
+from ...drawings import COLOURS, dress, subplots, svg
+from ...environments import Env, make_vector
+from ...evaluation import held_out, practise
+from ...metrics import wilson
+from ...tables import Grid
+from ...throws import Throws, summary
+from ..finding import Findings, Overview, Part, Row
+from ..grids import JsonRow, Rows, below, number, plain
+from .cases import called
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

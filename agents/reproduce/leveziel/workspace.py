@@ -10,10 +10,13 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
-from agents.drawings import COLOURS, dress, subplots
-from agents.reproduce.finding import Findings, Part, Row
-from agents.reproduce.grids import listed
-from agents.reproduce.leveziel.cases import (
+from pnt_gym.arrays import Bools, Floats
+from pnt_gym.robots.gripper import inverse_kinematics, kappa, scan_workspace, singular_angle, singularity
+
+from ...drawings import COLOURS, dress, subplots
+from ..finding import Findings, Part, Row
+from ..grids import listed
+from .cases import (
     AROUND,
     CENTRE,
     HOME_THETA,
@@ -27,8 +30,6 @@ from agents.reproduce.leveziel.cases import (
     posed,
     reduced,
 )
-from pnt_gym.arrays import Bools, Floats
-from pnt_gym.robots.gripper import inverse_kinematics, kappa, scan_workspace, singular_angle, singularity
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Final
 
-from agents.reproduce.finding import Overview, Part
-from agents.reproduce.grids import Rows, plain
-from agents.reproduce.miyashita import (
+from ..finding import Overview, Part
+from ..grids import Rows, plain
+from . import (
     acceptance,
     accessible,
     contact,

@@ -7,9 +7,18 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from agents.reproduce.finding import Findings, Part, Row
-from agents.reproduce.grids import NONE, Rows, below, value
-from agents.reproduce.miyashita.cases import (
+from pnt_gym.arrays import Bools, Floats
+from pnt_gym.cells.one_joint.config import OneJointConfig
+from pnt_gym.cells.one_joint.planner import ThrowPlanner
+from pnt_gym.cells.one_joint.tasks import job_of
+from pnt_gym.planning.one_joint import plan_throws
+from pnt_gym.planning.one_joint.flight import landing_jacobian
+from pnt_gym.planning.one_joint.grasp import braking
+
+from ...tables import Grid
+from ..finding import Findings, Part, Row
+from ..grids import NONE, Rows, below, value
+from .cases import (
     ANGLE,
     ARM,
     BLOCK,
@@ -30,14 +39,6 @@ from agents.reproduce.miyashita.cases import (
     named,
     percent,
 )
-from agents.tables import Grid
-from pnt_gym.arrays import Bools, Floats
-from pnt_gym.cells.one_joint.config import OneJointConfig
-from pnt_gym.cells.one_joint.planner import ThrowPlanner
-from pnt_gym.cells.one_joint.tasks import job_of
-from pnt_gym.planning.one_joint import plan_throws
-from pnt_gym.planning.one_joint.flight import landing_jacobian
-from pnt_gym.planning.one_joint.grasp import braking
 
 GAINS: Final = {
     "0.5": (0.5,) * 9,

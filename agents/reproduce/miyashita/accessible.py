@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING, Final, NamedTuple, final
 
 import numpy as np
 
-from agents.drawings import COLOURS, dress, subplots
-from agents.reproduce.finding import Findings, Part, Row
-from agents.reproduce.miyashita.cases import ARM, BLOCK, tabled
 from pnt_gym.arrays import Floats, Ints, joined, take
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.one_joint import Arm, plan_releases
 from pnt_gym.planning.one_joint.flight import land
 from pnt_gym.planning.one_joint.grasp import acceleration_window
+
+from ...drawings import COLOURS, dress, subplots
+from ..finding import Findings, Part, Row
+from .cases import ARM, BLOCK, tabled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, final
 
 import numpy as np
 
-from agents.reproduce import grids
-from agents.reproduce.finding import Findings, Row
 from pnt_gym.arrays import Bools, Floats, take
 from pnt_gym.cells.one_joint.cell import OneJointCell
 from pnt_gym.cells.one_joint.config import OneJointConfig
@@ -20,6 +18,9 @@ from pnt_gym.cells.one_joint.measure import estimated_state
 from pnt_gym.cells.one_joint.plant import OneJointPlant
 from pnt_gym.planning.one_joint import Arm, Block, ThrowPlans, plan_throws, random_goals
 from pnt_gym.planning.one_joint.virtual_goal import next_virtual_goal, pull_back
+
+from .. import grids
+from ..finding import Findings, Row
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,9 +10,14 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from agents.drawings import COLOURS, dress, subplots
-from agents.reproduce.finding import Findings, Part, Row
-from agents.reproduce.miyashita.cases import (
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.one_joint.config import OneJointConfig
+from pnt_gym.planning.one_joint import plan_throws
+from pnt_gym.robots.one_joint.model import STOPPER_HEIGHT
+
+from ...drawings import COLOURS, dress, subplots
+from ..finding import Findings, Part, Row
+from .cases import (
     GOAL,
     POSITION,
     TRIALS,
@@ -25,11 +30,7 @@ from agents.reproduce.miyashita.cases import (
     percent,
     tabled,
 )
-from agents.reproduce.miyashita.reach import size
-from pnt_gym.arrays import Floats
-from pnt_gym.cells.one_joint.config import OneJointConfig
-from pnt_gym.planning.one_joint import plan_throws
-from pnt_gym.robots.one_joint.model import STOPPER_HEIGHT
+from .reach import size
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

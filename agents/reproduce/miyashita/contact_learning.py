@@ -7,16 +7,17 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
-from agents.controllers import make_controller
-from agents.drawings import COLOURS, dress, subplots
-from agents.environments import make_vector, stream_seed
-from agents.evaluation import thrown
-from agents.reproduce.finding import Findings, Part, Row
-from agents.reproduce.miyashita.cases import listed, percent, tabled
-from agents.reproduce.miyashita.reach import SCALES, SCANNED, WITHIN, Search, errors, goals_above_arm, paths, size
-from agents.throws import Throws
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.one_joint.config import OneJointConfig
+
+from ...controllers import make_controller
+from ...drawings import COLOURS, dress, subplots
+from ...environments import make_vector, stream_seed
+from ...evaluation import thrown
+from ...throws import Throws
+from ..finding import Findings, Part, Row
+from .cases import listed, percent, tabled
+from .reach import SCALES, SCANNED, WITHIN, Search, errors, goals_above_arm, paths, size
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -8,14 +8,15 @@ from typing import Final
 
 import numpy as np
 
-from agents.controllers import make_controller
-from agents.environments import make_vector
-from agents.evaluation import held_out, practise
-from agents.reproduce.finding import Findings, Part, Row
-from agents.reproduce.miyashita.cases import percent, tabled
-from agents.reproduce.miyashita.contact_learning import CONTROLLERS, NEAR
-from agents.throws import Throws
 from pnt_gym.cells.one_joint.tasks import PUSHED
+
+from ...controllers import make_controller
+from ...environments import make_vector
+from ...evaluation import held_out, practise
+from ...throws import Throws
+from ..finding import Findings, Part, Row
+from .cases import percent, tabled
+from .contact_learning import CONTROLLERS, NEAR
 
 SEEDS: Final = (0, 1, 2, 3, 4, 5)
 """Of practice and held-out throws."""

@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from agents.drawings import COLOURS, dress, subplots
-from agents.reproduce.finding import Findings, Part, Row
-from agents.reproduce.miyashita.cases import GOAL, drawn_goals, late, listed, percent, tabled
-from agents.reproduce.miyashita.reach import ROUNDS, SCANNED, WITHIN, Reached, Search, goals_above_arm
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.one_joint.config import OneJointConfig
+
+from ...drawings import COLOURS, dress, subplots
+from ..finding import Findings, Part, Row
+from .cases import GOAL, drawn_goals, late, listed, percent, tabled
+from .reach import ROUNDS, SCANNED, WITHIN, Reached, Search, goals_above_arm
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from agents.drawings import dress
-from agents.reproduce.miyashita.cases import ARM, BLOCK
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.one_joint.pallets import Pallet, flight_poses
 from pnt_gym.planning.one_joint import ArmMotion
+
+from ...drawings import dress
+from .cases import ARM, BLOCK
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,15 +9,16 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from agents.drawings import COLOURS, dress, subplots
-from agents.reproduce.finding import Findings, Part, Row
-from agents.reproduce.miyashita.cases import ARM, BLOCK, GOAL, tabled
-from agents.reproduce.miyashita.drawings import draw_arm, draw_block, draw_flight, draw_plane
 from pnt_gym.arrays import Floats
 from pnt_gym.planning.one_joint import ThrowPlan, landing_state, plan_throw, release_states
 from pnt_gym.planning.one_joint.grasp import acceleration_window, braking, joint_torque, reactions, torque_limit
 from pnt_gym.planning.one_joint.plan import Solver
 from pnt_gym.planning.one_joint.weights import WEIGHTS
+
+from ...drawings import COLOURS, dress, subplots
+from ..finding import Findings, Part, Row
+from .cases import ARM, BLOCK, GOAL, tabled
+from .drawings import draw_arm, draw_block, draw_flight, draw_plane
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

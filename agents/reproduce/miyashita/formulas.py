@@ -6,8 +6,6 @@ from typing import Final
 
 import numpy as np
 
-from agents.reproduce.finding import Findings, Part, Row, printed
-from agents.reproduce.miyashita.cases import ARM, BLOCK, GOAL, tabled
 from pnt_gym.arrays import Floats
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.one_joint import ThrowPlan, landing_state, plan_throw, release_states
@@ -16,6 +14,9 @@ from pnt_gym.planning.one_joint.interior import solve_interior
 from pnt_gym.planning.one_joint.margins import motion_margins
 from pnt_gym.planning.one_joint.programme import Programme, Throw, Weighing
 from pnt_gym.planning.one_joint.weights import weights_of
+
+from ..finding import Findings, Part, Row, printed
+from .cases import ARM, BLOCK, GOAL, tabled
 
 STATES: Final = 200
 """Random states at which formulas are compared."""

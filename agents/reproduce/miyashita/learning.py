@@ -10,9 +10,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from agents.drawings import COLOURS, subplots, svg
-from agents.reproduce.finding import Findings, Part, Row
-from agents.reproduce.miyashita.cases import (
+from pnt_gym.arrays import Floats, take
+from pnt_gym.planning.one_joint import plan_throws
+
+from ...drawings import COLOURS, subplots, svg
+from ...tables import Grid
+from ..finding import Findings, Part, Row
+from .cases import (
     ANGLE,
     DELAYS,
     GOAL,
@@ -28,10 +32,7 @@ from agents.reproduce.miyashita.cases import (
     misses,
     named,
 )
-from agents.reproduce.miyashita.drawings import draw_motion
-from agents.tables import Grid
-from pnt_gym.arrays import Floats, take
-from pnt_gym.planning.one_joint import plan_throws
+from .drawings import draw_motion
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

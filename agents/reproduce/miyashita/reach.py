@@ -8,12 +8,13 @@ from typing import Final, final
 
 import numpy as np
 
-from agents.reproduce.miyashita.cases import ARM, BLOCK, feasible_goals, fly, misses, plant_of
 from pnt_gym.arrays import Bools, Floats, Ints, take
 from pnt_gym.cells.one_joint.config import LOWEST_GOAL, OneJointConfig
 from pnt_gym.cells.one_joint.hidden import Hidden, expected_hidden
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.one_joint import ThrowPlans, plan_releases
+
+from .cases import ARM, BLOCK, feasible_goals, fly, misses, plant_of
 
 WITHIN: Final = (0.005, 2.0)
 """What is to be reached: position [m] and angle [deg]."""

@@ -12,16 +12,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from agents.controllers import make_controller
-from agents.controllers.protocol import Controller, Learner
-from agents.drawings import COLOURS, frames_figure, subplots
-from agents.environments import core_of, make_vector, stream_seed
-from agents.evaluation import held_out, practise, thrown
-from agents.metrics import wilson
-from agents.reproduce.finding import Findings, Part, Row
-from agents.reproduce.miyashita.cases import ARM, tabled
-from agents.reproduce.miyashita.drawings import draw_arm, draw_flight, draw_motion, draw_pallets, draw_plane
-from agents.throws import Throws
 from pnt_gym.arrays import Bools, Floats, take
 from pnt_gym.cells.base.canvas import Frame
 from pnt_gym.cells.base.view import ThrowView
@@ -29,6 +19,17 @@ from pnt_gym.cells.one_joint.pallets import ASSEMBLY, SORTING, clear_vertical_sp
 from pnt_gym.cells.one_joint.parts import BLOCK, block
 from pnt_gym.cells.one_joint.view import DOTS, camera
 from pnt_gym.planning.one_joint import ThrowPlans, landing_state, plan_throws
+
+from ...controllers import make_controller
+from ...controllers.protocol import Controller, Learner
+from ...drawings import COLOURS, frames_figure, subplots
+from ...environments import core_of, make_vector, stream_seed
+from ...evaluation import held_out, practise, thrown
+from ...metrics import wilson
+from ...throws import Throws
+from ..finding import Findings, Part, Row
+from .cases import ARM, tabled
+from .drawings import draw_arm, draw_flight, draw_motion, draw_pallets, draw_plane
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
