@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
 import tyro
 
 from pnt_gym.errors import PntGymError
+
+from .places import module_name
 
 Arguments = TypeVar("Arguments")
 
@@ -25,17 +27,25 @@ def option(default: str, metavar: str | None = None) -> Any:
     return tyro.conf.arg(metavar=metavar, help_behavior_hint=f"(default: {default})")
 
 
-def run(command: Callable[[Arguments], None], arguments: type[Arguments], module: str) -> None:
-    """Parse `sys.argv` into `arguments` and run `command`.
+def run(
+    command: Callable[[Arguments], None], arguments: type[Arguments], name: str, given: Sequence[str] | None = None
+) -> None:
+    """Parse a command line into `arguments` and run `command`.
 
     Exit codes: 0 done, 2 bad usage or config with one sentence on stderr, 130 interrupted.
+
+    Args:
+        command: what to do.
+        arguments: what it takes.
+        name: of the module that is run by `python -m`, or what else the user typed.
+        given: the command line without that; None for this process's.
     """
     # A redirected stream of another encoding must not turn a table into a traceback.
     for stream in (sys.stdout, sys.stderr):
         reconfigure = getattr(stream, "reconfigure", None)
         if reconfigure is not None:
             reconfigure(errors="replace")
-    parsed = tyro.cli(arguments, prog=f"python -m {module}")
+    parsed = tyro.cli(arguments, prog=f"python -m {module_name(name)}" if given is None else name, args=given)
     try:
         command(parsed)
     except PntGymError as error:

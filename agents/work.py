@@ -19,8 +19,9 @@ from typing import Any, Final, TypeAlias, final
 
 from .cli import UsageError
 from .files import read_json, write_json
+from .places import CODE, code_pattern
 from .tables import throws_bar
-from .versions import ROOT, versions
+from .versions import versions
 
 Found: TypeAlias = dict[str, Any]
 """What a job found, JSON values by name."""
@@ -51,10 +52,10 @@ class Job:
         return f"{self.name}-{self.key}.json"
 
 
-def code_digest(code: Iterable[str], without: Sequence[str] = (), root: Path = ROOT) -> str:
+def code_digest(code: Iterable[str], without: Sequence[str] = (), root: Path = CODE) -> str:
     """Digest of the files that match any pattern of `code`, less those that match one of `without` or only draw."""
     digest = hashlib.sha256()
-    for path in sorted({path for pattern in code for path in root.glob(pattern)}):
+    for path in sorted({path for pattern in code for path in root.glob(code_pattern(pattern))}):
         if not any(path.match(pattern) for pattern in (*DRAWS_ONLY, *without)):
             digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
     return digest.hexdigest()

@@ -7,7 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from agents.versions import ROOT
+from agents.places import SHIPPED as ROOT
 
 
 def environment() -> dict[str, str]:
