@@ -16,6 +16,17 @@ Arguments = TypeVar("Arguments")
 
 BAD_USAGE = 2
 INTERRUPTED = 130
+EXTRAS = {
+    "torch": "rl",
+    "stable_baselines3": "rl",
+    "sb3_contrib": "rl",
+    "tensorboard": "rl",
+    "casadi": "optimal",
+    "matplotlib": "report",
+    "jinja2": "report",
+    "imageio": "video",
+}
+"""Libraries that not every command needs, and the extra of the package that brings them."""
 
 
 class UsageError(PntGymError):
@@ -50,6 +61,12 @@ def run(
         command(parsed)
     except PntGymError as error:
         print(f"error: {one_sentence(error)}", file=sys.stderr)
+        sys.exit(BAD_USAGE)
+    except ModuleNotFoundError as error:
+        extra = EXTRAS.get((error.name or "").partition(".")[0])
+        if extra is None:
+            raise
+        print(f"error: this needs {error.name}: pip install 'pnt_gym[{extra}]'", file=sys.stderr)
         sys.exit(BAD_USAGE)
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)

@@ -1,15 +1,13 @@
-"""The command `pnt-gym`, or `python -m pnt_gym`: the commands ship inside the package, a checkout has them beside."""
+"""The command `pnt-gym`, or `python -m pnt_gym`."""
 
 from __future__ import annotations
 
-import importlib
-import importlib.util
+from pnt_gym.commands import command_module
 
 
 def main() -> None:
-    """Hand over to the commands."""
-    inside = importlib.util.find_spec("pnt_gym.agents") is not None
-    importlib.import_module("pnt_gym.agents.console" if inside else "agents.console").main()
+    """Do what the command line asks for."""
+    command_module("console").main()
 
 
 if __name__ == "__main__":
