@@ -15,7 +15,7 @@ SAYS = {
     "02_many_cells": ["0 times", "1 times"],
     "03_my_layout": ["near: release after", "across the hall: 3 of 3 picks have no throw"],
     "04_my_cell": ["sorted a minute"],
-    "05_my_controller": ["analytic:", "two_centimetres_further:"],
+    "05_my_controller": ["analytic:", "two_centimetres_shorter:"],
     "06_train_sac": ["analytic:"],
     "07_own_loop": ["after 160 throws"],
     "08_offline_dataset": ["learned from 192 throws", "regression:"],
