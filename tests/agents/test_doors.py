@@ -29,7 +29,7 @@ from agents.evaluation import evaluate, held_out, practise
 from agents.sb3 import load_policy
 from agents.throws import summary
 from agents.trained import find_trained, setting
-from tests.tools.commands import call
+from tests.tools.commands import call, call_here
 from tests.tools.lob import write_entry_point, write_package
 
 torch.set_num_threads(1)
