@@ -121,7 +121,7 @@ class ThrowView:
         if recording is None:
             raise ConfigError("a picture of a throw needs a throw, got none")
         last = sum(1 for _ in recording.play(1.0 / fps)) - 1
-        shown = min(last, round(fps * moment))
+        shown = round(min(last, fps * moment))
         return self._canvas.draw(*next(islice(self._scenes(recording, 1.0 / fps), shown, None)))
 
     def render(self, mode: str) -> Frame | list[Frame]:

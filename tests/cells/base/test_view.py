@@ -90,10 +90,10 @@ def test_other_rates_give_other_counts(viewed):
     assert len(view.last_throw(fps=10)) == pytest.approx(len(frames) / 3, abs=1.0)
 
 
-@pytest.mark.parametrize("moment", [0.0, 0.5, 99.0])
+@pytest.mark.parametrize("moment", [0.0, 0.5, 99.0, np.inf])
 def test_one_moment_is_the_frame_of_the_throw_that_is_shown_then(viewed, moment):
     *_, frames, view = viewed
-    assert same_bits(view.at(moment), frames[min(round(FPS * moment), len(frames) - 1)])
+    assert same_bits(view.at(moment), frames[round(min(FPS * moment, len(frames) - 1))])
 
 
 def test_a_recording_replays_to_the_same_bits(viewed):
