@@ -216,4 +216,6 @@ def test_benchmark_and_report_from_end_to_end(tmp_path: Path) -> None:
     page = call("agents.report", "--results", "results", "--readme", "none.md", folder=tmp_path)
     assert page.returncode == 0, page.stderr
     assert (tmp_path / "results" / "report.html").is_file()
-    assert_one_sentence(call_here("agents.benchmark", "--config", "none.yaml", folder=tmp_path), "cannot read benchmark")
+    assert_one_sentence(
+        call_here("agents.benchmark", "--config", "none.yaml", folder=tmp_path), "cannot read benchmark"
+    )
