@@ -19,7 +19,6 @@ from agents.reproduce.hassan.cases import FOLD, PROTOCOLS, PUBLISHED, SHOWN, cel
 from agents.reproduce.hassan.inconsistencies import inconsistency_findings
 from pnt_gym.planning import InfeasibleThrow, MotionLimits
 
-
 CONSTANT_JERK = {
     ("pick-and-place", "inside", 15): 21.849,
     ("horizontal-throw", "inside", 30): 55.231,
