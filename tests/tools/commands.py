@@ -1,11 +1,16 @@
-"""Calling the command lines as a user does: in a process and a folder of their own."""
+"""Calling the command lines as a user does: in a process and a folder of their own, or without the process."""
 
 from __future__ import annotations
 
+import contextlib
+import io
 import os
+import runpy
 import subprocess
 import sys
+import warnings
 from pathlib import Path
+from unittest import mock
 
 from agents.places import SHIPPED as ROOT
 
@@ -19,3 +24,23 @@ def call(module: str, *arguments: str | Path, folder: Path) -> subprocess.Comple
     return subprocess.run(
         command, cwd=folder, env=environment(), capture_output=True, text=True, timeout=120, check=False
     )
+
+
+def call_here(module: str, *arguments: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
+    """The same command line run as `__main__` in this process, which has imported already what takes seconds to."""
+    command = [module, *map(str, arguments)]
+    said, complained, code = io.StringIO(), io.StringIO(), 0
+    with (
+        contextlib.chdir(folder),
+        contextlib.redirect_stdout(said),
+        contextlib.redirect_stderr(complained),
+        mock.patch.object(sys, "argv", command),
+        mock.patch.dict(os.environ, {"COLUMNS": "200"}),
+        warnings.catch_warnings(),
+    ):
+        warnings.filterwarnings("ignore", message=".*found in sys.modules", category=RuntimeWarning)
+        try:
+            runpy.run_module(module, run_name="__main__", alter_sys=True)
+        except SystemExit as end:
+            code = end.code if isinstance(end.code, int) else int(end.code is not None)
+    return subprocess.CompletedProcess(command, code, said.getvalue(), complained.getvalue())
