@@ -6,7 +6,7 @@ STAMP := $(VENV)/.installed
 PIP_OPTIONS ?=
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help setup train test lint format bench bench-quick perf reproduce pictures report clean
+.PHONY: help setup train test lint format bench bench-quick perf reproduce pictures report package clean
 
 help: ## show this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -62,6 +62,13 @@ pictures: setup ## pictures and videos of throws, into results/figures
 
 report: setup ## tables, figures and the report from results/*.json
 	$(BIN)/python -m agents.report
+
+package: setup ## build the wheel into dist/ and try it in an environment of its own, outside of the checkout
+	rm -rf dist && $(BIN)/python -m pip wheel -q --no-deps -w dist .
+	$(PYTHON) -m venv dist/venv
+	dist/venv/bin/python -m pip install -q $(PIP_OPTIONS) -c constraints.txt "$$(ls dist/*.whl)[rl]"
+	cd dist && for words in doctor levels demo "evaluate --controller analytic --picks 64" "train --steps 64 --eval-picks 32"; \
+		do venv/bin/pnt-gym $$words || exit 1; done
 
 clean: ## remove the environment and caches
 	rm -rf $(VENV) .pytest_cache .ruff_cache .hypothesis dist build *.egg-info

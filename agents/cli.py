@@ -4,17 +4,30 @@ from __future__ import annotations
 
 import sys
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
 import tyro
 
 from pnt_gym.errors import PntGymError, one_sentence
 
+from .places import module_name
+
 Arguments = TypeVar("Arguments")
 
 BAD_USAGE = 2
 INTERRUPTED = 130
+EXTRAS = {
+    "torch": "rl",
+    "stable_baselines3": "rl",
+    "sb3_contrib": "rl",
+    "tensorboard": "rl",
+    "casadi": "optimal",
+    "matplotlib": "report",
+    "jinja2": "report",
+    "imageio": "video",
+}
+"""Libraries that not every command needs, and the extra of the package that brings them."""
 
 
 class UsageError(PntGymError):
@@ -26,10 +39,18 @@ def option(default: str, metavar: str | None = None) -> Any:
     return tyro.conf.arg(metavar=metavar, help_behavior_hint=f"(default: {default})")
 
 
-def run(command: Callable[[Arguments], None], arguments: type[Arguments], module: str) -> None:
-    """Parse `sys.argv` into `arguments` and run `command`.
+def run(
+    command: Callable[[Arguments], None], arguments: type[Arguments], name: str, given: Sequence[str] | None = None
+) -> None:
+    """Parse a command line into `arguments` and run `command`.
 
     Exit codes: 0 done, 2 bad usage or config with one sentence on stderr, 130 interrupted.
+
+    Args:
+        command: what to do.
+        arguments: what it takes.
+        name: of the module that is run by `python -m`, or what else the user typed.
+        given: the command line without that; None for this process's.
     """
     # A redirected stream of another encoding must not turn a table into a traceback.
     for stream in (sys.stdout, sys.stderr):
@@ -37,11 +58,17 @@ def run(command: Callable[[Arguments], None], arguments: type[Arguments], module
         if reconfigure is not None:
             reconfigure(errors="replace")
     warnings.formatwarning = lambda message, *_, **__: f"warning: {one_sentence(message)}\n"
-    parsed = tyro.cli(arguments, prog=f"python -m {module}")
+    parsed = tyro.cli(arguments, prog=f"python -m {module_name(name)}" if given is None else name, args=given)
     try:
         command(parsed)
     except (PntGymError, OSError, MemoryError) as error:
         print(f"error: {explained(error)}", file=sys.stderr)
+        sys.exit(BAD_USAGE)
+    except ModuleNotFoundError as error:
+        extra = EXTRAS.get((error.name or "").partition(".")[0])
+        if extra is None:
+            raise
+        print(f"error: this needs {error.name}: pip install 'pnt_gym[{extra}]'", file=sys.stderr)
         sys.exit(BAD_USAGE)
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)

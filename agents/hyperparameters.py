@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from .cli import UsageError
 from .files import read_yaml
-from .versions import ROOT
+from .places import SHIPPED
 
 DEFAULT: Final = "default"
 """Entry for environments that have none of their own."""
@@ -64,7 +64,7 @@ def hyperparameters(algo: str, env_id: str, file: Path | None = None) -> dict[st
     Raises:
         UsageError: the file is missing or damaged, or has no entry for the environment.
     """
-    path = file if file is not None else ROOT / "configs" / "rl" / f"{algo}.yml"
+    path = file if file is not None else SHIPPED / "configs" / "rl" / f"{algo}.yml"
     entries = read_yaml(path, "hyperparameters")
     entries = entries if isinstance(entries, dict) else {}
     for name in (env_id, env_id.rpartition(":")[2], DEFAULT):

@@ -101,8 +101,7 @@ def save_picture(view: View, path: Path, moment: float) -> None:
     """The last throw at a moment [s]; at its end if that is later."""
     from PIL import Image  # noqa: PLC0415 - only pictures need it
 
-    frames = view.last_throw(RATE)
-    Image.fromarray(frames[min(len(frames) - 1, round(RATE * moment))]).save(path)
+    Image.fromarray(view.at(moment, RATE)).save(path)
     console().print(f"picture of a throw in {path}")
 
 

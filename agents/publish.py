@@ -15,9 +15,9 @@ from . import runs
 from .cli import UsageError, at_least, option, run
 from .evaluation import evaluate
 from .files import read_yaml, write_text
+from .places import MADE
 from .tables import Grid, console, landing_cells, markdown_text, throws_bar
 from .trained import own_environment
-from .versions import ROOT
 
 FILES = ("model.zip", "args.yml", "config.yml", "env.yaml", "versions.json", "git.txt")
 """What of a run folder a user of the policy needs: all but the replay buffer and the checkpoints."""
@@ -36,7 +36,7 @@ class Arguments:
     """The run folder."""
     env: Annotated[str | None, option("that of the run folder", "MODULE:ID")] = None
     """The environment, if a module of yours has to be imported for it."""
-    to: Path = ROOT / "results" / "policies"
+    to: Path = MADE / "results" / "policies"
     """Where policies are kept; the copy gets a folder of its own in it."""
     levels: Annotated[
         tuple[str, ...] | None,

@@ -6,10 +6,10 @@ import platform
 import subprocess
 from functools import cache
 from importlib import metadata
-from pathlib import Path
+
+from .places import CHECKOUT, SHIPPED
 
 PACKAGES = ("pnt_gym", "mujoco", "gymnasium", "numpy", "scipy", "casadi", "torch", "stable_baselines3", "sb3_contrib")
-ROOT = Path(__file__).resolve().parent.parent
 
 
 @cache
@@ -25,7 +25,9 @@ def versions() -> dict[str, str]:
 
 
 def git_state() -> str | None:
-    """Commit and changed files of the checkout, or None outside git or before the first commit."""
+    """Commit and changed files of the checkout, or None outside of one or before the first commit."""
+    if not CHECKOUT:
+        return None
     commit = _git("rev-parse", "HEAD")
     if commit is None:
         return None
@@ -34,7 +36,7 @@ def git_state() -> str | None:
 
 def _git(*arguments: str) -> str | None:
     try:
-        done = subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True, check=False, timeout=10)
+        done = subprocess.run(["git", *arguments], cwd=SHIPPED, capture_output=True, text=True, check=False, timeout=10)
     except (OSError, subprocess.TimeoutExpired):
         return None
     return done.stdout if done.returncode == 0 else None

@@ -7,6 +7,7 @@ import json
 import multiprocessing
 import os
 import signal
+import threading
 import time
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
@@ -18,8 +19,9 @@ from typing import Any, Final, TypeAlias, final
 
 from .cli import UsageError
 from .files import check_writable, read_json, write_json
+from .places import CODE, code_pattern
 from .tables import throws_bar
-from .versions import ROOT, versions
+from .versions import versions
 
 Found: TypeAlias = dict[str, Any]
 """What a job found, JSON values by name."""
@@ -50,10 +52,10 @@ class Job:
         return f"{self.name}-{self.key}.json"
 
 
-def code_digest(code: Iterable[str], without: Sequence[str] = (), root: Path = ROOT) -> str:
+def code_digest(code: Iterable[str], without: Sequence[str] = (), root: Path = CODE) -> str:
     """Digest of the files that match any pattern of `code`, less those that match one of `without` or only draw."""
     digest = hashlib.sha256()
-    for path in sorted({path for pattern in code for path in root.glob(pattern)}):
+    for path in sorted({path for pattern in code for path in root.glob(code_pattern(pattern))}):
         if not any(path.match(pattern) for pattern in (*DRAWS_ONLY, *without)):
             digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
     return digest.hexdigest()
@@ -107,7 +109,7 @@ def workers(processes: int) -> Generator[Executor, None, None]:
         UsageError: a process died, for instance for lack of memory.
     """
     os.environ["OMP_NUM_THREADS"] = "1"  # the workers inherit it: threads of theirs would fight for the cores
-    pool = ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"))
+    pool = ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"), initializer=_end_with_parent)
     try:
         yield pool
     except BrokenProcessPool:
@@ -125,6 +127,18 @@ def _timed(job: Job, folder: Path) -> Found:
     began = time.perf_counter()
     found = job.run(folder)
     return {"seconds": round(time.perf_counter() - began, 1), **found}
+
+
+def _end_with_parent() -> None:
+    """A worker whose parent is gone, however it went, has nobody to work for."""
+    parent = multiprocessing.parent_process()
+
+    def watch() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
 @contextmanager

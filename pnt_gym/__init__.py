@@ -7,6 +7,10 @@ from typing import Final
 
 import gymnasium
 
+from pnt_gym.commands import evaluate
+
+__all__ = ["ENV_IDS", "__version__", "evaluate", "register_envs"]
+
 try:
     __version__ = version("pnt_gym")
 except PackageNotFoundError:  # a source tree on the path, not installed

@@ -8,8 +8,9 @@ from typing import Annotated, Any
 
 from ..cli import at_least, option, run
 from ..files import check_writable, write_json
+from ..places import MADE, SHIPPED
 from ..tables import comparison_table, console
-from ..versions import ROOT, versions
+from ..versions import versions
 from ..work import do_missing
 from .compare import assemble
 from .plan import Plan, read_plan
@@ -23,7 +24,7 @@ class Arguments:
     Finished pieces are kept and not done again, so an interrupted benchmark goes on where it was.
     """
 
-    config: Path = ROOT / "configs" / "benchmark.yaml"
+    config: Path = SHIPPED / "configs" / "benchmark.yaml"
     """The plan."""
     jobs: int = 2
     """Processes side by side, one thread each."""
@@ -37,9 +38,9 @@ def main(arguments: Arguments) -> None:
     """Do what is missing, write the results, print the tables."""
     at_least("jobs", arguments.jobs, 1)
     plan = read_plan(arguments.config)
-    out = arguments.out or ROOT / "results" / f"{plan.name}.json"
+    out = arguments.out or MADE / "results" / f"{plan.name}.json"
     check_writable(out)
-    work = arguments.work or ROOT / "runs" / "benchmark" / plan.name
+    work = arguments.work or MADE / "runs" / "benchmark" / plan.name
     parts = do_missing(jobs(plan), work, arguments.jobs, unit="throws")
     results = [result for part in parts for result in part["results"]]
     found = assemble(plan, results)

@@ -16,8 +16,8 @@ from ..cli import UsageError
 from ..controllers import NAMES
 from ..environments import core_of, make_vector, own_module
 from ..files import read_yaml
+from ..places import SHIPPED
 from ..runs import ALGORITHMS
-from ..versions import ROOT
 from ..work import code_digest, key
 
 Count = Annotated[int, Field(ge=0)]
@@ -160,7 +160,7 @@ def pieces(plan: Plan) -> list[Piece]:
 def _piece(plan: Plan, entry: Entry, throws: tuple[int, ...], seed: int, code: str) -> Piece:
     levels = entry.levels or plan.levels
     train_level = entry.train_level or plan.train_level
-    settings = ROOT / "configs" / "rl" / f"{entry.controller}.yml"
+    settings = SHIPPED / "configs" / "rl" / f"{entry.controller}.yml"
     inputs = {
         "entry": entry.model_dump(mode="json", include={"controller", "options"}),
         "throws": throws,

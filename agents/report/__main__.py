@@ -9,9 +9,9 @@ from typing import Any
 
 from ..cli import UsageError, run
 from ..files import of_its_form, read_json, write_text
+from ..places import MADE
 from ..reproduce.grids import plain
 from ..tables import console
-from ..versions import ROOT
 from .figures import benchmark_figures
 from .measures import TABLES
 from .page import Chapter, markdown_page, page
@@ -24,9 +24,9 @@ from .tables import benchmark_grids
 class Arguments:
     """Write results/README.md, results/figures/*.svg and results/report.html from what results/*.json holds."""
 
-    results: Path = ROOT / "results"
+    results: Path = MADE / "results"
     """Folder of the results."""
-    readme: Path = ROOT / "README.md"
+    readme: Path = MADE / "README.md"
     """README whose marked tables are written anew."""
 
 

@@ -13,8 +13,8 @@ import tyro
 
 from ..cli import UsageError, at_least, option, run
 from ..files import check_writable, write_json, write_text
+from ..places import MADE
 from ..tables import console
-from ..versions import ROOT
 from ..work import Job, do_missing
 from .papers import PAPERS, jobs
 from .record import assemble, headlines
@@ -48,7 +48,7 @@ class Arguments:
 def main(arguments: Arguments) -> None:
     """Do what is missing, write what was asked for, print the tables."""
     chosen = check(arguments)
-    work = arguments.work or ROOT / "runs" / "reproduce"
+    work = arguments.work or MADE / "runs" / "reproduce"
     planned = select([job for paper in chosen for job in jobs(paper)], [*chain(*arguments.only)])
     parts = do_missing(planned, work, arguments.jobs or available(), fresh=arguments.fresh)
     found = {job.name: part for job, part in zip(planned, parts, strict=True)}

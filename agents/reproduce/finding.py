@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias, final
 
@@ -172,18 +172,6 @@ class Part:
 
     name: str
     run: Callable[[], Findings]
-
-
-def merged(findings: Iterable[Findings]) -> Findings:
-    """All findings as one, in their order."""
-    found = list(findings)
-    data: dict[str, Any] = {}
-    figures: dict[str, str] = {}
-    for one in found:
-        data.update(one.data)
-        figures.update(one.figures)
-    rows, grids = (row for one in found for row in one.rows), (grid for one in found for grid in one.grids)
-    return Findings(tuple(rows), data, figures, tuple(grids))
 
 
 @final

@@ -10,7 +10,7 @@ from typing import Any, Final, Protocol, cast
 
 from pnt_gym.errors import PntGymError, one_sentence
 
-from ..versions import ROOT
+from ..places import CODE
 from ..work import Job, code_digest, key
 from .finding import Overview, Part
 
@@ -56,13 +56,13 @@ class Paper(Protocol):
 
 def package(name: str) -> Paper:
     """The package of a paper."""
-    return cast(Paper, importlib.import_module(f"agents.reproduce.{name}"))
+    return cast(Paper, importlib.import_module(f".{name}", __package__))
 
 
 def jobs(name: str) -> list[Job]:
     """One job per part of a paper."""
     code = (*_SHARED, *PAPERS[name], f"agents/reproduce/{name}/**/*.py")
-    digest = key(code=code_digest(code, _NO_EFFECT, ROOT))
+    digest = key(code=code_digest(code, _NO_EFFECT, CODE))
     return [Job(f"{name}/{part.name}", digest, partial(run_part, name, part.name)) for part in package(name).PARTS]
 
 

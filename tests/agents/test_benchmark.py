@@ -15,11 +15,11 @@ from agents.benchmark.compare import assemble, errors, successes
 from agents.benchmark.plan import Plan, pieces, read_plan
 from agents.benchmark.run import jobs, run_piece
 from agents.cli import UsageError
+from agents.places import SHIPPED as ROOT
 from agents.report.__main__ import Arguments as ReportArguments
 from agents.report.__main__ import main as report
 from agents.report.readme import stale_readme, with_blocks
 from agents.report.tables import benchmark_table
-from agents.versions import ROOT
 from tests.tools.toy_cell import register_toy
 
 register_toy()

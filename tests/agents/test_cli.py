@@ -1,4 +1,4 @@
-"""The command lines as a user meets them: in a process of their own, on the real cell."""
+"""The command lines as a user meets them, on the real cell: each in a process of its own, mistakes in this one."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import pytest
 import yaml
 
 from agents import runs
-from tests.tools.commands import call, environment
+from tests.tools.commands import call, call_here, environment
 
 CONTRACT = {
     "env",
@@ -109,8 +109,14 @@ def test_evaluate_explains_mistakes(tmp_path: Path, arguments: tuple[str, ...], 
     (tmp_path / "bad.yaml").write_text(yaml.safe_dump({"bins": bins, "gravity": 1}))
     (tmp_path / "belt.yaml").write_text(yaml.safe_dump({"bins": {"fixed": [{"name": "b", "x": 0.0, "y": -0.3}]}}))
     before = sorted(tmp_path.iterdir())
-    assert_one_sentence(call("agents.evaluate", *arguments, folder=tmp_path), said)
+    assert_one_sentence(call_here("agents.evaluate", *arguments, folder=tmp_path), said)
     assert sorted(tmp_path.iterdir()) == before
+
+
+def test_a_mistake_ends_the_process_in_one_sentence(tmp_path: Path) -> None:
+    done = call("agents.evaluate", "--controller", "nobody", folder=tmp_path)
+    assert_one_sentence(done, "'nobody' is neither a controller nor a run folder")
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(
@@ -125,7 +131,7 @@ def test_evaluate_explains_mistakes(tmp_path: Path, arguments: tuple[str, ...], 
     ],
 )
 def test_usage_errors_exit_with_2(tmp_path: Path, module: str, arguments: tuple[str, ...]) -> None:
-    done = call(module, *arguments, folder=tmp_path)
+    done = call_here(module, *arguments, folder=tmp_path)
     assert done.returncode == 2
     assert "Traceback" not in done.stderr
     assert done.stderr
@@ -138,12 +144,12 @@ def test_train_resume_evaluate(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     for name in ("analytic", "virtual_goal", "learned (sac)"):
         assert name in done.stdout
-    assert_one_sentence(call("agents.train", *start, folder=tmp_path), "'run' exists already")
-    assert_one_sentence(call("agents.train", "--resume", "run", folder=tmp_path), "give a larger --steps")
-    more = call("agents.train", "--resume", "run", "--steps", "240", "--eval-picks", "0", folder=tmp_path)
+    assert_one_sentence(call_here("agents.train", *start, folder=tmp_path), "'run' exists already")
+    assert_one_sentence(call_here("agents.train", "--resume", "run", folder=tmp_path), "give a larger --steps")
+    more = call_here("agents.train", "--resume", "run", "--steps", "240", "--eval-picks", "0", folder=tmp_path)
     assert more.returncode == 0, more.stderr
     assert runs.load_model(tmp_path / "run").num_timesteps == 240
-    judged = call("agents.evaluate", "--controller", "run", "--picks", "8", "--json", "o.json", folder=tmp_path)
+    judged = call_here("agents.evaluate", "--controller", "run", "--picks", "8", "--json", "o.json", folder=tmp_path)
     assert judged.returncode == 0, judged.stderr
     data = json.loads((tmp_path / "o.json").read_text())
     assert (data["env"], data["level"], data["controller"]) == ("PnTConveyor-v0", "nominal", "run")
@@ -158,7 +164,7 @@ def test_train_explains_mistakes(tmp_path: Path) -> None:
         (("--resume", "none"), "run folder 'none' does not exist"),
         (("--config", "none.yml"), "cannot read hyperparameters 'none.yml'"),
     ):
-        assert_one_sentence(call("agents.train", *arguments, folder=tmp_path), said)
+        assert_one_sentence(call_here("agents.train", *arguments, folder=tmp_path), said)
     assert not list(tmp_path.iterdir())
 
 
@@ -178,7 +184,7 @@ def test_ctrl_c_leaves_a_run_that_resume_continues(tmp_path: Path) -> None:
     assert "Traceback" not in said
     done = runs.load_model(tmp_path / "run").num_timesteps
     steps = str(done + 16)
-    more = call("agents.train", "--resume", "run", "--steps", steps, "--eval-picks", "0", folder=tmp_path)
+    more = call_here("agents.train", "--resume", "run", "--steps", steps, "--eval-picks", "0", folder=tmp_path)
     assert more.returncode == 0, more.stderr
     assert runs.load_model(tmp_path / "run").num_timesteps == done + 16
 
@@ -204,10 +210,12 @@ def test_benchmark_and_report_from_end_to_end(tmp_path: Path) -> None:
     assert first.returncode == 0, first.stderr
     assert first.stdout.count("done: ") == 2
     written = (tmp_path / "results" / "tiny.json").read_bytes()
-    again = call("agents.benchmark", *arguments, folder=tmp_path)
+    again = call_here("agents.benchmark", *arguments, folder=tmp_path)
     assert "done: " not in again.stdout
     assert (tmp_path / "results" / "tiny.json").read_bytes() == written
     page = call("agents.report", "--results", "results", "--readme", "none.md", folder=tmp_path)
     assert page.returncode == 0, page.stderr
     assert (tmp_path / "results" / "report.html").is_file()
-    assert_one_sentence(call("agents.benchmark", "--config", "none.yaml", folder=tmp_path), "cannot read benchmark")
+    assert_one_sentence(
+        call_here("agents.benchmark", "--config", "none.yaml", folder=tmp_path), "cannot read benchmark"
+    )

@@ -29,7 +29,7 @@ from agents.evaluation import evaluate, held_out, practise
 from agents.sb3 import load_policy
 from agents.throws import summary
 from agents.trained import find_trained, setting
-from tests.tools.commands import call
+from tests.tools.commands import call, call_here
 from tests.tools.lob import write_entry_point, write_package
 
 torch.set_num_threads(1)
@@ -95,33 +95,33 @@ def test_a_controller_and_an_environment_of_a_users_module(folder: Path) -> None
     assert not [name for name in found if name.startswith("failed_")]
 
 
-def test_a_model_of_stable_baselines(folder: Path) -> None:
-    model(SAC).save(folder / "mine.zip")
+def test_a_model_of_stable_baselines(here: Path) -> None:
+    model(SAC).save(here / "mine.zip")
     arguments = ("--env", "lob:LobAlone-v0", "--controller", "mine.zip", "--trust", "--picks", "4", "--json", "m.json")
-    found = answer(call("agents.evaluate", *arguments, folder=folder), folder / "m.json")
+    found = answer(call_here("agents.evaluate", *arguments, folder=here), here / "m.json")
     assert (found["controller"], len(found["throws"])) == ("mine.zip", 4)
     misfit = r"takes observations \(2,\) and gives actions \(1,\), but the environment has \(14,\) and \(4,\)"
     with pytest.raises(UsageError, match=misfit):
-        make_controller(str(folder / "mine.zip"), make_vector("OneJointThrow-v0", num_envs=1, threads=1), trust=True)
+        make_controller(str(here / "mine.zip"), make_vector("OneJointThrow-v0", num_envs=1, threads=1), trust=True)
 
 
-def test_training_in_an_environment_of_a_users_module(folder: Path) -> None:
+def test_training_in_an_environment_of_a_users_module(here: Path) -> None:
     start = ("--env", "lob:Lob-v0", "--steps", "32", "--num-envs", "8", "--out", "run", "--eval-picks", "8")
-    done = call("agents.train", *start, folder=folder)
+    done = call("agents.train", *start, folder=here)
     assert done.returncode == 0, done.stderr
     assert "learned (sac)" in done.stdout
     # What a run folder names is imported only if the user names it too.
     for refused in (
-        lambda: setting(str(folder / "run"), None, None, None),
-        lambda: train.main(train.Arguments(resume=folder / "run", steps=40)),
-        lambda: publish.main(publish.Arguments(folder / "run", to=folder / "kept")),
+        lambda: setting(str(here / "run"), None, None, None),
+        lambda: train.main(train.Arguments(resume=here / "run", steps=40)),
+        lambda: publish.main(publish.Arguments(here / "run", to=here / "kept")),
     ):
         with pytest.raises(UsageError, match="give --env lob:Lob-v0 to import it"):
             refused()
     judged = ("--controller", "run", "--env", "lob:Lob-v0", "--picks", "8", "--json", "r.json")
-    assert answer(call("agents.evaluate", *judged, folder=folder), folder / "r.json")["level"] == "env"
+    assert answer(call_here("agents.evaluate", *judged, folder=here), here / "r.json")["level"] == "env"
     more = ("--resume", "run", "--env", "lob:Lob-v0", "--steps", "40", "--eval-picks", "0")
-    assert call("agents.train", *more, folder=folder).returncode == 0
+    assert call_here("agents.train", *more, folder=here).returncode == 0
 
 
 def test_a_picture_of_a_users_environment(folder: Path) -> None:
@@ -156,8 +156,8 @@ def test_a_benchmark_in_a_users_environment(folder: Path) -> None:
         (("--controller", "analytic", "--env", "lob:Lob-v0", "--action-mode", "x"), "takes no action mode but its own"),
     ],
 )
-def test_mistakes_on_the_command_line_are_one_sentence(folder: Path, arguments: tuple[str, ...], said: str) -> None:
-    assert_one_sentence(call("agents.evaluate", *arguments, "--picks", "4", folder=folder), said)
+def test_mistakes_on_the_command_line_are_one_sentence(here: Path, arguments: tuple[str, ...], said: str) -> None:
+    assert_one_sentence(call_here("agents.evaluate", *arguments, "--picks", "4", folder=here), said)
 
 
 @pytest.mark.parametrize(
@@ -305,20 +305,8 @@ def test_a_folder_of_rl_zoo_is_understood(zoo: Path) -> None:
 
 
 def test_a_folder_of_rl_zoo_on_the_command_line(zoo: Path, here: Path) -> None:
-    arguments = (
-        "--controller",
-        zoo,
-        "--trust",
-        "--env",
-        "lob:Lob-v0",
-        "--level",
-        "home",
-        "--picks",
-        "4",
-        "--json",
-        "z.json",
-    )
-    assert answer(call("agents.evaluate", *arguments, "--json", "z.json", folder=here), here / "z.json")["picks"] == 4
+    arguments = ("--controller", zoo, "--env", "lob:Lob-v0", "--level", "home", "--picks", "4", "--json", "z.json")
+    assert answer(call_here("agents.evaluate", *arguments, "--trust", folder=here), here / "z.json")["picks"] == 4
     assert setting(str(zoo), None, None, None) == ("OneJointThrow-v0", "ideal", None)
 
 

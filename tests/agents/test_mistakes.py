@@ -13,7 +13,7 @@ import pytest
 import yaml
 
 from agents.cli import explained
-from agents.versions import ROOT
+from agents.places import POLICY
 from pnt_gym.errors import PhysicsError
 from tests.tools.commands import answered, refused
 from tests.tools.toy_cell import ToyVectorEnv, register_toy
@@ -28,7 +28,7 @@ SETTINGS: dict[str, Any] = {
 START = ("--env", "ToyThrow-v0", "--steps", "8", "--num-envs", "4", "--eval-picks", "0", "--out", "run")
 ANALYTIC = ("agents.evaluate", "--controller", "analytic")
 LONG = "x" * 300
-SHIPPED = ROOT / "results" / "policies" / "PnTRelease-v0-waste-sac-seed0"
+SHIPPED = POLICY
 
 
 @pytest.fixture

@@ -24,12 +24,12 @@ def test_a_picture_shows_the_cell(tmp_path: Path) -> None:
 def test_a_video_lasts_as_long_as_the_throws(tmp_path: Path) -> None:
     path = tmp_path / "throws.mp4"
     done = call(
-        "agents.play", "--env", "PnTRelease-v0", "--level", "ideal", "--video", path, "--picks", "2", folder=tmp_path
+        "agents.play", "--env", "OneJointThrow-v0", "--level", "ideal", "--video", path, "--picks", "2", folder=tmp_path
     )
     assert done.returncode == 0, done.stderr
     frames = iio.imread(path)
-    # Two throws of 0.7 to 1.5 s at 30 frames per second.
-    assert 2 * 0.7 * 30 <= len(frames) <= 2 * 1.5 * 30
+    # Two throws of 0.4 to 0.7 s at 30 frames per second.
+    assert 2 * 0.4 * 30 <= len(frames) <= 2 * 0.7 * 30
 
 
 def test_a_picture_is_of_the_moment_asked_for(tmp_path: Path) -> None:

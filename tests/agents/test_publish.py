@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from tests.tools.commands import call
+from tests.tools.commands import call, call_here
 
 
 def test_a_published_policy_throws_as_the_run_did(tmp_path: Path) -> None:
     folder, kept = tmp_path / "run", tmp_path / "policies"
     train = ("--env", "PnTRelease-v0", "--level", "ideal", "--steps", "32", "--eval-picks", "0", "--out", str(folder))
-    assert call("agents.train", *train, folder=tmp_path).returncode == 0
+    assert call_here("agents.train", *train, folder=tmp_path).returncode == 0
     done = call("agents.publish", str(folder), "--to", str(kept), "--levels", "ideal", "--picks", "16", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     (copy,) = kept.iterdir()
@@ -19,14 +19,14 @@ def test_a_published_policy_throws_as_the_run_did(tmp_path: Path) -> None:
     errors = []
     for controller in (folder, copy):
         out = tmp_path / f"{controller.name}.json"
-        judged = call(
+        judged = call_here(
             "agents.evaluate", "--controller", str(controller), "--picks", "16", "--json", str(out), folder=tmp_path
         )
         assert judged.returncode == 0, judged.stderr
         errors.append(json.loads(out.read_text())["landing_error_mean_m"])
     assert errors[0] == errors[1]
     assert f"{1000 * errors[0]:.1f} mm" in (copy / "README.md").read_text()
-    again = call(
+    again = call_here(
         "agents.publish", str(folder), "--to", str(kept), "--levels", "ideal", "--picks", "16", folder=tmp_path
     )
     assert again.returncode == 2

@@ -92,7 +92,9 @@ def test_a_write_that_fails_leaves_what_was_there(tmp_path: Path, monkeypatch: p
     assert do_missing([job], tmp_path / "kept", 1) == before
 
 
-def test_ctrl_c_ends_all_processes_and_keeps_what_is_done(tmp_path: Path) -> None:
+@pytest.fixture
+def working(tmp_path: Path) -> subprocess.Popen[bytes]:
+    """A process whose two workers have done one job and are at others that take long."""
     code = (
         "import signal; from functools import partial; from pathlib import Path\n"
         "from agents.work import Job, do_missing\n"
@@ -107,20 +109,40 @@ def test_ctrl_c_ends_all_processes_and_keeps_what_is_done(tmp_path: Path) -> Non
     process = subprocess.Popen(
         command, cwd=tmp_path, env=environment(), start_new_session=True, stderr=subprocess.PIPE, stdout=subprocess.PIPE
     )
-    finished = tmp_path / "kept" / "a-k.json"
     deadline = time.monotonic() + 90.0
-    while not finished.is_file() and time.monotonic() < deadline:
+    while not (tmp_path / "kept" / "a-k.json").is_file() and time.monotonic() < deadline:
         time.sleep(0.1)
-    os.killpg(process.pid, signal.SIGINT)
-    _, said = process.communicate(timeout=120)
+    return process
+
+
+def all_ended(group: int) -> bool:
+    """Whether no process of a group is left within ten seconds."""
+    for _ in range(100):
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.1)
+    return False
+
+
+def test_ctrl_c_ends_all_processes_and_keeps_what_is_done(working: subprocess.Popen[bytes], tmp_path: Path) -> None:
+    os.killpg(working.pid, signal.SIGINT)
+    _, said = working.communicate(timeout=120)
     assert said.decode().rstrip().endswith("KeyboardInterrupt")
     assert said.decode().count("Traceback") == 1
-    with pytest.raises(ProcessLookupError):
-        for _ in range(100):
-            os.killpg(process.pid, 0)
-            time.sleep(0.1)
+    assert all_ended(working.pid)
     assert files(tmp_path / "kept") == ["a-k.json"]
-    assert json.loads(finished.read_text())["name"] == "a"
+    assert json.loads((tmp_path / "kept" / "a-k.json").read_text())["name"] == "a"
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
+def test_workers_end_with_their_parent_however_it_ends(
+    working: subprocess.Popen[bytes], number: signal.Signals
+) -> None:
+    working.send_signal(number)
+    assert working.wait(timeout=120) == -number
+    assert all_ended(working.pid)
 
 
 def test_keys_change_with_versions_and_inputs(monkeypatch: pytest.MonkeyPatch) -> None:

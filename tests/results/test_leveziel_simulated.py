@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from agents.files import read_json
-from agents.versions import ROOT
+from agents.places import SHIPPED as ROOT
 
 ROWS: dict[str, dict[str, Any]] = {
     row["quantity"]: row

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from agents.places import SHIPPED as ROOT
 from agents.report.__main__ import read_chapters
 from agents.report.readme import stale_readme
-from agents.versions import ROOT
 
 RESULTS = ROOT / "results"
 

@@ -12,10 +12,10 @@ from typing import Any, get_args
 import pytest
 
 from agents.files import read_json
+from agents.places import SHIPPED as ROOT
 from agents.reproduce.finding import Verdict, agree
 from agents.reproduce.hassan.cases import FOLD, METHODS, PERCENTAGES, PUBLISHED
 from agents.reproduce.papers import PAPERS
-from agents.versions import ROOT
 
 DATA: dict[str, Any] = read_json(ROOT / "results" / "reproduction.json")
 ROWS: dict[str, dict[str, Any]] = {row["quantity"]: row for row in DATA["rows"]}

@@ -1,19 +1,18 @@
-"""Calling the command lines as a user does: in a process and a folder of their own."""
+"""Calling the command lines as a user does: in a process and a folder of their own, or without the process."""
 
 from __future__ import annotations
 
+import contextlib
 import io
 import os
+import runpy
 import subprocess
 import sys
-from contextlib import redirect_stderr, redirect_stdout
-from importlib import import_module
-from importlib.util import find_spec
+import warnings
 from pathlib import Path
-from unittest.mock import patch
+from unittest import mock
 
-from agents.cli import run
-from agents.versions import ROOT
+from agents.places import SHIPPED as ROOT
 
 
 def environment() -> dict[str, str]:
@@ -27,22 +26,30 @@ def call(module: str, *arguments: str | Path, folder: Path) -> subprocess.Comple
     )
 
 
-def answered(module: str, *arguments: str | Path) -> tuple[int, str]:
-    """Exit code and last words of a command in this process, called as its own would call it."""
-    package = find_spec(module)
-    assert package is not None
-    command = import_module(f"{module}.__main__" if package.submodule_search_locations else module)
-    words = io.StringIO()
+def call_here(module: str, *arguments: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
+    """The same command line run as `__main__` in this process, which has imported already what takes seconds to."""
+    command = [module, *map(str, arguments)]
+    said, complained, code = io.StringIO(), io.StringIO(), 0
     with (
-        patch.object(sys, "argv", [module, *map(str, arguments)]),
-        redirect_stdout(io.StringIO()),
-        redirect_stderr(words),
+        contextlib.chdir(folder),
+        contextlib.redirect_stdout(said),
+        contextlib.redirect_stderr(complained),
+        mock.patch.object(sys, "argv", command),
+        mock.patch.dict(os.environ, {"COLUMNS": "200"}),
+        warnings.catch_warnings(),
     ):
+        warnings.filterwarnings("ignore", message=".*found in sys.modules", category=RuntimeWarning)
         try:
-            run(command.main, command.Arguments, module)
+            runpy.run_module(module, run_name="__main__", alter_sys=True)
         except SystemExit as end:
-            return int(end.code or 0), words.getvalue()
-    return 0, words.getvalue()
+            code = end.code if isinstance(end.code, int) else int(end.code is not None)
+    return subprocess.CompletedProcess(command, code, said.getvalue(), complained.getvalue())
+
+
+def answered(module: str, *arguments: str | Path) -> tuple[int, str]:
+    """Exit code and last words of a command in this process."""
+    done = call_here(module, *arguments, folder=Path.cwd())
+    return done.returncode, done.stderr
 
 
 def refused(module: str, *arguments: str | Path) -> str:

@@ -191,9 +191,8 @@ def _filmed(controller: Controller, env: Any, view: ThrowView) -> list[tuple[str
     found: list[tuple[str, Frame]] = []
     throws = thrown(controller, env, len(ASSEMBLY), stream_seed("evaluate", 0))
     for name, plans, _ in zip(("H", "T"), assembly_plans(), throws, strict=True):
-        frames = view.last_throw(FILMED)
         flying = float(plans.motion.duration[0] + FLYING * plans.u[0, 3])
-        found += [(f"the {name} flies", frames[round(FILMED * flying)]), (f"the {name} lies", frames[-1])]
+        found += [(f"the {name} flies", view.at(flying, FILMED)), (f"the {name} lies", view.at(np.inf, FILMED))]
     return [(title, frame[VIEW]) for title, frame in found]
 
 

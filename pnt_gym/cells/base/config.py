@@ -96,6 +96,11 @@ class LevelConfig(Section):
             raise ConfigError(f"{source}: {first_problem(error)}") from None
 
     @classmethod
+    def file_of(cls, name: str) -> Path:
+        """The file of a shipped level."""
+        return _shipped(cls.folder) / f"{name}.yaml"
+
+    @classmethod
     def level_names(cls) -> tuple[str, ...]:
         """Names of the shipped levels."""
         return tuple(sorted(path.stem for path in _shipped(cls.folder).glob("*.yaml")))

@@ -128,9 +128,6 @@ class ItemTable:
     restitution: Floats
     solref: Floats
 
-    def __len__(self) -> int:
-        return len(self.names)
-
 
 def item_arrays(items: Sequence[Item]) -> ItemTable:
     """Stack items into arrays, in the order given.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import Any, Final, Protocol, final
 
@@ -27,6 +28,14 @@ class View(Protocol):
 
     def last_throw(self, fps: int = FPS) -> list[Frame]:
         """Frames of the last throw of row 0 at true rate; empty before the first throw."""
+        ...
+
+    def at(self, moment: float, fps: int = FPS) -> Frame:
+        """The frame of the last throw of row 0 that is shown at a moment [s]; its last one if that is later.
+
+        Raises:
+            ConfigError: nothing was thrown yet.
+        """
         ...
 
     def render(self, mode: str) -> Frame | list[Frame]:
@@ -96,7 +105,24 @@ class ThrowView:
     def last_throw(self, fps: int = FPS) -> list[Frame]:
         """Frames of the last throw of row 0 at true rate; empty before the first throw."""
         recording = self._cell.plant.recording
-        return [] if recording is None else list(self._frames(recording, 1.0 / fps))
+        if recording is None:
+            return []
+        return [self._canvas.draw(*scene) for scene in self._scenes(recording, 1.0 / fps)]
+
+    def at(self, moment: float, fps: int = FPS) -> Frame:
+        """The frame of the last throw of row 0 that is shown at a moment [s]; its last one if that is later.
+
+        Only this one is drawn: drawing takes far longer than stepping through the throw twice.
+
+        Raises:
+            ConfigError: nothing was thrown yet, or no OpenGL library could be loaded.
+        """
+        recording = self._cell.plant.recording
+        if recording is None:
+            raise ConfigError("a picture of a throw needs a throw, got none")
+        last = sum(1 for _ in recording.play(1.0 / fps)) - 1
+        shown = round(min(last, fps * moment))
+        return self._canvas.draw(*next(islice(self._scenes(recording, 1.0 / fps), shown, None)))
 
     def render(self, mode: str) -> Frame | list[Frame]:
         """What Gymnasium's `render` returns for rgb_array and rgb_array_list."""
@@ -125,11 +151,12 @@ class ThrowView:
             self._window = None
         self._cell.plant.record_row = None
 
-    def _frames(self, recording: Recording, interval: float) -> Iterator[Frame]:
+    def _scenes(self, recording: Recording, interval: float) -> Iterator[tuple[MjModel, MjData, list[Marker]]]:
+        """What is drawn, about every `interval` [s]: it has to be before the next one is asked for."""
         planned = [Marker.dot(p, _PLANNED, 0.006 * self._dots) for p in recording.plan]
         for data, trail in recording.play(interval):
             flown = [Marker.dot(p, _FLOWN, 0.008 * self._dots) for p in trail]
-            yield self._canvas.draw(recording.model, data, planned + flown + self._cell.markers_at(float(data.time)))
+            yield recording.model, data, planned + flown + self._cell.markers_at(float(data.time))
 
 
 def record_video(view: View, throws: Iterable[object], path: str | Path, fps: int = FPS, slow: int = 1) -> Path:

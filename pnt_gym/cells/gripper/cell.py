@@ -53,12 +53,12 @@ class GripperCell(Cell[GripperConfig, Context, TossPlans, Outcome]):
         self.planner = TossPlanner(config)
         self._check_reach()
         self.plant = GripperPlant(config, count, threads)
-        self._table = feature_table(config)
+        feature_table(config)  # tells of an unknown feature now and not at the first throw
         self.context = self.first(np.arange(count))
 
     def observe(self) -> NDArray[np.float32]:
         """Observations of the coming throws (N, 15)."""
-        return self._table.encode(self.context)
+        return feature_table(self.config).encode(self.context)
 
     def plan(self, correction: Floats | None = None) -> TossPlans:
         """Plans of the coming throws, feasible or not.

@@ -136,20 +136,9 @@ def plan_throw(
     if not found:
         raise UnreachableGoal(target, (f"{ThrowReason.NO_MOTION.sentence} ({tried} first guesses)",))
     best = min(found, key=lambda solution: solution.cost)
-    return ThrowPlan(
-        target,
-        u,
-        radius,
-        best.motion,
-        best.margins,
-        best.margins * margin_units(arm, block),
-        best.cost,
-        solver,
-        tried,
-        len(found),
-        iterations,
-        best.message,
-    )
+    newton = best.margins * margin_units(arm, block)
+    counts = (tried, len(found), iterations)
+    return ThrowPlan(target, u, radius, best.motion, best.margins, newton, best.cost, solver, *counts, best.message)
 
 
 def _solutions(

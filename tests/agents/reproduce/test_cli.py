@@ -18,7 +18,7 @@ from agents.reproduce.papers import PAPERS, jobs, package, run_part
 from agents.reproduce.record import assemble, headlines
 from agents.tables import Grid
 from pnt_gym.errors import PntGymError
-from tests.tools.commands import call, environment
+from tests.tools.commands import call, call_here, environment
 
 ENTRIES = {"quantity", "published", "reproduced", "unit", "verdict", "tolerance", "note"}
 
@@ -43,7 +43,7 @@ def test_help_names_the_papers(tmp_path: Path) -> None:
 )
 def test_mistakes_are_explained_before_anything_is_done(tmp_path: Path, arguments: tuple[str, ...], said: str) -> None:
     (tmp_path / "a_file").write_text("")
-    done = call("agents.reproduce", *arguments, "--work", "work", folder=tmp_path)
+    done = call_here("agents.reproduce", *arguments, "--work", "work", folder=tmp_path)
     assert done.returncode == 2
     assert done.stderr.startswith("error: ")
     assert done.stderr.count("\n") == 1
@@ -63,44 +63,44 @@ def test_parts_may_be_named_at_once_or_one_by_one(tmp_path: Path, only: tuple[st
     for name in ("example", "length", "joints"):
         (job,) = (job for job in jobs("choe") if job.name == f"choe/{name}")
         write_json(tmp_path / "work" / job.file, {"seconds": 1.0, "rows": [], "data": {}, "figures": {}, "grids": []})
-    done = call("agents.reproduce", "choe", *only, "--work", "work", "--json", "out.json", folder=tmp_path)
+    done = call_here("agents.reproduce", "choe", *only, "--work", "work", "--json", "out.json", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert set(json.loads((tmp_path / "out.json").read_text())["seconds"]) == {f"choe/{part}" for part in parts}
 
 
 def test_figures_are_written_where_asked(tmp_path: Path) -> None:
-    arguments = ("hassan", "--only", "inconsistencies", "figures", "--work", "work")
+    arguments = ("choe", "--only", "example", "speed", "--work", "work")
     done = call("agents.reproduce", *arguments, "--json", "out.json", "--figures", "drawings", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "Traceback" not in done.stderr
     assert "misprint" in done.stdout
-    assert len(list((tmp_path / "work" / "hassan").iterdir())) == 2
+    assert len(list((tmp_path / "work" / "choe").iterdir())) == 2
     data: dict[str, Any] = json.loads((tmp_path / "out.json").read_text())
     assert all(set(row) >= ENTRIES for row in data["rows"])
-    assert {row["paper"] for row in data["rows"]} == {"hassan"} == set(data["papers"])
-    assert data["command"] == "python -m agents.reproduce hassan"
-    assert set(data["seconds"]) == {"hassan/inconsistencies", "hassan/figures"}
+    assert {row["paper"] for row in data["rows"]} == {"choe"} == set(data["papers"])
+    assert data["command"] == "python -m agents.reproduce choe"
+    assert set(data["seconds"]) == {"choe/example", "choe/speed"}
     assert data["versions"]["pnt_gym"]
     drawings = {path.name for path in (tmp_path / "drawings").iterdir()}
-    assert drawings == set(data["figures"]["hassan"])
-    assert "hassan_scurve.svg" in drawings
+    assert drawings == set(data["figures"]["choe"])
+    assert "choe_ellipse.svg" in drawings
 
 
 def test_finished_parts_are_not_done_again_unless_asked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """In this process, which sees one state of the code."""
 
     def run(**more: Any) -> list[str]:
-        main(Arguments("hassan", only=(("inconsistencies",),), work=tmp_path, jobs=1, **more))
+        main(Arguments("choe", only=(("length",),), work=tmp_path, jobs=1, **more))
         return [line.split(" (")[0] for line in capsys.readouterr().out.splitlines() if line.startswith("done: ")]
 
-    assert run() == ["done: hassan/inconsistencies"]
-    (kept,) = (tmp_path / "hassan").iterdir()
+    assert run() == ["done: choe/length"]
+    (kept,) = (tmp_path / "choe").iterdir()
     before = kept.stat().st_mtime_ns
     assert run() == []
     assert kept.stat().st_mtime_ns == before
-    assert run(fresh=True) == ["done: hassan/inconsistencies"]
+    assert run(fresh=True) == ["done: choe/length"]
     assert kept.stat().st_mtime_ns > before
-    assert [path.name for path in tmp_path.iterdir()] == ["hassan"]
+    assert [path.name for path in tmp_path.iterdir()] == ["choe"]
 
 
 class Small:
@@ -180,7 +180,7 @@ def test_kept_parts_belong_to_the_code_that_made_them(monkeypatch: pytest.Monkey
         return found
 
     write("agents/reproduce/hassan/a.py", "1")
-    monkeypatch.setattr(papers, "ROOT", tmp_path)
+    monkeypatch.setattr(papers, "CODE", tmp_path)
     first = key()
     for name in (
         "agents/reproduce/choe/a.py", "agents/reproduce/hassan_more/a.py", "agents/reproduce/__main__.py",

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from agents.reproduce.finding import Findings, Row, agree, merged, printed, share
+from agents.reproduce.finding import Row, agree, printed, share
 from agents.reproduce.grids import below, by_quantity, number, plain, short, value, with_unit
 from agents.tables import Grid
 
@@ -61,15 +61,6 @@ def test_tolerances_are_half_a_printed_digit_or_a_share() -> None:
     assert not agree(0.1251, 0.12, printed(2))
     assert printed(0) == pytest.approx(0.5)
     assert share(-20.0, 0.06) == pytest.approx(1.2)
-
-
-def test_findings_are_united_in_their_order() -> None:
-    grid = Grid("g", ["a"], [])
-    one = Findings((Row.ours("a", 1.0, "m"),), {"x": 1}, {"a.svg": "1"}, (grid,))
-    other = Findings((Row.ours("b", 1.0, "m"),), {"y": 2}, {"b.svg": "2"}, (grid, grid))
-    both = merged([one, other])
-    assert [row.quantity for row in both.rows] == ["a", "b"]
-    assert (both.data, both.figures, len(both.grids)) == ({"x": 1, "y": 2}, {"a.svg": "1", "b.svg": "2"}, 3)
 
 
 def test_rows_as_tables() -> None:

@@ -16,7 +16,7 @@ from pnt_gym.planning.motion.limits import MotionLimits
 from pnt_gym.planning.straight.release import plan_release_batch, release_at_elevation
 from tests.tools.throws import NO_SPREAD, is_feasible, item, make_core, planned, same_bits, vary
 
-COUNT, PICKS = 8, 25
+COUNT, PICKS = 8, 15
 
 
 @pytest.fixture(scope="module", params=["nominal", "waste"])

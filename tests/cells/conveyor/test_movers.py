@@ -16,7 +16,7 @@ from pnt_gym.planning.motion.limits import MotionLimits
 from tests.tools.throws import is_feasible, make_core, same_bits, vary
 
 FREE = {"planner": "free_direction", "motion": {"follow_through": {"window": 0.0}}}
-COUNT = 48
+COUNT = 24
 
 
 def core_of(level="ideal", picks="belt", count=COUNT, mode="release_point", threads=2, **changes):

@@ -255,7 +255,7 @@ def test_an_engine_warning_is_an_error_and_not_a_number(tmp_path, monkeypatch):
 
 
 def test_an_oracle_that_looks_ahead_sorts_almost_everything():
-    count, scale = 110, np.array([0.20, 0.06])
+    count, scale = 48, np.array([0.20, 0.06])
     core = make_core("waste", count, seed=7)
     action, errors = np.zeros((count, 2)), []
     for _ in range(3):

@@ -158,7 +158,7 @@ def test_in_the_planners_own_world_every_throw_succeeds():
 
 
 def test_an_oracle_succeeds_where_the_planner_misses():
-    cell = made("belt", 60)
+    cell = made("belt", 36)
     kind = cell.context.kind
     planned = cell.preview(cell.context.plans, jitter=True)
     assert planned.picked.all()

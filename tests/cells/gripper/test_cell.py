@@ -43,7 +43,7 @@ def test_a_longer_follow_through_forgives_a_late_opening_and_costs_time():
 
 @pytest.mark.parametrize("level", ["nominal", "late", "patient", "drop"])
 def test_an_oracle_succeeds(level):
-    cell = made(level, 48)
+    cell = made(level, 24)
     outcome = cell.throw(oracle(cell)[0])
     assert outcome.is_success.mean() >= 0.97
     assert outcome.picked.all()

@@ -6,7 +6,7 @@ import pytest
 from pnt_gym.planning import GRAVITY, MotionLimits, plan_release, plan_release_batch
 from tests.tools.planning import brute_force, half_stroke, random_throws
 
-CASES = 4000
+CASES = 1500
 # The bounds of a release, its own numbers, and how far they may be off.
 ROUNDING = 1e-11
 

@@ -19,6 +19,19 @@ from agents.reproduce.hassan.cases import FOLD, PROTOCOLS, PUBLISHED, SHOWN, cel
 from agents.reproduce.hassan.inconsistencies import inconsistency_findings
 from pnt_gym.planning import InfeasibleThrow, MotionLimits
 
+CONSTANT_JERK = {
+    ("pick-and-place", "inside", 15): 21.849,
+    ("horizontal-throw", "inside", 30): 55.231,
+    ("horizontal-throw", "outside", 45): 62.636,
+    ("min-time-throw", "inside", 15): 30.774,
+    ("min-time-throw", "inside", 30): 68.547,
+    ("min-time-throw", "inside", 40): 114.409,
+    ("min-time-throw", "outside", 35): 58.700,
+    ("min-time-throw", "outside", 40): 68.967,
+    ("min-time-throw", "outside", 45): 80.930,
+}
+"""Picks per minute with J constant: the cells that IPOPT finds within two seconds."""
+
 
 @pytest.fixture(scope="module")
 def inconsistencies():
@@ -57,19 +70,19 @@ def test_paper_clock_comes_close_in_every_cell():
 
 
 def test_with_constant_jerk_the_table_comes_out_within_every_limit():
-    difference = differences(table("constant-jerk"))
-    assert np.mean(list(difference.values())) == pytest.approx(0.0445, abs=0.001)
-    assert max(difference.values()) == pytest.approx(0.0896, abs=0.002)
-    for cell in PUBLISHED:
+    """A cell of each kind and every minimum-time throw; the means over all 15 are held to account in tests/results."""
+    found = {cell: picks_per_min(cell_cycle("constant-jerk", *cell)) for cell in CONSTANT_JERK}
+    assert found == pytest.approx(CONSTANT_JERK, abs=0.02)
+    difference = differences(found)
+    for cell in CONSTANT_JERK:
         limits = PROTOCOLS["constant-jerk"].limits(cell[2])
         assert limits.jerk == 3000.0
         for ratios in cell_cycle("constant-jerk", *cell).peak_ratios(limits):
             assert ratios.max() <= 1.0 + 1e-6
-    rows = {cell: hassan_table.cell_row("constant-jerk", cell) for cell in PUBLISHED}
+    rows = {cell: hassan_table.cell_row("constant-jerk", cell) for cell in CONSTANT_JERK}
     expected = {cell: value <= (0.10 if cell == FOLD else 0.06) for cell, value in difference.items()}
     assert {cell: row.verdict == "reproduced" for cell, row in rows.items()} == expected
-    assert sum(expected.values()) == 11
-    assert all(rows[cell].verdict == "reproduced" for cell in PUBLISHED if cell[0] == "min-time-throw")
+    assert [cell for cell, close in expected.items() if not close] == [("pick-and-place", "inside", 15)]
 
 
 @pytest.mark.parametrize("protocol", ["paper-clock", "jerk-overlap", "no-overlap", "constant-jerk-overlap"])

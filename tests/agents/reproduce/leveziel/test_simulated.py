@@ -23,6 +23,8 @@ from pnt_gym.cells.gripper.cell import GripperCell
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.robots.gripper import MOTOR_SPEED, inverse_kinematics
 
+HELD = 16
+"""Throws that judge a controller."""
 ALL = ("cycle", "grasps", "toss-planner", "toss-virtual_goal")
 
 
@@ -33,8 +35,8 @@ def findings(name: str) -> Findings:
     small = {
         "cycle": lambda: leveziel_cycle.cycle_findings(cycles=8),
         "grasps": lambda: leveziel_grasps.grasp_findings(grasps=24),
-        "toss-planner": lambda: leveziel_toss.planner_findings(("nominal", "drop"), seeds=(0,), held=32),
-        "toss-virtual_goal": lambda: leveziel_toss.learner_findings("virtual_goal", stages, seeds=(0, 1), held=32),
+        "toss-planner": lambda: leveziel_toss.planner_findings(("nominal", "drop"), seeds=(0,), held=HELD),
+        "toss-virtual_goal": lambda: leveziel_toss.learner_findings("virtual_goal", stages, seeds=(0, 1), held=HELD),
     }
     return small[name]()
 
@@ -182,14 +184,14 @@ def test_practice_teaches_when_to_let_go() -> None:
         few.details["landing_error_m"], before.details["landing_error_m"]
     )
     assert max(abs(v) for v in many.details["release_delay_s"].values()) < 0.003
-    assert many.details["throws"] == 2 * 32
+    assert many.details["throws"] == 2 * HELD
     assert len(many.details["success_by_seed"]) == 2
 
 
 def test_every_throw_is_counted_once() -> None:
-    assert row("toss-planner", "endurance/planner").reproduced == 2 * 2 * 32
+    assert row("toss-planner", "endurance/planner").reproduced == 2 * 2 * HELD
     # Practice once to the last stage; each stage on held-out objects, and the planner on them for the drawing.
-    assert row("toss-virtual_goal", "endurance/virtual_goal").reproduced == 2 * (100 + 2 * 32 + 32)
+    assert row("toss-virtual_goal", "endurance/virtual_goal").reproduced == 2 * (100 + 2 * HELD + HELD)
 
 
 def test_a_practice_that_goes_on_sees_other_objects() -> None:

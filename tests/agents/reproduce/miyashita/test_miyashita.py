@@ -29,7 +29,7 @@ from agents.reproduce.miyashita import (
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.planning.one_joint import Arm, landing_state, plan_throws, release_states_batch
 
-SAMPLES = (48, 40, 24)
+SAMPLES = (42, 36, 22)
 
 
 @cache
@@ -39,10 +39,10 @@ def findings(name: str) -> Findings:
         "example": lambda: example.example_findings(starts=4),
         "accessible": lambda: accessible.accessible_findings(SAMPLES),
         "learning": lambda: learning.learning_findings(seeds=2),
-        "acceptance-5ms": lambda: acceptance.acceptance_findings(0.005, goals=24, repeats=4),
+        "acceptance-5ms": lambda: acceptance.acceptance_findings(0.005, goals=16, repeats=3),
         "contact": lambda: contact.contact_findings(goals=3),
         "contact-reach": lambda: contact_reach.reach_findings(goals=6, scanned=128),
-        "contact-learning": lambda: contact_learning.learning_findings(goals=1, searched=10, scanned=128, practice=4),
+        "contact-learning": lambda: contact_learning.learning_findings(goals=1, searched=10, scanned=64, practice=4),
         "contact-level": lambda: contact_level.level_findings(seeds=(0,), practice=16, held=16),
         "sorting": lambda: tasks.sorting_findings(runs=4, practice=64),
         "assembly": lambda: tasks.assembly_findings(runs=4, practice=120),

@@ -1,0 +1,57 @@
+"""What to look at when something does not work: `pnt-gym doctor`, or in a checkout `python -m agents.doctor`."""
+
+from __future__ import annotations
+
+import math
+import os
+import platform
+import time
+from dataclasses import dataclass
+
+from pnt_gym.cells.base.canvas import rendering_problem
+
+from .cli import run
+from .controllers import make_controller
+from .environments import make_vector
+from .evaluation import NUM_ENVS, thrown
+from .tables import Grid, console
+from .versions import versions
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """Print versions, threads and whether pictures can be made, and throw for a second."""
+
+
+def main(arguments: Arguments) -> None:
+    """Print what was found."""
+    threads = os.environ.get("OMP_NUM_THREADS", "not set")
+    rows = [
+        ("system", platform.platform()),
+        *versions().items(),
+        ("cores", f"{os.cpu_count()}, OMP_NUM_THREADS {threads}"),
+        ("pictures", f"{rendering_problem() or 'rendering works'}; MUJOCO_GL {os.environ.get('MUJOCO_GL', 'not set')}"),
+        ("self-test", throws_for_a_second()),
+    ]
+    console().print(Grid("pnt_gym", ("what", "found"), rows).terminal())
+
+
+def throws_for_a_second() -> str:
+    """How many throws of the planner a second brings, and how many of them succeed."""
+    env = make_vector("PnTRelease-v0", "nominal", NUM_ENVS, os.cpu_count() or 1)
+    count, successes, begin = 0, 0, math.inf
+    for throws in thrown(make_controller("analytic", env), env, 100 * NUM_ENVS, 0):
+        if begin == math.inf:  # the first batch warms up
+            begin = time.perf_counter()
+            continue
+        count += len(throws)
+        successes += int(throws.is_success.sum())
+        if time.perf_counter() - begin > 1.0:
+            break
+    rate = count / (time.perf_counter() - begin)
+    env.close()
+    return f"{count} throws, {rate:.0f} a second, {100 * successes / count:.0f} % succeed"
+
+
+if __name__ == "__main__":
+    run(main, Arguments, "agents.doctor")

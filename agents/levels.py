@@ -1,0 +1,62 @@
+"""The levels that ship: `pnt-gym levels`, or in a checkout `python -m agents.levels`."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Annotated, Final
+
+import yaml
+
+from pnt_gym.cells.base.config import LevelConfig
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.gripper.config import GripperConfig
+from pnt_gym.cells.one_joint.config import OneJointConfig
+
+from .cli import UsageError, option, run
+from .tables import Grid, console
+
+FAMILIES: Final[dict[str, type[LevelConfig]]] = {
+    "PnT": ConveyorConfig,
+    "OneJoint": OneJointConfig,
+    "GripperToss": GripperConfig,
+}
+"""Configs by what the ids of their environments begin with."""
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """List the levels that ship with each family of environments, or print all that one of them says.
+
+    A level of your own is a YAML file with only the differences: `base: waste` and what is to be another.
+    """
+
+    show: Annotated[str | None, option("the list", "FAMILY/LEVEL")] = None
+    """A level, for instance PnT/waste, in full: every setting there is."""
+
+
+def main(arguments: Arguments) -> None:
+    """Print the list, or the level."""
+    known = {f"{family}/{name}": (kind, name) for family, kind in FAMILIES.items() for name in kind.level_names()}
+    if arguments.show is None:
+        rows = [(key, _purpose(kind, name)) for key, (kind, name) in known.items()]
+        console().print(Grid("levels that ship", ("environments / level", "what it is"), rows).terminal())
+    elif arguments.show in known:
+        kind, name = known[arguments.show]
+        print(yaml.safe_dump(kind.load(name).model_dump(mode="json"), sort_keys=False), end="")
+    else:
+        raise UsageError(f"level {arguments.show!r} does not ship; those that do are {', '.join(known)}")
+
+
+def _purpose(kind: type[LevelConfig], name: str) -> str:
+    """The first sentence of the comment that a level's file begins with."""
+    comment: list[str] = []
+    for line in kind.file_of(name).read_text(encoding="utf-8").splitlines():
+        if not line.startswith("#"):
+            break
+        comment.append(line.lstrip("# "))
+    return re.split(r"(?<=[^l][.:])\s", " ".join(comment), maxsplit=1)[0].rstrip(".:")
+
+
+if __name__ == "__main__":
+    run(main, Arguments, "agents.levels")

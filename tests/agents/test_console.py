@@ -1,0 +1,94 @@
+"""The command `pnt-gym` and what only it has."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+import yaml
+
+from agents import console
+from agents.places import POLICY, SHIPPED, code_pattern, module_name
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.commands import command_module
+
+
+@pytest.fixture
+def say(capsys, monkeypatch):
+    """What the command prints for some words, and how it exits."""
+
+    def run(*words):
+        monkeypatch.setattr(sys, "argv", ["pnt-gym", *words])
+        code = 0
+        try:
+            command_module("console").main()
+        except SystemExit as end:
+            code = end.code or 0
+        said = capsys.readouterr()
+        return code, said.out, said.err
+
+    return run
+
+
+def test_without_a_word_it_lists_the_commands(say):
+    code, out, _ = say()
+    assert code == 0
+    assert all(f"  {name}" in out for name in console.COMMANDS)
+    assert say("--help")[1] == out
+
+
+@pytest.mark.parametrize("name", console.COMMANDS)
+def test_every_command_says_what_it_takes(say, name):
+    code, out, _ = say(name, "--help")
+    assert code == 0
+    assert f"usage: pnt-gym {name}" in out
+
+
+def test_an_unknown_command_is_one_sentence(say):
+    code, _, error = say("evaluat")
+    assert code == 2
+    assert error == f"error: 'evaluat' is no command; commands are {', '.join(console.COMMANDS)}\n"
+
+
+def test_the_levels_are_listed_with_their_purpose(say):
+    code, out, _ = say("levels")
+    assert code == 0
+    assert all(f"PnT/{name}" in out for name in ConveyorConfig.level_names())
+    assert "Fifteen kinds of waste" in out
+
+
+def test_a_level_shown_in_full_is_that_level_again(say):
+    _, out, _ = say("levels", "--show", "PnT/tight")
+    assert ConveyorConfig.load(yaml.safe_load(out)) == ConveyorConfig.load("tight")
+
+
+def test_a_level_that_does_not_ship_is_one_sentence(say):
+    code, _, error = say("levels", "--show", "PnT/wast")
+    assert code == 2
+    assert error.startswith("error: level 'PnT/wast' does not ship; those that do are PnT/fast, ")
+
+
+def test_the_demo_lets_all_throw_the_same(say):
+    code, out, _ = say("demo", "--picks", "16")
+    assert code == 0
+    assert [name for name in ("analytic", "virtual_goal", "trained policy (sac)") if name not in out] == []
+    assert "the same 16 throws each" in out
+
+
+def test_the_doctor_throws(say):
+    code, out, _ = say("doctor")
+    assert code == 0
+    assert all(name in out for name in ("mujoco", "torch", "MUJOCO_GL", " a second, "))
+
+
+def test_a_missing_library_is_one_sentence(say, monkeypatch):
+    monkeypatch.setitem(sys.modules, "torch", None)
+    code, _, error = say("train", "--steps", "64")
+    assert code == 2
+    assert error == "error: this needs torch: pip install 'pnt_gym[rl]'\n"
+
+
+def test_what_ships_is_there():
+    assert POLICY.is_dir()
+    assert (SHIPPED / "configs" / "rl" / "sac.yml").is_file()
+    assert (module_name("agents.train"), code_pattern("agents/*.py")) == ("agents.train", "agents/*.py")

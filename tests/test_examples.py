@@ -1,0 +1,35 @@
+"""The examples run as they stand and say what they promise."""
+
+from __future__ import annotations
+
+import runpy
+import sys
+from pathlib import Path
+
+import pytest
+
+EXAMPLES = sorted((Path(__file__).resolve().parents[1] / "examples").glob("*.py"))
+SHORT = {"06_train_sac": "110", "07_own_loop": "5", "08_offline_dataset": "6"}
+SAYS = {
+    "01_three_lines": ["info['is_success']=True"],
+    "02_many_cells": ["0 times", "1 times"],
+    "03_my_layout": ["near: release after", "across the hall: 3 of 3 picks have no throw"],
+    "04_my_cell": ["sorted a minute"],
+    "05_my_controller": ["analytic:", "two_centimetres_shorter:"],
+    "06_train_sac": ["analytic:"],
+    "07_own_loop": ["after 160 throws"],
+    "08_offline_dataset": ["learned from 192 throws", "regression:"],
+}
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_an_example_runs(path, capsys, monkeypatch):
+    monkeypatch.setattr(sys, "argv", [str(path), *([SHORT[path.stem]] if path.stem in SHORT else [])])
+    runpy.run_path(str(path), run_name="__main__")
+    said = capsys.readouterr().out
+    assert all(text in said for text in SAYS[path.stem]), said
+
+
+def test_there_are_eight_and_none_is_long():
+    assert [path.stem for path in EXAMPLES] == list(SAYS)
+    assert max(len(path.read_text().splitlines()) for path in EXAMPLES) <= 40
