@@ -29,7 +29,8 @@ def option(default: str, metavar: str | None = None) -> Any:
 def run(command: Callable[[Arguments], None], arguments: type[Arguments], module: str) -> None:
     """Parse `sys.argv` into `arguments` and run `command`.
 
-    Exit codes: 0 done, 2 bad usage or config with one sentence on stderr, 130 interrupted.
+    Exit codes: 0 done, 2 with one sentence on stderr for a mistake of the user's, a full disk or too little memory, 130
+    interrupted.
     """
     # A redirected stream of another encoding must not turn a table into a traceback.
     for stream in (sys.stdout, sys.stderr):
