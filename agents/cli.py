@@ -44,7 +44,8 @@ def run(
 ) -> None:
     """Parse a command line into `arguments` and run `command`.
 
-    Exit codes: 0 done, 2 bad usage or config with one sentence on stderr, 130 interrupted.
+    Exit codes: 0 done, 2 with one sentence on stderr for a mistake of the user's, a full disk or too little memory, 130
+    interrupted.
 
     Args:
         command: what to do.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Sequence
+from numbers import Integral
 from typing import Any, ClassVar, Final
 
 import gymnasium as gym
@@ -43,7 +44,7 @@ def _seed_of(value: Any) -> int | None:
     """A seed as Gymnasium takes it, or None."""
     if value is None:
         return None
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 0:
+    if isinstance(value, bool) or not isinstance(value, Integral) or int(value) < 0:
         raise ConfigError(f"seed is {one_sentence(repr(value), 80)}; it must be a whole number, at least 0")
     return int(value)
 
@@ -292,7 +293,7 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         _check_options(options)
         given: Any = (options or {}).get("reset_mask", np.ones(self.num_envs, dtype=np.bool_))
         try:
-            mask = np.asarray(given)
+            mask: NDArray[Any] = np.asarray(given)
         except ValueError:  # rows of different lengths
             mask = np.zeros(0)
         if mask.shape != (self.num_envs,) or mask.dtype != np.bool_:

@@ -151,7 +151,7 @@ def limited_actions(actions: object, count: int, size: int, mode: str) -> Floats
     except ValueError:  # rows of different lengths
         array = np.empty(0, dtype=object)
     # Booleans, texts, dates and masked or complex numbers would be taken for numbers that nobody meant.
-    if array.dtype.kind not in "iuf" or isinstance(actions, np.ma.MaskedArray):
+    if array.dtype.kind not in "iuf" or np.ma.isMA(actions):
         raise ActionError(f"action is {one_sentence(repr(actions), 80)}; it must be an array of real numbers")
     expected = (count, size)
     if array.shape != expected:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Integral
 from typing import Any, ClassVar, Final, Generic, Protocol, TypeVar, final
 
 import numpy as np
@@ -98,8 +99,8 @@ class Cell(ABC, Generic[ConfigT, ThrowsT, PlansT, VerdictT]):
 
     def __init__(self, config: ConfigT, count: int, threads: int) -> None:
         for name, value, most in (("num_envs", count, MOST_CELLS), ("threads", threads, MOST_THREADS)):
-            whole: Any = value  # of a user, whom no type checker has seen
-            if isinstance(whole, bool) or not isinstance(whole, int | np.integer) or not 1 <= whole <= most:
+            whole: object = value  # of a user, whom no type checker has seen
+            if isinstance(whole, bool) or not isinstance(whole, Integral) or not 1 <= int(whole) <= most:
                 said = one_sentence(repr(whole), 80)
                 raise ConfigError(f"{name} is {said}; it must be a whole number from 1 to {most}")
         self.config = config
