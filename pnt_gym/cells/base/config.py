@@ -100,6 +100,10 @@ class LevelConfig(Section):
         """The file of a shipped level."""
         return _shipped(cls.folder) / f"{name}.yaml"
 
+    def ships(self) -> bool:
+        """Whether it is a shipped level, unchanged."""
+        return self.name in self.level_names() and self == self.load(self.name)
+
     @classmethod
     def level_names(cls) -> tuple[str, ...]:
         """Names of the shipped levels."""

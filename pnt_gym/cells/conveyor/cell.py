@@ -52,7 +52,8 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         self.item_names = config.items
         self.dwell = config.motion.dwell
         self.planner = PickPlanner(config)
-        self.planner.warn_of_reach()
+        if not config.ships():
+            self.planner.warn_of_reach()
         self.plant = ConveyorPlant(config, count, threads)
         source = IndependentPicks if self.terminates else BeltPicks
         self._source: PickSource = source(self.planner, self.generators)
