@@ -13,7 +13,10 @@ def one_sentence(said: object, most: int = 400) -> str:
 
 
 class PntGymError(ValueError):
-    """Base of every error that pnt_gym raises on purpose."""
+    """Base of every error that pnt_gym raises on purpose; its message is one sentence, whatever values stand in it."""
+
+    def __str__(self) -> str:
+        return one_sentence(super().__str__(), 500)
 
 
 class ConfigError(PntGymError):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar, final
 
-from pnt_gym.cells.base.config import Level
+from pnt_gym.cells.base.config import Level, describes_a_cell
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.cell import ConveyorCell, Picks
 from pnt_gym.cells.conveyor.config import ConveyorConfig
@@ -12,7 +12,8 @@ from pnt_gym.envs.base import ThrowEnv, ThrowVectorEnv
 
 
 def _core(level: Level, picks: Picks, action_mode: str, count: int, threads: int) -> Core:
-    return Core(ConveyorCell(ConveyorConfig.load(level), count, picks, threads), action_mode)
+    with describes_a_cell():
+        return Core(ConveyorCell(ConveyorConfig.load(level), count, picks, threads), action_mode)
 
 
 class ConveyorEnv(ThrowEnv):

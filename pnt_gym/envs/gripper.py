@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import final
 
-from pnt_gym.cells.base.config import Level
+from pnt_gym.cells.base.config import Level, describes_a_cell
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.gripper.cell import GripperCell
 from pnt_gym.cells.gripper.config import GripperConfig
@@ -12,7 +12,8 @@ from pnt_gym.envs.base import ThrowEnv, ThrowVectorEnv
 
 
 def _core(level: Level, action_mode: str, count: int, threads: int) -> Core:
-    return Core(GripperCell(GripperConfig.load(level), count, threads), action_mode)
+    with describes_a_cell():
+        return Core(GripperCell(GripperConfig.load(level), count, threads), action_mode)
 
 
 @final

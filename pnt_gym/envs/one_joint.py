@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar, final
 
-from pnt_gym.cells.base.config import Level
+from pnt_gym.cells.base.config import Level, describes_a_cell
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.one_joint.cell import OneJointCell
 from pnt_gym.cells.one_joint.config import OneJointConfig, Task
@@ -12,7 +12,8 @@ from pnt_gym.envs.base import ThrowEnv, ThrowVectorEnv
 
 
 def _core(level: Level, task: Task, action_mode: str, count: int, threads: int) -> Core:
-    return Core(OneJointCell(OneJointConfig.load(level, task=task), count, threads), action_mode)
+    with describes_a_cell():
+        return Core(OneJointCell(OneJointConfig.load(level, task=task), count, threads), action_mode)
 
 
 class OneJointEnv(ThrowEnv):

@@ -119,6 +119,25 @@ def test_a_message_stays_a_sentence_whatever_is_given():
         assert len(sentence(caught)) < 300
 
 
+@pytest.mark.parametrize(
+    ("env_id", "level"),
+    [
+        ("OneJointThrow-v0", {"arm": {"thickness": 1e300}}),
+        ("GripperToss-v0", {"tray": {"settle": 1e9}}),
+        ("PnTRelease-v0", {"suction": {"tau": 1e9}}),
+        ("OneJointThrow-v0", {"block": {"mass": 1e-300}}),
+        ("OneJointSort-v0", {"block": {"half_height": 1e9}}),
+        ("OneJointSort-v0", {"arm": {"thickness": 1e300}}),
+        ("GripperToss-v0", {"table": {"y": [0, 0]}}),
+        ("PnTRelease-v0", {"bins": {"fixed": [{"name": "b", "x": 0.1, "y": 0.4, "size": [1e300, 1e300]}]}}),
+    ],
+)
+def test_numbers_of_which_nothing_can_be_built(env_id, level):
+    with pytest.raises(ConfigError) as caught:
+        gym.make(env_id, level=level)
+    assert len(sentence(caught)) <= 500
+
+
 @pytest.mark.parametrize("mode", [[], 5, {}, b"release_point", ("release_point",)], ids=repr)
 @pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
 def test_what_no_action_mode_can_be(env_id, mode):

@@ -8,7 +8,8 @@ own is a file or a mapping of the same form.
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, Self, TypeAlias, cast
 
@@ -16,10 +17,12 @@ import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import to_jsonable_python
 
-from pnt_gym.errors import ConfigError, one_sentence
+from pnt_gym.errors import ConfigError, PntGymError, one_sentence
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Duration = Annotated[float, Field(ge=0, le=10, allow_inf_nan=False)]
+"""Seconds that are simulated."""
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Share = Annotated[float, Field(gt=0, le=1)]
 Range = tuple[Finite, Finite]
@@ -135,6 +138,22 @@ class LevelConfig(Section):
         if not isinstance(base, str | Path):
             raise ConfigError(f"base is {base!r}; it must be the name of a level or a YAML file")
         return _merged(cls._from_file(base, above), own, cls.alternatives)
+
+
+@contextmanager
+def describes_a_cell() -> Generator[None, None, None]:
+    """The block makes a cell of a level, whose numbers may each be possible and together not.
+
+    Raises:
+        ConfigError: engine, memory or arithmetic refuse them.
+    """
+    try:
+        yield
+    except PntGymError:
+        raise
+    except (ValueError, ArithmeticError, MemoryError) as error:
+        said = one_sentence(error, 120)
+        raise ConfigError(f"the level describes no cell that works; one of its numbers is absurd: {said}") from error
 
 
 def written(level: Level) -> str | dict[str, Any]:

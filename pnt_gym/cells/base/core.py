@@ -20,7 +20,7 @@ from pnt_gym.cells.base.action import Correction, Modes, Plans, corrected, limit
 from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.cells.base.features import CLIP
 from pnt_gym.cells.base.view import View
-from pnt_gym.errors import ConfigError, one_sentence
+from pnt_gym.errors import ConfigError, PlanningError, one_sentence
 
 Generators = list[np.random.Generator]
 
@@ -318,11 +318,11 @@ def require_feasible(plans: Plans) -> None:
     """Make sure that every cell has a plan that it can carry out.
 
     Raises:
-        ValueError: one has not.
+        PlanningError: one has not.
     """
     if not plans.feasible.all():
         row = int(np.flatnonzero(~plans.feasible)[0])
-        raise ValueError(f"the plan of cell {row} is not feasible; throw only plans whose `feasible` is True")
+        raise PlanningError(f"the plan of cell {row} is not feasible; throw only plans whose `feasible` is True")
 
 
 def scalars(info: dict[str, NDArray[Any]], row: int) -> dict[str, Any]:

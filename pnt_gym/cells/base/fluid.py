@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.items import CYLINDER, ELLIPSOID, SHAPES
+from pnt_gym.errors import ConfigError
 
 # Share of the drag coefficient, by shape. MuJoCo's drag has no 1/2, and a box or cylinder is seen as the
 # ellipsoid inside it, whose frontal area is pi/4 of a face: 0.5 / (pi/4) = 0.64.
@@ -67,19 +68,19 @@ def lying_size(shape_index: ArrayLike, size: ArrayLike) -> Floats:
         (N, 3) full extents in m: a cylinder gets the mean of W and H as its one diameter, others keep theirs.
 
     Raises:
-        ValueError: the arrays do not fit, an index is unknown or an extent is not positive and finite.
+        ConfigError: the arrays do not fit, an index is unknown or an extent is not positive and finite.
     """
     index, full = np.asarray(shape_index), np.asarray(size, dtype=np.float64)
     if index.ndim != 1 or not np.issubdtype(index.dtype, np.integer):
-        raise ValueError(f"shape_index has shape {index.shape} and type {index.dtype}, but must be (N,) of integers.")
+        raise ConfigError(f"shape_index has shape {index.shape} and type {index.dtype}, but must be (N,) of integers.")
     if full.shape != (index.shape[0], 3):
-        raise ValueError(f"size has shape {full.shape}, but must be ({index.shape[0]}, 3), one row per shape_index.")
+        raise ConfigError(f"size has shape {full.shape}, but must be ({index.shape[0]}, 3), one row per shape_index.")
     unknown = (index < 0) | (index >= len(SHAPES))
     if np.any(unknown):
-        raise ValueError(f"shape_index is {index[unknown][0]}, but must be from 0 to {len(SHAPES) - 1}.")
+        raise ConfigError(f"shape_index is {index[unknown][0]}, but must be from 0 to {len(SHAPES) - 1}.")
     bad = ~(np.isfinite(full) & (full > 0.0))
     if np.any(bad):
-        raise ValueError(f"size holds an extent of {full[bad][0]} m, but extents must be finite and more than 0.")
+        raise ConfigError(f"size holds an extent of {full[bad][0]} m, but extents must be finite and more than 0.")
     diameter = 0.5 * (full[:, 1] + full[:, 2])
     round_ = np.stack([full[:, 0], diameter, diameter], axis=1)
     return np.where((index == CYLINDER)[:, None], round_, full)

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, StringConstraints, model_vali
 
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.constants import GRAVITY
+from pnt_gym.errors import ConfigError
 
 Shape = Literal["ellipsoid", "cylinder", "box"]
 SHAPES: Final[tuple[Shape, ...]] = get_args(Shape)
@@ -27,12 +28,12 @@ def shape_index(shape: str) -> int:
     """Index of a shape in `SHAPES`: 0 ellipsoid, 1 cylinder, 2 box.
 
     Raises:
-        ValueError: the shape is none of these.
+        ConfigError: the shape is none of these.
     """
     for index, known in enumerate(SHAPES):
         if shape == known:
             return index
-    raise ValueError(f"shape {shape!r} is not one of {', '.join(SHAPES)}.")
+    raise ConfigError(f"shape {shape!r} is not one of {', '.join(SHAPES)}.")
 
 
 @final
@@ -87,11 +88,11 @@ class Item(BaseModel):
     def _is_consistent(self) -> Self:
         _, width, height = self.size
         if self.shape == "cylinder" and width != height:
-            raise ValueError(f"cylinder {self.name!r} needs one diameter, but W = {width} m and H = {height} m.")
+            raise ConfigError(f"cylinder {self.name!r} needs one diameter, but W = {width} m and H = {height} m.")
         weight = self.mass * GRAVITY
         if self.seal_force is not None and self.seal_force <= weight:
             held = f"seal_force of {self.name!r} is {self.seal_force} N"
-            raise ValueError(f"{held}, but must exceed its weight of {weight:.3f} N.")
+            raise ConfigError(f"{held}, but must exceed its weight of {weight:.3f} N.")
         return self
 
 
@@ -139,10 +140,10 @@ def item_arrays(items: Sequence[Item]) -> ItemTable:
         Read-only arrays with K rows.
 
     Raises:
-        ValueError: no items.
+        ConfigError: no items.
     """
     if len(items) == 0:
-        raise ValueError("0 items given, but a table needs at least 1.")
+        raise ConfigError("0 items given, but a table needs at least 1.")
 
     def column(values: Sequence[object]) -> Floats:
         return _read_only(np.array(values, dtype=np.float64))
@@ -197,12 +198,12 @@ def contact_solref(restitution: ArrayLike) -> Floats:
         (..., 2) time constant in s and damping ratio.
 
     Raises:
-        ValueError: a restitution is outside 0 to 1 or not a number.
+        ConfigError: a restitution is outside 0 to 1 or not a number.
     """
     e = np.asarray(restitution, dtype=np.float64)
     if not np.all((e >= 0.0) & (e <= 1.0)):
         bad = e[~((e >= 0.0) & (e <= 1.0))].flat[0]
-        raise ValueError(f"restitution is {bad}, but must be from 0 to 1.")
+        raise ConfigError(f"restitution is {bad}, but must be from 0 to 1.")
     damping = np.maximum(np.cos(np.interp(e, _BOUNCE, _PHI)), _LEAST_DAMPING)
     stiffening = np.sqrt(np.maximum(e, _LEAST_BOUNCE) / _LEAST_BOUNCE)
     return np.stack([_DEAD_TIME_CONSTANT / (damping * stiffening), damping], axis=-1)

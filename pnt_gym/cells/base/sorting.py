@@ -100,7 +100,7 @@ class Spread(Section):
     size: NonNegative = Field(default=0.08, description="Lognormal, common to the three axes.")
     size_axis: NonNegative = Field(default=0.04, description="Lognormal, per axis.")
     drag: NonNegative = Field(default=0.12, description="Lognormal.")
-    seal: NonNegative = Field(default=0.40, description="Lognormal, seal quality.")
+    seal: NonNegative = Field(default=0.40, le=5, description="Lognormal, seal quality.")
     com_depth: NonNegative = Field(default=0.06, description="Normal, share of the height.")
     grasp: NonNegative = Field(default=0.008, description="Normal per axis, cup against centre of mass [m].")
     height: NonNegative = Field(default=0.002, description="Normal, lip compression and height error [m].")

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from pnt_gym.cells.base.config import NonNegative, Positive, Section
+from pnt_gym.cells.base.config import Duration, NonNegative, Positive, Section
 
 
 class Limits(Section):
@@ -69,8 +69,8 @@ class Suction(Section):
     seal vents through its leak as well.
     """
 
-    valve: NonNegative = Field(default=0.004, description="Valve delay, assumed [s].")
-    tau: NonNegative = Field(default=0.009, description="Time constant of the vacuum, tight seal, assumed [s].")
+    valve: Duration = Field(default=0.004, description="Valve delay, assumed [s].")
+    tau: Duration = Field(default=0.009, description="Time constant of the vacuum, tight seal, assumed [s].")
     leak: NonNegative = Field(default=0.25, description="Strength of the leak's effect on tau, assumed.")
     leak_reference: Positive = Field(default=20.0, description="Seal force above which nothing leaks [N].")
     jitter: NonNegative = Field(default=0.001, description="Standard deviation of the release time [s].")

@@ -15,7 +15,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.catalogue import CLAW_ITEMS, ItemsConfig
-from pnt_gym.cells.base.config import Finite, NonNegative, Positive, Range, Section, Share, ordered
+from pnt_gym.cells.base.config import Duration, Finite, NonNegative, Positive, Range, Section, Share, ordered
 from pnt_gym.cells.gripper.conveyor import Conveyor
 from pnt_gym.cells.gripper.robot import Robot
 
@@ -63,7 +63,7 @@ class Tray(Section):
         default=(0.052, 0.052), description="Inner opening of a compartment along x and y [m]."
     )
     wall: Annotated[float, Field(ge=0.002, le=0.1)] = Field(default=0.004, description="[m]")
-    settle: Positive = Field(default=0.14, description="Simulated after the planned landing, to come to lie [s].")
+    settle: Duration = Field(default=0.14, gt=0, description="Simulated after the planned landing, to come to lie [s].")
 
     def centres(self, count: int) -> Floats:
         """Middle of every compartment's opening (count, 3) [m]."""
@@ -80,10 +80,12 @@ class Grip(Section):
         default=7.0, description="Closed beyond the first contact with the planned width; 4 N per pad [deg]."
     )
     release_deg: Positive = Field(default=10.0, description="Opened beyond that contact at the release [deg].")
-    closing: Positive = Field(default=0.070, description="Time to close [s].")
-    hold: NonNegative = Field(default=0.030, description="Standstill with closed claws before the lift [s].")
-    opening: Positive = Field(
-        default=0.060, description="Time to open; the prototype moves its halves by 15 deg in 60 ms (section VI-B) [s]."
+    closing: Duration = Field(default=0.070, gt=0, description="Time to close [s].")
+    hold: Duration = Field(default=0.030, description="Standstill with closed claws before the lift [s].")
+    opening: Duration = Field(
+        gt=0,
+        default=0.060,
+        description="Time to open; the prototype moves its halves by 15 deg in 60 ms (section VI-B) [s].",
     )
     clearance: Positive = Field(default=0.002, description="Lower edge of the pads above the table [m].")
 
@@ -127,8 +129,8 @@ class Errors(Section):
     drag: NonNegative = Field(default=0.15, description="Lognormal.")
     placement: NonNegative = Field(default=0.002, description="Standard deviation of the object's place per axis [m].")
     yaw_deg: NonNegative = Field(default=3.0, description="Standard deviation of its direction [deg].")
-    delay: NonNegative = Field(default=1.0, description="Factor of every item's own `opening_delay`.")
-    timing: NonNegative = Field(default=0.002, description="Standard deviation of the opening's delay [s].")
+    delay: NonNegative = Field(default=1.0, le=100, description="Factor of every item's own `opening_delay`.")
+    timing: Duration = Field(default=0.002, description="Standard deviation of the opening's delay [s].")
     feedforward: Annotated[float, Field(ge=0, le=1)] = Field(
         default=0.30, description="The servos' feed-forward torque lacks this share, so they lag."
     )

@@ -189,9 +189,9 @@ class Tolerance(Section):
 class Scale(Section):
     """T of the Appendix: what makes metres, radians and metres per second comparable; not published."""
 
-    position: Positive = 1.0
-    angle: NonNegative = 0.1
-    speed: NonNegative = 0.1
+    position: Positive = Field(default=1.0, le=1e6)
+    angle: NonNegative = Field(default=0.1, le=1e6)
+    speed: NonNegative = Field(default=0.1, le=1e6)
 
     def weights(self) -> Floats:
         """The diagonal of T (4,)."""
