@@ -222,7 +222,7 @@ def test_calls_out_of_order_are_refused():
 
 def test_a_bin_that_no_throw_reaches_is_told():
     near, far = {"name": "near", "x": 0.1, "y": 0.4}, {"name": "far", "x": 0.0, "y": 3.5}
-    with pytest.warns(UserWarning, match=r"bin 'far' at x 0.0 m, y 3.5 m stays empty: none of 200 trial throws"):
+    with pytest.warns(UserWarning, match=r"bin 'far' at x 0.0 m, y 3.5 m stays empty: none of 50 trial throws"):
         PnTConveyorEnv(level={"bins": {"fixed": [near, far]}})
     with warnings.catch_warnings():
         warnings.simplefilter("error")

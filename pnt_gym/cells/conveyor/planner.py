@@ -21,14 +21,12 @@ from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows
 from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.robots.t3kr.geometry import T3KR
 
+TRIALS: Final = 50
+"""Throws at a bin before it is said to be out of reach."""
 _MOVERS: dict[str, Callable[[ConveyorConfig, EllipticWorkspace], Mover]] = {
     "straight": StraightMover,
     "free_direction": FreeMover,
 }
-
-
-PROBES: Final = (4, 40, 200)
-"""Trial throws at a bin before it is said to be out of reach: few settle it where it is not."""
 
 
 @final
@@ -76,33 +74,7 @@ class PickPlanner:
         Bins are tried in the order of the object's own draws, from `attempt` on; rows without any feasible throw hold
         the last try.
         """
-        context, good = self._planned(objects, pick, self._bin(objects, attempt))
-        rows = np.flatnonzero(~good)
-        if rows.size > 0 and attempt + 1 < (len(self._centres) or TARGET_DRAWS):
-            found, good[rows] = self.plan(take(objects, rows), pick[rows], attempt + 1)
-            context = replaced(context, rows, found)
-        return context, good
-
-    def warn_of_reach(self) -> None:
-        """Warn of fixed bins that no throw gets into: they stay empty, and others take their items."""
-        for index, fixed in enumerate(self.config.bins.fixed):
-            if not any(self._reaches(index, throws) for throws in PROBES):
-                warnings.warn(
-                    f"level {self.config.name!r}: bin {fixed.name!r} at x {fixed.x} m, y {fixed.y} m stays empty: none "
-                    f"of {PROBES[-1]} trial throws reaches it; move it closer to the robot",
-                    stacklevel=2,
-                )
-
-    def _reaches(self, index: int, throws: int) -> bool:
-        objects = take(self.draw([np.random.default_rng(0)], np.zeros(1, dtype=np.int64), throws), 0)
-        low, high = self.config.belt.pick_x
-        pick = self.pick_point(objects, low + (high - low) * objects.place[:, 0])
-        _, good = self._planned(objects, pick, self._places(np.full(throws, index)))
-        return bool(good.any())
-
-    def _planned(self, objects: Objects, pick: Floats, place: tuple[Floats, Floats, Ints]) -> tuple[Context, Bools]:
-        """Contexts for objects thrown at places as `_bin` gives them, and which of them can be thrown (N,)."""
-        target, opening, index = place
+        target, opening, index = self._bin(objects, attempt)
         ceiling = pick[:, 2] + self.config.motion.ceiling
         limits = LimitRows.t3kr(objects.percent)
         context = Context(
@@ -121,7 +93,27 @@ class PickPlanner:
         reserve = self.config.motion.reserve
         for sign in (-1.0, 1.0) if reserve > 0.0 else ():
             good &= self._has_reserve(context, sign * reserve)
+        rows = np.flatnonzero(~good)
+        if rows.size > 0 and attempt + 1 < (len(self._centres) or TARGET_DRAWS):
+            found, good[rows] = self.plan(take(objects, rows), pick[rows], attempt + 1)
+            context = replaced(context, rows, found)
         return context, good
+
+    def warn_of_reach(self) -> None:
+        """Warn of fixed bins that no throw gets into: they stay empty, and others take their items."""
+        rows = np.zeros(TRIALS, dtype=np.int64)
+        objects = take(self.draw([np.random.default_rng(0)], rows, 1), np.s_[:, 0])
+        low, high = self.config.belt.pick_x
+        pick = self.pick_point(objects, low + (high - low) * objects.place[:, 0])
+        limits, ceiling = LimitRows.t3kr(objects.percent), pick[:, 2] + self.config.motion.ceiling
+        for fixed in self.config.bins.fixed:
+            target = np.tile([fixed.x, fixed.y, self.config.bins.rim], (TRIALS, 1))
+            if not self.mover.is_feasible(pick, self.mover.plan(pick, target, limits, ceiling), limits).any():
+                warnings.warn(
+                    f"level {self.config.name!r}: bin {fixed.name!r} at x {fixed.x} m, y {fixed.y} m stays empty: none "
+                    f"of {TRIALS} trial throws reaches it; move it closer to the robot",
+                    stacklevel=2,
+                )
 
     def _has_reserve(self, context: Context, along: float) -> Bools:
         """Whether the throw is feasible too with its target moved along it."""
@@ -132,22 +124,21 @@ class PickPlanner:
 
     def _bin(self, objects: Objects, attempt: int) -> tuple[Floats, Floats, Ints]:
         """Centre at the rim (N, 3), opening (N, 2) and index (N,) of the bin tried at this attempt."""
-        draw, r = objects.bin_draw[:, attempt], self.config.bins.random
-        if r is None:
-            return self._places(self._fixed_bin(objects, attempt))
-        low, high = np.array([r.x[0], r.y[0]]), np.array([r.x[1], r.y[1]])
-        side = r.side[0] + (r.side[1] - r.side[0]) * draw[:, 2]
-        if r.item_clearance > 0.0:
-            side = np.maximum(side, objects.measured_size.max(axis=-1) + r.item_clearance)
-        target = self._at_rim(low + (high - low) * draw[:, :2])
-        return target, np.stack([side, side], axis=-1), np.zeros(len(draw), dtype=np.int64)
-
-    def _places(self, index: Ints) -> tuple[Floats, Floats, Ints]:
-        """Of fixed bins what `_bin` tells of any."""
-        return self._at_rim(self._centres[index]), self._openings[index], index
-
-    def _at_rim(self, centre: Floats) -> Floats:
-        return np.concatenate([centre, np.full((len(centre), 1), self.config.bins.rim)], axis=1)
+        draw, bins = objects.bin_draw[:, attempt], self.config.bins
+        rim = np.full(len(draw), bins.rim)
+        if bins.random is None:
+            index = self._fixed_bin(objects, attempt)
+            centre, opening = self._centres[index], self._openings[index]
+        else:
+            r = bins.random
+            index = np.zeros(len(draw), dtype=np.int64)
+            low, high = np.array([r.x[0], r.y[0]]), np.array([r.x[1], r.y[1]])
+            centre = low + (high - low) * draw[:, :2]
+            side = r.side[0] + (r.side[1] - r.side[0]) * draw[:, 2]
+            if r.item_clearance > 0.0:
+                side = np.maximum(side, objects.measured_size.max(axis=-1) + r.item_clearance)
+            opening = np.stack([side, side], axis=-1)
+        return np.concatenate([centre, rim[:, None]], axis=1), opening, index
 
     def _fixed_bin(self, objects: Objects, attempt: int) -> Ints:
         """Accepting bins in turn, starting at a random one."""
