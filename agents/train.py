@@ -18,6 +18,7 @@ from .environments import core_of, find_environment, make_vector, stream_seed
 from .evaluation import NUM_ENVS, PRACTICE, held_out, practise
 from .files import write_json
 from .hyperparameters import hyperparameters
+from .places import module_name
 from .runs import ALGORITHMS, Algorithm
 from .tables import comparison_table, console, throws_bar
 from .throws import summary
@@ -222,7 +223,7 @@ def learn(
 def say_how_to_resume(folder: Path, env_id: str, throws: int) -> None:
     """Tell the user where an interrupted run is."""
     more = f" --env {env_id}" if ":" in env_id else ""
-    command = f"python -m agents.train --resume {folder}{more}"
+    command = f"python -m {module_name('agents.train')} --resume {folder}{more}"
     print(f"stopped after {throws} throws; continue with: {command}", file=sys.stderr)
 
 

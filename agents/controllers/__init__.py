@@ -82,7 +82,7 @@ def make_controller(name: str, env: Env, *, trust: bool = False, **options: Any)
         return own_controller(name, env, **options)
     raise UsageError(
         f"{one_sentence(name, 80)!r} is neither a controller nor a run folder; controllers are {', '.join(NAMES)}, "
-        "MODULE:CLASS and MODEL.zip, and a run folder is what `python -m agents.train` leaves in runs/"
+        "MODULE:CLASS and MODEL.zip, and a run folder is what training leaves in runs/"
     )
 
 

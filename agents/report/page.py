@@ -1,4 +1,4 @@
-"""The report as one self-contained page, and as Markdown."""
+"""The report as a page and as Markdown, both beside the folder of its drawings."""
 
 from __future__ import annotations
 
@@ -21,13 +21,18 @@ table { border-collapse: collapse; font-variant-numeric: tabular-nums; margin: 0
 th, td { padding: 0.2rem 0.7rem; border-bottom: 1px solid #ddd; text-align: right; }
 .left { text-align: left; }
 .wide { overflow-x: auto; }
-svg { max-width: 100%; height: auto; }
+img { max-width: 100%; height: auto; }
 </style>
 </head>
 <body>
 <h1>pnt_gym results</h1>
+<ul>
 {% for chapter in chapters %}
-<h2>{{ chapter.title }}</h2>
+<li><a href="#chapter{{ loop.index }}">{{ chapter.title }}</a></li>
+{% endfor %}
+</ul>
+{% for chapter in chapters %}
+<h2 id="chapter{{ loop.index }}">{{ chapter.title }}</h2>
 {% if chapter.note %}
 <p>{{ chapter.note }}</p>
 {% endif %}
@@ -38,8 +43,8 @@ svg { max-width: 100%; height: auto; }
 <p>{{ grid.note }}</p>
 {% endif %}
 {% endfor %}
-{% for text in chapter.figures.values() %}
-<figure>{{ text[text.index("<svg"):] | safe }}</figure>
+{% for name in chapter.figures %}
+<figure><img src="figures/{{ name }}" alt="{{ name }}" loading="lazy"></figure>
 {% endfor %}
 {% endfor %}
 </body>
@@ -66,7 +71,7 @@ class Chapter:
 
 
 def page(chapters: Sequence[Chapter]) -> str:
-    """The page as HTML; figures are inside it."""
+    """The page as HTML; figures are images in the folder `figures` beside it, in which nothing can run."""
     from jinja2 import Environment  # noqa: PLC0415 - needed for reports only
 
     template = Environment(autoescape=True, trim_blocks=True).from_string(TEMPLATE)
