@@ -181,7 +181,7 @@ def test_report_writes_tables_figures_and_page(done: dict[str, Any], tmp_path: P
     assert "| ridge | 200 |" in text
     assert "a\\|b" in text
     page = (tmp_path / "report.html").read_text()
-    assert page.count("<svg") == 3
+    assert page.count("<img") == 3
     assert "a|b" in page
     assert "http-equiv" not in page
     assert "src=" not in page  # self-contained
