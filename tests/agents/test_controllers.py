@@ -306,7 +306,7 @@ def test_reset_forgets_everything(name: str) -> None:
 
 
 def test_unknown_names_are_answered_with_the_known_ones() -> None:
-    with pytest.raises(UsageError, match=r"neither a controller nor a run folder.*virtual_goal.*training leaves in runs"):
+    with pytest.raises(UsageError, match=r"neither a controller nor a run folder.*virtual_goal.*training leaves"):
         make_controller("virtual-gaol", ToyVectorEnv(2))
 
 
