@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
-from typing import Annotated, Final, Literal
+from typing import Annotated, Final, Literal, final
 
 import numpy as np
 import tyro
 
 from pnt_gym.cells.base.view import View, record_video
+from pnt_gym.engine import has_display
 
 from .cli import UsageError, at_least, option, run
 from .controllers import make_controller
@@ -18,11 +20,12 @@ from .environments import core_of, make_vector, stream_seed
 from .evaluation import PRACTICE, practise, thrown
 from .files import check_writable
 from .tables import console
-from .throws import Throws
 from .trained import setting
 
 RATE: Final = 60
 """Frames per second among which a picture is chosen."""
+ENDLESS: Final = 10**9
+"""Throws."""
 
 
 @dataclass(frozen=True)
@@ -45,10 +48,12 @@ class Arguments:
     """Write a video here."""
     picture: Annotated[Path | None, option("none", "FILE.png")] = None
     """Write one picture of the first throw in flight here."""
-    viewer: Annotated[Literal["native"] | None, option("none", "native")] = None
-    """Show the throws in MuJoCo's window; needs a display."""
+    viewer: Annotated[Literal["native", "web"] | None, option("none", "native|web")] = None
+    """Show the throws live, with their figures, until the viewer is closed; level and controller can be changed there.
+    native opens a window, web serves a page for browsers, from a machine without a display too: anybody who reaches its
+    port can use it."""
     picks: int = 5
-    """Throws to show."""
+    """Throws of a video."""
     at: float = 0.4
     """Moment of the picture, after the throw's first motion [s]."""
     slow: int = 1
@@ -66,35 +71,62 @@ def main(arguments: Arguments) -> None:
         raise UsageError(f"--at is {arguments.at} s; it must be finite and not negative")
     wanted = [w for w in (arguments.video, arguments.picture, arguments.viewer) if w is not None]
     if len(wanted) != 1:
-        raise UsageError("give one of --video FILE.mp4, --picture FILE.png and --viewer native")
+        raise UsageError("give one of --video FILE.mp4, --picture FILE.png and --viewer native|web")
     check_writable(arguments.video, arguments.picture)
-    env_id, level, mode = setting(arguments.controller, arguments.env, arguments.level, None)
-    env = make_vector(env_id, level, num_envs=1, threads=1, action_mode=mode)
-    try:
-        controller = make_controller(arguments.controller, env, trust=arguments.trust)
-        controller.reset(arguments.seed)
-        practise(controller, env, PRACTICE, arguments.seed)
-        seed = stream_seed("evaluate", arguments.seed)
-        show(arguments, core_of(env).view(), thrown(controller, env, arguments.picks, seed))
-    finally:
-        env.close()
-
-
-def show(arguments: Arguments, view: View, throw: Iterator[Throws]) -> None:
-    """Carry the throws out into a video, a picture or a window."""
-    if arguments.video is not None:
-        path = record_video(view, throw, arguments.video, slow=arguments.slow)
-        console().print(f"video of {arguments.picks} throws in {path}")
+    if arguments.viewer is not None:
+        show(arguments, arguments.viewer)
         return
+    with closing(Stage(arguments, arguments.controller, arguments.level)) as stage:
+        if arguments.video is not None:
+            path = record_video(stage.view, islice(stage.throws, arguments.picks), arguments.video, slow=arguments.slow)
+            console().print(f"video of {arguments.picks} throws in {path}")
+        elif arguments.picture is not None:
+            next(stage.throws)
+            save_picture(stage.view, arguments.picture, arguments.at)
+
+
+@final
+class Stage:
+    """A cell in which a controller, after its practice, throws one object after the other.
+
+    Args:
+        arguments: environment and seed.
+        controller: as `--controller` takes it.
+        level: as `--level` takes it.
+    """
+
+    def __init__(self, arguments: Arguments, controller: str, level: str | None) -> None:
+        env_id, level, mode = setting(controller, arguments.env, level, None)
+        self._env = make_vector(env_id, level, num_envs=1, threads=1, action_mode=mode)
+        try:
+            self.core = core_of(self._env)
+            thrower = make_controller(controller, self._env, trust=arguments.trust)
+            thrower.reset(arguments.seed)
+            practise(thrower, self._env, PRACTICE, arguments.seed)
+            self.view = self.core.view()
+        except BaseException:
+            self._env.close()
+            raise
+        self.throws = thrown(thrower, self._env, ENDLESS, stream_seed("evaluate", arguments.seed))
+
+    def close(self) -> None:
+        """Free pictures and cell; safe to call twice."""
+        self.view.close()
+        self._env.close()
+
+
+def show(arguments: Arguments, viewer: str) -> None:
+    """Throw in a viewer until it is closed."""
+    if viewer == "native" and not has_display():
+        raise UsageError("--viewer native needs a display; --viewer web does without one")
     try:
-        if arguments.picture is not None:
-            next(throw)
-            save_picture(view, arguments.picture, arguments.at)
-        else:
-            for _ in throw:
-                view.show()
-    finally:
-        view.close()
+        from .viewer import Choice, watch  # noqa: PLC0415 - takes a second, and is not on every platform
+    except ImportError as error:
+        raise UsageError(f"--viewer needs MuJoCo's Studio, which this platform has not ({error})") from None
+
+    _, level, _ = setting(arguments.controller, arguments.env, arguments.level, None)
+    first = Choice(arguments.controller, level or "nominal")
+    watch(lambda choice: Stage(arguments, choice.controller, choice.level), first, "web" if viewer == "web" else "")
 
 
 def save_picture(view: View, path: Path, moment: float) -> None:

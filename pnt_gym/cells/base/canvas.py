@@ -45,13 +45,15 @@ class Marker:
         """A small sphere."""
         return cls(int(mujoco.mjtGeom.mjGEOM_SPHERE.value), np.full(3, radius), position, np.eye(3).ravel(), rgba)
 
+    def write(self, geom: Any) -> None:
+        """Make MuJoCo's abstract geom this shape."""
+        mujoco.mjv_initGeom(geom, self.type, self.size, self.position, self.frame, self.rgba.astype(np.float32))
+
     def add_to(self, scene: Any) -> None:
         """Add the shape to a scene that has room for it."""
-        if scene.ngeom >= scene.maxgeom:
-            return
-        geom = scene.geoms[scene.ngeom]
-        mujoco.mjv_initGeom(geom, self.type, self.size, self.position, self.frame, self.rgba.astype(np.float32))
-        scene.ngeom += 1
+        if scene.ngeom < scene.maxgeom:
+            self.write(scene.geoms[scene.ngeom])
+            scene.ngeom += 1
 
 
 @final
@@ -64,7 +66,7 @@ class Canvas:
     """
 
     def __init__(self, camera: Any, size: tuple[int, int] = SIZE) -> None:
-        self._camera = camera
+        self.camera = camera
         self._size = size
         self._renderer: Any = None
 
@@ -75,7 +77,7 @@ class Canvas:
             ConfigError: no OpenGL library could be loaded.
         """
         renderer = self._opened(model)
-        renderer.update_scene(data, self._camera)
+        renderer.update_scene(data, self.camera)
         for marker in markers:
             marker.add_to(renderer.scene)
         return renderer.render().copy()

@@ -11,10 +11,12 @@ from typing import Any, Final, Protocol, final
 import numpy as np
 
 from pnt_gym.cells.base.canvas import FPS, SIZE, Canvas, Frame, Marker, Window
-from pnt_gym.cells.base.plant import Plant, Recording
+from pnt_gym.cells.base.plant import Plant
 from pnt_gym.engine import MjData, MjModel
 from pnt_gym.errors import ConfigError
 
+Scene = tuple[MjModel, MjData, list[Marker]]
+"""Model, state, and what is drawn beside them."""
 _PLANNED: Final = np.array([0.10, 0.45, 0.90, 0.9])
 _FLOWN: Final = np.array([0.95, 0.35, 0.10, 1.0])
 
@@ -104,10 +106,7 @@ class ThrowView:
 
     def last_throw(self, fps: int = FPS) -> list[Frame]:
         """Frames of the last throw of row 0 at true rate; empty before the first throw."""
-        recording = self._cell.plant.recording
-        if recording is None:
-            return []
-        return [self._canvas.draw(*scene) for scene in self._scenes(recording, 1.0 / fps)]
+        return [self._canvas.draw(*scene) for scene in self.scenes(fps)]
 
     def at(self, moment: float, fps: int = FPS) -> Frame:
         """The frame of the last throw of row 0 that is shown at a moment [s]; its last one if that is later.
@@ -122,7 +121,7 @@ class ThrowView:
             raise ConfigError("a picture of a throw needs a throw, got none")
         last = sum(1 for _ in recording.play(1.0 / fps)) - 1
         shown = round(min(last, fps * moment))
-        return self._canvas.draw(*next(islice(self._scenes(recording, 1.0 / fps), shown, None)))
+        return self._canvas.draw(*next(islice(self.scenes(fps), shown, None)))
 
     def render(self, mode: str) -> Frame | list[Frame]:
         """What Gymnasium's `render` returns for rgb_array and rgb_array_list."""
@@ -151,10 +150,18 @@ class ThrowView:
             self._window = None
         self._cell.plant.record_row = None
 
-    def _scenes(self, recording: Recording, interval: float) -> Iterator[tuple[MjModel, MjData, list[Marker]]]:
-        """What is drawn, about every `interval` [s]: it has to be before the next one is asked for."""
+    @property
+    def camera(self) -> Any:
+        """MuJoCo's camera on the cell."""
+        return self._canvas.camera
+
+    def scenes(self, fps: int = FPS) -> Iterator[Scene]:
+        """What frames of the last throw of row 0 show, undrawn; each holds until the next one is asked for."""
+        recording = self._cell.plant.recording
+        if recording is None:
+            return
         planned = [Marker.dot(p, _PLANNED, 0.006 * self._dots) for p in recording.plan]
-        for data, trail in recording.play(interval):
+        for data, trail in recording.play(1.0 / fps):
             flown = [Marker.dot(p, _FLOWN, 0.008 * self._dots) for p in trail]
             yield recording.model, data, planned + flown + self._cell.markers_at(float(data.time))
 
