@@ -224,7 +224,7 @@ def _told(thrown: Sequence[Throws], item_names: Sequence[str]) -> list[str]:
     last, figures = thrown[-1], summary(Throws.concatenate(thrown))
     success = "a success" if last.is_success[0] else "no success"
     return [
-        f"throw {len(thrown)}: {item_names[last.item[0]]}, {1000.0 * last.landing_error[0]:.0f} mm off, {success}",
+        f"throw {len(thrown)}: {item_names[last.item[0]]}, {1000.0 * last.landing_error[0]:.1f} mm off, {success}",
         f"success {figures['success_rate']:.0%} ({figures['success_low']:.0%} to {figures['success_high']:.0%})",
         f"{figures['picks_per_min']:.1f} picks/min, {figures['sorted_per_min']:.1f} sorted/min",
     ]
