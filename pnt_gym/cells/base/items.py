@@ -112,7 +112,6 @@ class ItemTable:
         container: (K,) bool.
         friction: (K,).
         rolling_friction: (K,) m.
-        restitution: (K,).
         solref: (K, 2) of contacts that rebound so, see `contact_solref`.
     """
 
@@ -126,7 +125,6 @@ class ItemTable:
     container: Bools
     friction: Floats
     rolling_friction: Floats
-    restitution: Floats
     solref: Floats
 
 
@@ -159,7 +157,6 @@ def item_arrays(items: Sequence[Item]) -> ItemTable:
         container=_read_only(np.array([i.container for i in items], dtype=np.bool_)),
         friction=column([i.friction for i in items]),
         rolling_friction=column([i.rolling_friction for i in items]),
-        restitution=column([i.restitution for i in items]),
         solref=_read_only(contact_solref([i.restitution for i in items])),
     )
 
