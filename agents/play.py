@@ -10,7 +10,7 @@ from typing import Annotated, Final, Literal
 import numpy as np
 import tyro
 
-from pnt_gym.cells.base.view import View, record_video
+from pnt_gym.cells.base.view import ThrowView, record_video
 
 from .cli import UsageError, at_least, option, run
 from .controllers import make_controller
@@ -80,7 +80,7 @@ def main(arguments: Arguments) -> None:
         env.close()
 
 
-def show(arguments: Arguments, view: View, throw: Iterator[Throws]) -> None:
+def show(arguments: Arguments, view: ThrowView, throw: Iterator[Throws]) -> None:
     """Carry the throws out into a video, a picture or a window."""
     if arguments.video is not None:
         path = record_video(view, throw, arguments.video, slow=arguments.slow)
@@ -97,7 +97,7 @@ def show(arguments: Arguments, view: View, throw: Iterator[Throws]) -> None:
         view.close()
 
 
-def save_picture(view: View, path: Path, moment: float) -> None:
+def save_picture(view: ThrowView, path: Path, moment: float) -> None:
     """The last throw at a moment [s]; at its end if that is later."""
     from PIL import Image  # noqa: PLC0415 - only pictures need it
 
