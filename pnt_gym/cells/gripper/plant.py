@@ -16,9 +16,9 @@ from pnt_gym.cells.base.fluid import lying_size
 from pnt_gym.cells.base.plant import Plant, staged_rollout
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.context import Context
-from pnt_gym.cells.gripper.flown import Flown
 from pnt_gym.cells.gripper.hidden import Hidden
 from pnt_gym.cells.gripper.motion import TossPlans
+from pnt_gym.cells.gripper.outcome import Flown
 from pnt_gym.cells.gripper.scene import Scene, build_scene
 from pnt_gym.robots.gripper.references import closed_pose, motor_references
 
