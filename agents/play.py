@@ -11,7 +11,7 @@ from typing import Annotated, Final, Literal, final
 import numpy as np
 import tyro
 
-from pnt_gym.cells.base.view import View, record_video
+from pnt_gym.cells.base.view import ThrowView, record_video
 from pnt_gym.engine import has_display
 
 from .cli import UsageError, at_least, option, run
@@ -129,7 +129,7 @@ def show(arguments: Arguments, viewer: str) -> None:
     watch(lambda choice: Stage(arguments, choice.controller, choice.level), first, "web" if viewer == "web" else "")
 
 
-def save_picture(view: View, path: Path, moment: float) -> None:
+def save_picture(view: ThrowView, path: Path, moment: float) -> None:
     """The last throw at a moment [s]; at its end if that is later."""
     from PIL import Image  # noqa: PLC0415 - only pictures need it
 

@@ -45,14 +45,18 @@ def speed(task: str, cells: int, threads: int, rounds: int) -> dict[str, float |
     """Rates of one task."""
     cell = made(OneJointConfig.load("nominal", task=task), cells, threads)
     context, goal = cell.context, cell.context.goal
-    planning, _ = best(lambda: cell.plan(goal), rounds)
+    planning, _ = best(lambda: cell.planner.plan(goal, context.part), rounds)
     simulated = []
 
     def fly() -> None:
         simulated.append(cell.plant.fly(context, context.plans))
 
     plant, plant_cpu = best(fly, rounds)
-    whole, whole_cpu = best(lambda: cell.throw(cell.plan(cell.context.goal)), rounds)
+
+    def step() -> None:
+        cell.throw(cell.planner.plan(cell.context.goal, cell.context.part))
+
+    whole, whole_cpu = best(step, rounds)
     steps = float(simulated[-1].last_step.mean()) + 1.0
     return {
         "task": task,

@@ -92,6 +92,19 @@ def replaced(record: RecordT, index: Any, other: RecordT) -> RecordT:
     return _each(overwritten, record, other)
 
 
+def made_anew(record: RecordT, which: Bools, make: Callable[..., RecordT], *given: Any) -> RecordT:
+    """A copy of the record with some rows made anew; the record itself where there are none.
+
+    Args:
+        record: N rows.
+        which: the rows (N,).
+        make: a record of those rows from those rows of what is given.
+        given: records and arrays of N rows, and plain values.
+    """
+    rows = np.flatnonzero(which)
+    return replaced(record, rows, make(*(take(one, rows) for one in given))) if rows.size > 0 else record
+
+
 def joined(records: Sequence[RecordT], axis: int = 0) -> RecordT:
     """The rows of all records, one after the other along an axis; plain values are those of the first."""
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pnt_gym.arrays import joined, replaced, take
+from pnt_gym.arrays import joined, made_anew, replaced, take
 
 
 class Pair(NamedTuple):
@@ -45,6 +45,21 @@ def test_replaced_leaves_the_record_as_it_was():
     assert changed.values.tolist() == [0.0, 10.0, 2.0, 11.0]
     assert changed.pair.left.tolist() == [0, 10, 2, 11]
     assert changed.total == 23.0
+
+
+def test_made_anew_are_only_the_rows_asked_for_from_their_own_rows_of_what_is_given():
+    record, asked = whole(), []
+
+    def make(values, name):
+        asked.append((values.tolist(), name))
+        return take(whole(10), np.arange(len(values)))
+
+    changed = made_anew(record, np.array([False, True, False, True]), make, np.arange(4) * 2.0, "plain")
+    assert asked == [([2.0, 6.0], "plain")]
+    assert changed.values.tolist() == [0.0, 10.0, 2.0, 11.0]
+    assert record.values.tolist() == [0.0, 1.0, 2.0, 3.0]
+    assert made_anew(record, np.zeros(4, dtype=bool), make, np.arange(4), "plain") is record
+    assert len(asked) == 1
 
 
 def test_joined_rows_stand_one_after_the_other():

@@ -12,11 +12,10 @@ import pytest
 from pnt_gym.cells.base.canvas import RENDER_MODES
 from pnt_gym.cells.base.core import Cell
 from pnt_gym.cells.base.features import CLIP
-from pnt_gym.cells.base.sorting import Belt
+from pnt_gym.cells.base.sorting import Belt, SortingReward
 from pnt_gym.cells.conveyor.cell import ConveyorCell
-from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.config import ActionScale, ConveyorConfig, Motion
 from pnt_gym.cells.conveyor.observation import FEATURES as PICK_FEATURES
-from pnt_gym.cells.conveyor.sections import ActionScale, Motion, Reward
 from pnt_gym.cells.gripper import config as gripper
 from pnt_gym.cells.gripper.cell import GripperCell
 from pnt_gym.cells.gripper.observation import FEATURES as TOSS_FEATURES
@@ -51,7 +50,7 @@ class Family:
 
 
 BELT = Family(
-    ConveyorCell, (PnTConveyorEnv, PnTReleaseEnv), ConveyorEnv, ConveyorVectorEnv, PICK_FEATURES, Reward()
+    ConveyorCell, (PnTConveyorEnv, PnTReleaseEnv), ConveyorEnv, ConveyorVectorEnv, PICK_FEATURES, SortingReward()
 )  # fmt: skip
 ARM = Family(
     OneJointCell, (OneJointThrowEnv, OneJointSortEnv, OneJointAssemblyEnv), OneJointEnv, OneJointVectorEnv,
@@ -99,15 +98,27 @@ def test_the_sections_are_gymnasiums(env_class):
     ]  # fmt: skip
 
 
-def test_observation_rows(env_class):
+def test_observation_rows_are_the_declared_ones(env_class):
     rows = table(section(env_class, "Observation Space"))
     features = FAMILY[env_class].features
-    assert len(rows) == len(features)
+    assert [row[1] for row in rows] == [feature.name for feature in features]
     for index, (row, feature) in enumerate(zip(rows, features, strict=True)):
-        number, name, low, high, centre, scale, unit, meaning = row
-        assert (int(number), name, unit, meaning) == (index, feature.name, feature.unit, feature.meaning)
+        number, _, low, high, centre, scale, unit, meaning = row
+        assert (int(number), unit, meaning) == (index, feature.unit, feature.meaning)
         assert (float(low), float(high)) == (-CLIP, CLIP)
         assert (float(centre), float(scale)) == (feature.centre, feature.scale)
+
+
+def test_observation_rows_read_an_observation_back(env_class):
+    """With no more than what the manual prints, an observation gives what the cell saw."""
+    rows = table(section(env_class, "Observation Space"))
+    env = env_class()
+    observation, _ = env.reset(seed=0)
+    centre, scale = np.array([[float(number) for number in row[4:6]] for row in rows]).T
+    seen = np.array([float(feature.value(env.core.context)[0]) for feature in FAMILY[env_class].features])
+    inside = np.abs(observation) < CLIP
+    assert inside.sum() > 0.8 * len(rows)
+    np.testing.assert_allclose(observation[inside], ((seen - centre) / scale)[inside], rtol=0, atol=1e-6)
 
 
 def test_the_observation_space_is_the_written_one(env_class):
@@ -174,7 +185,7 @@ def test_reward_rows(env_class):
 @pytest.mark.parametrize("env_class", BELT.envs)
 def test_scales_of_the_reward(env_class):
     rows = {row[0]: row for row in table(section(env_class, "Rewards"))}
-    reward = Reward()
+    reward = SortingReward()
     assert f"landing error / {reward.landing_scale:g} m" in rows["landing"][1]
     assert f"cycle time / {reward.time_scale:g} s" in rows["time"][1]
 

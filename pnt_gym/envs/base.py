@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from pnt_gym.cells.base.canvas import FPS, RENDER_MODES
 from pnt_gym.cells.base.config import written
 from pnt_gym.cells.base.core import Core, scalars
-from pnt_gym.cells.base.view import View
+from pnt_gym.cells.base.features import FeatureTable
+from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.errors import ActionError, ConfigError, OrderError, one_sentence
 
 Observation = NDArray[np.float32]
@@ -73,10 +74,12 @@ class Facade:
     original would. Views stay behind: a copy opens its own when it is asked for a picture.
 
     The docstring of an environment is its manual. What holds for a whole family stands in the docstring of their
-    abstract class, once; every environment's own is completed with it.
+    abstract class, once; every environment's own is completed with it. The table that a class `observes` by takes the
+    place of `{observations}`.
     """
 
-    _view: View | None
+    core: Core
+    _view: ThrowView | None = None
     _spec: EnvSpec | None = None
 
     @property
@@ -90,14 +93,26 @@ class Facade:
             value.kwargs["level"] = written(value.kwargs["level"])
         self._spec = value
 
-    def __init_subclass__(cls, **kwargs: Any) -> None:
+    def __init_subclass__(cls, observes: FeatureTable | None = None, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
+        if cls.__doc__ and observes:
+            cls.__doc__ = inspect.cleandoc(cls.__doc__).replace("{observations}", observes.markdown())
         family = next((base.__doc__ for base in cls.__mro__[1:] if "## Action Space" in (base.__doc__ or "")), None)
         if cls.__doc__ and family:
             cls.__doc__ = completed(cls.__doc__, family)
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_view": None}
+
+    def _opened_view(self) -> ThrowView:
+        if self._view is None:
+            self._view = self.core.view()
+        return self._view
+
+    def _close_view(self) -> None:
+        if self._view is not None:
+            self._view.close()
+            self._view = None
 
 
 class ThrowEnv(Facade, gym.Env[Observation, NDArray[np.floating]]):  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -119,7 +134,6 @@ class ThrowEnv(Facade, gym.Env[Observation, NDArray[np.floating]]):  # pyright: 
         self.observation_space = self.core.observation_space
         self.action_space = self.core.action_space
         self.render_mode = render_mode
-        self._view: View | None = None
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -166,14 +180,7 @@ class ThrowEnv(Facade, gym.Env[Observation, NDArray[np.floating]]):  # pyright: 
 
     def close(self) -> None:
         """Free the renderer and its window; safe to call twice."""
-        if self._view is not None:
-            self._view.close()
-            self._view = None
-
-    def _opened_view(self) -> View:
-        if self._view is None:
-            self._view = self.core.view()
-        return self._view
+        self._close_view()
 
     def _show(self) -> None:
         """Open the view before the first throw, so that it is recorded; play it where there is a window."""
@@ -214,7 +221,6 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         self.render_mode = render_mode
         self._generators = [seeding.np_random(None)[0] for _ in range(num_envs)]
         self._begun = False
-        self._view: View | None = None
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -278,15 +284,11 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         """One frame of every cell's coming pick."""
         if self.render_mode is None:
             return None
-        if self._view is None:
-            self._view = self.core.view()
-        return tuple(self._view.frame(row) for row in range(self.num_envs))
+        return tuple(self._opened_view().frame(row) for row in range(self.num_envs))
 
     def close_extras(self, **kwargs: Any) -> None:
         """Free the renderer."""
-        if self._view is not None:
-            self._view.close()
-            self._view = None
+        self._close_view()
 
     def _mask(self, options: dict[str, Any] | None) -> NDArray[np.bool_]:
         """Which cells to restart: all, unless the options choose."""

@@ -8,6 +8,7 @@ from pnt_gym.cells.base.config import Level, describes_a_cell
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.cell import ConveyorCell, Picks
 from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.observation import TABLE
 from pnt_gym.envs.base import ThrowEnv, ThrowVectorEnv
 
 
@@ -16,7 +17,7 @@ def _core(level: Level, picks: Picks, action_mode: str, count: int, threads: int
         return Core(ConveyorCell(ConveyorConfig.load(level), count, picks, threads), action_mode)
 
 
-class ConveyorEnv(ThrowEnv):
+class ConveyorEnv(ThrowEnv, observes=TABLE):
     """Abstract: one conveyor cell. Subclasses say where picks come from.
 
     ## Action Space
@@ -39,34 +40,7 @@ class ConveyorEnv(ThrowEnv):
     `Box(-5, 5, (26,), float32)`: what a cell measures, as (value - centre) / scale, clipped. Nothing hidden enters.
     `pnt_gym.cells.conveyor.observation.decode` turns observations back into physical values.
 
-    | Num | Observation | Min | Max | Centre | Scale | Unit | Meaning |
-    |---|---|---|---|---|---|---|---|
-    | 0 | pick_x | -5 | 5 | 0.0 | 0.30 | m | pick point, cup centre |
-    | 1 | pick_y | -5 | 5 | -0.33 | 0.15 | m | pick point, cup centre |
-    | 2 | target_x | -5 | 5 | 0.0 | 0.40 | m | centre of the bin's opening |
-    | 3 | target_y | -5 | 5 | 0.50 | 0.25 | m | centre of the bin's opening |
-    | 4 | distance | -5 | 5 | 0.85 | 0.25 | m | horizontal distance from pick to target |
-    | 5 | opening | -5 | 5 | 0.15 | 0.05 | m | smaller side of the opening |
-    | 6 | belt_speed | -5 | 5 | 0.25 | 0.25 | m/s | nominal belt speed |
-    | 7 | release_speed | -5 | 5 | 2.2 | 0.5 | m/s | of the nominal plan |
-    | 8 | elevation | -5 | 5 | 0.45 | 0.30 | rad | of the nominal plan |
-    | 9 | release_distance | -5 | 5 | 0.35 | 0.20 | m | pick to release, of the nominal plan |
-    | 10 | flight_time | -5 | 5 | 0.28 | 0.10 | s | of the nominal plan, without drag |
-    | 11 | length | -5 | 5 | 0.12 | 0.06 | m | measured, along the object |
-    | 12 | width | -5 | 5 | 0.07 | 0.03 | m | measured, across the object |
-    | 13 | height | -5 | 5 | 0.05 | 0.03 | m | measured |
-    | 14 | is_ellipsoid | -5 | 5 | 0.5 | 0.5 | - | shape, one-hot |
-    | 15 | is_cylinder | -5 | 5 | 0.5 | 0.5 | - | shape, one-hot |
-    | 16 | is_box | -5 | 5 | 0.5 | 0.5 | - | shape, one-hot |
-    | 17 | ln_mass | -5 | 5 | -4.2 | 0.8 | ln kg | logarithm of the measured mass |
-    | 18 | ln_seal | -5 | 5 | 2.4 | 0.6 | ln N | logarithm of the measured vacuum force F0 |
-    | 19 | ln_grip_ratio | -5 | 5 | 4.3 | 0.8 | - | ln(F0 / (m g)): release delay is linear in it |
-    | 20 | frontal_area_per_mass | -5 | 5 | 0.35 | 0.20 | m2/kg | area facing the throw over mass: drag |
-    | 21 | plan_area_per_mass | -5 | 5 | 0.50 | 0.30 | m2/kg | horizontal area over mass: lift |
-    | 22 | cos_2yaw | -5 | 5 | 0.0 | 1.0 | - | yaw of the object against the throw, doubled |
-    | 23 | sin_2yaw | -5 | 5 | 0.0 | 1.0 | - | yaw of the object against the throw, doubled |
-    | 24 | grasp_along | -5 | 5 | 0.0 | 0.010 | m | measured centre of mass from the cup, along the throw |
-    | 25 | grasp_across | -5 | 5 | 0.0 | 0.010 | m | measured centre of mass from the cup, left of the throw |
+    {observations}
 
     ## Rewards
 

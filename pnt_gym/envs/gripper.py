@@ -8,6 +8,7 @@ from pnt_gym.cells.base.config import Level, describes_a_cell
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.gripper.cell import GripperCell
 from pnt_gym.cells.gripper.config import GripperConfig
+from pnt_gym.cells.gripper.observation import TABLE
 from pnt_gym.envs.base import ThrowEnv, ThrowVectorEnv
 
 
@@ -17,7 +18,7 @@ def _core(level: Level, action_mode: str, count: int, threads: int) -> Core:
 
 
 @final
-class GripperTossEnv(ThrowEnv):
+class GripperTossEnv(ThrowEnv, observes=TABLE):
     """A parallel robot with a gripper built into its platform picks small objects and tosses them into a tray.
 
     ## Description
@@ -59,23 +60,7 @@ class GripperTossEnv(ThrowEnv):
     `pnt_gym.cells.gripper.observation.decode` turns observations back into physical values, given the level's
     `feature_table` where it has its own.
 
-    | Num | Observation | Min | Max | Centre | Scale | Unit | Meaning |
-    |---|---|---|---|---|---|---|---|
-    | 0 | place_x | -5 | 5 | -0.04 | 0.02 | m | where the object lies; on a belt, as the claws begin to close |
-    | 1 | place_y | -5 | 5 | 0 | 0.03 | m | where the object lies; on a belt, as the claws begin to close |
-    | 2 | target_x | -5 | 5 | 0.185 | 0.1 | m | middle of the compartment's opening |
-    | 3 | target_y | -5 | 5 | 0 | 0.056 | m | middle of the compartment's opening |
-    | 4 | length | -5 | 5 | 0.033 | 0.013 | m | measured, along the object's first axis |
-    | 5 | width | -5 | 5 | 0.024 | 0.004 | m | measured, between the claws |
-    | 6 | height | -5 | 5 | 0.022 | 0.007 | m | measured, along the object's third axis |
-    | 7 | release_x | -5 | 5 | 0.065 | 0.02 | m | of the nominal plan |
-    | 8 | release_y | -5 | 5 | 0 | 0.034 | m | of the nominal plan |
-    | 9 | release_speed | -5 | 5 | 0.6 | 0.2 | m/s | of the nominal plan |
-    | 10 | elevation | -5 | 5 | 0.15 | 0.15 | rad | of the nominal plan; 0 for a drop |
-    | 11 | flight_time | -5 | 5 | 0.22 | 0.04 | s | of the nominal plan, without drag |
-    | 12 | is_first | -5 | 5 | 0.5 | 0.5 | - | kind of object, one-hot |
-    | 13 | is_second | -5 | 5 | 0.5 | 0.5 | - | kind of object, one-hot |
-    | 14 | is_third | -5 | 5 | 0.5 | 0.5 | - | kind of object, one-hot |
+    {observations}
 
     ## Rewards
 

@@ -8,6 +8,7 @@ from pnt_gym.cells.base.config import Level, describes_a_cell
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.one_joint.cell import OneJointCell
 from pnt_gym.cells.one_joint.config import OneJointConfig, Task
+from pnt_gym.cells.one_joint.observation import TABLE
 from pnt_gym.envs.base import ThrowEnv, ThrowVectorEnv
 
 
@@ -16,7 +17,7 @@ def _core(level: Level, task: Task, action_mode: str, count: int, threads: int) 
         return Core(OneJointCell(OneJointConfig.load(level, task=task), count, threads), action_mode)
 
 
-class OneJointEnv(ThrowEnv):
+class OneJointEnv(ThrowEnv, observes=TABLE):
     """Abstract: one arm. Subclasses say what is thrown where.
 
     ## Action Space
@@ -40,22 +41,7 @@ class OneJointEnv(ThrowEnv):
     `Box(-5, 5, (14,), float32)`: goal and nominal plan, as (value - centre) / scale, clipped. Nothing hidden enters.
     `pnt_gym.cells.one_joint.observation.decode` turns observations back into physical values.
 
-    | Num | Observation | Min | Max | Centre | Scale | Unit | Meaning |
-    |---|---|---|---|---|---|---|---|
-    | 0 | goal_x | -5 | 5 | -0.15 | 0.2 | m | where the centre of mass has to pass |
-    | 1 | goal_y | -5 | 5 | 0.25 | 0.15 | m | up from the pivot |
-    | 2 | goal_phi | -5 | 5 | 3 | 0.6 | rad | angle to have there, not wrapped |
-    | 3 | goal_dy | -5 | 5 | -0.9 | 0.7 | m/s | vertical speed to have there |
-    | 4 | release_angle | -5 | 5 | 0.5 | 0.4 | rad | theta_t of the nominal plan |
-    | 5 | release_speed | -5 | 5 | 9.5 | 2 | rad/s | dtheta_t of the nominal plan |
-    | 6 | radius | -5 | 5 | 0.25 | 0.04 | m | l_t of the nominal plan |
-    | 7 | flight_time | -5 | 5 | 0.28 | 0.08 | s | t_f of the nominal plan |
-    | 8 | arm_time | -5 | 5 | 0.15 | 0.1 | s | from rest to the release, of the nominal plan |
-    | 9 | braking | -5 | 5 | -200 | 60 | rad/s2 | acceleration of the arm after the release, of the nominal plan |
-    | 10 | is_first | -5 | 5 | 0.5 | 0.5 | - | kind of throw, one-hot |
-    | 11 | is_second | -5 | 5 | 0.5 | 0.5 | - | kind of throw, one-hot |
-    | 12 | is_third | -5 | 5 | 0.5 | 0.5 | - | kind of throw, one-hot |
-    | 13 | tilt | -5 | 5 | 0 | 0.1 | rad | of the goal against the kind's nominal goal: how the part below lies |
+    {observations}
 
     ## Rewards
 

@@ -15,6 +15,11 @@ def made(level="nominal", count=16, threads=1, seed=0, **changes):
     return cell
 
 
+def planned(cell, correction):
+    """Plans of the coming throws for corrections (N, 3) in metres and seconds, feasible or not."""
+    return cell.planner.plan(cell.context.kind, cell.context.place, correction)
+
+
 def shortened(cell, correction):
     """Feasible plans nearest to corrections (N, 3) in metres and seconds, and which had to be shortened."""
     return corrected(MODES["release"], cell.planner, cell.context, correction, np.ones(3))

@@ -3,8 +3,6 @@
 import numpy as np
 from scipy.optimize import fsolve
 
-from pnt_gym.cells.one_joint.pallets import arrival
-
 GUESS = {
     "pallet_1": (0.36, 9.3, 0.279, 0.242),
     "pallet_2": (0.71, 9.4, 0.257, 0.259),
@@ -13,6 +11,16 @@ GUESS = {
     "tee": (-0.18, 8.0, 0.272, 0.436),
 }
 """Near the one feasible release of each goal: the equations have others, with more whole turns."""
+
+
+def arrival(u, half_height):
+    """All six states x, y, phi, dx, dy, dphi (N, 6) at the end of flights from release states (N, 4) (Eq. 11)."""
+    theta, omega, radius, flight = u.T
+    angle = theta + np.arcsin(half_height / radius)
+    x, y = radius * np.cos(angle), radius * np.sin(angle)
+    velocity = -omega * y, omega * x - 9.81 * flight, omega
+    pose = x - omega * y * flight, y + omega * x * flight - 0.5 * 9.81 * flight**2, theta + omega * flight
+    return np.stack([*pose, *velocity], axis=-1)
 
 
 def release(goal, half_height, guess):

@@ -9,7 +9,7 @@ import numpy as np
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.canvas import Canvas, Frame
-from pnt_gym.cells.gripper.flown import BRUSHING
+from pnt_gym.cells.gripper.outcome import BRUSHING
 from pnt_gym.engine import mujoco
 from pnt_gym.robots.gripper import PROTOTYPE, travel_time
 from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD

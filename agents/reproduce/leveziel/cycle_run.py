@@ -11,9 +11,8 @@ from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.plant import Recording, staged_rollout, touching
 from pnt_gym.cells.gripper.cell import GripperCell
 from pnt_gym.cells.gripper.config import GripperConfig, Table, Tray
-from pnt_gym.cells.gripper.flown import Flown
 from pnt_gym.cells.gripper.motion import TossPlans, eased
-from pnt_gym.cells.gripper.outcome import Outcome, judge
+from pnt_gym.cells.gripper.outcome import Flown, Outcome, judge
 from pnt_gym.cells.gripper.plant import GripperPlant
 from pnt_gym.cells.gripper.scene import SENSORS
 from pnt_gym.robots.gripper import MOTOR_SPEED, JointLimits, joint_move

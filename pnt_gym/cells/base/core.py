@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from pnt_gym.arrays import Bools, Floats, Ints, replaced
 from pnt_gym.cells.base.action import Correction, Modes, Plans, corrected, limited_actions, mode_of
 from pnt_gym.cells.base.config import LevelConfig
-from pnt_gym.cells.base.features import CLIP
-from pnt_gym.cells.base.view import View
+from pnt_gym.cells.base.features import CLIP, FeatureTable
+from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.errors import ConfigError, PlanningError, one_sentence
 
 Generators = list[np.random.Generator]
@@ -82,8 +82,8 @@ class Cell(ABC, Generic[ConfigT, ThrowsT, PlansT, VerdictT]):
     reward_terms: ClassVar[tuple[str, ...]]
     """Names of the reward's terms."""
 
-    features: int
-    """Numbers D in an observation."""
+    table: FeatureTable
+    """What is seen of the coming throws; who sees otherwise has `features` and `observe` of its own."""
     item_names: Sequence[str]
     """What `kind` and `item` of the info are indices into."""
     dwell: float = 0.0
@@ -118,17 +118,33 @@ class Cell(ABC, Generic[ConfigT, ThrowsT, PlansT, VerdictT]):
     def first(self, rows: Ints) -> ThrowsT:
         """The first throws of an episode in some rows."""
 
-    @abstractmethod
+    def following(self, outcome: VerdictT) -> ThrowsT:
+        """The throws after these; new ones where none depends on the one before."""
+        return self.first(np.arange(self.count))
+
+    @property
+    def features(self) -> int:
+        """Numbers D in an observation."""
+        return len(self.table)
+
     def observe(self) -> NDArray[np.float32]:
         """Observations of the coming throws (N, D)."""
+        return self.table.encode(self.context)
 
-    @abstractmethod
     def throw(self, plans: PlansT) -> VerdictT:
         """Carry out feasible plans, one per cell, and move on to the next throws."""
+        outcome = self.preview(plans, jitter=True)
+        self.context = self.following(outcome)
+        return outcome
 
     @abstractmethod
     def preview(self, plans: PlansT, jitter: bool = False) -> VerdictT:
-        """What the coming throws would do, without moving on; with `jitter`, as `throw` will have their scatter."""
+        """What the coming throws would do, without moving on.
+
+        Args:
+            plans: feasible plans, one per cell.
+            jitter: whether what differs from throw to throw of one object is included, as `throw` will have it.
+        """
 
     @abstractmethod
     def reward(self, outcome: VerdictT) -> Mapping[str, Floats]:
@@ -146,8 +162,8 @@ class Cell(ABC, Generic[ConfigT, ThrowsT, PlansT, VerdictT]):
         """Episodes that these throws end before their length (N,); None for none."""
         return None
 
-    def view(self) -> View:
-        """Pictures of the cells; row 0 is recorded from now on.
+    def view(self) -> ThrowView:
+        """Pictures of the cells, or what has the same methods; row 0 is recorded from now on.
 
         Raises:
             ConfigError: nothing of this cell can be drawn.
@@ -309,7 +325,7 @@ class Core:
         plans, _ = self.plan(actions)
         return self.cell.preview(plans, jitter)
 
-    def view(self) -> View:
+    def view(self) -> ThrowView:
         """Pictures of the cells; row 0 is recorded from now on."""
         return self.cell.view()
 

@@ -43,6 +43,9 @@ class FeatureTable:
         self._scale = np.array([f.scale for f in features])
         self._index = {f.name: i for i, f in enumerate(features)}
 
+    def __len__(self) -> int:
+        return len(self._features)
+
     def encode(self, throws: Any) -> NDArray[np.float32]:
         """Observations (N, D) of coming throws, float32 within [-CLIP, CLIP]."""
         values: list[Floats] = []
@@ -55,3 +58,11 @@ class FeatureTable:
         """Physical values by feature name from observations (..., D); clipped entries stay clipped."""
         values = np.asarray(observation, dtype=np.float64) * self._scale + self._centre
         return {name: values[..., i] for name, i in self._index.items()}
+
+    def markdown(self) -> str:
+        """The table in an environment's manual, one row per entry."""
+        rows = ["| Num | Observation | Min | Max | Centre | Scale | Unit | Meaning |", "|---" * 8 + "|"]
+        for i, f in enumerate(self._features):
+            span = f"{-CLIP:g} | {CLIP:g} | {f.centre:g} | {f.scale:g}"
+            rows.append(f"| {i} | {f.name} | {span} | {f.unit} | {f.meaning} |")
+        return "\n".join(rows)

@@ -112,7 +112,6 @@ class ItemTable:
         container: (K,) bool.
         friction: (K,).
         rolling_friction: (K,) m.
-        restitution: (K,).
         solref: (K, 2) of contacts that rebound so, see `contact_solref`.
     """
 
@@ -126,7 +125,6 @@ class ItemTable:
     container: Bools
     friction: Floats
     rolling_friction: Floats
-    restitution: Floats
     solref: Floats
 
 
@@ -145,22 +143,14 @@ def item_arrays(items: Sequence[Item]) -> ItemTable:
     if len(items) == 0:
         raise ConfigError("0 items given, but a table needs at least 1.")
 
-    def column(values: Sequence[object]) -> Floats:
-        return _read_only(np.array(values, dtype=np.float64))
-
+    numbers = ("size", "mass", "drag", "com_depth", "seal_force", "friction", "rolling_friction")
+    columns = {name: _read_only(np.array([getattr(i, name) for i in items], dtype=np.float64)) for name in numbers}
     return ItemTable(
         names=tuple(i.name for i in items),
         shape=_read_only(np.array([shape_index(i.shape) for i in items], dtype=np.int64)),
-        size=column([i.size for i in items]),
-        mass=column([i.mass for i in items]),
-        drag=column([i.drag for i in items]),
-        com_depth=column([i.com_depth for i in items]),
-        seal_force=column([np.nan if i.seal_force is None else i.seal_force for i in items]),
         container=_read_only(np.array([i.container for i in items], dtype=np.bool_)),
-        friction=column([i.friction for i in items]),
-        rolling_friction=column([i.rolling_friction for i in items]),
-        restitution=column([i.restitution for i in items]),
         solref=_read_only(contact_solref([i.restitution for i in items])),
+        **columns,
     )
 
 

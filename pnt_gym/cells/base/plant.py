@@ -1,4 +1,4 @@
-"""The physics of N throws on one batch: the rollout, the free object in it and its flight, a throw for pictures."""
+"""The physics of N throws on one batch: rollout, the free object, its flight and landing, a throw for pictures."""
 
 from __future__ import annotations
 
@@ -11,13 +11,16 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.fluid import fluid_coefficients, geom_placement, lying_size, solid_shell_inertia
+from pnt_gym.cells.base.sorting import SortingReward
 from pnt_gym.constants import GRAVITY
 from pnt_gym.engine import Batch, MjData, MjModel, mujoco
 from pnt_gym.errors import PhysicsError
-from pnt_gym.planning.motion.ballistics import landing_point
+from pnt_gym.planning.motion.ballistics import flight_state, landing_point
 
 STAGES: Final = (0.25, 0.5, 0.75, 1.0)
 """Shares of the throws that are over after each stage of a rollout."""
+REWARD_TERMS: Final = ("landing", "success", "time")
+"""What a throw into an opening is rewarded for."""
 TOUCH: Final = 1e-5
 """A contact counts when the surfaces are closer than this [m]; predicted contacts of fast objects are farther."""
 ThrowsT = TypeVar("ThrowsT")
@@ -119,15 +122,18 @@ class Plant(ABC, Generic[ThrowsT, PlansT, FlightT]):
         aabb[:, geom] = placed.aabb.reshape(aabb[:, geom].shape)
         batch.expand("geom_fluid")[:, geom] = fluid_coefficients(shape, full, drag)
 
-    def keep(self, body: int, control: Floats, plan: Floats, target: Floats) -> None:
-        """Keep the throw of `record_row` that is about to be rolled out; the arguments are those of `Recording`."""
-        row = self.record_row or 0
+    def keep(self, body: int, control: Floats, plan: tuple[Floats, Floats, float], target: Floats) -> None:
+        """Keep the throw of `record_row` that is about to be rolled out.
+
+        It is a `Recording` with these; `plan` is start (3,) [m], velocity (3,) [m/s] and time [s] of a planned flight.
+        """
+        row, (start, velocity, time) = self.record_row or 0, plan
         self.recording = Recording(
             model=self.batch.get_model(row),
             body=body,
             state=self.batch.state[row].copy(),
             control=control.copy(),
-            plan=plan,
+            plan=flight_state(start, velocity, np.linspace(0.0, time, 40))[0],
             target=target.copy(),
         )
 
@@ -176,6 +182,43 @@ def first_warning(batch: Any) -> PhysicsError:
 def touching(contact: Floats) -> Bools:
     """Which sensed contacts (..., 2), number found and smallest distance, are more than predicted (...,)."""
     return np.asarray((contact[..., 0] > 0.0) & (contact[..., 1] < TOUCH))
+
+
+@dataclass(frozen=True)
+class Landed:
+    """Abstract: N throws into openings as they ended; every field has shape (N,) unless noted."""
+
+    landing: Floats
+    """Where the free flight crosses the rim plane, x, y (N, 2) [m]; see `ObjectFlight.landing`."""
+    landing_along: Floats
+    """Landing from the target, along the throw [m]."""
+    landing_across: Floats
+    """Landing from the target, to the left of the throw [m]."""
+    landing_error: Floats
+    """Distance of the landing from the target [m]."""
+    in_opening: Bools
+    """The landing lies inside the opening."""
+    in_bin: Bools
+    """At the end the object lies in its bin: inside the walls, below the rim, too slow to leave."""
+    is_success: Bools
+    """In the opening and in the bin."""
+    rim: Bools
+    """In the opening but not in the bin: hanging on the rim or bounced out."""
+    recontact: Bools
+    """The hand touched the object after the release."""
+    final: Floats
+    """Position of the object at the end (N, 3) [m]."""
+    cycle_time: Floats
+    """From one throw to the next, as the robot's own outcome says [s]."""
+    peak_torque: Floats
+    """Largest motor torque [N m]."""
+
+    def rewards(self, weights: SortingReward) -> dict[str, Floats]:
+        """The terms `REWARD_TERMS` by name, times their weights; before weighting every term lies in [0, 1]."""
+        landing = np.maximum(1.0 - np.nan_to_num(self.landing_error, nan=np.inf) / weights.landing_scale, 0.0)
+        time = np.maximum(1.0 - self.cycle_time / weights.time_scale, 0.0)
+        worth = weights.landing * landing, weights.success * self.is_success.astype(np.float64), weights.time * time
+        return dict(zip(REWARD_TERMS, worth, strict=True))
 
 
 @final
@@ -230,7 +273,7 @@ class ObjectFlight:
         rows = np.arange(len(self.position))
         return self.position[rows, self.last_step], self.velocity[rows, self.last_step]
 
-    def lies_in(self, centre: Floats, opening: Floats, rim: float, bottom: float) -> Bools:
+    def lies_in(self, centre: Floats, opening: Floats, rim: Floats, bottom: Floats) -> Bools:
         """Whether the objects lie in their bins for good at the end (N,).
 
         An object inside the walls, below the rim, whose upward speed does not lift it to the rim any more will stay.
@@ -238,11 +281,36 @@ class ObjectFlight:
         Args:
             centre: of the opening (N, 2) [m].
             opening: inner size (N, 2) [m].
-            rim: height of the rim [m].
-            bottom: height of the inner bottom [m].
+            rim: height of the rim (N,) [m].
+            bottom: height of the inner bottom (N,) [m].
         """
         position, velocity = self.final()
         offset = np.abs(position[:, :2] - centre)
         inside = (offset <= opening / 2).all(axis=1)
         reach = position[:, 2] + velocity[:, 2] ** 2 / (2.0 * GRAVITY)
         return inside & (reach < rim) & (position[:, 2] > bottom)
+
+    def landed(self, target: Floats, opening: Floats, depth: float, along: Floats) -> dict[str, Any]:
+        """The fields of `Landed` that the flights tell, by name: all but error, cycle time and torque.
+
+        Args:
+            target: centre of each opening (N, 3) [m].
+            opening: inner size along x and y (N, 2) [m].
+            depth: of the bins below the opening [m].
+            along: horizontal unit vectors of the throws (N, 2+).
+        """
+        landing = self.landing(target[:, 2])
+        miss = landing - target[:, :2]
+        in_opening = np.asarray((np.abs(miss) <= opening / 2).all(axis=1))
+        in_bin = self.lies_in(target[:, :2], opening, target[:, 2], target[:, 2] - depth)
+        return {
+            "landing": landing,
+            "landing_along": miss[:, 0] * along[:, 0] + miss[:, 1] * along[:, 1],
+            "landing_across": miss[:, 1] * along[:, 0] - miss[:, 0] * along[:, 1],
+            "in_opening": in_opening,
+            "in_bin": in_bin,
+            "is_success": in_opening & in_bin,
+            "rim": in_opening & ~in_bin,
+            "recontact": self.recontact(),
+            "final": self.final()[0],
+        }

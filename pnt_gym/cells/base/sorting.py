@@ -1,4 +1,4 @@
-"""A sorting line without its robot: items that ride a belt past bins, and how well its sensors see them.
+"""A sorting line without its robot: items that ride a belt past bins, how well they are seen, what a throw is worth.
 
 Two robots sort on it: the conveyor cell is one, and the gripper robot's cell can take over belt, items and bins of one.
 """
@@ -127,6 +127,16 @@ class Noise(Section):
     grasp: NonNegative = Field(default=0.004, description="Camera outline against cup position [m].")
 
 
+class SortingReward(Section):
+    """Weights of the reward's terms, each of which lies in [0, 1]."""
+
+    landing: NonNegative = Field(default=1.0, description="1 - landing error / landing_scale, not below 0.")
+    success: NonNegative = Field(default=0.1, description="1 if the object crossed its opening and lies in its bin.")
+    time: NonNegative = Field(default=0.1, description="1 - cycle time / time_scale, not below 0.")
+    landing_scale: Positive = Field(default=0.25, description="Landing error at which the landing term reaches 0 [m].")
+    time_scale: Positive = Field(default=3.0, description="Cycle time at which the time term reaches 0 [s].")
+
+
 class SortingLine(ItemsConfig):
     """Abstract: what a level says of belt, items, bins and sensors."""
 
@@ -140,21 +150,14 @@ class SortingLine(ItemsConfig):
     noise: Noise = Noise()
 
     @model_validator(mode="after")
-    def _check_line(self) -> Self:
-        self._check_bins()
-        return self
-
-    def _check_bins(self) -> None:
+    def _check_bins(self) -> Self:
         wall = self.bins.wall
         if self.bins.random is not None:
-            r = self.bins.random
-            reach = (r.side[1] / 2 + wall, r.side[1] / 2 + wall)
-            self._check_off_belt(
-                "bins.random", (r.x[0] - reach[0], r.x[1] + reach[0]), r.y[0] - reach[1], r.y[1] + reach[1]
-            )
+            r, reach = self.bins.random, self.bins.random.side[1] / 2 + wall
+            self._check_off_belt("bins.random", (r.x[0] - reach, r.x[1] + reach), (r.y[0] - reach, r.y[1] + reach))
         for i, b in enumerate(self.bins.fixed):
-            half = (b.size[0] / 2 + wall, b.size[1] / 2 + wall)
-            self._check_off_belt(f"bin {b.name!r}", (b.x - half[0], b.x + half[0]), b.y - half[1], b.y + half[1])
+            x, y = b.size[0] / 2 + wall, b.size[1] / 2 + wall
+            self._check_off_belt(f"bin {b.name!r}", (b.x - x, b.x + x), (b.y - y, b.y + y))
             for other in self.bins.fixed[:i]:
                 if _overlap(b, other, wall):
                     raise ValueError(f"bin {b.name!r} overlaps bin {other.name!r}; move one of them")
@@ -167,12 +170,13 @@ class SortingLine(ItemsConfig):
                     raise ValueError(
                         f"no bin accepts item {name!r}; add it to a bin or leave one bin's `accepts` empty"
                     )
+        return self
 
-    def _check_off_belt(self, what: str, x: Range, y_low: float, y_high: float) -> None:
+    def _check_off_belt(self, what: str, x: Range, y: Range) -> None:
         belt = self.belt
-        if x[0] < belt.x[1] and belt.x[0] < x[1] and y_low < belt.y[1] and belt.y[0] < y_high:
+        if x[0] < belt.x[1] and belt.x[0] < x[1] and y[0] < belt.y[1] and belt.y[0] < y[1]:
             raise ValueError(
-                f"{what} spans y {y_low:.3f}..{y_high:.3f} m and lies on the belt, "
+                f"{what} spans y {y[0]:.3f}..{y[1]:.3f} m and lies on the belt, "
                 f"which spans y {belt.y[0]}..{belt.y[1]} m; move it off the belt"
             )
 

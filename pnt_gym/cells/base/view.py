@@ -1,4 +1,4 @@
-"""What environments and videos ask of a picture of a cell, and what the pictures of all cells have in common."""
+"""Pictures of a cell, a throw of it in a window, and videos."""
 
 from __future__ import annotations
 
@@ -19,42 +19,6 @@ Scene = tuple[MjModel, MjData, list[Marker]]
 """Model, state, and what is drawn beside them."""
 _PLANNED: Final = np.array([0.10, 0.45, 0.90, 0.9])
 _FLOWN: Final = np.array([0.95, 0.35, 0.10, 1.0])
-
-
-class View(Protocol):
-    """Pictures of N cells; row 0 is recorded as long as the view is open."""
-
-    def frame(self, row: int = 0) -> Frame:
-        """The coming throw of one cell, (height, width, 3)."""
-        ...
-
-    def last_throw(self, fps: int = FPS) -> list[Frame]:
-        """Frames of the last throw of row 0 at true rate; empty before the first throw."""
-        ...
-
-    def at(self, moment: float, fps: int = FPS) -> Frame:
-        """The frame of the last throw of row 0 that is shown at a moment [s]; its last one if that is later.
-
-        Raises:
-            ConfigError: nothing was thrown yet.
-        """
-        ...
-
-    def render(self, mode: str) -> Frame | list[Frame]:
-        """What Gymnasium's `render` returns for rgb_array and rgb_array_list."""
-        ...
-
-    def show(self) -> None:
-        """Play the last throw in a window in real time.
-
-        Raises:
-            ConfigError: there is no display.
-        """
-        ...
-
-    def close(self) -> None:
-        """Free renderer and window; safe to call twice."""
-        ...
 
 
 class Filmed(Protocol):
@@ -166,7 +130,7 @@ class ThrowView:
             yield recording.model, data, planned + flown + self._cell.markers_at(float(data.time))
 
 
-def record_video(view: View, throws: Iterable[object], path: str | Path, fps: int = FPS, slow: int = 1) -> Path:
+def record_video(view: ThrowView, throws: Iterable[object], path: str | Path, fps: int = FPS, slow: int = 1) -> Path:
     """Write a video of throws, at true rate or slower.
 
     Args:

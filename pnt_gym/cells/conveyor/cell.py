@@ -11,13 +11,14 @@ from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.action import Correction, Modes
 from pnt_gym.cells.base.canvas import Marker
 from pnt_gym.cells.base.core import Cell
+from pnt_gym.cells.base.plant import REWARD_TERMS
 from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.cells.conveyor.action import MODES, correction
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.movers import ThrowMotion
 from pnt_gym.cells.conveyor.objects import Objects
-from pnt_gym.cells.conveyor.observation import FEATURES, TABLE
+from pnt_gym.cells.conveyor.observation import TABLE
 from pnt_gym.cells.conveyor.outcome import Outcome, judge
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.conveyor.plant import ConveyorPlant, HandCycle
@@ -42,8 +43,8 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
     """
 
     modes: ClassVar[Modes] = MODES
-    reward_terms: ClassVar[tuple[str, ...]] = ("landing", "success", "time")
-    features = len(FEATURES)
+    reward_terms: ClassVar[tuple[str, ...]] = REWARD_TERMS
+    table = TABLE
 
     def __init__(self, config: ConveyorConfig, count: int, picks: Picks, threads: int = 1) -> None:
         super().__init__(config, count, threads)
@@ -65,16 +66,8 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         """First picks of an episode for some rows."""
         return self._source.first(rows)
 
-    def observe(self) -> NDArray[np.float32]:
-        """Observations of the coming picks (N, 26)."""
-        return TABLE.encode(self.context)
-
     def throw(self, plans: ReleaseBatch) -> Outcome:
-        """Throw in every cell and move on to the next picks.
-
-        Args:
-            plans: feasible releases, one per cell.
-        """
+        """Throw in every cell and move on to the next picks."""
         context = self.context
         motion = self.planner.mover.throw(context.pick, plans, context.limits, context.ceiling)
         if self.plant.record_row is not None:
@@ -85,12 +78,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         return outcome
 
     def preview(self, plans: ReleaseBatch, jitter: bool = False) -> Outcome:
-        """What the coming throws would do, without moving on; the hand returns to its own pick.
-
-        Args:
-            plans: feasible releases, one per cell.
-            jitter: whether the release time carries its random part.
-        """
+        """What the coming throws would do; the hand returns to its own pick, `jitter` is that of the release time."""
         context = self.context if jitter else self.context.expected()
         motion = self.planner.mover.throw(context.pick, plans, context.limits, context.ceiling)
         back = self.planner.mover.back(motion, context.pick, context.limits)
@@ -98,14 +86,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
 
     def reward(self, outcome: Outcome) -> dict[str, Floats]:
         """Weighted reward terms by name, each (N,); before weighting every term lies in [0, 1]."""
-        weights = self.config.reward
-        landing = np.maximum(1.0 - outcome.landing_error / weights.landing_scale, 0.0)
-        time = np.maximum(1.0 - outcome.cycle_time / weights.time_scale, 0.0)
-        return {
-            "landing": weights.landing * landing,
-            "success": weights.success * outcome.is_success.astype(np.float64),
-            "time": weights.time * time,
-        }
+        return outcome.rewards(self.config.reward)
 
     def info(self, outcome: Outcome, thrown: Context) -> dict[str, NDArray[Any]]:
         """What the belt cell tells of throws, (N,) each."""
@@ -131,10 +112,6 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         """Pictures of the cells; row 0 is recorded from now on."""
         return ThrowView(self, camera())
 
-    def waiting(self, row: int) -> tuple[Objects, Floats] | None:
-        """Objects upstream of one cell's present pick and their centres (K, 3) [m]; for pictures."""
-        return self._source.waiting(row)
-
     def pose(self, row: int) -> tuple[MjModel, MjData]:
         """Model and data of one simulation as it stands before the coming throw."""
         self.plant.write(self.context)
@@ -142,7 +119,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
 
     def markers(self, row: int) -> list[Marker]:
         """The objects upstream, which the physics does not simulate before they are picked."""
-        return objects_on_belt(self.waiting(row), self.config.belt, 0.0)
+        return objects_on_belt(self._source.waiting(row), self.config.belt, 0.0)
 
     def markers_at(self, time: float) -> list[Marker]:
         """The same, a time [s] after the recorded throw began."""

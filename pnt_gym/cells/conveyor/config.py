@@ -9,8 +9,85 @@ from typing import Annotated, Literal, Self, final
 
 from pydantic import Field, model_validator
 
-from pnt_gym.cells.base.sorting import SortingLine
-from pnt_gym.cells.conveyor.sections import ActionScale, Limits, Motion, Reward, Suction
+from pnt_gym.cells.base.config import Duration, NonNegative, Positive, Section
+from pnt_gym.cells.base.sorting import SortingLine, SortingReward
+
+
+class Limits(Section):
+    """Cartesian limits of the hand. With `percent`, each throw draws one speed setting."""
+
+    percent: tuple[Annotated[float, Field(gt=0, le=100)], ...] = Field(
+        default=(40.0,),
+        min_length=1,
+        description="Shares of V 6 m/s, A 120 m/s2, J 3000 m/s3 (Hassan 2022, IV-B), in percent.",
+    )
+
+
+class FollowThrough(Section):
+    """What the hand does after the release: it buys success with cycle time."""
+
+    window: NonNegative = Field(
+        default=0.080,
+        description="Constant velocity after the release [s]; at 80 ms few objects are touched again.",
+    )
+    gravity_share: Annotated[float, Field(gt=0, le=1)] | None = Field(
+        default=None,
+        description="Braking is slowed until the hand falls with at most this share of g; null: full braking. "
+        "For straight throws; a free direction plans its motion by the next three.",
+    )
+    hand_cap: NonNegative = Field(
+        default=0.15, description="Free direction: how far the hand may rise above the release ceiling [m]."
+    )
+    clear_distance: NonNegative = Field(
+        default=0.12, description="Free direction: the hand stays above the object until this far away sideways [m]."
+    )
+    margin: Annotated[float, Field(ge=0, lt=1)] = Field(
+        default=0.3, description="Free direction: by this share of g t^2 / 2 at least, t since the release."
+    )
+
+
+class Motion(Section):
+    """One pick from lift to lift."""
+
+    ceiling: Positive = Field(
+        default=0.10, description="Release at most this far above the pick (Hassan 2022, IV-B) [m]."
+    )
+    clearance: Positive = Field(default=0.05, description="Vertical approach above the next pick, Z_off [m].")
+    dwell: NonNegative = Field(
+        default=0.10, description="Standstill while the vacuum builds up; counted, not simulated [s]."
+    )
+    follow_through: FollowThrough = FollowThrough()
+    ceiling_slack: NonNegative = Field(
+        default=0.03, description="A residual may exceed the release ceiling by this [m]."
+    )
+    reserve: NonNegative = Field(
+        default=0.10,
+        description="A throw is taken on only if the target moved by +- this along is feasible too [m].",
+    )
+
+
+class Suction(Section):
+    """Release happens late: valve delay + decay of the vacuum + jitter.
+
+    delay = valve + tau_e ln(F0 / (m g)), tau_e = tau / (1 + leak (F_ref / F0 - 1)) for F0 below F_ref: a porous
+    seal vents through its leak as well.
+    """
+
+    valve: Duration = Field(default=0.004, description="Valve delay, assumed [s].")
+    tau: Duration = Field(default=0.009, description="Time constant of the vacuum, tight seal, assumed [s].")
+    leak: NonNegative = Field(default=0.25, description="Strength of the leak's effect on tau, assumed.")
+    leak_reference: Positive = Field(default=20.0, description="Seal force above which nothing leaks [N].")
+    jitter: NonNegative = Field(default=0.001, description="Standard deviation of the release time [s].")
+
+
+class ActionScale(Section):
+    """What an action of 1 means in each action mode."""
+
+    along: Positive = Field(default=0.20, description="Drag-free landing shift along the throw [m].")
+    across: Positive = Field(default=0.06, description="Drag-free landing shift across the throw [m].")
+    xyz: tuple[Positive, Positive, Positive] = Field(
+        default=(0.12, 0.02, 0.015), description="Raw shift of the release point along, sideways, up [m]."
+    )
 
 
 @final
@@ -25,7 +102,7 @@ class ConveyorConfig(SortingLine):
     motion: Motion = Motion()
     suction: Suction = Suction()
     action: ActionScale = ActionScale()
-    reward: Reward = Reward()
+    reward: SortingReward = SortingReward()
     planner: Literal["straight", "free_direction"] = Field(
         default="straight",
         description="How the throw is planned: on a straight line (Hassan 2022), or with a free release direction.",

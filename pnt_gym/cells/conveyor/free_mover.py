@@ -8,21 +8,21 @@ a rule too does the hand brake along the line of the release and go back on stra
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, joined, length, replaced, take
+from pnt_gym.arrays import Bools, Floats, joined, length, made_anew, replaced, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.movers import Meeting, StraightMover, ThrowMotion, straight_back
+from pnt_gym.cells.conveyor.movers import Meeting, StraightMover, ThrowMotion
 from pnt_gym.planning.free.approach import approach_entry
 from pnt_gym.planning.free.check import keeps_rules
 from pnt_gym.planning.free.legs import return_leg, throw_leg
 from pnt_gym.planning.free.release import free_releases, top, turning_point
 from pnt_gym.planning.free.rules import HandRules
 from pnt_gym.planning.motion.ballistics import flight_time
-from pnt_gym.planning.motion.intercept import plan_intercept
 from pnt_gym.planning.motion.limits import EllipticWorkspace, Limits
 from pnt_gym.planning.motion.scurve import accelerate, brake, brake_distance, coast
 from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
@@ -61,30 +61,20 @@ class FreeMover:
         # The next pick is not known yet, so the release must leave room for any return.
         free = free_releases(pick, target, limits, ceiling=ceiling, rules=self.rules)
         release = self._released(pick, free.position, free.velocity, free.flight_time, limits, ceiling)
-        rows = np.flatnonzero(~self.is_feasible(pick, release, limits))
-        if rows.size > 0:
-            release = replaced(
-                release, rows, self._straight.plan(pick[rows], target[rows], take(limits, rows), ceiling[rows])
-            )
-        return release
+        good = self.is_feasible(pick, release, limits)
+        return made_anew(release, ~good, self._straight.plan, pick, target, limits, ceiling)
 
     def aimed(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
         """The nominal release moved level by what the target was moved, at the same velocity."""
         plan, shift = context.plan, goal - context.target
         release = self._shifted(context, plan.position + shift, plan.flight_time)
-        rows = np.flatnonzero(plan.straight)
-        if rows.size > 0:
-            release = replaced(release, rows, self._straight.aimed(take(context, rows), goal[rows], slack))
-        return release
+        return made_anew(release, plan.straight, partial(self._straight.aimed, slack=slack), context, goal)
 
     def moved(self, context: Context, point: Floats) -> ReleaseBatch:
         """Releases at the points, at the nominal velocity."""
         flight = flight_time(point, context.plan.velocity, context.target[:, 2])
         release = self._shifted(context, point, flight)
-        rows = np.flatnonzero(context.plan.straight)
-        if rows.size > 0:
-            release = replaced(release, rows, self._straight.moved(take(context, rows), point[rows]))
-        return release
+        return made_anew(release, context.plan.straight, self._straight.moved, context, point)
 
     def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
         """Which throws exist and leave the hand room to turn back inside the workspace."""
@@ -98,7 +88,7 @@ class FreeMover:
 
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
         """The motion to the release and the window."""
-        roof = self._roof(ceiling)
+        roof = top(ceiling, self.rules)
         curved = throw_leg(pick, release.position, release.velocity, limits, roof).segments
         line = accelerate(release.direction, release.distance, limits)
         straight = release.straight
@@ -119,27 +109,16 @@ class FreeMover:
         """Through the top of the approach without stopping where that keeps the rules, else with a stop."""
         moves, down = return_leg(motion.stop, motion.velocity, next_pick, limits, motion.roof, self.rules)
         found = _padded([moves.segments, down])
-        rows = np.flatnonzero(~(moves.feasible & self._keeps(motion, found, next_pick, limits)))
-        if rows.size > 0:
-            nothing = np.zeros(rows.size)
-            some, goal, own = take(motion, rows), next_pick[rows], take(limits, rows)
-            hovered, good = self._hover(some, goal, own, nothing)
-            stopping = self._stopping(some, goal, nothing, own)
-            found = replaced(found, rows, replaced(stopping, good, take(hovered, good)))
-        return found
+        kept = moves.feasible & self._keeps(motion, found, next_pick, limits)
+        return made_anew(found, ~kept, self._stopping, motion, next_pick, limits)
 
     def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """The earliest meeting, in flight where that is possible."""
         low, high = self._belt.pick_x
         found = self._in_flight(motion, place, limits, None)
-        early = np.flatnonzero(found.position[:, 0] < low)
-        if early.size > 0:
-            found = replaced(found, early, self._at_border(take(motion, early), place[early], take(limits, early)))
+        found = made_anew(found, found.position[:, 0] < low, self._at_border, motion, place, limits)
         inside = (found.position[:, 0] >= low - 1e-9) & (found.position[:, 0] <= high)
-        rows = np.flatnonzero(~(found.feasible & inside))
-        if rows.size > 0:
-            found = replaced(found, rows, self._with_stop(take(motion, rows), place[rows], take(limits, rows)))
-        return found
+        return made_anew(found, ~(found.feasible & inside), self._with_stop, motion, place, limits)
 
     def _in_flight(self, motion: ThrowMotion, place: Floats, limits: Limits, arrival: Floats | None) -> Meeting:
         """Meetings without a stop, not before `arrival` (N,) [s] if given."""
@@ -161,12 +140,7 @@ class FreeMover:
         """Meetings of hands that would be there before the object: after a wait, or by a slower flight."""
         enters = (self._belt.pick_x[0] - place[:, 0]) / self._belt.speed
         found = self._waiting(motion, place, limits, enters)
-        rows = np.flatnonzero(~found.feasible)
-        if rows.size > 0:
-            found = replaced(
-                found, rows, self._in_flight(take(motion, rows), place[rows], take(limits, rows), enters[rows])
-            )
-        return found
+        return made_anew(found, ~found.feasible, self._in_flight, motion, place, limits, enters)
 
     def _waiting(self, motion: ThrowMotion, place: Floats, limits: Limits, enters: Floats) -> Meeting:
         """Meetings at the border of the window when the objects enter it (N,) [s], after a stop above that point."""
@@ -188,33 +162,25 @@ class FreeMover:
 
     def _with_stop(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """Meetings of hands that brake, move straight above the pick, wait, and go down."""
-        halt, stop = self._halt(motion, limits)
+        halt, halted = self._halt(motion, limits)
         time = halt.durations.sum(axis=1)
         belt = np.array([self._belt.speed, 0.0, 0.0])
-        found = plan_intercept(
-            stop,
-            place + belt * time[:, None],
-            belt,
-            limits,
-            clearance=self.rules.approach,
-            window=self._belt.pick_x,
-        )
-        position = np.where(found.feasible[:, None], found.position, place)
-        wait = np.where(found.feasible, found.wait, 0.0)
-        total = np.where(found.feasible, found.time, 0.0) + time
-        return Meeting(position, total, wait, self._stopping(motion, position, wait, limits), found.feasible)
+        found = self._straight.meet(halted, place + belt * time[:, None], limits)
+        return replace(found, time=found.time + time, back=_padded([halt, found.back]))
 
-    def _stopping(self, motion: ThrowMotion, next_pick: Floats, wait: Floats, limits: Limits) -> Segments:
-        """Brake along the release velocity, then back on straight lines."""
-        halt, stop = self._halt(motion, limits)
-        way = straight_back(stop, next_pick, wait, limits, self.rules.approach)
-        return _padded([halt, way])
+    def _stopping(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
+        """Returns with a stop above the next pick, or where that breaks a rule, straight after a stop at once."""
+        hovered, good = self._hover(motion, next_pick, limits, np.zeros(len(next_pick)))
+        halt, halted = self._halt(motion, limits)
+        straight = _padded([halt, self._straight.back(halted, next_pick, limits)])
+        return replaced(straight, good, take(hovered, good))
 
-    def _halt(self, motion: ThrowMotion, limits: Limits) -> tuple[Segments, Floats]:
-        """Braking at once along the release velocity, and where the hand then is (N, 3) [m]."""
+    def _halt(self, motion: ThrowMotion, limits: Limits) -> tuple[Segments, ThrowMotion]:
+        """Braking at once along the release velocity, and the hands at rest after it."""
         speed = length(motion.velocity)
         ahead = motion.velocity / np.maximum(speed, 1e-12)[:, None]
-        return brake(ahead, speed, limits), motion.stop + ahead * brake_distance(speed, limits)[:, None]
+        stop = motion.stop + ahead * brake_distance(speed, limits)[:, None]
+        return brake(ahead, speed, limits), ThrowMotion.resting(stop)
 
     def _keeps(self, motion: ThrowMotion, back: Segments, next_pick: Floats, limits: Limits) -> Bools:
         """Which returns keep limits and rules."""
@@ -237,7 +203,7 @@ class FreeMover:
     ) -> ReleaseBatch:
         """Releases as the planner's batch; feasible where a motion to them was found."""
         motion = throw_leg(
-            pick, np.where(flight[:, None] > 0.0, position, np.nan), velocity, limits, self._roof(ceiling)
+            pick, np.where(flight[:, None] > 0.0, position, np.nan), velocity, limits, top(ceiling, self.rules)
         )
         good = motion.feasible
         gap = np.where(good, 0.0, np.nan)
@@ -261,9 +227,6 @@ class FreeMover:
             reason=np.where(good, int(Reason.FEASIBLE), int(Reason.CEILING)),
             straight=never.copy(),
         )
-
-    def _roof(self, ceiling: Floats) -> Floats:
-        return top(ceiling, self.rules)
 
 
 def _greatest(parts: Segments) -> Floats:

@@ -13,8 +13,7 @@ import numpy as np
 
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.items import CYLINDER, ItemTable
-from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.sections import Suction
+from pnt_gym.cells.conveyor.config import ConveyorConfig, Suction
 from pnt_gym.constants import GRAVITY
 
 TARGET_DRAWS = 8

@@ -56,6 +56,12 @@ class PickPlanner:
             generator.random(out=uniforms[place])
         return objects_from_draws(normals, uniforms, self.config, self._table)
 
+    def draw_picks(self, generators: list[np.random.Generator], rows: Ints) -> tuple[Objects, Floats]:
+        """A new object from the generator of each row, and where it is picked: anywhere in the window, (N, 3) [m]."""
+        objects = take(self.draw(generators, rows, 1), np.s_[:, 0])
+        low, high = self.config.belt.pick_x
+        return objects, self.pick_point(objects, low + (high - low) * objects.place[:, 0])
+
     def pick_point(self, objects: Objects, x: Floats) -> Floats:
         """Where the planner takes objects at belt coordinate x (N,) to be: (N, 3) [m].
 
@@ -101,10 +107,7 @@ class PickPlanner:
 
     def warn_of_reach(self) -> None:
         """Warn of fixed bins that no throw gets into: they stay empty, and others take their items."""
-        rows = np.zeros(TRIALS, dtype=np.int64)
-        objects = take(self.draw([np.random.default_rng(0)], rows, 1), np.s_[:, 0])
-        low, high = self.config.belt.pick_x
-        pick = self.pick_point(objects, low + (high - low) * objects.place[:, 0])
+        objects, pick = self.draw_picks([np.random.default_rng(0)], np.zeros(TRIALS, dtype=np.int64))
         limits, ceiling = LimitRows.t3kr(objects.percent), pick[:, 2] + self.config.motion.ceiling
         for fixed in self.config.bins.fixed:
             target = np.tile([fixed.x, fixed.y, self.config.bins.rim], (TRIALS, 1))

@@ -17,7 +17,6 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.outcome import Flown
 from pnt_gym.cells.conveyor.scene import LIP_GAP, SENSORS, Scene, bin_panels, build_scene
-from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.motion.trajectory import HandPath
 from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.robots.t3kr.kinematics import closed_pose
@@ -47,13 +46,7 @@ class HandCycle:
 
 @final
 class ConveyorPlant(Plant[Context, HandCycle, Flown]):
-    """N copies of the cell's physics on one `mujoco.batch.Batch`.
-
-    Args:
-        config: the cell.
-        count: simulations N.
-        threads: worker threads; results do not depend on it.
-    """
+    """N copies of the conveyor cell's physics; the model is the config's."""
 
     def __init__(self, config: ConveyorConfig, count: int, threads: int = 1) -> None:
         self.config = config
@@ -65,27 +58,20 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         self._controls = int(model.nu) + int(model.neq)
 
     def fly(self, thrown: Context, plans: HandCycle) -> Flown:
-        """Simulate one throw in every simulation.
-
-        Args:
-            thrown: the N picks.
-            plans: what the hands do.
-
-        Raises:
-            PhysicsError: the engine warned, or stopped a simulation.
-        """
-        path, step = plans.path, self.config.timestep
+        """Simulate one throw in every simulation: the N picks, and what the hands do."""
+        path, release, step = plans.path, plans.release, self.config.timestep
         free_at = plans.release_time + thrown.objects.delay
         release_step = np.ceil(free_at / step - 1e-9).astype(np.int64)
         # The reference is shifted by less than a step, so that the release falls exactly on a step.
         shift = release_step * step - free_at
-        settled = free_at + LATEST_FLIGHT * plans.release.flight_time + SETTLE
+        settled = free_at + LATEST_FLIGHT * release.flight_time + SETTLE
         steps = np.ceil(np.maximum(path.duration + shift, settled) / step).astype(np.int64)
         self.write(thrown)
         control = self._references(path, thrown.cup_offset, shift, int(steps.max()))
         self._write_grip(control, thrown, release_step)
-        if self.record_row is not None:
-            self._keep(self.record_row, control, thrown, plans.release)
+        if (row := self.record_row) is not None:
+            plan = release.position[row], release.velocity[row], release.flight_time[row]
+            self.keep(self.scene.object_body, control[row], plan, thrown.target[row])
         sensors = staged_rollout(self.batch, control, steps, ("sensordata",))["sensordata"]
         hand = sensors[..., SENSORS["hand_position"]]
         planned = path.sample(free_at[:, None]).position[:, 0] + thrown.cup_offset
@@ -107,13 +93,17 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
     def write(self, context: Context) -> None:
         """Set the simulations up: robot closed and at rest at the pick, object under the cup."""
         self._write_models(context)
-        self._write_states(context)
-
-    def _keep(self, row: int, control: Floats, context: Context, release: ReleaseBatch) -> None:
-        time = np.linspace(0.0, float(release.flight_time[row]), 40)[:, None]
-        fall = np.array([0.0, 0.0, -0.5 * GRAVITY])
-        plan = release.position[row] + release.velocity[row] * time + fall * time**2
-        self.keep(self.scene.object_body, control[row], plan, context.target[row])
+        batch, scene = self.batch, self.scene
+        batch.state[:] = 0.0
+        qpos = batch.bind("qpos")
+        cup = context.pick + context.cup_offset
+        qpos[:, self._robot_qpos] = closed_pose(cup, self._rods_per_arm, scene.robot.geometry)
+        first = scene.object_qpos
+        qpos[:, first : first + 2] = cup[:, :2] + context.grasp
+        qpos[:, first + 2] = cup[:, 2] - context.objects.com_depth
+        qpos[:, first + 3] = np.cos(context.objects.yaw / 2)
+        qpos[:, first + 6] = np.sin(context.objects.yaw / 2)
+        batch.bind("eq_active")[:] = 1.0
 
     def _references(self, path: HandPath, offset: Floats, shift: Floats, steps: int) -> Floats:
         """Controls (N, steps, nu + neq) with the motors' columns filled and every equality active."""
@@ -138,20 +128,6 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         inertia = self.batch.expand("body_inertia")[:, self.scene.object_body]
         torque = inertia * _in_body_axes(context.objects.spin, context.objects.yaw) / self.config.timestep
         control[np.arange(len(release_step)), release_step, self.scene.spin_controls] = torque
-
-    def _write_states(self, context: Context) -> None:
-        """Robot closed and at rest at the pick, object under the cup."""
-        batch, scene = self.batch, self.scene
-        batch.state[:] = 0.0
-        qpos = batch.bind("qpos")
-        cup = context.pick + context.cup_offset
-        qpos[:, self._robot_qpos] = closed_pose(cup, self._rods_per_arm, scene.robot.geometry)
-        first = scene.object_qpos
-        qpos[:, first : first + 2] = cup[:, :2] + context.grasp
-        qpos[:, first + 2] = cup[:, 2] - context.objects.com_depth
-        qpos[:, first + 3] = np.cos(context.objects.yaw / 2)
-        qpos[:, first + 6] = np.sin(context.objects.yaw / 2)
-        batch.bind("eq_active")[:] = 1.0
 
     def _write_models(self, context: Context) -> None:
         """Per-simulation object and, where it is drawn per throw, bin."""

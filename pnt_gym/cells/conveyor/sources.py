@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Final, Protocol, final
+from typing import Final, final
 
 import numpy as np
 
@@ -30,8 +31,6 @@ STANDING_HEIGHT: Final = 0.05
 class NextPick:
     """Where the hand goes after a throw, and the pick it finds there."""
 
-    position: Floats
-    """Cup position of the next pick (N, 3) [m]."""
     wait: Floats
     """Standstill above it until the object arrives (N,) [s]."""
     context: Context
@@ -39,51 +38,44 @@ class NextPick:
     """The motion there."""
 
 
-class PickSource(Protocol):
-    """Hands out picks to some rows of a cell; every row draws only from its own generator."""
-
-    def first(self, rows: Ints) -> Context:
-        """First picks of an episode for the cell's rows."""
-        ...
-
-    def following(self, motion: ThrowMotion, limits: LimitRows) -> NextPick:
-        """The picks that follow the throws of all rows."""
-        ...
-
-    def waiting(self, row: int) -> tuple[Objects, Floats] | None:
-        """The objects that come after one row's present pick, and their centres (K, 3) [m]; None without a belt."""
-        ...
-
-
-@final
-class IndependentPicks:
-    """Every pick is drawn anew and does not depend on the throw before: the contextual-bandit form."""
+class PickSource(ABC):
+    """Abstract: hands out picks to some rows of a cell; every row draws only from its own generator."""
 
     def __init__(self, planner: PickPlanner, generators: Generators) -> None:
         self._planner = planner
         self._generators = generators
+
+    @abstractmethod
+    def first(self, rows: Ints) -> Context:
+        """First picks of an episode for the cell's rows."""
+
+    @abstractmethod
+    def following(self, motion: ThrowMotion, limits: LimitRows) -> NextPick:
+        """The picks that follow the throws of all rows."""
+
+    def waiting(self, row: int) -> tuple[Objects, Floats] | None:
+        """The objects that come after one row's present pick, and their centres (K, 3) [m]; None without a belt."""
+        return None
+
+    def _impossible(self) -> ConfigError:
+        config = self._planner.config
+        return ConfigError(
+            f"cell {config.name!r}: no object has a feasible throw; check that the bins are in reach at "
+            f"{', '.join(f'{p:g}' for p in config.limits.percent)} % of the robot's limits and that the "
+            f"follow-through of {config.motion.follow_through.window} s leaves room inside the workspace"
+        )
+
+
+@final
+class IndependentPicks(PickSource):
+    """Every pick is drawn anew and does not depend on the throw before: the contextual-bandit form."""
+
+    def __init__(self, planner: PickPlanner, generators: Generators) -> None:
+        super().__init__(planner, generators)
         self._place = np.zeros((len(generators), 2))
 
     def first(self, rows: Ints) -> Context:
-        """One independent pick per row."""
-        return self._draw(rows)
-
-    def following(self, motion: ThrowMotion, limits: LimitRows) -> NextPick:
-        """A new pick that has nothing to do with the throw before."""
-        # The next object stands somewhere in the pick window; that draw belongs to the present pick.
-        belt = self._planner.config.belt
-        x = belt.pick_x[0] + (belt.pick_x[1] - belt.pick_x[0]) * self._place[:, 0]
-        y = belt.lane_y[0] + (belt.lane_y[1] - belt.lane_y[0]) * self._place[:, 1]
-        position = np.stack([x, y, np.full_like(x, belt.height + STANDING_HEIGHT)], axis=-1)
-        back = self._planner.mover.back(motion, position, limits)
-        return NextPick(position, np.zeros_like(x), self._draw(np.arange(len(x))), back)
-
-    def waiting(self, row: int) -> tuple[Objects, Floats] | None:
-        """Nothing: there is no belt."""
-        return None
-
-    def _draw(self, rows: Ints) -> Context:
-        """Objects are drawn until their throw is feasible."""
+        """One independent pick per row; objects are drawn until their throw is feasible."""
         context, good = self._attempt(rows)
         for _ in range(MOST_DRAWS):
             pending = np.flatnonzero(~good)
@@ -93,26 +85,31 @@ class IndependentPicks:
             found, fits = self._attempt(rows[pending])
             context = replaced(context, pending, found)
             good[pending] = fits
-        raise _impossible(self._planner)
+        raise self._impossible()
+
+    def following(self, motion: ThrowMotion, limits: LimitRows) -> NextPick:
+        """A new pick that has nothing to do with the throw before."""
+        # The next object stands somewhere in the pick window; that draw belongs to the present pick.
+        belt = self._planner.config.belt
+        x = belt.pick_x[0] + (belt.pick_x[1] - belt.pick_x[0]) * self._place[:, 0]
+        y = belt.lane_y[0] + (belt.lane_y[1] - belt.lane_y[0]) * self._place[:, 1]
+        position = np.stack([x, y, np.full_like(x, belt.height + STANDING_HEIGHT)], axis=-1)
+        back = self._planner.mover.back(motion, position, limits)
+        return NextPick(np.zeros_like(x), self.first(np.arange(len(x))), back)
 
     def _attempt(self, rows: Ints) -> tuple[Context, Bools]:
-        config = self._planner.config
-        objects = take(self._planner.draw(self._generators, rows, 1), np.s_[:, 0])
-        low, high = config.belt.pick_x
-        x = low + (high - low) * objects.place[:, 0]
-        return self._planner.plan(objects, self._planner.pick_point(objects, x))
+        return self._planner.plan(*self._planner.draw_picks(self._generators, rows))
 
 
 @final
-class BeltPicks:
+class BeltPicks(PickSource):
     """Objects ride the belt past the robot; the hand meets the first one that it can reach and throw.
 
     Objects that leave the window before the hand is there, and those without a feasible throw, ride on.
     """
 
     def __init__(self, planner: PickPlanner, generators: Generators) -> None:
-        self._planner = planner
-        self._generators = generators
+        super().__init__(planner, generators)
         count = len(generators)
         self.queue: Objects = planner.draw([np.random.default_rng(0)], np.zeros(count, dtype=np.int64), QUEUE)
         """Objects on the belt, nearest first (N, QUEUE)."""
@@ -154,7 +151,7 @@ class BeltPicks:
             pending = pending[~good]
             if pending.size == 0:
                 return result
-        raise _impossible(self._planner)
+        raise self._impossible()
 
     def _meet(self, rows: Ints, place: int, motion: ThrowMotion, limits: LimitRows) -> tuple[NextPick, Floats, Bools]:
         """Pick of the object at a place of the queue in some rows, the time until its lift, and which work out."""
@@ -162,7 +159,7 @@ class BeltPicks:
         x = self.queue_x[rows, place] + config.belt.speed * motion.stop_time
         meeting = self._planner.mover.meet(motion, self._planner.pick_point(objects, x), limits)
         context, throwable = self._planner.plan(objects, meeting.position)
-        found = NextPick(meeting.position, meeting.wait, context, meeting.back)
+        found = NextPick(meeting.wait, context, meeting.back)
         elapsed = motion.stop_time + meeting.time + config.motion.dwell
         return found, elapsed, meeting.feasible & throwable
 
@@ -176,11 +173,3 @@ class BeltPicks:
         x = self.queue_x[rows] + self._planner.config.belt.speed * elapsed[:, None]
         self.queue = replaced(self.queue, rows, joined([kept, new], axis=1))
         self.queue_x[rows] = np.concatenate([x[:, used:], x[:, -1:] - np.cumsum(new.gap, axis=1)], axis=1)
-
-
-def _impossible(planner: PickPlanner) -> ConfigError:
-    return ConfigError(
-        f"cell {planner.config.name!r}: no object has a feasible throw; check that the bins are in reach at "
-        f"{', '.join(f'{p:g}' for p in planner.config.limits.percent)} % of the robot's limits and that the "
-        f"follow-through of {planner.config.motion.follow_through.window} s leaves room inside the workspace"
-    )

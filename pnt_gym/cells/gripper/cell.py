@@ -12,13 +12,14 @@ from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.action import Correction, Modes
 from pnt_gym.cells.base.canvas import Marker
 from pnt_gym.cells.base.core import Cell, require_feasible
+from pnt_gym.cells.base.plant import REWARD_TERMS
 from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.cells.gripper.action import MODES, correction
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.context import Context
 from pnt_gym.cells.gripper.hidden import draw_hidden, expected_hidden
 from pnt_gym.cells.gripper.motion import TossPlans
-from pnt_gym.cells.gripper.observation import FEATURES, feature_table
+from pnt_gym.cells.gripper.observation import TABLE, feature_table
 from pnt_gym.cells.gripper.outcome import Outcome, judge
 from pnt_gym.cells.gripper.planner import TossPlanner
 from pnt_gym.cells.gripper.plant import GripperPlant
@@ -43,8 +44,9 @@ class GripperCell(Cell[GripperConfig, Context, TossPlans, Outcome]):
     """
 
     modes: ClassVar[Modes] = MODES
-    reward_terms: ClassVar[tuple[str, ...]] = ("landing", "success", "time")
-    features = len(FEATURES)
+    reward_terms: ClassVar[tuple[str, ...]] = REWARD_TERMS
+    table = TABLE
+    """With the centres and scales of a cell that has none of its own; see `feature_table`."""
 
     def __init__(self, config: GripperConfig, count: int, threads: int = 1) -> None:
         super().__init__(config, count, threads)
@@ -57,40 +59,14 @@ class GripperCell(Cell[GripperConfig, Context, TossPlans, Outcome]):
         self.context = self.first(np.arange(count))
 
     def observe(self) -> NDArray[np.float32]:
-        """Observations of the coming throws (N, 15)."""
+        """Observations of the coming throws (N, 15), by the config's own centres and scales."""
         return feature_table(self.config).encode(self.context)
 
-    def plan(self, correction: Floats | None = None) -> TossPlans:
-        """Plans of the coming throws, feasible or not.
-
-        Args:
-            correction: release point along the throw and to its left [m], opening later [s] (N, 3); none if not given.
-        """
-        return self.planner.plan(self.context.kind, self.context.place, correction)
-
-    def throw(self, plans: TossPlans) -> Outcome:
-        """Throw in every cell and move on to the next throws.
-
-        Args:
-            plans: feasible plans, one per cell.
-
-        Raises:
-            ValueError: a plan is not feasible.
-        """
-        outcome = self.preview(plans, jitter=True)
-        self.context = self.first(np.arange(self.count))
-        return outcome
-
     def preview(self, plans: TossPlans, jitter: bool = False) -> Outcome:
-        """What the coming throws would do, without moving on.
-
-        Args:
-            plans: feasible plans, one per cell.
-            jitter: whether the throw's own scatter is included, as `throw` will have it; without, the objects are the
-                average ones of their kind.
+        """What the coming throws would do; without `jitter` the objects are the average ones of their kind.
 
         Raises:
-            ValueError: a plan is not feasible.
+            PlanningError: a plan is not feasible.
         """
         require_feasible(plans)
         context = self.context
@@ -100,14 +76,7 @@ class GripperCell(Cell[GripperConfig, Context, TossPlans, Outcome]):
 
     def reward(self, outcome: Outcome) -> dict[str, Floats]:
         """Weighted reward terms by name, each (N,); before weighting every term lies in [0, 1]."""
-        weights = self.config.reward
-        landing = np.maximum(1.0 - np.nan_to_num(outcome.landing_error, nan=np.inf) / weights.landing_scale, 0.0)
-        time = np.maximum(1.0 - outcome.cycle_time / weights.time_scale, 0.0)
-        return {
-            "landing": weights.landing * landing,
-            "success": weights.success * outcome.is_success.astype(np.float64),
-            "time": weights.time * time,
-        }
+        return outcome.rewards(self.config.reward)
 
     def info(self, outcome: Outcome, thrown: Context) -> dict[str, NDArray[Any]]:
         """What the gripper robot's cell tells of throws, (N,) each."""

@@ -16,6 +16,7 @@ from pydantic import Field, ValidationError, model_validator
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.catalogue import CLAW_ITEMS, ItemsConfig
 from pnt_gym.cells.base.config import Duration, Finite, NonNegative, Positive, Range, Section, Share, ordered
+from pnt_gym.cells.base.sorting import SortingReward
 from pnt_gym.cells.gripper.conveyor import Conveyor
 from pnt_gym.cells.gripper.robot import Robot
 
@@ -150,14 +151,10 @@ class Action(Section):
         return np.array([self.along, self.across, self.opening])
 
 
-class Reward(Section):
-    """Weights of the reward's terms, each of which lies in [0, 1]."""
+class Reward(SortingReward):
+    """Weights of the reward's terms; a compartment is the bin."""
 
-    landing: NonNegative = Field(default=1.0, description="1 - landing error / landing_scale, not below 0.")
-    success: NonNegative = Field(
-        default=0.5, description="1 if the object crossed the opening and lies in its compartment."
-    )
-    time: NonNegative = Field(default=0.1, description="1 - cycle time / time_scale, not below 0.")
+    success: NonNegative = Field(default=0.5, description="1 if the object crossed its opening and lies in its bin.")
     landing_scale: Positive = Field(default=0.06, description="[m]")
     time_scale: Positive = Field(default=2.0, description="[s]")
 

@@ -50,34 +50,24 @@ FEATURES: Final = (
     Feature("is_second", "-", 0.5, 0.5, "kind of object, one-hot", lambda c: _is(1, c)),
     Feature("is_third", "-", 0.5, 0.5, "kind of object, one-hot", lambda c: _is(2, c)),
 )
-_TABLE: Final = FeatureTable(FEATURES)
+TABLE: Final = FeatureTable(FEATURES)
 
 
-def features(config: GripperConfig) -> tuple[Feature, ...]:
+def feature_table(config: GripperConfig) -> FeatureTable:
     """The features of a cell, with its own centres and scales where it has some.
 
     Raises:
         ConfigError: the cell names a feature that does not exist.
     """
-    own = config.observation
-    known = [feature.name for feature in FEATURES]
+    own, known = config.observation, [feature.name for feature in FEATURES]
     for name in own:
         if name not in known:
             raise ConfigError(f"observation: {name!r} is no feature; the features are {', '.join(known)}")
-    spans = {feature.name: own.get(feature.name, (feature.centre, feature.scale)) for feature in FEATURES}
-    return tuple(replace(f, centre=spans[f.name][0], scale=spans[f.name][1]) for f in FEATURES)
+    spans = [own.get(feature.name, (feature.centre, feature.scale)) for feature in FEATURES]
+    return FeatureTable([replace(f, centre=c, scale=s) for f, (c, s) in zip(FEATURES, spans, strict=True)])
 
 
-def feature_table(config: GripperConfig) -> FeatureTable:
-    """The table of a cell's features.
-
-    Raises:
-        ConfigError: as for `features`.
-    """
-    return FeatureTable(features(config))
-
-
-def decode(observation: NDArray[np.floating], table: FeatureTable = _TABLE) -> dict[str, Floats]:
+def decode(observation: NDArray[np.floating], table: FeatureTable = TABLE) -> dict[str, Floats]:
     """Physical values by feature name from observations (..., 15); clipped entries stay clipped.
 
     Args:

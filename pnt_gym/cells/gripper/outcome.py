@@ -1,57 +1,94 @@
-"""What became of throws, and whether they did what they should."""
+"""Throws of the gripper robot as the simulator ran them, and what became of them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, final
+from typing import Final, Self, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats
+from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.cells.base.plant import Landed, ObjectFlight, touching
 from pnt_gym.cells.gripper.config import GripperConfig
-from pnt_gym.cells.gripper.flown import Flown
 from pnt_gym.cells.gripper.motion import TossPlans
+from pnt_gym.cells.gripper.scene import SENSORS
 
+BRUSHING: Final = 0.010
+"""An object is free when no pad touches it for this long: while the claws part, contacts come and go [s]."""
+OFF_TABLE: Final = 0.002
+"""An object that has risen by this much is off the table [m]."""
 LIFT: Final = 0.5
 """An object counts as picked that has been lifted by this share of the platform's own rise."""
 
 
 @final
 @dataclass(frozen=True)
-class Outcome:
-    """N throws; every field has shape (N,) unless noted."""
+class Flown:
+    """N recorded throws, M steps each, before they are judged. A step's values are those of its start."""
 
-    landing: Floats
-    """Where the free flight crosses the rim plane, x, y (N, 2) [m]; one that touches something first is carried on
-    ballistically from there."""
-    landing_along: Floats
-    """Landing from the target, along the throw [m]; along x for a drop."""
-    landing_across: Floats
-    """Landing from the target, to the left of the throw [m]."""
-    landing_error: Floats
-    """Distance of the landing from the target [m]."""
-    in_opening: Bools
-    """The landing lies inside the opening of its compartment."""
-    in_bin: Bools
-    """At the end the object lies in its compartment, for good."""
-    is_success: Bools
-    """It crossed the opening and lies in the compartment."""
-    rim: Bools
-    """In the opening, but at the end not in the compartment."""
-    picked: Bools
-    """The claws still held the object, lifted, when they were told to open."""
+    flight: ObjectFlight
+    """From the moment that no pad touches the object any more; then a touch of a pad is a recontact."""
+    hand: Floats
+    """Point midway between the relaxed pads (N, M, 3) [m]."""
+    release_time: Floats
+    """When the object was free of the pads (N,) [s]; at the end for one that never was."""
+    lifted: Floats
+    """How far the object was off the table's surface when the claws were told to open, against the start (N,) [m]."""
     slip: Floats
-    """How far the object moved along the pads from leaving the table until they were told to open [m]."""
-    release_delay: Floats
-    """When the object came free, after the planned moment of an uncorrected throw [s]."""
-    recontact: Bools
-    """A pad met the object again after it had come free."""
-    cycle_time: Floats
-    """From closing until the object has passed the rim plane and the robot is back above the pick [s]."""
+    """How far the object moved along the pads, in x and z, from leaving the table until the claws were told to open
+    (N,) [m]. Along y it moves with the fingers, which give."""
     peak_torque: Floats
-    """Largest motor torque [N m]."""
-    final: Floats
-    """Position of the object at the end (N, 3) [m]."""
+    """Largest motor torque (N,) [N m]."""
+
+    @classmethod
+    def from_sensors(cls, sensordata: Floats, plans: TossPlans, last_step: Ints, step: float) -> Self:
+        """From recorded sensordata (N, M, columns of `SENSORS`).
+
+        Args:
+            sensordata: zero after each throw's last step.
+            plans: what was thrown.
+            last_step: last recorded step of each throw (N,).
+            step: physics step [s].
+        """
+        rows = np.arange(len(last_step))
+        position, hand = sensordata[..., SENSORS["object_position"]], sensordata[..., SENSORS["hand_position"]]
+        pads = sensordata[..., SENSORS["pad_contact"]]
+        touch = touching(pads[..., 0:2]) | touching(pads[..., 2:4])
+        gripped = np.minimum(np.ceil(plans.grip_time / step).astype(np.int64), last_step)
+        told = np.clip(np.floor(plans.open_time / step).astype(np.int64), gripped, last_step)
+        release = _freed(touch, gripped, last_step, round(BRUSHING / step))
+        held, clear = position - hand, _cleared(position[..., 2], gripped, told)
+        return cls(
+            flight=ObjectFlight(
+                position=position,
+                velocity=sensordata[..., SENSORS["object_velocity"]],
+                hand_touch=touch,
+                any_touch=touching(sensordata[..., SENSORS["any_contact"]]),
+                release_step=release,
+                last_step=last_step,
+            ),
+            hand=hand,
+            release_time=np.asarray(release * step, dtype=np.float64),
+            lifted=position[rows, told, 2] - position[rows, 0, 2],
+            slip=np.hypot(*(held[rows, told] - held[rows, clear])[:, [0, 2]].T),
+            peak_torque=np.abs(sensordata[..., SENSORS["torque"]]).max(axis=(1, 2)),
+        )
+
+
+@final
+@dataclass(frozen=True)
+class Outcome(Landed):
+    """N throws; the bin is a compartment, a drop is along x.
+
+    The cycle is from closing until the object has passed the rim plane and the robot is back above the pick.
+    """
+
+    picked: Bools
+    """The claws still held the object, lifted, when they were told to open (N,)."""
+    slip: Floats
+    """How far the object moved along the pads from leaving the table until they were told to open (N,) [m]."""
+    release_delay: Floats
+    """When the object came free, after the planned moment of an uncorrected throw (N,) [s]."""
 
 
 def judge(flown: Flown, plans: TossPlans, config: GripperConfig, return_time: Floats) -> Outcome:
@@ -63,32 +100,32 @@ def judge(flown: Flown, plans: TossPlans, config: GripperConfig, return_time: Fl
         config: the cell.
         return_time: from the end of the throw back above the pick (N,) [s].
     """
-    flight, target, tray = flown.flight, plans.target, config.tray
-    count = len(target)
-    landing = flight.landing(target[:, 2])
-    miss = landing - target[:, :2]
-    ahead = plans.heading
-    along = miss[:, 0] * ahead[:, 0] + miss[:, 1] * ahead[:, 1]
-    across = miss[:, 1] * ahead[:, 0] - miss[:, 0] * ahead[:, 1]
-    opening = np.broadcast_to(np.array(tray.opening), (count, 2))
-    in_opening = np.asarray((np.abs(miss) <= opening / 2.0).all(axis=1))
-    lies = flight.lies_in(target[:, :2], opening, tray.rim, tray.rim - tray.depth)
-    rise = plans.release[:, 2] - plans.pick[:, 2]
-    arrival = flown.release_time + plans.flight_time
+    tray, arrival = config.tray, flown.release_time + plans.flight_time
+    opening = np.broadcast_to(np.array(tray.opening), (len(arrival), 2))
+    landed = flown.flight.landed(plans.target, opening, tray.depth, plans.heading)
     return Outcome(
-        landing=landing,
-        landing_along=along,
-        landing_across=across,
-        landing_error=np.hypot(along, across),
-        in_opening=in_opening,
-        in_bin=lies,
-        is_success=in_opening & lies,
-        rim=in_opening & ~lies,
-        picked=flown.lifted >= LIFT * rise,
+        **landed,
+        landing_error=np.hypot(landed["landing_along"], landed["landing_across"]),
+        picked=flown.lifted >= LIFT * (plans.release[:, 2] - plans.pick[:, 2]),
         slip=flown.slip,
         release_delay=flown.release_time - plans.release_time,
-        recontact=flight.recontact(),
         cycle_time=np.maximum(arrival, plans.stop_time + return_time),
         peak_torque=flown.peak_torque,
-        final=flight.final()[0],
     )
+
+
+def _cleared(height: Floats, gripped: Ints, told: Ints) -> Ints:
+    """First step after the grip with the object off the table (N,); the last one before opening for one that stays."""
+    steps = np.arange(height.shape[1], dtype=np.int64)
+    off = (height > height[:, :1] + OFF_TABLE) & (steps >= gripped[:, None]) & (steps < told[:, None])
+    return np.where(off.any(axis=1), off.argmax(axis=1), told)
+
+
+def _freed(touch: Bools, gripped: Ints, last_step: Ints, window: int) -> Ints:
+    """First step after the grip from which no pad touches the object for a window of steps (N,)."""
+    steps = np.arange(touch.shape[1], dtype=np.int64)
+    total = np.zeros((len(touch), touch.shape[1] + 1), dtype=np.int64)
+    np.cumsum(touch, axis=1, out=total[:, 1:])
+    ahead = np.minimum(steps + window, touch.shape[1])
+    free = (total[:, ahead] == total[:, :-1]) & (steps >= gripped[:, None]) & (steps <= last_step[:, None])
+    return np.where(free.any(axis=1), free.argmax(axis=1), last_step)

@@ -160,9 +160,7 @@ class TossPlanner:
         times = np.stack([-ramp - motion.before, np.zeros_like(ramp), ramp + motion.after], axis=-1)
         points = release[..., None, :] + times[..., None] * velocity[..., None, :]
         theta = np.broadcast_to(self.theta[kind][:, None, [1, 2, 3]], points.shape[:-1])
-        poses = np.concatenate([points, theta[..., None]], axis=-1)
-        rate = np.concatenate([velocity, np.zeros_like(velocity[..., :1])], axis=-1)
-        fastest = _motor_speed(poses, rate[..., None, :], self.dimensions).max(axis=-1)
+        fastest = self._speed(points, theta[..., None], velocity[..., None, :])
         return np.where(np.isnan(fastest), np.inf, fastest / self.motor_speed)
 
     def _move_time(self, plans: TossPlans) -> Floats:
@@ -231,7 +229,7 @@ class TossPlanner:
         return np.maximum(*speeds)
 
     def _speed(self, points: Floats, theta: Floats, rate: Floats) -> Floats:
-        """Fastest motor over points (N, S, 3) with velocities (N, S or 1, 3) (N,) [rad/s]; NaN out of reach."""
+        """Fastest motor over points (..., S, 3) with velocities (..., S or 1, 3) (...,) [rad/s]; NaN out of reach."""
         rate = np.concatenate([rate, np.zeros_like(rate[..., :1])], axis=-1)
         return _motor_speed(np.concatenate([points, theta], axis=-1), rate, self.dimensions).max(axis=-1)
 

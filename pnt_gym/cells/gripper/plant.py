@@ -16,11 +16,10 @@ from pnt_gym.cells.base.fluid import lying_size
 from pnt_gym.cells.base.plant import Plant, staged_rollout
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.context import Context
-from pnt_gym.cells.gripper.flown import Flown
 from pnt_gym.cells.gripper.hidden import Hidden
 from pnt_gym.cells.gripper.motion import TossPlans
+from pnt_gym.cells.gripper.outcome import Flown
 from pnt_gym.cells.gripper.scene import Scene, build_scene
-from pnt_gym.constants import GRAVITY
 from pnt_gym.robots.gripper.references import closed_pose, motor_references
 
 LATEST_FLIGHT: Final = 1.15
@@ -33,13 +32,7 @@ _INSTANT = 1e-6
 
 @final
 class GripperPlant(Plant[Context, TossPlans, Flown]):
-    """N copies of the cell's physics on one `mujoco.batch.Batch`.
-
-    Args:
-        config: the cell.
-        count: simulations N.
-        threads: worker threads; results do not depend on it.
-    """
+    """N copies of the physics of the gripper robot's cell; the model is the config's."""
 
     def __init__(self, config: GripperConfig, count: int, threads: int = 1) -> None:
         self.config = config
@@ -50,23 +43,17 @@ class GripperPlant(Plant[Context, TossPlans, Flown]):
         self._mass = np.array([item.mass for item in config.item_list()])
 
     def fly(self, thrown: Context, plans: TossPlans) -> Flown:
-        """Simulate one throw in every simulation.
-
-        Args:
-            thrown: the N objects.
-            plans: the N throws.
-
-        Raises:
-            PhysicsError: the engine warned, or stopped a simulation.
-        """
+        """Simulate one throw in every simulation: the N objects, and the N throws."""
         step, hidden = self.config.timestep, thrown.hidden
         landing = plans.release_time + np.maximum(plans.shift, 0.0) + LATEST_FLIGHT * plans.flight_time
         end = np.maximum(plans.stop_time, landing + hidden.delay + self.config.tray.settle)
         steps = np.ceil(end / step).astype(np.int64)
         self.write(thrown, plans)
         control = self._controls(plans, thrown.kind, hidden, int(steps.max()))
-        if self.record_row is not None:
-            self._keep(self.record_row, control[self.record_row, : steps[self.record_row]], plans)
+        if (row := self.record_row) is not None:
+            start = plans.release[row] - np.array([0.0, 0.0, plans.hang[row]])
+            plan = start, plans.velocity[row], plans.flight_time[row]
+            self.keep(self.scene.object_body, control[row, : steps[row]], plan, plans.target[row])
         sensors = staged_rollout(self.batch, control, steps, ("sensordata",))["sensordata"]
         return Flown.from_sensors(sensors, plans, steps - 1, step)
 
@@ -122,12 +109,6 @@ class GripperPlant(Plant[Context, TossPlans, Flown]):
         control[:, :moving, : int(model.nu)] = references.controls()
         control[:, moving:, : int(model.nu)] = control[:, moving - 1 : moving, : int(model.nu)]
         return control
-
-    def _keep(self, row: int, control: Floats, plans: TossPlans) -> None:
-        time = np.linspace(0.0, float(plans.flight_time[row]), 40)[:, None]
-        begin = plans.release[row] - np.array([0.0, 0.0, plans.hang[row]])
-        flight = begin + plans.velocity[row] * time - np.array([0.0, 0.0, 0.5 * GRAVITY]) * time**2
-        self.keep(self.scene.object_body, control, flight, plans.target[row])
 
 
 def _attitude(yaw: Floats, upright: Floats) -> Floats:

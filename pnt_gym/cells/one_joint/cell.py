@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Final, final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints, replaced
+from pnt_gym.arrays import Bools, Floats, Ints, made_anew, replaced
 from pnt_gym.cells.base.action import Correction, Modes
 from pnt_gym.cells.base.canvas import Marker
 from pnt_gym.cells.base.core import Cell, require_feasible
@@ -17,7 +17,7 @@ from pnt_gym.cells.one_joint.action import MODES, correction
 from pnt_gym.cells.one_joint.config import GoalRegion, OneJointConfig
 from pnt_gym.cells.one_joint.context import Context
 from pnt_gym.cells.one_joint.hidden import draw_hidden, expected_hidden
-from pnt_gym.cells.one_joint.observation import FEATURES, TABLE
+from pnt_gym.cells.one_joint.observation import TABLE
 from pnt_gym.cells.one_joint.outcome import Outcome, judge
 from pnt_gym.cells.one_joint.pallets import SWEEP, stacked
 from pnt_gym.cells.one_joint.planner import ThrowPlanner
@@ -51,7 +51,7 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
 
     modes: ClassVar[Modes] = MODES
     reward_terms: ClassVar[tuple[str, ...]] = ("position", "angle", "speed", "success")
-    features = len(FEATURES)
+    table = TABLE
 
     def __init__(self, config: OneJointConfig, count: int, threads: int = 1) -> None:
         super().__init__(config, count, threads)
@@ -60,45 +60,16 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
         self.episode = len(self.job.targets) if self.job.in_order else 1
         self.planner = ThrowPlanner(config, self.job)
         self.plant = OneJointPlant(config, count, threads)
-        self._check_targets()
         self._goals = np.stack([target.state for target in self.job.targets])
         self._parts = np.array([target.part for target in self.job.targets])
+        self._check_targets()
         self.context = self.first(np.arange(count))
 
-    def observe(self) -> NDArray[np.float32]:
-        """Observations of the coming throws (N, 14)."""
-        return TABLE.encode(self.context)
-
-    def plan(self, goal: Floats) -> ThrowPlans:
-        """Plans of the coming throws to other goals (N, 4), feasible or not: a virtual goal."""
-        return self.planner.plan(goal, self.context.part)
-
-    def plan_releases(self, u: Floats) -> ThrowPlans:
-        """Plans of the coming throws with given release states (N, 4), feasible or not."""
-        return self.planner.plan_releases(u, self.context.part)
-
-    def throw(self, plans: ThrowPlans) -> Outcome:
-        """Throw in every cell and move on to the next throws.
-
-        Args:
-            plans: feasible plans, one per cell.
-
-        Raises:
-            ValueError: a plan is not feasible.
-        """
-        outcome = self.preview(plans, jitter=True)
-        self.context = self._next(outcome)
-        return outcome
-
     def preview(self, plans: ThrowPlans, jitter: bool = False) -> Outcome:
-        """What the coming throws would do, without moving on.
-
-        Args:
-            plans: feasible plans, one per cell.
-            jitter: whether the throw's own scatter and the camera's noise are included, as `throw` will have them.
+        """What the coming throws would do; `jitter` is the throw's own scatter and the camera's noise.
 
         Raises:
-            ValueError: a plan is not feasible.
+            PlanningError: a plan is not feasible.
         """
         require_feasible(plans)
         context = self.context
@@ -170,8 +141,7 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
     def _check_targets(self) -> None:
         if self.job.region is not None:
             return
-        goals = np.stack([target.state for target in self.job.targets])
-        plans = self.planner.plan(goals, np.array([target.part for target in self.job.targets]))
+        plans = self.planner.plan(self._goals, self._parts)
         for target, fits in zip(self.job.targets, plans.feasible, strict=True):
             if not fits:
                 x, y, phi, dy = target.state
@@ -185,7 +155,8 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
         lying = np.full((len(rows), len(self.job.parts), 3), np.nan)
         return self._drawn(rows, np.zeros(len(rows), dtype=np.int64), lying)
 
-    def _next(self, outcome: Outcome) -> Context:
+    def following(self, outcome: Outcome) -> Context:
+        """New throws; in an assembly the second part where the first lies well."""
         rows, lying = np.arange(self.count), np.full_like(self.context.lying, np.nan)
         kind = np.zeros(self.count, dtype=np.int64)
         if self.job.in_order:
@@ -213,12 +184,9 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
         aimed = goal.copy()
         aimed[follows, :3] = stacked(_unwrapped(lying[follows, 0], self.job.targets[0].state[2]))
         plans = self.planner.plan(aimed, part)
-        missed = np.flatnonzero(~plans.feasible)
-        if missed.size > 0:
-            # The seat has tilted out of reach; the goal of an exact seat is planned for.
-            aimed[missed] = goal[missed]
-            plans = replaced(plans, missed, self.planner.plan(goal[missed], part[missed]))
-        return aimed, plans
+        # Where the seat has tilted out of reach, the goal of an exact seat is planned for.
+        aimed[~plans.feasible] = goal[~plans.feasible]
+        return aimed, made_anew(plans, ~plans.feasible, self.planner.plan, goal, part)
 
     def _in_region(self, rows: Ints, region: GoalRegion) -> tuple[Floats, ThrowPlans]:
         """A goal per row, drawn from its own generator until it is well in reach."""

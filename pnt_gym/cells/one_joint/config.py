@@ -66,10 +66,6 @@ class BlockSection(Section):
     half_height: Positive = Field(default=Block.half_height, description="d, half the height [m].")
     depth: Positive = Field(default=Block.depth, description="Across the plane [m].")
 
-    def block(self) -> Block:
-        """The planner's block."""
-        return Block(**self.model_dump())
-
 
 class Servo(Section):
     """The joint's PD controller; the gains are not published."""

@@ -14,12 +14,8 @@ from pnt_gym.planning.one_joint import arrival, fit_flight
 
 CLEAR: Final = 0.020
 """A part that leaves by contact is watched from this long after the release on, when nothing pushes it [s]."""
-
-
 LEAST: Final = 8
 """Frames that are kept even of a part that is touched before."""
-
-
 PUSHED: Final = 0.5
 """A part that leaves by contact passes its goal when it will, whatever flight was planned: it is recorded for this long
 at least [s]."""

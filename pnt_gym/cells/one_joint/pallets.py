@@ -88,14 +88,6 @@ class Pallet:
         """The boxes in the world (K, 5): centre x, y, half sizes [m], angle [rad]."""
         return placed(np.array(self.boxes), self.pose)
 
-    @property
-    def nearest(self) -> float:
-        """Distance of the nearest wall from the pivot [m]."""
-        point = np.array([0.0, 0.0, 1e-9, 1e-9, 0.0])
-        u, v = _offset(self.walls, point)
-        outside = np.maximum(np.abs(np.stack([u, v], axis=-1)) - self.walls[:, 2:4], 0.0)
-        return float(np.sqrt((outside**2).sum(axis=-1)).min())
-
 
 def pocket(part: Part, lip: float = LIP, back: float = BACK) -> Boxes:
     """Walls of a pocket for a part that arrives upside down and moving along its u axis: bottom, back, lip.
@@ -190,19 +182,13 @@ def flight_poses(u: Floats, half_height: float, samples: int = SAMPLES) -> Float
         samples: at even steps of time, both ends included.
     """
     theta, omega, radius, flight = (u[:, k, None] for k in range(4))
-    cos, sin = _lever(theta, radius, half_height)
+    # Of the line from the pivot to the centre of mass at the release.
+    angle = theta + np.arcsin(half_height / radius)
+    cos, sin = np.cos(angle), np.sin(angle)
     t = flight * np.linspace(0.0, 1.0, samples)
     x = radius * (cos - omega * sin * t)
     y = radius * (sin + omega * cos * t) - 0.5 * GRAVITY * t**2
     return np.stack([x, y, theta + omega * t], axis=-1)
-
-
-def arrival(u: Floats, half_height: float) -> Floats:
-    """All six states x, y, phi, dx, dy, dphi (N, 6) at the end of the flights (Eq. 11); arguments of `flight_poses`."""
-    theta, omega, radius, flight = u.T
-    cos, sin = _lever(theta, radius, half_height)
-    velocity = -radius * omega * sin, radius * omega * cos - GRAVITY * flight, omega
-    return np.concatenate([flight_poses(u, half_height, 2)[:, 1], np.stack(velocity, axis=-1)], axis=-1)
 
 
 def clearance(u: Floats, part: Part, pallets: Sequence[Pallet]) -> Floats:
@@ -217,16 +203,11 @@ def clearance(u: Floats, part: Part, pallets: Sequence[Pallet]) -> Floats:
         part: what is thrown.
         pallets: the pallets to be passed, without the one that is aimed at.
     """
-    swept = placed(part.box_array(), flight_poses(u, part.half_height))
+    swept = placed(np.array(part.boxes), flight_poses(u, part.half_height))
     nearest = np.full(len(u), np.inf)
     for walls in (pallet.walls for pallet in pallets):
         nearest = np.minimum(nearest, gaps(swept[..., None, :], walls).min(axis=(1, 2, 3)))
     return nearest
-
-
-def flight_is_clear(u: Floats, part: Part, pallets: Sequence[Pallet], margin: float = 0.0) -> Bools:
-    """Whether thrown parts pass the pallets by more than a margin [m] (N,); arguments of `clearance`."""
-    return clearance(u, part, pallets) > margin
 
 
 def clear_vertical_speeds(
@@ -247,7 +228,7 @@ def clear_vertical_speeds(
     release = release_states_batch(goals, arm=arm, block=block(part))
     clear = np.zeros(len(speeds), dtype=np.bool_)
     others = [p for p in pallets if p.name != goal.name]
-    clear[release.feasible] = flight_is_clear(release.u[release.feasible], part, others, margin)
+    clear[release.feasible] = clearance(release.u[release.feasible], part, others) > margin
     return clear
 
 
@@ -269,9 +250,3 @@ def _offset(frame: Floats, other: Floats) -> tuple[Floats, Floats]:
     dx, dy = other[..., 0] - frame[..., 0], other[..., 1] - frame[..., 1]
     cos, sin = np.cos(frame[..., 4]), np.sin(frame[..., 4])
     return dx * cos + dy * sin, dy * cos - dx * sin
-
-
-def _lever(theta: Floats, radius: Floats, half_height: float) -> tuple[Floats, Floats]:
-    """Cosine and sine of theta_ta, the angle of the line from the pivot to the centre of mass at the release."""
-    angle = theta + np.arcsin(half_height / radius)
-    return np.cos(angle), np.sin(angle)

@@ -8,10 +8,9 @@ the same wood. The T's stem ends in a nose of 45 degrees, which finds the slot o
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from types import MappingProxyType
 from typing import Final, final
 
 import numpy as np
@@ -134,10 +133,6 @@ class Part:
         """Distance of the farthest corner from the centre of mass [m]."""
         return max(float(np.hypot(u, v)) for u, v in self.outline)
 
-    def box_array(self) -> Floats:
-        """`boxes` as an array (K, 5)."""
-        return np.array(self.boxes, dtype=np.float64)
-
 
 def block(part: Part) -> Block:
     """The part as the planner sees it: mass, support and height of the centre of mass.
@@ -246,5 +241,3 @@ def _aitch() -> Part:
 BLOCK: Final = _block()
 TEE: Final = _tee()
 AITCH: Final = _aitch()
-PARTS: Final[Mapping[str, Part]] = MappingProxyType({p.name: p for p in (BLOCK, TEE, AITCH)})
-"""Every part by its name."""

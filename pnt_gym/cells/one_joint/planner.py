@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, replaced
+from pnt_gym.arrays import Bools, Floats, Ints, made_anew
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.cells.one_joint.parts import block
 from pnt_gym.cells.one_joint.tasks import Job
@@ -32,11 +33,11 @@ class ThrowPlanner:
 
     def plan(self, goal: Floats, part: Ints) -> ThrowPlans:
         """Throws of parts (N,) to goals (N, 4); rows that are out of reach are marked infeasible."""
-        return self._per_part(lambda rows, b: plan_throws(goal[rows], arm=self.arm, block=b), part)
+        return self._per_part(partial(plan_throws, arm=self.arm), goal, part)
 
     def plan_releases(self, u: Floats, part: Ints) -> ThrowPlans:
         """Throws of parts (N,) with given release states (N, 4) theta_t, omega_t, l_t, t_f."""
-        return self._per_part(lambda rows, b: plan_releases(u[rows], arm=self.arm, block=b), part)
+        return self._per_part(partial(plan_releases, arm=self.arm), u, part)
 
     def has_reserve(self, goal: Floats, delay: float) -> Bools:
         """Whether the first part's releases to goals (N, 4) are feasible, and also those that make up for a delay [s].
@@ -65,11 +66,9 @@ class ThrowPlanner:
         ramp = self.arm.speed**2 / rate
         return np.where(way < ramp, 2.0 * np.sqrt(way / rate), way / self.arm.speed + self.arm.speed / rate)
 
-    def _per_part(self, plan: Callable[[Ints, Block], ThrowPlans], part: Ints) -> ThrowPlans:
+    def _per_part(self, plan: Callable[..., ThrowPlans], wanted: Floats, part: Ints) -> ThrowPlans:
         """Plans of rows with the same part at once; their common `half_height` is the first part's."""
-        plans = plan(np.arange(len(part)), self.blocks[0])
-        for k in range(1, len(self.blocks)):
-            rows = np.flatnonzero(part == k)
-            if rows.size > 0:
-                plans = replaced(plans, rows, plan(rows, self.blocks[k]))
+        plans = plan(wanted, block=self.blocks[0])
+        for k, b in enumerate(self.blocks[1:], start=1):
+            plans = made_anew(plans, part == k, partial(plan, block=b), wanted)
         return plans

@@ -23,7 +23,6 @@ from pnt_gym.cells.one_joint.measure import least_flight
 from pnt_gym.cells.one_joint.parts import Part
 from pnt_gym.cells.one_joint.scene import TORQUE, Scene, build_scene, contact_columns
 from pnt_gym.cells.one_joint.tasks import job_of
-from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.one_joint import ThrowPlans
 from pnt_gym.planning.one_joint.motion import ArmMotion
 from pnt_gym.robots.one_joint.model import STOPPER_GAP, STOPPER_WIDTH
@@ -41,13 +40,7 @@ PARKED: Final = 4.0
 
 @final
 class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
-    """N copies of the cell's physics on one `mujoco.batch.Batch`.
-
-    Args:
-        config: the cell; its task says what is thrown and what stands there.
-        count: simulations N.
-        threads: worker threads; results do not depend on it.
-    """
+    """N copies of the one-joint cell's physics; the config's task says what is thrown and what stands there."""
 
     def __init__(self, config: OneJointConfig, count: int, threads: int = 1) -> None:
         self.config = config
@@ -58,15 +51,7 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
         self._loads = _loads(job.parts)
 
     def fly(self, thrown: Context, plans: ThrowPlans) -> Flight:
-        """Simulate one throw in every simulation.
-
-        Args:
-            thrown: part, goal, what lies in the pallets already, and what the planner does not know.
-            plans: the N throws.
-
-        Raises:
-            PhysicsError: the engine warned, or stopped a simulation.
-        """
+        """Simulate one throw in every simulation, with what lies in the pallets already."""
         part, hidden = thrown.part, thrown.hidden
         step, load = self.config.timestep, self._load(part, plans.u[:, 2])
         motion, flight_time = plans.motion, plans.u[:, 3]
@@ -79,9 +64,8 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
         steps = np.ceil((end - clock.start) / step).astype(np.int64)
         self.write(motion.sample(clock.start[:, None]).angle[:, 0], part, load.radius + hidden.radius, thrown.lying)
         control = self._controls(motion, load, clock, part, int(steps.max()))
-        if self.record_row is not None:
-            row = self.record_row
-            self._keep(row, control[row, : steps[row]], plans.u[row], int(part[row]), thrown.goal[row])
+        if (row := self.record_row) is not None:
+            self._keep(control[row, : steps[row]], plans.u[row], int(part[row]), thrown.goal[row])
         record = staged_rollout(self.batch, control, steps, ("qpos", "qvel", "sensordata"))
         return self._flight(record, clock, steps, part)
 
@@ -165,14 +149,13 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
         touch[:, :-1] = found[:, 1:] & (distance[:, 1:] < TOUCH)
         return touch, np.asarray(found.any(axis=2))
 
-    def _keep(self, row: int, control: Floats, u: Floats, part: int, goal: Floats) -> None:
-        angle, speed, reach, duration = u
+    def _keep(self, control: Floats, u: Floats, part: int, goal: Floats) -> None:
+        angle, speed, reach, time = u
         angle = angle + np.arcsin(self.scene.parts[part].half_height / reach)
-        time = np.linspace(0.0, float(duration), 40)
-        x = reach * (np.cos(angle) - speed * np.sin(angle) * time)
-        z = reach * (np.sin(angle) + speed * np.cos(angle) * time) - 0.5 * GRAVITY * time**2
-        plan = np.stack([x, np.zeros_like(x), z], axis=-1)
-        self.keep(int(self.scene.bodies[part]), control, plan, np.array([goal[0], 0.0, goal[1]]))
+        start = reach * np.array([np.cos(angle), 0.0, np.sin(angle)])
+        velocity = speed * reach * np.array([-np.sin(angle), 0.0, np.cos(angle)])
+        target = np.array([goal[0], 0.0, goal[1]])
+        self.keep(int(self.scene.bodies[part]), control, (start, velocity, time), target)
 
 
 def _loads(parts: tuple[Part, ...]) -> Load:

@@ -143,7 +143,7 @@ def test_arrays_hold_the_items_row_by_row():
         assert tuple(table.size[k]) == item.size
         for column in ("mass", "drag", "com_depth", "seal_force", "container"):
             assert getattr(table, column)[k] == getattr(item, column)
-        for column in ("friction", "rolling_friction", "restitution"):
+        for column in ("friction", "rolling_friction"):
             assert getattr(table, column)[k] == getattr(item, column)
     with pytest.raises(ValueError, match="read-only"):
         table.mass[0] = 1.0

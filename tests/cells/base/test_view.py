@@ -70,7 +70,7 @@ def test_another_pick_is_another_picture(viewed):
     after = view.frame()
     assert (np.abs(after.astype(int) - before).max(axis=2) > 40).sum() > 20
     assert same_bits(view.frame(), after)
-    assert core.cell.waiting(0) is not None
+    assert core.cell.markers(0)
 
 
 def test_a_throw_is_shown_at_its_true_rate(viewed):

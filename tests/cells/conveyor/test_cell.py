@@ -109,7 +109,7 @@ def test_a_slow_belt_makes_the_hand_wait_and_a_fast_one_lets_objects_pass():
     )
     waits = []
     for core in (slow, fast):
-        infos = [core.step(np.zeros((6, 2))).info for _ in range(8)]
+        infos = [core.step(np.zeros((6, 2))).info for _ in range(4)]
         waits.append(np.mean([i["wait_time"] for i in infos]))
     assert waits[0] > 0.3
     assert waits[1] < 0.1 * waits[0] + 0.15

@@ -111,8 +111,9 @@ def test_a_correction_moves_the_drag_free_landing_and_zero_is_the_plan(mode):
 
 
 def test_an_impossible_correction_is_shortened_and_stays_legal():
-    core = core_of(level="waste", picks="independent", mode="release_xyz", action={"xyz": [0.6, 0.6, 0.4]})
-    action = np.random.default_rng(0).uniform(-1.0, 1.0, (COUNT, 3))
+    count, far = 8, {"xyz": [0.6, 0.6, 0.4]}
+    core = core_of(level="waste", picks="independent", count=count, mode="release_xyz", action=far)
+    action = np.random.default_rng(0).uniform(-1.0, 1.0, (count, 3))
     release, clipped = core.plan(action)
     assert clipped.any()
     assert is_feasible(core, release).all()

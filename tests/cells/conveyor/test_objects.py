@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from pnt_gym.arrays import take
 from pnt_gym.cells.base.items import item_arrays
-from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.config import ConveyorConfig, Suction
 from pnt_gym.cells.conveyor.objects import (
     NORMALS,
     UNIFORMS,
@@ -18,7 +18,6 @@ from pnt_gym.cells.conveyor.objects import (
     release_delay,
 )
 from pnt_gym.cells.conveyor.planner import PickPlanner
-from pnt_gym.cells.conveyor.sections import Suction
 from tests.tools.throws import NO_SPREAD, same_bits, vary
 
 MANY = 20_000

@@ -6,7 +6,7 @@ import pytest
 from pnt_gym.arrays import take
 from pnt_gym.cells.gripper.hidden import expected_hidden
 from pnt_gym.engine import mujoco
-from tests.tools.gripper import fields_equal, made, oracle, shortened
+from tests.tools.gripper import fields_equal, made, oracle, planned, shortened
 
 
 def test_in_the_planners_own_world_throws_land_on_target():
@@ -58,7 +58,7 @@ def test_late_blocks_miss_without_a_correction():
 
 def test_a_deliberate_miss_fails():
     cell = made("nominal", 12)
-    plans = cell.plan(np.tile([-0.030, 0.0, -0.040], (12, 1)))
+    plans = planned(cell, np.tile([-0.030, 0.0, -0.040], (12, 1)))
     assert plans.feasible.all()
     outcome = cell.preview(plans)
     assert not outcome.is_success.any()
@@ -68,13 +68,13 @@ def test_a_deliberate_miss_fails():
 def test_opening_later_lands_further_and_the_release_point_moves_the_landing_with_it():
     cell = made("ideal", 9)
     plain = cell.preview(cell.context.plans)
-    later = cell.preview(cell.plan(np.tile([0.0, 0.0, 0.010], (9, 1))))
+    later = cell.preview(planned(cell, np.tile([0.0, 0.0, 0.010], (9, 1))))
     speed = np.hypot(*cell.context.plans.velocity[:, :2].T)
     rise, flight = cell.context.plans.velocity[:, 2], cell.context.plans.flight_time
     # The release point moves on by v dt, and up, which lengthens the flight.
     longer = rise * 0.010 / (9.81 * flight - rise)
     np.testing.assert_allclose(later.landing_along - plain.landing_along, speed * (0.010 + longer), atol=0.002)
-    moved = cell.preview(cell.plan(np.tile([-0.010, 0.008, 0.0], (9, 1))))
+    moved = cell.preview(planned(cell, np.tile([-0.010, 0.008, 0.0], (9, 1))))
     np.testing.assert_allclose(moved.landing_along - plain.landing_along, -0.010, atol=0.001)
     np.testing.assert_allclose(moved.landing_across - plain.landing_across, 0.008, atol=0.001)
 
@@ -114,11 +114,11 @@ def test_infeasible_corrections_are_shortened_or_refused():
     cell = made("nominal", 5)
     far = np.tile([0.08, 0.0, 0.0], (5, 1))
     with pytest.raises(ValueError, match="not feasible"):
-        cell.preview(cell.plan(far))
+        cell.preview(planned(cell, far))
     plans, clipped = shortened(cell, far)
     assert clipped.all()
     assert plans.feasible.all()
-    assert (plans.release[:, 0] < cell.plan(far).release[:, 0]).all()
+    assert (plans.release[:, 0] < planned(cell, far).release[:, 0]).all()
     assert np.isfinite(cell.throw(plans).landing).all()
 
 

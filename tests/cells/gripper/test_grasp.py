@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pnt_gym.cells.gripper.flown import Flown
 from pnt_gym.cells.gripper.hidden import Hidden
+from pnt_gym.cells.gripper.outcome import Flown
 from tests.tools.gripper import made
 
 COUNT = 100

@@ -8,7 +8,7 @@ import yaml
 
 from pnt_gym.cells.gripper.cell import GripperCell
 from pnt_gym.cells.gripper.config import GripperConfig
-from pnt_gym.cells.gripper.observation import FEATURES, decode, feature_table, features
+from pnt_gym.cells.gripper.observation import TABLE, decode, feature_table
 from pnt_gym.cells.gripper.robot import Robot
 from pnt_gym.envs.gripper import GripperTossEnv
 from pnt_gym.errors import ConfigError
@@ -153,9 +153,9 @@ def test_a_cells_own_centres_and_scales_are_used_and_read_back():
     values = decode(table.encode(context), table)
     np.testing.assert_allclose(values["place_x"], context.place[:, 0], atol=1e-6)
     np.testing.assert_allclose(values["width"], context.measured[:, 1], atol=1e-6)
-    assert features(GripperConfig.load("nominal")) == FEATURES
+    np.testing.assert_array_equal(feature_table(made("nominal", 12).config).encode(context), TABLE.encode(context))
     with pytest.raises(ConfigError, match="'colour' is no feature"):
-        features(GripperConfig.load({"observation": {"colour": [0.0, 1.0]}}))
+        feature_table(GripperConfig.load({"observation": {"colour": [0.0, 1.0]}}))
 
 
 def test_the_environments_manual_says_what_the_belts_numbers_are():

@@ -103,7 +103,7 @@ def test_virtual_goals_make_up_for_a_delay():
     virtual = cell.context.goal.copy()
     first = None
     for _ in range(10):
-        plans = cell.plan(virtual)
+        plans = cell.planner.plan(virtual, cell.context.part)
         assert plans.feasible.all()
         outcome = cell.throw(plans)
         first = outcome if first is None else first
@@ -134,7 +134,7 @@ def test_success_needs_every_coordinate_within_its_tolerance(error, success):
 
 def test_a_throw_that_aims_beside_its_goal_is_no_success():
     cell = cells("paper", count=1, mismatch=0.0)
-    plans = cell.plan(cell.context.goal + np.array([[0.0, -0.008, 0.0, 0.0]]))
+    plans = cell.planner.plan(cell.context.goal + np.array([[0.0, -0.008, 0.0, 0.0]]), cell.context.part)
     assert not cell.preview(plans).is_success.any()
     assert cell.preview(plans).landing_error[0] == pytest.approx(0.008, abs=0.001)
 
@@ -157,7 +157,7 @@ def test_a_block_thrown_at_another_pallet_is_no_success_and_says_that_it_touched
     cell = cells("ideal", count=6, task="sort")
     cell.context = replace(cell.context, kind=np.array([0, 0, 1, 1, 2, 2]))
     aimed = np.array([1, 2, 0, 2, 0, 1])
-    plans = cell.plan(np.stack([SORTING[k].state for k in aimed]))
+    plans = cell.planner.plan(np.stack([SORTING[k].state for k in aimed]), cell.context.part)
     outcome = cell.preview(plans)
     assert not outcome.is_success.any()
     assert not outcome.in_pallet.any()
@@ -168,7 +168,7 @@ def test_a_miss_of_five_centimetres_is_no_success():
     cell = cells("ideal", count=12, task="sort")
     goal = cell.context.goal.copy()
     goal[:, 1] -= 0.05
-    plans = cell.plan(goal)
+    plans = cell.planner.plan(goal, cell.context.part)
     assert plans.feasible.any()
     plans = take(plans, np.where(plans.feasible, np.arange(12), np.flatnonzero(plans.feasible)[0]))
     assert not cell.preview(plans).is_success.any()
@@ -255,7 +255,7 @@ def test_an_infeasible_plan_is_refused():
     cell = cells()
     goal = cell.context.goal.copy()
     goal[3, 0] = -2.0
-    plans = cell.plan(goal)
+    plans = cell.planner.plan(goal, cell.context.part)
     with pytest.raises(ValueError, match="the plan of cell 3 is not feasible"):
         cell.throw(plans)
 
@@ -264,7 +264,7 @@ def test_a_release_state_can_be_planned_directly():
     cell = cells("ideal")
     u = cell.context.plans.u.copy()
     u[:, 1] -= 0.3
-    plans = cell.plan_releases(u)
+    plans = cell.planner.plan_releases(u, cell.context.part)
     assert plans.feasible.any()
     chosen = take(plans, np.where(plans.feasible, np.arange(COUNT), np.flatnonzero(plans.feasible)[0]))
     flight = cell.plant.fly(replace(cell.context, hidden=expected_hidden(COUNT, cell.config)), chosen)

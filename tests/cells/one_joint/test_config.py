@@ -15,7 +15,7 @@ GOAL = {"name": "a", "x": 0.0, "y": 0.4, "phi_deg": 150.0, "dy": 0.0}
 def test_the_defaults_are_the_planners_arm_and_block():
     config = OneJointConfig.load("nominal")
     assert config.arm.arm() == Arm()
-    assert config.block.block() == Block()
+    assert Block(**config.block.model_dump()) == Block()
 
 
 def test_every_shipped_level_loads_for_every_task():

@@ -10,6 +10,7 @@ from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.cells.one_joint.hidden import draw_hidden, expected_hidden
 from pnt_gym.cells.one_joint.plant import OneJointPlant
 from pnt_gym.errors import PhysicsError
+from pnt_gym.planning.one_joint.parameters import Block
 from tests.tools.thrower import (
     BRAKING,
     EXAMPLE,
@@ -26,7 +27,7 @@ from tests.tools.thrower import (
 )
 
 IDEAL = OneJointConfig.load("ideal")
-BLOCK = IDEAL.block.block()
+BLOCK = Block(**IDEAL.block.model_dump())
 G = 9.81
 
 

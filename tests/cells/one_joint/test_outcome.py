@@ -6,9 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from pnt_gym.cells.one_joint.outcome import IN_POCKET, ON_STEM, are_joined, lies_at, lies_in_pocket
 from pnt_gym.cells.one_joint.pallets import ASSEMBLY, SORTING, STAND, stacked
 from pnt_gym.cells.one_joint.parts import AITCH, BLOCK, TEE
-from pnt_gym.cells.one_joint.rest import IN_POCKET, ON_STEM, are_joined, lies_at, lies_in_pocket
 from pnt_gym.errors import PhysicsError
 from tests.tools.capture import CaptureBench, rewind
 from tests.tools.one_joint import GUESS, arriving
