@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Final, Literal
@@ -69,15 +70,12 @@ def main(arguments: Arguments) -> None:
         raise UsageError("give one of --video FILE.mp4, --picture FILE.png and --viewer native")
     check_writable(arguments.video, arguments.picture)
     env_id, level, mode = setting(arguments.controller, arguments.env, arguments.level, None)
-    env = make_vector(env_id, level, num_envs=1, threads=1, action_mode=mode)
-    try:
+    with closing(make_vector(env_id, level, num_envs=1, threads=1, action_mode=mode)) as env:
         controller = make_controller(arguments.controller, env, trust=arguments.trust)
         controller.reset(arguments.seed)
         practise(controller, env, PRACTICE, arguments.seed)
         seed = stream_seed("evaluate", arguments.seed)
         show(arguments, core_of(env).view(), thrown(controller, env, arguments.picks, seed))
-    finally:
-        env.close()
 
 
 def show(arguments: Arguments, view: View, throw: Iterator[Throws]) -> None:
@@ -86,15 +84,13 @@ def show(arguments: Arguments, view: View, throw: Iterator[Throws]) -> None:
         path = record_video(view, throw, arguments.video, slow=arguments.slow)
         console().print(f"video of {arguments.picks} throws in {path}")
         return
-    try:
+    with closing(view):
         if arguments.picture is not None:
             next(throw)
             save_picture(view, arguments.picture, arguments.at)
         else:
             for _ in throw:
                 view.show()
-    finally:
-        view.close()
 
 
 def save_picture(view: View, path: Path, moment: float) -> None:
