@@ -105,7 +105,7 @@ def _each(change: Callable[..., Any], first: Any, *others: Any) -> Any:
     """A record like the given ones, each of its arrays made from theirs."""
     if isinstance(first, np.ndarray):
         return change(first, *others)
-    if isinstance(first, dict):
+    if first.__class__ is dict:
         return {name: _each(change, *(record[name] for record in (first, *others))) for name in first}
     made: dict[str, Any] = {}
     for name in _columns(first.__class__):
