@@ -58,10 +58,11 @@ def run(
         reconfigure = getattr(stream, "reconfigure", None)
         if reconfigure is not None:
             reconfigure(errors="replace")
-    warnings.formatwarning = lambda message, *_, **__: f"warning: {one_sentence(message)}\n"
     parsed = tyro.cli(arguments, prog=f"python -m {module_name(name)}" if given is None else name, args=given)
     try:
-        command(parsed)
+        with warnings.catch_warnings():
+            warnings.showwarning = lambda said, *_, **__: print(f"warning: {one_sentence(said)}", file=sys.stderr)
+            command(parsed)
     except (PntGymError, OSError, MemoryError) as error:
         print(f"error: {explained(error)}", file=sys.stderr)
         sys.exit(BAD_USAGE)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Final
@@ -39,18 +40,15 @@ def main(arguments: Arguments) -> None:
     asked = read_arguments(POLICY)
     entries = {**PEERS, f"trained policy ({asked['algo']})": (str(POLICY), asked["steps"])}
     rows: list[tuple[str, int, dict[str, Any]]] = []
-    cell = make_vector(asked["env"], asked["level"], NUM_ENVS, arguments.threads, asked["action_mode"])
-    try:
-        with throws_bar() as bar:
-            for label, (name, throws) in entries.items():
-                advance = partial(bar.advance, bar.add_task(label, total=arguments.picks))
-                controller = make_controller(name, cell)
-                controller.reset(arguments.seed)
-                practise(controller, cell, throws, arguments.seed)
-                found = held_out(controller, cell, arguments.picks, arguments.seed, progress=advance)
-                rows.append((label, throws, summary(found)))
-    finally:
-        cell.close()
+    made = make_vector(asked["env"], asked["level"], NUM_ENVS, arguments.threads, asked["action_mode"])
+    with closing(made) as cell, throws_bar() as bar:
+        for label, (name, throws) in entries.items():
+            advance = partial(bar.advance, bar.add_task(label, total=arguments.picks))
+            controller = make_controller(name, cell)
+            controller.reset(arguments.seed)
+            practise(controller, cell, throws, arguments.seed)
+            found = held_out(controller, cell, arguments.picks, arguments.seed, progress=advance)
+            rows.append((label, throws, summary(found)))
     title = f"{asked['env']}, level {asked['level']}: the same {arguments.picks} throws each"
     console().print(comparison_table(title, rows))
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import os
 import platform
 import time
+from contextlib import closing
 from dataclasses import dataclass
 
 from pnt_gym.cells.base.canvas import rendering_problem
@@ -38,18 +38,16 @@ def main(arguments: Arguments) -> None:
 
 def throws_for_a_second() -> str:
     """How many throws of the planner a second brings, and how many of them succeed."""
-    env = make_vector("PnTRelease-v0", "nominal", NUM_ENVS, os.cpu_count() or 1)
-    count, successes, begin = 0, 0, math.inf
-    for throws in thrown(make_controller("analytic", env), env, 100 * NUM_ENVS, 0):
-        if begin == math.inf:  # the first batch warms up
-            begin = time.perf_counter()
-            continue
-        count += len(throws)
-        successes += int(throws.is_success.sum())
-        if time.perf_counter() - begin > 1.0:
-            break
-    rate = count / (time.perf_counter() - begin)
-    env.close()
+    with closing(make_vector("PnTRelease-v0", "nominal", NUM_ENVS, os.cpu_count() or 1)) as env:
+        batches = thrown(make_controller("analytic", env), env, 100 * NUM_ENVS, 0)
+        next(batches)  # warms up
+        count, successes, begin = 0, 0, time.perf_counter()
+        for throws in batches:
+            count += len(throws)
+            successes += int(throws.is_success.sum())
+            if time.perf_counter() - begin > 1.0:
+                break
+        rate = count / (time.perf_counter() - begin)
     return f"{count} throws, {rate:.0f} a second, {100 * successes / count:.0f} % succeed"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -59,14 +60,11 @@ def main(arguments: Arguments) -> None:
     """Evaluate, print the table, write the JSON."""
     check(arguments)
     env_id, level, mode = setting(arguments.controller, arguments.env, arguments.level, arguments.action_mode)
-    env = make_vector(env_id, level, arguments.num_envs, arguments.threads, mode)
-    try:
+    with closing(make_vector(env_id, level, arguments.num_envs, arguments.threads, mode)) as env:
         controller = make_controller(arguments.controller, env, trust=arguments.trust)
         controller.reset(arguments.seed)
         practice = prepare(controller, arguments)
         found = judge(controller, env, arguments, practice)
-    finally:
-        env.close()
     if isinstance(controller, Learner) and arguments.save is not None:
         save_state(controller, arguments.save)
     title = f"{controller.name} on {env_id}, level {found['level']}, {arguments.picks} throws, seed {arguments.seed}"

@@ -14,6 +14,8 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
+from pnt_gym.arrays import joined, take
+
 from .cli import UsageError, at_least
 from .controllers import controller_of, make_controller
 from .controllers.protocol import Controller, Learner, Observation, Outcome
@@ -158,10 +160,10 @@ def thrown(controller: Controller, env: Env, picks: int, env_seed: int, *, learn
         seen = Observation(np.array(features, dtype=np.float32), kind)
         action = controller.act(seen)
         features, reward, _, _, info = env.step(action)
-        part = Throws.of(info, np.asarray(reward), errors).head(picks - done)
+        part = take(Throws.of(info, np.asarray(reward), errors), slice(picks - done))
         if learn:
             count = len(part)  # the last batch may hold more rows than were asked for
-            seen = Observation(seen.features[:count], seen.kind[:count])
+            seen = take(seen, slice(count))
             told = (part.error, part.is_success, part.cycle_time, part.clipped)
             controller.learn(Outcome(seen, action[:count], *told))
         done += len(part)
@@ -174,4 +176,4 @@ def _collect(batches: Iterable[Throws], progress: Progress | None) -> Throws:
         parts.append(part)
         if progress is not None:
             progress(len(part))
-    return Throws.concatenate(parts)
+    return joined(parts)

@@ -111,11 +111,15 @@ def _is_width(size: Any) -> bool:
 
 def _wanted(name: str) -> str:
     """What a hyperparameter has to be, for an error."""
-    low, high = {**WHOLE, **REAL}.get(name, (0, 0))
-    ranges = dict.fromkeys(WHOLE, f"a whole number from {low} to {high}")
-    ranges |= dict.fromkeys(REAL, f"a number from {low:g} to {high:g}") | dict.fromkeys(SWITCHES, "true or false")
-    ranges |= {"net_arch": f"a list of whole numbers from 1 to {WIDEST}, or lists of them by name (pi, qf, vf)"}
-    return (ranges | {"action_noise": "left out or null"}).get(name, "a finite number, or what its documentation says")
+    if name in WHOLE:
+        return "a whole number from {} to {}".format(*WHOLE[name])
+    if name in REAL:
+        return "a number from {:g} to {:g}".format(*REAL[name])
+    if name in SWITCHES:
+        return "true or false"
+    if name == "net_arch":
+        return f"a list of whole numbers from 1 to {WIDEST}, or lists of them by name (pi, qf, vf)"
+    return "left out or null" if name == "action_noise" else "a finite number, or what its documentation says"
 
 
 def policy_arguments(given: Any) -> dict[str, Any]:

@@ -96,24 +96,17 @@ def card(
     }
     header = ["level", "landing error", "95th percentile", "success (95 % interval)", "sorted/min"]
     rows = [[level, *landing_cells(found), f"{found['sorted_per_min']:.1f}"] for level, found in figures.items()]
-    lines = [
-        "---",
-        yaml.safe_dump(metadata, sort_keys=False).strip(),
-        "---",
-        "",
+    parts = (
+        f"---\n{yaml.safe_dump(metadata, sort_keys=False)}---",
         markdown_text(f"# {asked['algo'].upper()} on {asked['env']}, level {trained_on}"),
-        "",
         f"Trained for {asked['steps']} throws with seed {asked['seed']}, action mode "
         f"{markdown_text(asked['action_mode'])}. Measured on {arguments.picks} held-out throws per level "
         f"(seed {arguments.seed}):",
-        "",
         Grid("", header, rows).markdown(),
-        "",
         "Use it with `python -m agents.evaluate --controller` and this folder. Hyperparameters are in `config.yml`, "
-        "the level in full in `env.yaml`, versions in `versions.json`.",
-        "",
-    ]
-    return "\n".join(lines)
+        "the level in full in `env.yaml`, versions in `versions.json`.\n",
+    )
+    return "\n\n".join(parts)
 
 
 if __name__ == "__main__":

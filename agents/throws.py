@@ -40,7 +40,7 @@ class Throws:
     clipped: Bools
     """The action was infeasible and another one was executed."""
     reward: Floats
-    told: Mapping[str, NDArray[Any]]
+    told: dict[str, NDArray[Any]]
     """What else this cell tells, by the keys of its info."""
     errors: tuple[str, ...] = ()
     """Those of the keys that a controller learns from: the errors of the core's correction."""
@@ -60,23 +60,6 @@ class Throws:
         """Errors in the coordinates that actions shift (N, E)."""
         columns = [self.told[name].astype(np.float64) for name in self.errors]
         return np.stack(columns, axis=-1) if columns else np.zeros((len(self), 0))
-
-    def head(self, count: int) -> Self:
-        """The first `count` throws."""
-        return self._with({name: column[:count] for name, column in self._columns().items()})
-
-    @classmethod
-    def concatenate(cls, parts: Sequence[Throws]) -> Throws:
-        """Throws one after another."""
-        columns = [part._columns() for part in parts]
-        return parts[0]._with({name: np.concatenate([c[name] for c in columns]) for name in columns[0]})
-
-    def _columns(self) -> dict[str, NDArray[Any]]:
-        return {**{name: getattr(self, name) for name in (*FIELDS, "reward")}, **self.told}
-
-    def _with(self, columns: dict[str, NDArray[Any]]) -> Self:
-        fields = {name: columns.pop(name) for name in (*FIELDS, "reward")}
-        return type(self)(**fields, told=columns, errors=self.errors)
 
 
 def results(info: Mapping[str, Any], count: int) -> dict[str, NDArray[Any]]:

@@ -75,7 +75,7 @@ def take(record: RecordT, index: Any) -> RecordT:
     """The record at a numpy index of the leading shape; fields that are neither arrays nor records stay.
 
     Args:
-        record: a dataclass or a NamedTuple of arrays, other such records and plain values.
+        record: a dataclass, a NamedTuple or a dict of arrays, other such records and plain values.
         index: any numpy index.
     """
     return _each(itemgetter(index), record)
@@ -118,6 +118,8 @@ def _each(change: Callable[..., Any], first: Any, *others: Any) -> Any:
     """A record like the given ones, each of its arrays made from theirs."""
     if isinstance(first, np.ndarray):
         return change(first, *others)
+    if first.__class__ is dict:
+        return {name: _each(change, *(record[name] for record in (first, *others))) for name in first}
     made: dict[str, Any] = {}
     for name in _columns(first.__class__):
         made[name] = _each(change, *map(attrgetter(name), (first, *others)))

@@ -66,3 +66,12 @@ def test_joined_rows_stand_one_after_the_other():
     both = joined([whole(), take(whole(10), [1])])
     assert both.pair.left.tolist() == [0, 1, 2, 3, 11]
     assert (both.name, both.total) == ("name", 17.0)
+
+
+def test_dicts_of_arrays_are_records_too():
+    column = np.arange(3)
+    told = {"count": column, "name": "name", "pair": Pair(column, -column)}
+    both = joined([take(told, slice(2)), take(told, [2, 2])])
+    assert both["count"].tolist() == [0, 1, 2, 2]
+    assert (both["name"], both["pair"].right.tolist()) == ("name", [0, -1, -2, -2])
+    assert told["count"] is column

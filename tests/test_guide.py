@@ -89,5 +89,5 @@ assert all((one[4][name] == other[4][name]).all() for name in ("landing_error", 
 
 
 def test_the_figure_is_judged(folder):
-    done = run(folder, "-c", "from lob import PART; r = PART.run().rows[0]; print(r.verdict, r.reproduced)")
+    done = run(folder, "-c", "from lob import run; r = run().rows[0]; print(r.verdict, r.reproduced)")
     assert done.stdout.split() == ["reproduced", "45.0"], done.stderr[-2000:]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import closing
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -178,11 +179,8 @@ def _piece(plan: Plan, entry: Entry, throws: tuple[int, ...], seed: int, code: s
 @cache
 def _level(env_id: str, name: str) -> dict[str, Any]:
     """A level in full, as the environment reads it."""
-    env = make_vector(env_id, name, num_envs=1, threads=1)
-    try:
+    with closing(make_vector(env_id, name, num_envs=1, threads=1)) as env:
         return core_of(env).config.model_dump(mode="json")
-    finally:
-        env.close()
 
 
 @cache

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from contextlib import closing
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -39,10 +40,8 @@ def run_piece(piece: Piece, kept: Path) -> dict[str, Any]:
     results: list[dict[str, Any]] = []
     for throws, seconds, controller in _learn(piece, kept):
         for level in piece.levels:
-            env = _cells(piece, level)
-            able = _transfer(controller, piece, env)
-            found = held_out(able, env, piece.plan.picks, piece.plan.seed)
-            env.close()
+            with closing(_cells(piece, level)) as env:
+                found = held_out(_transfer(controller, piece, env), env, piece.plan.picks, piece.plan.seed)
             head = {"label": piece.entry.label, "controller": piece.entry.controller, "throws": throws}
             more = {"seed": piece.seed, "level": level, "train_level": piece.train_level, "learn_seconds": seconds}
             results.append({**head, **more, "columns": columns(found)})
@@ -87,13 +86,12 @@ def _learn(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Controller]]:
     if piece.entry.controller in ALGORITHMS:
         yield from _train(piece, kept)
         return
-    env = _cells(piece, piece.train_level)
-    controller = make_controller(piece.entry.controller, env, **piece.entry.options)
-    controller.reset(piece.seed)
-    began = time.perf_counter()
-    practise(controller, env, piece.throws[0], piece.seed)
-    seconds = round(time.perf_counter() - began, 1)
-    env.close()
+    with closing(_cells(piece, piece.train_level)) as env:
+        controller = make_controller(piece.entry.controller, env, **piece.entry.options)
+        controller.reset(piece.seed)
+        began = time.perf_counter()
+        practise(controller, env, piece.throws[0], piece.seed)
+        seconds = round(time.perf_counter() - began, 1)
     yield piece.throws[0], seconds, controller
 
 

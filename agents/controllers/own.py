@@ -24,12 +24,7 @@ Function: TypeAlias = Callable[[NDArray[np.float32]], Any]
 
 @final
 class Policy(Controller):
-    """What maps observations to actions and learns nothing.
-
-    Args:
-        function: the map.
-        name: name in tables.
-    """
+    """What maps observations to actions and learns nothing."""
 
     def __init__(self, function: Function, name: str) -> None:
         self.function, self.name = function, name

@@ -6,7 +6,7 @@ exploration around them. Any regressor with `fit` and `predict` serves: ridge an
 
 from __future__ import annotations
 
-from typing import Protocol, final
+from typing import TypeAlias, final
 
 import numpy as np
 
@@ -14,7 +14,9 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.action import Correction
 
 from ..cli import UsageError
+from .mlp import Mlp
 from .protocol import Actions, Learner, Observation, Outcome, State
+from .ridge import Ridge
 from .shift import ideal_shift, instructive, to_action
 
 ROUNDS = (0.25, 0.60, 1.0)
@@ -23,26 +25,8 @@ FEWEST_THROWS = 8
 """A fit on fewer throws would follow their noise."""
 REFIT_GROWTH = 1.1
 """Outside practice the fit is renewed when the data have grown by this factor."""
-
-
-class Regressor(Protocol):
-    """Predicts shifts (N, E) from features (N, D)."""
-
-    def fit(self, features: Floats, shift: Floats, seed: int) -> None:
-        """Fit anew to all data."""
-        ...
-
-    def predict(self, features: Floats) -> Floats:
-        """Shifts (N, E)."""
-        ...
-
-    def state(self) -> State:
-        """What was fitted."""
-        ...
-
-    def restore(self, state: State) -> None:
-        """Take over a fit."""
-        ...
+Regressor: TypeAlias = Ridge | Mlp
+"""Fits shifts (N, E) to features (N, D) and predicts them; what was fitted is its state."""
 
 
 @final

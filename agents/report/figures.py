@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import cycle
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from ..drawings import COLOURS, subplots, svg
+from ..drawings import COLOURS, Axes, Figure, subplots, svg
 from .tables import labels, name_of, rows_of
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 THROW_TICKS = (30, 100, 300, 1000, 3000, 10_000, 30_000)
 ERROR_TICKS = (2, 5, 10, 20, 50, 100)
@@ -43,10 +39,8 @@ def error_bars(data: Mapping[str, Any]) -> Figure:
         axes.errorbar(value, places, xerr=[value - low, high - value], fmt="none", ecolor="black", capsize=2)
         axes.set_yticks(places, [name_of(row) for row in rows])
         axes.invert_yaxis()
-        axes.set_xlabel("landing error, mean [mm]")
-        axes.set_title(f"level {level}")
+        axes.set(xlabel="landing error, mean [mm]", title=f"level {level}", axisbelow=True)
         axes.grid(axis="x", alpha=0.3)
-        axes.set_axisbelow(True)
     return figure
 
 
@@ -60,15 +54,12 @@ def learning_curves(data: Mapping[str, Any]) -> Figure:
             rows = [row for row in rows_of(data, [level]) if row["label"] == label]
             if rows:
                 _curve(axes, rows, label, colour)
-        axes.set_xscale("log")
-        axes.set_yscale("log")
+        names = {"xlabel": "throws learned from", "ylabel": "landing error, mean [mm]", "title": f"level {level}"}
+        axes.set(xscale="log", yscale="log", **names)
         axes.set_xticks(THROW_TICKS, [f"{ticks:,}" for ticks in THROW_TICKS])
         axes.set_xlim(20, max(2000, 2 * most))
         axes.set_yticks(ERROR_TICKS, [str(ticks) for ticks in ERROR_TICKS])
         axes.minorticks_off()
-        axes.set_xlabel("throws learned from")
-        axes.set_ylabel("landing error, mean [mm]")
-        axes.set_title(f"level {level}")
         axes.grid(alpha=0.3)
     # Not every controller is in every panel.
     shown = {label: handle for axes in panels for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
@@ -86,10 +77,7 @@ def landing_clouds(chosen: Sequence[Mapping[str, Any]]) -> Figure:
         axes.axvline(0, color="black", linewidth=0.6)
         axes.plot(np.nanmean(along), np.nanmean(across), "+", color=COLOURS[3], markersize=12, markeredgewidth=2)
         axes.set_title(name_of(result), fontsize=10)
-        axes.set_xlim(-150, 150)
-        axes.set_ylim(-150, 150)
-        axes.set_aspect("equal")
-        axes.set_xlabel("along the throw [mm]")
+        axes.set(xlim=(-150, 150), ylim=(-150, 150), aspect="equal", xlabel="along the throw [mm]")
     panels[0].set_ylabel("across [mm]")
     return figure
 

@@ -74,9 +74,7 @@ def check(arguments: Arguments) -> tuple[str, ...]:
         raise UsageError(f"unknown paper {arguments.paper!r}; known are {', '.join((*PAPERS, ALL))}")
     if arguments.jobs is not None:
         at_least("jobs", arguments.jobs, 1)
-    for path in (arguments.json, arguments.figures and arguments.figures / "drawing.svg"):
-        if path is not None:
-            check_writable(path)
+    check_writable(arguments.json, arguments.figures and arguments.figures / "drawing.svg")
     return tuple(PAPERS) if arguments.paper == ALL else (arguments.paper,)
 
 

@@ -69,19 +69,7 @@ class Row:
         holds: bool | None = None,
         **details: Any,
     ) -> Row:
-        """A figure of the paper under the paper's own conditions.
-
-        Args:
-            quantity: name of the figure.
-            published: what the paper prints.
-            reproduced: what was computed.
-            unit: of both.
-            within: largest difference at which numbers count as the same (see `printed` and `share`); None for words.
-            note: one sentence for people.
-            explained: see `Row`.
-            holds: see `Row`; computed from what was computed.
-            details: further figures.
-        """
+        """A figure of the paper under its own conditions; `within` is the tolerance (see `printed` and `share`)."""
         return cls(
             quantity, published, reproduced, unit, note, within, explained=explained, holds=holds, details=details
         )
@@ -165,13 +153,8 @@ class Findings:
     grids: tuple[Grid, ...] = ()
 
 
-@final
-@dataclass(frozen=True)
-class Part:
-    """One independent piece of a reproduction; `run` takes no argument and can run in another process."""
-
-    name: str
-    run: Callable[[], Findings]
+Parts: TypeAlias = Mapping[str, Callable[[], Findings]]
+"""The independent pieces of a reproduction by name, in the order of the report; each can run in another process."""
 
 
 @final

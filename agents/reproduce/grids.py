@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
-from ..drawings import svg
+from ..drawings import Figure, svg
 from ..tables import Grid
 from .finding import Findings, Row
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 JsonRow: TypeAlias = Mapping[str, Any]
 Rows: TypeAlias = Mapping[str, JsonRow]

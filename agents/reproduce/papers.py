@@ -12,7 +12,7 @@ from pnt_gym.errors import PntGymError, one_sentence
 
 from ..places import CODE
 from ..work import Job, code_digest, key
-from .finding import Overview, Part
+from .finding import Overview, Parts
 
 _LEARNING: Final = (
     "pnt_gym/envs/*.py",
@@ -46,8 +46,7 @@ class Paper(Protocol):
 
     SHORT: str
     """Authors and year."""
-    PARTS: tuple[Part, ...]
-    """In the order of the report."""
+    PARTS: Parts
 
     def overview(self, rows: Mapping[str, Mapping[str, Any]]) -> Overview:
         """What all parts show together; of the rows, by quantity, some may be missing."""
@@ -63,22 +62,21 @@ def jobs(name: str) -> list[Job]:
     """One job per part of a paper."""
     code = (*_SHARED, *PAPERS[name], f"agents/reproduce/{name}/**/*.py")
     digest = key(code=code_digest(code, _NO_EFFECT, CODE))
-    return [Job(f"{name}/{part.name}", digest, partial(run_part, name, part.name)) for part in package(name).PARTS]
+    return [Job(f"{name}/{part}", digest, partial(run_part, name, part)) for part in package(name).PARTS]
 
 
-def run_part(name: str, part_name: str, _folder: Path) -> dict[str, Any]:
+def run_part(name: str, part: str, _folder: Path) -> dict[str, Any]:
     """What a part of a paper finds.
 
     Raises:
         PntGymError: the part could not be done, with its name.
     """
-    part = next(part for part in package(name).PARTS if part.name == part_name)
     try:
-        found = part.run()
+        found = package(name).PARTS[part]()
     except PntGymError as error:
-        raise PntGymError(f"{name}, part {part_name}: {one_sentence(error)}") from None
+        raise PntGymError(f"{name}, part {part}: {one_sentence(error)}") from None
     except ModuleNotFoundError as error:
-        raise PntGymError(f"{name}, part {part_name}: {error.name} is not installed; `make setup` does it") from None
+        raise PntGymError(f"{name}, part {part}: {error.name} is not installed; `make setup` does it") from None
     return {
         "rows": [{**row.as_json(), "paper": name} for row in found.rows],
         "data": dict(found.data),

@@ -7,13 +7,15 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
 from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
 
-from agents import runs
+from agents import doctor, runs
+from agents.cli import run
 from tests.tools.commands import call, call_here, environment
 
 CONTRACT = {
@@ -219,3 +221,15 @@ def test_benchmark_and_report_from_end_to_end(tmp_path: Path) -> None:
     assert_one_sentence(
         call_here("agents.benchmark", "--config", "none.yaml", folder=tmp_path), "cannot read benchmark"
     )
+
+
+def test_a_warning_is_one_line_while_a_command_runs_and_python_s_own_afterwards(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def command(_: Any) -> None:
+        warnings.warn("of two\nlines", stacklevel=1)
+
+    before = (warnings.showwarning, warnings.formatwarning, list(warnings.filters))
+    run(command, doctor.Arguments, "agents.doctor", ())
+    assert capsys.readouterr().err == "warning: of two lines\n"
+    assert (warnings.showwarning, warnings.formatwarning, list(warnings.filters)) == before

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import io
+import json
 import os
 import runpy
 import subprocess
 import sys
 import warnings
 from pathlib import Path
+from typing import Any
 from unittest import mock
 
 from agents.places import SHIPPED as ROOT
@@ -44,6 +46,12 @@ def call_here(module: str, *arguments: str | Path, folder: Path) -> subprocess.C
         except SystemExit as end:
             code = end.code if isinstance(end.code, int) else int(end.code is not None)
     return subprocess.CompletedProcess(command, code, said.getvalue(), complained.getvalue())
+
+
+def answer(done: subprocess.CompletedProcess[str], path: Path) -> dict[str, Any]:
+    """What a command that went well wrote to a JSON file."""
+    assert done.returncode == 0, done.stderr
+    return json.loads(path.read_text())
 
 
 def answered(module: str, *arguments: str | Path) -> tuple[int, str]:

@@ -4,12 +4,21 @@ from __future__ import annotations
 
 from typing import Final
 
-from ..finding import Overview, Part
+from ..finding import Overview, Parts
 from ..grids import Rows
 from . import ellipse, lengths, simulated, speed, times
 
 SHORT: Final = "Choe et al. 2023"
-PARTS: Final[tuple[Part, ...]] = (*ellipse.PARTS, *speed.PARTS, *lengths.PARTS, *times.PARTS, *simulated.PARTS)
+PARTS: Final[Parts] = {
+    "example": ellipse.example_findings,
+    "length": ellipse.length_findings,
+    "speed": speed.speed_findings,
+    "joints": speed.joint_findings,
+    "lengths": lengths.length_findings,
+    "example-times": times.example_findings,
+    "long-times": times.long_findings,
+    "simulated": simulated.simulated_findings,
+}
 
 
 def overview(rows: Rows) -> Overview:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 from scipy.optimize import brentq
@@ -12,14 +12,10 @@ from scipy.optimize import brentq
 from pnt_gym.arrays import Floats
 from pnt_gym.planning.paths import EllipsePath, approximate_half_circumference, half_circumference
 
-from ...drawings import COLOURS, dress, subplots
-from ..finding import Findings, Part, Row, printed
+from ...drawings import COLOURS, Axes, Figure, dress, subplots
+from ..finding import Findings, Row, printed
 from ..grids import listed
 from .cases import HALF_RISE, HALF_WIDTH, SHORT_LIFT, example, example_at
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 CRITICAL: Final = math.degrees(math.atan(HALF_RISE / HALF_WIDTH))
 """Critical angle of the example [deg]."""
@@ -276,6 +272,3 @@ def _clearances(rises: Floats) -> Floats:
         values.append(1000.0 * e.top_height - rise if round(math.degrees(e.angle)) == degree else math.nan)
         degree = round(math.degrees(e.angle))
     return np.array(values)
-
-
-PARTS = (Part("example", example_findings), Part("length", length_findings))

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from pnt_gym.planning.paths import EllipsePath, PlanePath, lame_path, line_ellipse_line
 
-from ...drawings import COLOURS, dress, subplots, svg
+from ...drawings import COLOURS, Figure, dress, subplots, svg
 from ...tables import Grid
-from ..finding import Findings, Part, Row
+from ..finding import Findings, Row
 from ..grids import by_quantity, plain
 from .cases import HALF_RISE, HALF_WIDTH, example
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 WIDTH: Final = 2.0 * HALF_WIDTH
 RISE: Final = 2.0 * HALF_RISE
@@ -95,6 +92,3 @@ def lengths_figure() -> Figure:
         dress(axes, "x from T1 [mm]", "y [mm]", title, aspect="equal", xlim=(-8.0, 308.0), ylim=(-75.0, 85.0))
         axes.legend(fontsize=8, loc="lower center", ncols=2)
     return figure
-
-
-PARTS = (Part("lengths", length_findings),)

@@ -6,10 +6,10 @@ from typing import Final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats
+from pnt_gym.arrays import Floats, joined
 from pnt_gym.cells.base.plant import staged_rollout
 from pnt_gym.engine import Batch, mujoco
-from pnt_gym.planning.motion.trajectory import HandPath, Samples
+from pnt_gym.planning.motion.trajectory import HandPath
 from pnt_gym.robots.specification import set_options
 from pnt_gym.robots.t3kr.geometry import T3KR
 from pnt_gym.robots.t3kr.kinematics import closed_pose
@@ -17,7 +17,7 @@ from pnt_gym.robots.t3kr.model import add_t3kr, control_columns, qpos_columns
 from pnt_gym.robots.t3kr.references import joint_references
 
 from ...tables import Grid
-from ..finding import Findings, Part, Row
+from ..finding import Findings, Row
 from .cases import long_cases, motion
 
 TIMESTEP: Final = 0.0004
@@ -62,9 +62,7 @@ def play(paths: list[HandPath]) -> tuple[Floats, Floats]:
     model = spec.compile()
     steps = int(np.ceil((max(float(path.duration[0]) for path in paths) + SETTLE) / TIMESTEP))
     times = TIMESTEP * np.arange(steps + 1)
-    wanted = Samples(
-        *(np.concatenate(columns) for columns in zip(*(path.sample(times) for path in paths), strict=True))
-    )
+    wanted = joined([path.sample(times) for path in paths])
     control = np.ones((len(paths), steps, model.nu + model.neq))
     control[:, :, control_columns(model, handles)] = joint_references(*(part[:, :-1] for part in wanted))
     batch = Batch(model, len(paths), nthread=1)
@@ -75,6 +73,3 @@ def play(paths: list[HandPath]) -> tuple[Floats, Floats]:
     columns = [int(model.joint(f"platform_{axis}").qposadr[0]) for axis in "xyz"]
     error = np.linalg.norm(out["qpos"][:, :, columns] - wanted.position[:, 1:], axis=2)
     return error, np.abs(out["actuator_force"]).max(axis=(1, 2))
-
-
-PARTS = (Part("simulated", simulated_findings),)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
@@ -13,8 +13,8 @@ from pnt_gym.planning.paths import NodeList
 from pnt_gym.planning.paths.timing import TimedPath
 from pnt_gym.robots.t3kr.kinematics import inverse_kinematics
 
-from ...drawings import COLOURS, dress, subplots, svg
-from ..finding import Findings, Part, Row, printed
+from ...drawings import COLOURS, Axes, Figure, dress, subplots, svg
+from ..finding import Findings, Row, printed
 from ..grids import by_quantity, listed, plain
 from .cases import (
     ASKEW,
@@ -27,10 +27,6 @@ from .cases import (
     example_cases,
     motion,
 )  # fmt: skip
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 ARMS: Final = ("+x +y", "-x +y", "-x -y", "+x -y")
 """Quadrants of the four arms."""
@@ -213,6 +209,3 @@ def joints_figure(angles: Floats, times: Floats, swept: Floats) -> Figure:
     dress(right, "time [s]", "arm angle [°]", "quickest motion with 25 mm verticals, relaxed")
     figure.legend(*left.get_legend_handles_labels(), fontsize=8, loc="outside right center")
     return figure
-
-
-PARTS = (Part("speed", speed_findings), Part("joints", joint_findings))

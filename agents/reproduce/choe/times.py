@@ -4,22 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cache
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
 from pnt_gym.planning.optimal.fastest import fastest_motion
 
-from ...drawings import COLOURS, dress, subplots, svg
+from ...drawings import COLOURS, Axes, Figure, dress, subplots, svg
 from ...tables import Grid
-from ..finding import Findings, Part, Row
+from ..finding import Findings, Row
 from ..grids import NONE, by_quantity, plain, value
 from .cases import BELT, LIFT, LIMITS, SPAN, Case, example_cases, long_cases, motion
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 BOUNDS: Final = {
     "bound-50mm": (0.05, None),
@@ -196,6 +192,3 @@ def motions_figure() -> Figure:
     panels[0].set_title("0.82 m with vertical parts of 50 mm, lengths of the vectors and their limits", fontsize=10)
     figure.legend(*panels[0].get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=3)
     return figure
-
-
-PARTS = (Part("example-times", example_findings), Part("long-times", long_findings))

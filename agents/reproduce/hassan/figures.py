@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, length, take
+from pnt_gym.arrays import Floats, joined, length, take
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning import MotionLimits, flight_state, flight_time, min_time_scurve, release_at_elevation, speed_at
 from pnt_gym.planning.cycles.cycle import Cycle, CycleSamples
 
-from ...drawings import COLOURS, dress, subplots
-from ..finding import Findings, Part, Row, printed, share
+from ...drawings import COLOURS, Axes, Figure, dress, subplots
+from ..finding import Findings, Row, printed, share
 from ..grids import listed
 from .cases import (
     CLOSE,
@@ -25,10 +25,6 @@ from .cases import (
     TITLES,
     cell_cycle,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 RATE: Final = 1000.0
 """Samples per second of drawn motions [Hz]."""
@@ -198,7 +194,4 @@ def loop_motion(cycle: Cycle) -> CycleSamples:
         grip = (times < cycle.release_time[k])[None]
         pieces.append(CycleSamples(times[None] + offset, *path.sample(times), path.jerk(times), grip))
         offset += float(path.duration[0])
-    return CycleSamples(*(np.concatenate(columns, axis=1) for columns in zip(*pieces, strict=True)))
-
-
-PARTS: Final = (Part("figures", figures_findings),)
+    return joined(pieces, axis=1)

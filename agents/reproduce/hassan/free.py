@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache, partial
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 
@@ -22,8 +22,8 @@ from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
 from pnt_gym.planning.optimal.fastest import NoMotionFound
 from pnt_gym.planning.optimal.free import fastest_throw
 
-from ...drawings import COLOURS, dress, subplots, svg
-from ..finding import Findings, Part, Row
+from ...drawings import COLOURS, Axes, dress, subplots, svg
+from ..finding import Findings, Row
 from .cases import (
     CEILING,
     CELLS,
@@ -48,9 +48,6 @@ from .per_pick import (
     two_phases,
 )
 from .simulated import simulated, simulated_details, simulated_rows
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 OPTIMUM: Final = "table1/limits-respected/free-direction-throw"
 PER_PICK: Final = "table1/limits-respected/free-direction-per-pick"
@@ -239,10 +236,3 @@ def _over_time(axes: Axes, cycles: Mapping[str, Cycle], row: int, name: str, lim
         axes.axvline(cycle.release_time[0], color=colour, linestyle=":", linewidth=1)
     axes.axhline(limit, color=COLOURS[3], linestyle="--", linewidth=1, label="limit")
     dress(axes, "time [s]; dotted: release", name, ylim=(0.0, None))
-
-
-PARTS: Final = (
-    Part("free-direction", free_findings),
-    Part("free-direction-constant-jerk", constant_jerk_findings),
-    *(Part(f"headroom-{variant}", partial(headroom_findings, variant)) for variant in HEADROOM),
-)

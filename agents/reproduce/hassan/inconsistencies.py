@@ -15,7 +15,7 @@ from pnt_gym.planning.cycles.blend import begin_times, throw_move
 from pnt_gym.planning.cycles.cycle import CycleRules
 
 from ...tables import Grid
-from ..finding import Findings, Part, Row, printed, share
+from ..finding import Findings, Row, printed, share
 from ..grids import by_quantity, plain
 from .cases import (
     CEILING,
@@ -277,6 +277,3 @@ def _whole_run() -> float:
 def _time(points: list[Floats], limits: MotionLimits) -> float:
     moves = [rest_to_rest(b - a, limits) for a, b in pairwise(points)]
     return float(begin_times(moves, RULES.overlap)[0, -1] + moves[-1].durations.sum())
-
-
-PARTS: Final = (Part("inconsistencies", inconsistency_findings),)

@@ -17,7 +17,7 @@ from pnt_gym.arrays import Floats
 from pnt_gym.planning import InfeasibleThrow, MotionLimits, plan_release, plan_release_batch
 
 from ...tables import Grid
-from ..finding import Findings, Part, Row
+from ..finding import Findings, Row
 from ..grids import NONE, by_quantity, value
 from .nlp import NlpRelease, method_1, method_2
 
@@ -233,6 +233,3 @@ def _grid(rows: list[Row]) -> Grid:
             lines.append([f"{method.label}, {bound}", *figures])
     header = ["method", "agree", "wrong", "failed", "invented", "slowest answer", "median", "over exact"]
     return Grid("Ways to find the release, on the same throws", header, lines)
-
-
-PARTS: Final = (Part("methods", methods_findings),)

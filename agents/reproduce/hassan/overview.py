@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 
-from ...drawings import COLOURS, dress, subplots, svg
+from ...drawings import COLOURS, Figure, dress, subplots, svg
 from ...tables import Grid
 from ..finding import Overview
 from ..grids import NONE, JsonRow, Rows, number, value
@@ -23,9 +23,6 @@ from .cases import (
     SHOWN,
     TITLES,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Cells: TypeAlias = Sequence[JsonRow | None]
 """The rows of a folder by the columns of Table I."""

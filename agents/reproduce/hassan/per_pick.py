@@ -5,8 +5,8 @@ The cell's mover chooses the release before it knows the next pick, and the way 
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -35,6 +35,7 @@ from .cases import (
     picks_per_min,
     scene,
 )
+from .methods import timed
 
 CYCLE: Final = PROTOCOLS["limits-respected"].rules
 """What Table I leaves open, as for the straight throw within the limits."""
@@ -147,19 +148,16 @@ def timing_rows(folder: str, near: float) -> list[Row]:
     rows: list[Row] = []
     for zone, percent in TIMED:
         picks, following = random_picks()
-        targets, seconds = np.tile(TARGETS[zone], (BATCH, 1)), list[float]()
+        targets = np.tile(TARGETS[zone], (BATCH, 1))
         mover, context = mover_of(percent), picks_of(picks, targets, percent)
         found = fly(mover, context, following)
-        for _ in range(ROUNDS):
-            began = time.thread_time()
-            fly(mover, context, following)
-            seconds.append((time.thread_time() - began) / BATCH)
+        seconds = min(timed(partial(fly, mover, context, following))[1] for _ in range(ROUNDS)) / BATCH
         aims, limits = targets[found.good], limits_at(percent)
         checked = check_throw(found.path, found.release_time, aims, limits, CEILING, mover.rules)
         rows.append(
             Row.ours(
                 f"{folder}/time-per-pick-{zone}-{percent}",
-                1e6 * min(seconds),
+                1e6 * seconds,
                 "us",
                 note=f"release, throw and return: best of {ROUNDS} batches of {BATCH} random picks of the belt at "
                 f"{percent} %, target {zone}, one core",
@@ -186,10 +184,10 @@ def per_pick_grid(rows: Sequence[Row]) -> Grid:
     """What planning per pick loses against the optimum, and how it did on random picks of the belt."""
     known = {row.quantity.rsplit("/", 1)[1]: row for row in rows}
     loss = known["loss-max"].details["loss_by_cell"] if "loss-max" in known else {}
-    timed = [known.get(f"time-per-pick-{zone}-{percent}") for zone, percent in CELLS]
+    costs = [known.get(f"time-per-pick-{zone}-{percent}") for zone, percent in CELLS]
     shares = [loss.get(f"{zone}/{percent}") for zone, percent in CELLS]
     lines = [["loss of picks/min against the optimum", *(NONE if one is None else f"{one:.1f} %" for one in shares)]]
     for entry, name in COUNTS.items():
-        lines.append([name, *(NONE if row is None else str(row.details[entry]) for row in timed)])
-    lines.append(["processor time per pick", *(NONE if row is None else f"{row.reproduced:.0f} us" for row in timed)])
+        lines.append([name, *(NONE if row is None else str(row.details[entry]) for row in costs)])
+    lines.append(["processor time per pick", *(NONE if row is None else f"{row.reproduced:.0f} us" for row in costs)])
     return Grid("Free direction, planned per pick", ["", *(f"{zone} {percent} %" for zone, percent in CELLS)], lines)

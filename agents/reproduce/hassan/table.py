@@ -10,7 +10,7 @@ from pnt_gym.planning import InfeasibleThrow
 
 from ...drawings import COLOURS, dress, subplots, svg
 from ...tables import Grid
-from ..finding import Findings, Part, Row, share
+from ..finding import Findings, Row, share
 from ..grids import by_quantity, value
 from .cases import (
     CELLS,
@@ -199,6 +199,3 @@ def table_figure(reproduced: Mapping[str, ByCell]) -> str:
         dress(axes, across, "picks per minute", title, xticks=percents, ylim=(0.0, 130.0))
     figure.legend(*panels[0].get_legend_handles_labels(), fontsize=8, loc="outside right center")
     return svg(figure)
-
-
-PARTS: Final = (Part("table1", table_findings),)

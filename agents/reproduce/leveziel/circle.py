@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -11,8 +11,8 @@ from pnt_gym.arrays import Floats
 from pnt_gym.robots.gripper import CIRCLE_RADIUS, MOTOR_SPEED, PoseMotion, circle
 from pnt_gym.robots.gripper.geometry import N_ARMS
 
-from ...drawings import COLOURS, dress, subplots
-from ..finding import Findings, Part, Row
+from ...drawings import COLOURS, Figure, dress, subplots
+from ..finding import Findings, Row
 from ..grids import listed
 from .cases import (
     ANGLES,
@@ -27,9 +27,6 @@ from .cases import (
     held,
     posed,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 HEIGHTS: Final = (-0.20, -0.22, -0.24)
 """At which the circle is drawn in its section [m]."""
@@ -202,6 +199,3 @@ def turn_figure(turns: Mapping[float, PoseMotion], done: Followed) -> Figure:
     figure.legend(*axes[0].get_legend_handles_labels(), fontsize=8, ncols=5, loc="outside lower center")
     figure.suptitle("circle of 80 mm at z = -220 mm; dashed: 70 rpm", fontsize=11)
     return figure
-
-
-PARTS = (Part("circle", circle_findings),)

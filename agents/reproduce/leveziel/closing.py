@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats
+from pnt_gym.arrays import Floats, take
 from pnt_gym.robots.gripper import Profile, closing_time, forward_kinematics, inverse_kinematics
 from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD, Build
 from pnt_gym.robots.gripper.references import MotorReferences, motor_references
 
-from ...drawings import COLOURS, dress, subplots
-from ..finding import Findings, Part, Row
+from ...drawings import COLOURS, Figure, dress, subplots
+from ..finding import Findings, Row
 from ..grids import listed
 from .cases import CENTRE, CLOSED, HOME_THETA, PAPER_STEP, STEP, follow, posed, reduced
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 PUBLISHED: Final = 0.060
 """The gripper closes within it [s]."""
@@ -62,8 +59,7 @@ def arrival(theta: Floats) -> float:
 
 def _course(references: MotorReferences, build: Build = PROTOTYPE_BUILD) -> Floats:
     """Angle of the halves (S,) after every step."""
-    told = MotorReferences(references.angle[None], references.speed[None], references.torque[None])
-    return follow(OPENED[None], told, build).pose[0, :, 3]
+    return follow(OPENED[None], take(references, None), build).pose[0, :, 3]
 
 
 def _full_speed() -> Floats:
@@ -138,6 +134,3 @@ def closing_figure(curves: Mapping[str, Floats]) -> Figure:
     title = "closing at x = y = 0, z = -200 mm, in MuJoCo"
     dress(axes, "time [ms]", "angle of the platform's halves θ [°]", title, legend="best", xlim=(0.0, 120.0))
     return figure
-
-
-PARTS = (Part("closing", closing_findings),)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Final
+from contextlib import closing
+from typing import Final
 
 import numpy as np
 
@@ -14,15 +15,12 @@ from pnt_gym.engine import mujoco
 from pnt_gym.robots.gripper import PROTOTYPE, travel_time
 from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD
 
-from ...drawings import COLOURS, dress, frames_figure, subplots
+from ...drawings import COLOURS, Figure, dress, frames_figure, subplots
 from ...metrics import wilson
-from ..finding import Findings, Part, Row, share
+from ..finding import Findings, Row, share
 from ..grids import listed
 from .cases import STILL
 from .cycle_run import ACROSS, HEIGHT, RISE, Cycles, run_cycles
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 CYCLES: Final = 100
 SEED: Final = 0
@@ -254,24 +252,16 @@ def pictures(cycles: Cycles) -> list[tuple[str, Frame]]:
     Raises:
         ConfigError: this machine cannot draw.
     """
-    course, step = cycles.course, cycles.config.timestep
+    course, step, found = cycles.course, cycles.config.timestep, list[tuple[str, Frame]]()
     begins = dict(zip(course.ends, [0.0, *course.ends.values()], strict=False))
-    wanted = {title: begins[phase] + share * (course.ends[phase] - begins[phase]) for title, phase, share in PICTURES}
+    coming = [(title, begins[phase] + share * (course.ends[phase] - begins[phase])) for title, phase, share in PICTURES]
     # Along -x: y runs to the right.
     view = mujoco.MjvCamera()
     view.lookat[:] = [0.0, 0.0, -0.205]
     view.distance, view.azimuth, view.elevation = 0.60, 170.0, -24.0
-    canvas, found = Canvas(view, SIZE), list[tuple[str, Frame]]()
-    coming = iter(wanted.items())
-    title, moment = next(coming)
-    try:
+    with closing(Canvas(view, SIZE)) as canvas:
         for data, _ in cycles.recording.play(step):
-            while title and data.time >= min(moment, float(cycles.time[-1])) - 0.5 * step:
+            while coming and data.time >= min(coming[0][1], float(cycles.time[-1])) - 0.5 * step:
+                title, moment = coming.pop(0)
                 found.append((f"{title}, {MILLI * moment:.0f} ms", canvas.draw(cycles.recording.model, data, ())))
-                title, moment = next(coming, ("", np.inf))
-    finally:
-        canvas.close()
     return found
-
-
-PARTS = (Part("cycle", cycle_findings),)

@@ -27,7 +27,7 @@ from pnt_gym.robots.gripper import (
     tau_hull,
 )
 
-from ..finding import Findings, Part, Row
+from ..finding import Findings, Row
 from ..grids import listed
 from .cases import HOME_THETA, PAPER_STEP, posed, random_poses, reduced
 
@@ -243,6 +243,3 @@ def _rates(repeats: int) -> Iterator[Row]:
 def _quickest(action: Callable[[], object], repeats: int) -> float:
     """Shortest of several runs, the one that other processes disturbed least [s]."""
     return min(timeit.repeat(action, number=1, repeat=repeats))
-
-
-PARTS = (Part("formulas", formula_findings),)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -12,14 +12,11 @@ from pnt_gym.cells.gripper.cell import GripperCell
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.hidden import Hidden, expected_hidden
 
-from ...drawings import COLOURS, dress, subplots
+from ...drawings import COLOURS, Figure, dress, subplots
 from ...metrics import wilson
-from ..finding import Findings, Part, Row
+from ..finding import Findings, Row
 from ..grids import listed
 from .cases import called
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 GRASPS: Final = 240
 """Of each object."""
@@ -151,6 +148,3 @@ def grasps_figure(found: list[Grasps]) -> Figure:
         dress(panel, "direction against the pads [°]", up, f"{one.name}, {one.yaw.size} grasps")
     axes[0].legend(fontsize=8, loc="upper center")
     return figure
-
-
-PARTS = (Part("grasps", grasp_findings),)

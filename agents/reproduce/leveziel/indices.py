@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from pnt_gym.arrays import Floats
 from pnt_gym.robots.gripper import PUBLISHED_TAU_SCALE, TauHull, folding_speed, singularity, tau, tau_hull
 
-from ...drawings import COLOURS, dress, subplots
-from ..finding import Findings, Part, Row
+from ...drawings import COLOURS, Figure, dress, subplots
+from ..finding import Findings, Row
 from ..grids import listed
 from .cases import (
     AROUND,
@@ -25,9 +25,6 @@ from .cases import (
     posed,
     reduced,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 RATIOS: Final = (3.4, 10.3)
 """Published ends of 1/tau in the reduced workspace (section VII)."""
@@ -192,6 +189,3 @@ def tau_figure(hull: TauHull, centre: Floats, gripping: TauHull) -> Figure:
     title = "range over the positions of the reduced workspace"
     dress(ratio, "θ [°]", "1/τ", title, legend="upper right", ylim=(0.0, 13.0))
     return figure
-
-
-PARTS = (Part("indices", index_findings),)

@@ -7,7 +7,7 @@ the paper's cork cycle; where in the workspace they were made is not printed.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -15,9 +15,9 @@ from pnt_gym.arrays import Floats
 from pnt_gym.robots.gripper import Deviation, JointLimits, PoseMotion, joint_deviation, joint_move, line
 from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD
 
-from ...drawings import COLOURS, dress, subplots, svg
+from ...drawings import COLOURS, Figure, dress, subplots, svg
 from ...tables import Grid
-from ..finding import Findings, Part, Row
+from ..finding import Findings, Row
 from ..grids import by_quantity, plain
 from .cases import (
     ANGLES,
@@ -31,9 +31,6 @@ from .cases import (
     posed,
     random_poses,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 MOVES: Final = {
     "z": ((0.0, 0.0, -0.230), (0.0, 0.0, -0.180)),
@@ -237,6 +234,3 @@ def moves_figure(moves: Moves, done: Followed) -> Figure:
     figure.legend(*angle.get_legend_handles_labels(), fontsize=8, ncols=4, loc="outside lower center")
     figure.suptitle("50 mm in z, 70 mm in y and in x with θ = -60°, motors at up to 70 rpm", fontsize=11)
     return figure
-
-
-PARTS = (Part("moves", move_findings),)

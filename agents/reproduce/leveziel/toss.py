@@ -7,30 +7,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import closing
-from functools import partial
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
-from pnt_gym.arrays import Floats
+from pnt_gym.arrays import Floats, joined
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.planner import TossPlanner
 from pnt_gym.planning.motion.ballistics import landing_point
 
 from ...controllers import make_controller
-from ...drawings import COLOURS, dress, subplots, svg
-from ...environments import Env, make_vector
+from ...drawings import COLOURS, Axes, Figure, dress, subplots, svg
+from ...environments import Env, core_of, make_vector
 from ...evaluation import held_out, practise
 from ...metrics import wilson
 from ...tables import Grid
 from ...throws import Throws, summary
-from ..finding import Findings, Overview, Part, Row
+from ..finding import Findings, Overview, Row
 from ..grids import JsonRow, Rows, below, number, plain
 from .cases import called
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 ENV: Final = "GripperToss-v0"
 ROWS: Final = 16
@@ -80,41 +75,28 @@ def planner_findings(levels: Sequence[str] = LEVELS, seeds: Sequence[int] = SEED
     for level in levels:
         with closing(make_vector(ENV, level, ROWS, threads=1)) as env:
             for name, what in PLANNERS.items():
-                judged = Judged(level, name, 0, _held_out(name, env, seeds, held, cycles))
-                found.append(_row(judged, seeds, env, what))
+                found += [_row(one, seeds, env, what) for one in _judged(name, env, level, (0,), seeds, held, cycles)]
     return Findings((*found, _endurance("planner", cycles)))
-
-
-def _held_out(name: str, env: Env, seeds: Sequence[int], held: int, cycles: list[int]) -> list[Throws]:
-    controller = make_controller(name, env)
-    return [held_out(controller, env, held, seed, progress=cycles.append) for seed in seeds]
 
 
 def learner_findings(
     name: str, stages: Mapping[str, Sequence[int]], seeds: Sequence[int] = SEEDS, held: int = HELD
 ) -> Findings:
-    """A learner, judged after some and again after more throws of one practice, and what it did to the release.
-
-    Args:
-        name: of the controller.
-        stages: for each level, after how many throws it is judged.
-        seeds: of practice and of the held-out objects; each begins anew.
-        held: held-out throws of each seed and stage.
-    """
+    """A learner, judged at each stage of one practice on every level, and what it did to the release."""
     cycles, found, figures = list[int](), list[Row](), dict[str, str]()
     for level, counts in stages.items():
         with closing(make_vector(ENV, level, ROWS, threads=1)) as env:
-            for one in _learned(name, env, level, counts, seeds, held, cycles):
+            for one in _judged(name, env, level, counts, seeds, held, cycles):
                 found.append(_row(one, seeds, env, f"{name} after {one.practice:,} throws of practice"))
                 if (one.level, one.controller, one.practice) == DRAWN:
-                    before = Throws.concatenate(_held_out("analytic", env, seeds, held, cycles))
+                    (before,) = _judged("analytic", env, level, (0,), seeds, held, cycles)
                     title = f"{name.replace('_', ' ')}, {one.practice} throws"
-                    panels = {"the planner alone": before, title: Throws.concatenate(one.by_seed)}
-                    figures["leveziel_release.svg"] = svg(release_figure(panels, _core(env).config))
+                    panels = {"the planner alone": joined(before.by_seed), title: joined(one.by_seed)}
+                    figures["leveziel_release.svg"] = svg(release_figure(panels, core_of(env).config))
     return Findings((*found, _endurance(name, cycles)), {}, figures)
 
 
-def _learned(
+def _judged(
     name: str, env: Env, level: str, counts: Sequence[int], seeds: Sequence[int], held: int, cycles: list[int]
 ) -> list[Judged]:
     found = [Judged(level, name, count, []) for count in counts]
@@ -129,15 +111,9 @@ def _learned(
     return found
 
 
-def _core(env: Env) -> Any:
-    """The cells behind an environment."""
-    core: Any = env.unwrapped.core  # pyright: ignore[reportAttributeAccessIssue]
-    return core
-
-
 def _row(judged: Judged, seeds: Sequence[int], env: Env, what: str) -> Row:
     """Success of one controller, with landing errors and moments of the release among the details."""
-    throws, names = Throws.concatenate(judged.by_seed), map(called, _core(env).item_names)
+    throws, names = joined(judged.by_seed), map(called, core_of(env).item_names)
     figures = summary(throws)
     rate = wilson(int(throws.is_success.sum()), len(throws))
     by_item = {name: throws.item == k for k, name in enumerate(names)}
@@ -299,9 +275,3 @@ def _curve(panel: Axes, rows: list[JsonRow], entry: str, unit: float, colour: st
     throws = [row["practice"] for row in rows]
     panel.plot(throws, [v.mean() for v in values], "o-", color=colour, label=name.replace("_", " "))
     panel.fill_between(throws, [v.min() for v in values], [v.max() for v in values], color=colour, alpha=0.15, lw=0)
-
-
-PARTS = (
-    Part("toss-planner", planner_findings),
-    *(Part(f"toss-{name}", partial(learner_findings, name, stages)) for name, stages in LEARNERS.items()),
-)

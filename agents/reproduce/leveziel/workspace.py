@@ -6,15 +6,15 @@ Sections are drawn through the home position, which the paper's Fig. 6 names; it
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.robots.gripper import inverse_kinematics, kappa, scan_workspace, singular_angle, singularity
 
-from ...drawings import COLOURS, dress, subplots
-from ..finding import Findings, Part, Row
+from ...drawings import COLOURS, Axes, Figure, dress, subplots
+from ..finding import Findings, Row
 from ..grids import listed
 from .cases import (
     AROUND,
@@ -30,10 +30,6 @@ from .cases import (
     posed,
     reduced,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 PLANES: Final = {"x-y": (0, 1), "x-z": (0, 2), "y-z": (1, 2)}
 """Sections and the coordinates in them."""
@@ -300,6 +296,3 @@ def _legends(figure: Figure, image: Any, axes: list[Axes]) -> None:
     lines = [Line2D([], [], color=FULL), Line2D([], [], color=REDUCED), Line2D([], [], color="gray", linestyle="--")]
     names = ["full workspace (Eq. 7)", "reduced workspace, strokes -85° to 45°", "κ = 0.5 (white)"]
     figure.legend(lines, names, fontsize=9, ncols=3, loc="outside lower center")
-
-
-PARTS = (Part("workspace", workspace_findings),)

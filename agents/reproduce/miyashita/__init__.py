@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Final
 
-from ..finding import Overview, Part
+from ..finding import Overview, Parts
 from ..grids import Rows, plain
 from . import (
     acceptance,
     accessible,
+    cases,
     contact,
     contact_learning,
     contact_level,
@@ -20,18 +22,19 @@ from . import (
 )
 
 SHORT: Final = "Miyashita et al. 2010"
-PARTS: Final[tuple[Part, ...]] = (
-    *example.PARTS,
-    *accessible.PARTS,
-    *learning.PARTS,
-    *acceptance.PARTS,
-    *contact.PARTS,
-    *contact_reach.PARTS,
-    *contact_learning.PARTS,
-    *contact_level.PARTS,
-    *tasks.PARTS,
-    *formulas.PARTS,
-)
+PARTS: Final[Parts] = {
+    "example": example.example_findings,
+    "accessible": accessible.accessible_findings,
+    "learning": learning.learning_findings,
+    **{f"acceptance-{1e3 * late:.0f}ms": partial(acceptance.acceptance_findings, late) for late in cases.DELAYS},
+    "contact": contact.contact_findings,
+    "contact-reach": contact_reach.reach_findings,
+    "contact-learning": contact_learning.learning_findings,
+    "contact-level": contact_level.level_findings,
+    "sorting": tasks.sorting_findings,
+    "assembly": tasks.assembly_findings,
+    "formulas": formulas.formula_findings,
+}
 _FOLDERS: Final = ("miyashita/scatter/", "miyashita/slopes/")
 
 

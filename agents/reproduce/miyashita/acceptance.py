@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -16,7 +15,7 @@ from pnt_gym.planning.one_joint.flight import landing_jacobian
 from pnt_gym.planning.one_joint.grasp import braking
 
 from ...tables import Grid
-from ..finding import Findings, Part, Row
+from ..finding import Findings, Row
 from ..grids import NONE, Rows, below, value
 from .cases import (
     ANGLE,
@@ -34,10 +33,10 @@ from .cases import (
     has_plan,
     late,
     learn,
-    listed,
     misses,
     named,
     percent,
+    rounded,
 )
 
 GAINS: Final = {
@@ -198,13 +197,7 @@ def predicted_scatter(goal: Floats, delay: float) -> Floats:
 
 
 def measured_slopes(delay: float, goal: Floats, virtual: Floats) -> Slopes:
-    """Slopes at virtual goals (N, 4) that were learned for goals (N, 4), where all the nudges have a throw.
-
-    Args:
-        delay: how late the block comes free [s].
-        goal: what is to be reached.
-        virtual: what is planned for.
-    """
+    """Slopes at virtual goals (N, 4) learned for goals (N, 4) at a delay [s], where all the nudges have a throw."""
     quiet = OneJointConfig.load(
         "nominal",
         errors={"delay": delay, "placement": 0.0, "timing": 0.0},
@@ -251,7 +244,7 @@ def slope_rows(delay: float, slopes: Slopes) -> list[Row]:
             note=f"{name} slope of the passed state against the virtual goal across the flight, median of "
             f"{len(values)} random goals without scatter, at the virtual goals that were learned; the paper's update "
             f"takes it to be 1; {note}",
-            quantiles_10_50_90=listed(np.quantile(values, (0.1, 0.5, 0.9)), 4),
+            quantiles_10_50_90=rounded(np.quantile(values, (0.1, 0.5, 0.9)), 4),
         )
         for name, values, note in said
     ]
@@ -277,6 +270,3 @@ def acceptance_grid(rows: Rows) -> Grid:
         "position alone, true", "angle < 0.1 deg", "out of reach",
     ]  # fmt: skip
     return Grid("200 random goals, 10th throw: position < 2.5 mm and vertical speed < 0.01 m/s", header, lines)
-
-
-PARTS = tuple(Part(f"acceptance-{1000.0 * delay:.0f}ms", partial(acceptance_findings, delay)) for delay in DELAYS)

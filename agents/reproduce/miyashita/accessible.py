@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import TYPE_CHECKING, Final, NamedTuple, final
+from typing import Final, NamedTuple, final
 
 import numpy as np
 
@@ -15,13 +15,10 @@ from pnt_gym.planning.one_joint import Arm, plan_releases
 from pnt_gym.planning.one_joint.flight import land
 from pnt_gym.planning.one_joint.grasp import acceleration_window
 
-from ...drawings import COLOURS, dress, subplots
-from ..finding import Findings, Part, Row
-from .cases import ARM, BLOCK, tabled
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from ...drawings import COLOURS, Axes, Figure, dress, subplots
+from ..finding import Findings, Row
+from ..grids import listed
+from .cases import ARM, BLOCK
 
 Sizes = tuple[float, float, float]
 Counts = tuple[int, int, int]
@@ -151,7 +148,8 @@ def accessible_findings(samples: Counts = SAMPLES) -> Findings:
         _whole_arm(samples),
     ]
     figures = {"miyashita_accessible.svg": slices_figure(alone[FASTER[-1]], samples)}
-    return tabled("Accessible space", rows, figures, {"miyashita_accessible": {"cell": CELL, "samples": samples}})
+    data = {"miyashita_accessible": {"cell": CELL, "samples": samples}}
+    return listed("Accessible space", rows, figures, data, drop="miyashita/")
 
 
 @cache
@@ -269,6 +267,3 @@ def _fill(axes: Axes, cells: Ints, colour: str, label: str) -> None:
     axes.imshow(
         filled.T, cmap=ListedColormap([colour]), extent=(left, right, bottom, top), origin="lower", interpolation="none"
     )
-
-
-PARTS = (Part("accessible", accessible_findings),)

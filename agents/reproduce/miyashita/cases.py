@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, final
+from typing import Any, Final, NamedTuple, final
 
 import numpy as np
 
@@ -18,12 +18,6 @@ from pnt_gym.cells.one_joint.measure import estimated_state
 from pnt_gym.cells.one_joint.plant import OneJointPlant
 from pnt_gym.planning.one_joint import Arm, Block, ThrowPlans, plan_throws, random_goals
 from pnt_gym.planning.one_joint.virtual_goal import next_virtual_goal, pull_back
-
-from .. import grids
-from ..finding import Findings, Row
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 GOAL: Final = np.array([0.0, 0.4, np.deg2rad(150.0), 0.0])
 """z_d of the paper's simulation and experiment (sections 4.5 and 6.2)."""
@@ -193,16 +187,6 @@ def percent(good: Bools) -> float:
     return 100.0 * float(good.mean())
 
 
-def listed(values: Floats, digits: int = 6) -> list[Any]:
+def rounded(values: Floats, digits: int = 6) -> list[Any]:
     """Numbers for JSON, rounded to significant digits."""
-    return [float(f"{v:.{digits}g}") for v in values.ravel()] if values.ndim == 1 else [listed(v) for v in values]
-
-
-def tabled(
-    headline: str,
-    rows: Iterable[Row],
-    figures: Mapping[str, Figure] | None = None,
-    data: Mapping[str, Any] | None = None,
-) -> Findings:
-    """A part's findings: its rows in one table, figures by file name, and data."""
-    return grids.listed(headline, rows, figures, data, drop="miyashita/")
+    return [float(f"{v:.{digits}g}") for v in values.ravel()] if values.ndim == 1 else [rounded(v) for v in values]

@@ -6,7 +6,7 @@ assumed, so nothing here is judged by the paper.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
@@ -15,25 +15,11 @@ from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.planning.one_joint import plan_throws
 from pnt_gym.robots.one_joint.model import STOPPER_HEIGHT
 
-from ...drawings import COLOURS, dress, subplots
-from ..finding import Findings, Part, Row
-from .cases import (
-    GOAL,
-    POSITION,
-    TRIALS,
-    Learned,
-    Thrower,
-    feasible_goals,
-    learn,
-    listed,
-    misses,
-    percent,
-    tabled,
-)
+from ...drawings import COLOURS, Figure, dress, subplots
+from ..finding import Findings, Row
+from ..grids import listed
+from .cases import GOAL, POSITION, TRIALS, Learned, Thrower, feasible_goals, learn, misses, percent, rounded
 from .reach import size
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 GOALS: Final = 20
 """The paper's goal and random ones."""
@@ -46,9 +32,9 @@ def contact_findings(goals: int = GOALS) -> Findings:
     every = np.concatenate([GOAL[None], feasible_goals(goals - 1)[0]])
     learned = learn(Thrower(OneJointConfig.load("contact"), range(goals)), every, np.full(goals, 0.5))
     missed = size(learned.true)
-    data = {"miyashita_contact": listed(np.quantile(missed, (0.25, 0.5, 0.75), axis=1).T)}
+    data = {"miyashita_contact": rounded(np.quantile(missed, (0.25, 0.5, 0.75), axis=1).T)}
     figures = {"miyashita_contact.svg": update_figure(missed)}
-    return tabled("Stoppers that push the block", [*_push(), _update_row(learned)], figures, data)
+    return listed("Stoppers that push the block", [*_push(), _update_row(learned)], figures, data, drop="miyashita/")
 
 
 def _push() -> list[Row]:
@@ -108,6 +94,3 @@ def update_figure(missed: Floats) -> Figure:
     dress(panel, "throw", "true error / (5 mm, 2°), the larger", title)
     panel.legend(fontsize=8)
     return figure
-
-
-PARTS = (Part("contact", contact_findings),)

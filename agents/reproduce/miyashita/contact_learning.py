@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 from contextlib import closing
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats
+from pnt_gym.arrays import Bools, Floats, joined
 from pnt_gym.cells.one_joint.config import OneJointConfig
 
 from ...controllers import make_controller
-from ...drawings import COLOURS, dress, subplots
+from ...drawings import COLOURS, Figure, dress, subplots
 from ...environments import make_vector, stream_seed
 from ...evaluation import thrown
 from ...throws import Throws
-from ..finding import Findings, Part, Row
-from .cases import listed, percent, tabled
+from ..finding import Findings, Row
+from ..grids import listed
+from .cases import percent, rounded
 from .reach import SCALES, SCANNED, WITHIN, Search, errors, goals_above_arm, paths, size
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 CONTROLLERS: Final = ("newton_goal", "virtual_goal")
 GOALS: Final = 34
@@ -54,10 +52,10 @@ def learning_findings(
     courses = {name: learn_each(name, goal, practice) for name in CONTROLLERS if len(goal) > 0}
     rows = [row for name, course in courses.items() for row in _rows(name, course, practice)]
     rows.append(_floor_row(floor))
-    curves = {name: listed(100.0 * course.near.mean(axis=0), 4) for name, course in courses.items()}
+    curves = {name: rounded(100.0 * course.near.mean(axis=0), 4) for name, course in courses.items()}
     figures = {"miyashita_contact_learning.svg": course_figure(courses, percent(floor))} if courses else {}
     headline = "Learning although the block is pushed, goals that some release reaches"
-    return tabled(headline, rows, figures, {"miyashita_contact_learning": curves})
+    return listed(headline, rows, figures, {"miyashita_contact_learning": curves}, drop="miyashita/")
 
 
 def reachable_goals(searched: int, scanned: int) -> tuple[Floats, Bools]:
@@ -94,7 +92,7 @@ def _learn(name: str, goal: Floats, seed: int, practice: int) -> Throws:
         parts = list(thrown(controller, env, practice, stream_seed("practice", seed), learn=True))
         controller.end_practice()
         parts += list(thrown(controller, env, KEPT, stream_seed("evaluate", seed), learn=True))
-    return Throws.concatenate(parts)
+    return joined(parts)
 
 
 def _rows(name: str, course: Course, practice: int) -> list[Row]:
@@ -172,6 +170,3 @@ def course_figure(courses: dict[str, Course], floor: float) -> Figure:
     )
     figure.legend(*panel.get_legend_handles_labels(), fontsize=8, ncols=3, loc="outside lower center")
     return figure
-
-
-PARTS = (Part("contact-learning", learning_findings),)

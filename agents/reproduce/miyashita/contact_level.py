@@ -14,8 +14,9 @@ from ...controllers import make_controller
 from ...environments import make_vector
 from ...evaluation import held_out, practise
 from ...throws import Throws
-from ..finding import Findings, Part, Row
-from .cases import percent, tabled
+from ..finding import Findings, Row
+from ..grids import listed
+from .cases import percent
 from .contact_learning import CONTROLLERS, NEAR
 
 SEEDS: Final = (0, 1, 2, 3, 4, 5)
@@ -35,7 +36,7 @@ def level_findings(seeds: Sequence[int] = SEEDS, practice: int = PRACTICE, held:
                 practise(controller, env, practice, seed)
                 throws.append(held_out(controller, env, held, seed))
             rows.append(_row(name, throws, practice))
-    return tabled("Level contact", rows)
+    return listed("Level contact", rows, drop="miyashita/")
 
 
 def _row(name: str, throws: list[Throws], practice: int) -> Row:
@@ -46,6 +47,3 @@ def _row(name: str, throws: list[Throws], practice: int) -> Row:
         f"{ROWS} cells side by side"
     )
     return Row.ours(f"miyashita/contact/level/{name}", float(np.mean(by_seed)), "%", note=note, success_by_seed=by_seed)
-
-
-PARTS = (Part("contact-level", level_findings),)

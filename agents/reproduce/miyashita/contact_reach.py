@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.one_joint.config import OneJointConfig
 
-from ...drawings import COLOURS, dress, subplots
-from ..finding import Findings, Part, Row
-from .cases import GOAL, drawn_goals, late, listed, percent, tabled
+from ...drawings import COLOURS, Axes, Figure, dress, subplots
+from ..finding import Findings, Row
+from ..grids import listed
+from .cases import GOAL, drawn_goals, late, percent, rounded
 from .reach import ROUNDS, SCANNED, WITHIN, Reached, Search, goals_above_arm
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 GOALS: Final = 200
 """Of each kind."""
@@ -41,9 +38,9 @@ def reach_findings(goals: int = GOALS, scanned: int = SCANNED) -> Findings:
         "goals of any release, ideal release": control_there.size,
     }
     figures = {"miyashita_contact_reach.svg": reach_figure(sizes, own, others, there)}
-    data = {name: listed(np.sort(values), 3) for name, values in sizes.items()}
+    data = {name: rounded(np.sort(values), 3) for name, values in sizes.items()}
     headline = "What any release reaches although the block is pushed"
-    return tabled(headline, rows, figures, {"miyashita_contact_reach": data})
+    return listed(headline, rows, figures, {"miyashita_contact_reach": data}, drop="miyashita/")
 
 
 def _row(name: str, what: str, found: Reached, control: Reached, count: int) -> Row:
@@ -59,7 +56,7 @@ def _row(name: str, what: str, found: Reached, control: Reached, count: int) -> 
         f"by {found.size.min():.1f} times",
         goals=len(found.size),
         share_ideal=free,
-        missed_quartiles=listed(np.quantile(found.size, (0.0, 0.25, 0.5, 0.75)), 4),
+        missed_quartiles=rounded(np.quantile(found.size, (0.0, 0.25, 0.5, 0.75)), 4),
     )
 
 
@@ -99,6 +96,3 @@ def _places(panel: Axes, own: Floats, others: Floats, reached: Bools) -> None:
     panel.scatter(np.hypot(*GOAL[:2]), np.rad2deg(GOAL[2]), s=80, marker="*", color="black", label="the paper's goal")
     dress(panel, "goal's distance from the pivot [m]", "goal's angle [°]")
     panel.legend(fontsize=8)
-
-
-PARTS = (Part("contact-reach", reach_findings),)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -11,11 +11,8 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.one_joint.pallets import Pallet, flight_poses
 from pnt_gym.planning.one_joint import ArmMotion
 
-from ...drawings import dress
+from ...drawings import Axes, dress
 from .cases import ARM, BLOCK
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 WOOD: Final = "#e3c878"
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from functools import cache
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
@@ -15,13 +15,11 @@ from pnt_gym.planning.one_joint.grasp import acceleration_window, braking, joint
 from pnt_gym.planning.one_joint.plan import Solver
 from pnt_gym.planning.one_joint.weights import WEIGHTS
 
-from ...drawings import COLOURS, dress, subplots
-from ..finding import Findings, Part, Row
-from .cases import ARM, BLOCK, GOAL, tabled
+from ...drawings import COLOURS, Figure, dress, subplots
+from ..finding import Findings, Row
+from ..grids import listed
+from .cases import ARM, BLOCK, GOAL
 from .drawings import draw_arm, draw_block, draw_flight, draw_plane
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 RELEASE: Final = {"theta_t": "rad", "omega_t": "rad/s", "l_t": "m", "t_f": "s"}
 """Names and units of a release."""
@@ -54,7 +52,7 @@ def example_findings(starts: int = STARTS) -> Findings:
         "time_step": float(plan.motion.time_step[0]),
         "margins": plan.delta.tolist(),
     }
-    return tabled("Goal (0, 0.4 m, 150 deg, 0 m/s)", rows, figures, {"miyashita_example": data})
+    return listed("Goal (0, 0.4 m, 150 deg, 0 m/s)", rows, figures, {"miyashita_example": data}, drop="miyashita/")
 
 
 @cache
@@ -245,6 +243,3 @@ def margins_figure(plan: ThrowPlan, careless: Sequence[ThrowPlan]) -> Figure:
         dress(panel, "share of the time to the release", "moment about the outer vertex M_A [mN m]", title)
         panel.label_outer()
     return figure
-
-
-PARTS = (Part("example", example_findings),)

@@ -15,8 +15,9 @@ from pnt_gym.planning.one_joint.margins import motion_margins
 from pnt_gym.planning.one_joint.programme import Programme, Throw, Weighing
 from pnt_gym.planning.one_joint.weights import weights_of
 
-from ..finding import Findings, Part, Row, printed
-from .cases import ARM, BLOCK, GOAL, tabled
+from ..finding import Findings, Row, printed
+from ..grids import listed
+from .cases import ARM, BLOCK, GOAL
 
 STATES: Final = 200
 """Random states at which formulas are compared."""
@@ -41,7 +42,7 @@ def formula_findings() -> Findings:
         _wrap_row(),
         _rest_row(),
     ]
-    return tabled("Formulas", rows)
+    return listed("Formulas", rows, drop="miyashita/")
 
 
 def _grasp_row() -> Row:
@@ -226,6 +227,3 @@ def _rest_row() -> Row:
         note="start of the motion that asks least of the motor under the printed constraints; a resting block tips "
         f"over below {tips:.1f} deg (its share of room is {rests(start, BLOCK)[0]:.2f}), so here it must rest",
     )
-
-
-PARTS = (Part("formulas", formula_findings),)

@@ -6,16 +6,16 @@ errors stand beside the published bounds and are not judged by them.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
 from pnt_gym.arrays import Floats, take
 from pnt_gym.planning.one_joint import plan_throws
 
-from ...drawings import COLOURS, subplots, svg
+from ...drawings import COLOURS, Figure, subplots, svg
 from ...tables import Grid
-from ..finding import Findings, Part, Row
+from ..finding import Findings, Row
 from .cases import (
     ANGLE,
     DELAYS,
@@ -28,14 +28,11 @@ from .cases import (
     Thrower,
     late,
     learn,
-    listed,
     misses,
     named,
+    rounded,
 )
 from .drawings import draw_motion
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 GAINS: Final = (0.3, 0.5, 0.7, 1.0, 1.3)
 """K, times the identity."""
@@ -54,7 +51,7 @@ def learning_findings(seeds: int = SEEDS) -> Findings:
         "miyashita_trials.svg": svg(trials_figure(learned[DRAWN[0]].virtual[:, GAINS.index(DRAWN[1]) * seeds])),
     }
     means = {
-        named(delay): {name: listed(values.mean(axis=2).T) for name, values in found._asdict().items()}
+        named(delay): {name: rounded(values.mean(axis=2).T) for name, values in found._asdict().items()}
         for delay, found in curves.items()
     }
     data = {"trials": TRIALS, "gains": GAINS, "curves": means}
@@ -171,6 +168,3 @@ def trials_figure(virtual: Floats) -> Figure:
     axes[0].legend(fontsize=8)
     figure.suptitle("planned motions while learning with K = 0.5, block free 5 ms late", fontsize=10)
     return figure
-
-
-PARTS = (Part("learning", learning_findings),)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import closing
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -22,17 +22,15 @@ from pnt_gym.planning.one_joint import ThrowPlans, landing_state, plan_throws
 
 from ...controllers import make_controller
 from ...controllers.protocol import Controller, Learner
-from ...drawings import COLOURS, frames_figure, subplots
+from ...drawings import COLOURS, Figure, frames_figure, subplots
 from ...environments import core_of, make_vector, stream_seed
 from ...evaluation import held_out, practise, thrown
 from ...metrics import wilson
 from ...throws import Throws
-from ..finding import Findings, Part, Row
-from .cases import ARM, tabled
+from ..finding import Findings, Row
+from ..grids import listed
+from .cases import ARM
 from .drawings import draw_arm, draw_flight, draw_motion, draw_pallets, draw_plane
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 RUNS: Final = 100
 PRACTICE: Final = 120
@@ -96,7 +94,7 @@ def sorting_findings(runs: int = RUNS, practice: int = PRACTICE) -> Findings:
         "miyashita_task_motions.svg": motions_figure(plans, assembly_plans()),
     }
     data = {"miyashita_sorting": {"goals": [list(pallet.goal) for pallet in SORTING]}}
-    return tabled("Sorting in the simulator", rows, figures, data)
+    return listed("Sorting in the simulator", rows, figures, data, drop="miyashita/")
 
 
 def _clearance_row(k: int, u: Floats) -> Row:
@@ -144,7 +142,7 @@ def assembly_findings(runs: int = RUNS, practice: int = PRACTICE) -> Findings:
     rows = (_success("miyashita/assembly", whole[:runs], what, practice, **counts), *_falls())
     figures = {"miyashita_assembly.svg": frames_figure(assembly_frames(controller))}
     data = {"miyashita_assembly": {"goals": [list(goal) for _, goal in ASSEMBLY]}}
-    return tabled("Assembly in the simulator", rows, figures, data)
+    return listed("Assembly in the simulator", rows, figures, data, drop="miyashita/")
 
 
 def assemblies(throws: Throws) -> tuple[int, Bools]:
@@ -221,6 +219,3 @@ def motions_figure(sorting: ThrowPlans, assembly: Sequence[ThrowPlans]) -> Figur
     axes[1].axhline(ARM.speed, color="black", linestyle="--", linewidth=1)
     figure.legend(*axes[0].get_legend_handles_labels(), fontsize=8, ncols=5, loc="outside lower center")
     return figure
-
-
-PARTS = (Part("sorting", sorting_findings), Part("assembly", assembly_findings))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ import pytest
 from agents.files import write_json
 from agents.reproduce import papers, record
 from agents.reproduce.__main__ import Arguments, main
-from agents.reproduce.finding import Findings, Overview, Part, Row
+from agents.reproduce.finding import Findings, Overview, Row
 from agents.reproduce.papers import PAPERS, jobs, package, run_part
 from agents.reproduce.record import assemble, headlines
 from agents.tables import Grid
@@ -104,12 +105,12 @@ def test_finished_parts_are_not_done_again_unless_asked(tmp_path: Path, capsys: 
 
 
 class Small:
-    """A paper with the parts given."""
+    """A paper with the one part given."""
 
     SHORT = "Small 2026"
 
-    def __init__(self, *parts: Part) -> None:
-        self.PARTS = parts
+    def __init__(self, part: Callable[[], Findings]) -> None:
+        self.PARTS = {"small": part}
 
     @staticmethod
     def overview(rows: Any) -> Overview:
@@ -117,7 +118,7 @@ class Small:
         return Overview({"all": grid}, {"all": "A note."}, {"all.svg": "<svg>2</svg>"})
 
 
-def with_part(monkeypatch: pytest.MonkeyPatch, part: Part) -> None:
+def with_part(monkeypatch: pytest.MonkeyPatch, part: Callable[[], Findings]) -> None:
     for module in (papers, record):
         monkeypatch.setattr(module, "package", lambda _: Small(part))
 
@@ -130,7 +131,7 @@ def test_a_record_holds_what_parts_and_overview_gave(monkeypatch: pytest.MonkeyP
         Row.ours("d", 2.0, "m", beside=3.0),
     )
     grid = Grid("Of a part", ["figure"], [["x"]])
-    with_part(monkeypatch, Part("small", lambda: Findings(rows, {"x": 1}, {"a.svg": "<svg>1</svg>"}, (grid,))))
+    with_part(monkeypatch, lambda: Findings(rows, {"x": 1}, {"a.svg": "<svg>1</svg>"}, (grid,)))
     (job,) = jobs("hassan")
     found = {job.name: {"seconds": 1.5, **json.loads(json.dumps(job.run(tmp_path)))}}
     made, drawings = assemble("command", found)
@@ -164,7 +165,7 @@ def test_a_part_that_cannot_be_done_says_which(
     def fail() -> Findings:
         raise error
 
-    with_part(monkeypatch, Part("small", fail))
+    with_part(monkeypatch, fail)
     with pytest.raises(PntGymError, match=said):
         run_part("hassan", "small", tmp_path)
     assert not list(tmp_path.iterdir())

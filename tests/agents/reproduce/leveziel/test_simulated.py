@@ -13,10 +13,10 @@ from agents.controllers import Observation, Outcome, make_controller
 from agents.environments import make_vector
 from agents.evaluation import practise
 from agents.reproduce.finding import Findings, Row
+from agents.reproduce.leveziel import PARTS, overview
 from agents.reproduce.leveziel import cycle as leveziel_cycle
 from agents.reproduce.leveziel import cycle_run as leveziel_cycle_run
 from agents.reproduce.leveziel import grasps as leveziel_grasps
-from agents.reproduce.leveziel import overview
 from agents.reproduce.leveziel import toss as leveziel_toss
 from agents.reproduce.leveziel.cycle_run import PHASES, Cycles, run_cycles
 from pnt_gym.cells.gripper.cell import GripperCell
@@ -52,9 +52,9 @@ def row(name: str, quantity: str) -> Row:
 
 
 def test_the_parts_are_the_known_ones() -> None:
-    parts = (*leveziel_cycle.PARTS, *leveziel_grasps.PARTS, *leveziel_toss.PARTS)
-    assert [part.name for part in parts] == [
-        "cycle", "grasps", "toss-planner", "toss-virtual_goal", "toss-ridge", "toss-mlp",
+    assert list(PARTS) == [
+        "workspace", "indices", "circle", "moves", "closing", "cycle", "grasps", "toss-planner", "toss-virtual_goal",
+        "toss-ridge", "toss-mlp", "formulas",
     ]  # fmt: skip
 
 

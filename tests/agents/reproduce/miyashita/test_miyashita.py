@@ -62,7 +62,7 @@ def row(name: str, quantity: str) -> Row:
 
 
 def test_the_parts_are_the_known_ones() -> None:
-    assert [part.name for part in PARTS] == [
+    assert list(PARTS) == [
         "example", "accessible", "learning", "acceptance-0ms", "acceptance-5ms", "acceptance-10ms", "contact",
         "contact-reach", "contact-learning", "contact-level", "sorting", "assembly", "formulas",
     ]  # fmt: skip

@@ -1,0 +1,32 @@
+"""A folder in which somebody else works, with a package and controllers of theirs."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import gymnasium as gym
+import pytest
+
+from tests.tools.lob import write_package
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A working folder with the package and the controllers of somebody else."""
+    place = tmp_path_factory.mktemp("theirs")
+    write_package(place)
+    return place
+
+
+@pytest.fixture
+def here(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """That folder as the working folder of this process, whose modules are forgotten afterwards."""
+    monkeypatch.chdir(folder)
+    monkeypatch.syspath_prepend(str(folder))
+    yield folder
+    for name in ("lob", "theirs", "torn"):
+        sys.modules.pop(name, None)
+    for name in [name for name in gym.registry if name.startswith("Lob")]:
+        gym.registry.pop(name)
