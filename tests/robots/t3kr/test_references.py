@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from pnt_gym.robots.t3kr.dynamics import inverse_dynamics, joint_velocity
 from pnt_gym.robots.t3kr.kinematics import forward_kinematics, inverse_kinematics
 from pnt_gym.robots.t3kr.references import joint_knots, joint_references, knot_count, upsample
+from tests.tools.t3kr import joint_velocity, motor_torque
 
 SPACING, STRIDE = 0.004, 4
 
@@ -32,7 +32,7 @@ def test_exact_references_are_kinematics_and_dynamics():
     assert controls.shape == (3, 50, 12)
     np.testing.assert_array_equal(controls[..., 0::3], inverse_kinematics(x))
     np.testing.assert_array_equal(controls[..., 1::3], joint_velocity(x, v))
-    np.testing.assert_array_equal(controls[..., 2::3], inverse_dynamics(x, v, a, 0.1))
+    np.testing.assert_array_equal(controls[..., 2::3], motor_torque(x, v, a, 0.1))
 
 
 @pytest.mark.parametrize("stride", [1, 4, 10])
