@@ -80,8 +80,8 @@ def forward_kinematics(q: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, star
     start_shape, start_rows = pose_rows(dimensions.home if start is None else start, "start")
     if start_shape not in ((), shape):
         raise PoseError(f"start must have shape (4,) or {(*shape, 4)} as q has, got {(*start_shape, 4)}")
-    start_rows = np.broadcast_to(start_rows, angles.shape)
-    return in_pieces(lambda q, start: _newton(q, start, dimensions).T, angles, start_rows).reshape(*shape, 4)
+    both = np.concatenate([angles, np.broadcast_to(start_rows, angles.shape)], axis=1)
+    return in_pieces(lambda part: _newton(part[:4], part[4:], dimensions).T, both).reshape(*shape, 4)
 
 
 def closure_excess(pose: ArrayLike, q: ArrayLike, dimensions: Dimensions = PROTOTYPE) -> Floats:

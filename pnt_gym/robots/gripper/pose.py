@@ -45,10 +45,9 @@ def pieces(count: int, size: int = CHUNK) -> Iterator[slice]:
         yield slice(start, min(start + size, count))
 
 
-def in_pieces(of: Callable[..., Floats], *rows: Floats) -> Floats:
+def in_pieces(of: Callable[[Floats], Floats], rows: Floats) -> Floats:
     """Return what ``of`` makes (M, ...) of the components (K, M) of rows (M, K), worked out piece by piece."""
-    made = [of(*(columns(each[piece]) for each in rows)) for piece in pieces(len(rows[0]))]
-    return np.concatenate([np.ascontiguousarray(values) for values in made])
+    return np.concatenate([np.ascontiguousarray(of(columns(rows[piece]))) for piece in pieces(len(rows))])
 
 
 def columns(rows: Floats) -> Floats:
