@@ -15,7 +15,7 @@ from mujoco.batch import Batch
 from pnt_gym.robots.specification import set_options
 from pnt_gym.robots.t3kr.kinematics import closed_pose
 from pnt_gym.robots.t3kr.model import Rods, add_t3kr, control_columns, qpos_columns
-from pnt_gym.robots.t3kr.references import joint_knots, joint_references, knot_count, upsample
+from pnt_gym.robots.t3kr.references import exact_references, joint_knots, knot_count, upsample
 
 ROWS, STEPS = 64, 1000
 
@@ -59,7 +59,7 @@ def bench_references(timestep: float, stride: int) -> None:
 
 def bench_exact() -> None:
     motion = circles(ROWS, np.arange(STEPS) * 1e-3)
-    each = best(lambda: joint_references(*motion, 0.02), 3) / (ROWS * STEPS)
+    each = best(lambda: exact_references(joint_knots(*motion, 0.02)), 3) / (ROWS * STEPS)
     print(f"references without interpolation: {each * 1e6:.3f} us/sample")
 
 
@@ -70,7 +70,7 @@ def bench_model(rods: Rods, timestep: float) -> None:
     model = spec.compile()
     motion = circles(2, np.arange(STEPS) * timestep)
     control = np.zeros((2, STEPS, model.nu))
-    control[..., control_columns(model, handles)] = joint_references(*motion)
+    control[..., control_columns(model, handles)] = exact_references(joint_knots(*motion))
     batch = Batch(model, 2, nthread=1)
     qpos = batch.bind("qpos")
 

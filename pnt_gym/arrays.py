@@ -32,7 +32,7 @@ def finite_points(values: ArrayLike, name: str, count: int | None = None) -> Flo
         wanted = "(N, 3)" if count is None else f"({count}, 3), one row each"
         raise PlanningError(f"{name} must have shape {wanted}, got {points.shape}")
     if not np.isfinite(points).all():
-        raise _not_finite(points, name)
+        raise not_finite(points, name)
     return points
 
 
@@ -46,7 +46,7 @@ def finite_rows(values: ArrayLike, count: int, name: str) -> Floats:
     if rows.shape not in ((), (count,)):
         raise PlanningError(f"{name} must be one number or have shape ({count},), got {rows.shape}")
     if not np.isfinite(rows).all():
-        raise _not_finite(rows, name)
+        raise not_finite(rows, name)
     return np.ascontiguousarray(np.broadcast_to(rows, (count,)))
 
 
@@ -134,7 +134,8 @@ def _columns(kind: Any) -> tuple[str, ...]:
     return getattr(kind, "_fields", ())
 
 
-def _not_finite(values: Floats, name: str) -> PlanningError:
+def not_finite(values: Floats, name: str) -> PlanningError:
+    """The error that says where the first value lies that is NaN or infinite."""
     bad = ~np.isfinite(values)
     where = tuple(int(i) for i in np.argwhere(bad)[0])
     return PlanningError(f"{name} must be finite, got {values[bad][0]} at index {where}")

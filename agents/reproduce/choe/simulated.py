@@ -14,7 +14,7 @@ from pnt_gym.robots.specification import set_options
 from pnt_gym.robots.t3kr.geometry import T3KR
 from pnt_gym.robots.t3kr.kinematics import closed_pose
 from pnt_gym.robots.t3kr.model import add_t3kr, control_columns, qpos_columns
-from pnt_gym.robots.t3kr.references import joint_references
+from pnt_gym.robots.t3kr.references import exact_references, joint_knots
 
 from ...tables import Grid
 from ..finding import Findings, Row
@@ -64,7 +64,8 @@ def play(paths: list[HandPath]) -> tuple[Floats, Floats]:
     times = TIMESTEP * np.arange(steps + 1)
     wanted = joined([path.sample(times) for path in paths])
     control = np.ones((len(paths), steps, model.nu + model.neq))
-    control[:, :, control_columns(model, handles)] = joint_references(*(part[:, :-1] for part in wanted))
+    knots = joint_knots(*(part[:, :-1] for part in wanted))
+    control[:, :, control_columns(model, handles)] = exact_references(knots)
     batch = Batch(model, len(paths), nthread=1)
     batch.bind("qpos")[:, qpos_columns(model, handles)] = closed_pose(
         wanted.position[:, 0], handles.rods_per_arm, handles.geometry

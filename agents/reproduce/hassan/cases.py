@@ -11,7 +11,7 @@ import numpy as np
 
 from pnt_gym.arrays import Floats
 from pnt_gym.planning import EllipticWorkspace, MotionLimits
-from pnt_gym.planning.cycles.cycle import Cycle, CycleRules, horizontal_throw, min_time_throw, pick_and_place
+from pnt_gym.planning.cycles.cycle import Cycle, CycleRules, CycleTask, horizontal_throw, min_time_throw, pick_and_place
 
 PICKS: Final = ((-0.2, -0.25, -0.85), (-0.2, -0.35, -0.85), (-0.3, -0.35, -0.85))
 """The three picks [m], visited in this order and again from the first (section IV-B1)."""
@@ -27,7 +27,7 @@ PERCENTAGES: Final = {"inside": (15, 30, 40), "outside": (35, 40, 45)}
 CELLS: Final = tuple((zone, percent) for zone, percents in PERCENTAGES.items() for percent in percents)
 """Columns of Table I."""
 
-METHODS: Final[dict[str, Callable[..., Cycle]]] = {
+METHODS: Final[dict[str, Callable[[CycleTask], Cycle]]] = {
     "pick-and-place": pick_and_place,
     "horizontal-throw": horizontal_throw,
     "min-time-throw": min_time_throw,
@@ -199,7 +199,7 @@ def loop(
 ) -> Cycle:
     """The three cycles of the loop under any limits and rules."""
     picks, targets, following = scene(zone)
-    return METHODS[method](picks, targets, following, limits, rules, workspace)
+    return METHODS[method](CycleTask.of(picks, targets, following, limits, rules, workspace))
 
 
 def scene(zone: str) -> tuple[Floats, Floats, Floats]:

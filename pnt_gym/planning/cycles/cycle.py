@@ -144,93 +144,17 @@ class Cycle:
         return PeakRatios(*(ratio + gap for ratio in self.path.peak_ratios(limits)))
 
 
-def pick_and_place(
-    picks: ArrayLike,
-    targets: ArrayLike,
-    next_picks: ArrayLike,
-    limits: MotionLimits,
-    rules: CycleRules | None = None,
-    workspace: EllipticWorkspace | None = None,
-) -> Cycle:
-    """Return cycles that lift, carry and set the object down, then lift, return and descend (section IV-B1).
+class CycleTask(NamedTuple):
+    """What N cycles have to do.
 
-    Args:
+    Attributes:
         picks: starts of the hand at rest (N, 3) [m].
-        targets: where the objects are placed (N, 3) [m]; a row outside the workspace is infeasible.
+        targets: where the objects are placed or come down (N, 3) [m].
         next_picks: where the cycles end (N, 3) [m].
         limits: largest speed, acceleration and jerk; one set or one per row.
-        rules: lift height, overlap and return; the paper's defaults when not given.
+        rules: lift height, overlap and return.
         workspace: where the hand may be; None for no bound.
-
-    Raises:
-        ValueError: if an input is not finite, shapes disagree, or a pick lies outside the workspace.
     """
-    job = _Job.of(picks, targets, next_picks, limits, rules, workspace)
-    lift = job.rules.lift
-    up = np.array([0.0, 0.0, lift])
-    reason = np.where(job.inside(job.targets, job.targets + up), int(Reason.FEASIBLE), int(Reason.WORKSPACE))
-    own = {"lift": up, "carry": job.targets - job.picks, "place": -up}
-    back = {"leave": up, "return": job.next_picks - job.targets, "approach": -up}
-    outline = Outline(
-        job.picks,
-        job.next_picks,
-        {name: job.move(way, reason) for name, way in own.items()},
-        {name: job.move(way, reason) for name, way in back.items()},
-        thrown=False,
-        position=job.targets,
-        velocity=np.zeros_like(job.targets),
-        lift=lift,
-        drop=lift,
-        feasible=_planned(reason),
-    )
-    return _cycle(job, outline, reason)
-
-
-def horizontal_throw(
-    picks: ArrayLike,
-    targets: ArrayLike,
-    next_picks: ArrayLike,
-    limits: MotionLimits,
-    rules: CycleRules | None = None,
-    workspace: EllipticWorkspace | None = None,
-) -> Cycle:
-    """Return cycles that lift, throw horizontally and return at the same height (sections IV-B2 and [12] there).
-
-    The object leaves at the first point of the horizontal move from where it hits the target: P_h + V_S(P_h) t = X
-    with t the time to fall to the target and X shortened by the tolerance. Arguments and errors as in
-    ``pick_and_place``; a row is infeasible where the target is not below the lifted hand or within the tolerance
-    of the pick, the lift exceeds the greatest rise, or the hand would leave the workspace.
-    """
-    job = _Job.of(picks, targets, next_picks, limits, rules, workspace)
-    up = np.array([0.0, 0.0, job.rules.lift])
-    release = _level_release(job, job.picks + up)
-    low = job.rules.rise is not None and job.rules.lift > job.rules.rise + CONTACT
-    reason = np.where((release.reason == Reason.FEASIBLE) & low, int(Reason.CEILING), release.reason)
-    return _thrown(job, release, reason, lift=job.rules.lift, approach=job.rules.lift)
-
-
-def min_time_throw(
-    picks: ArrayLike,
-    targets: ArrayLike,
-    next_picks: ArrayLike,
-    limits: MotionLimits,
-    rules: CycleRules | None = None,
-    workspace: EllipticWorkspace | None = None,
-) -> Cycle:
-    """Return cycles that throw on a straight line from the pick in minimum time and return (section IV-B3).
-
-    The hand brakes on the line of the throw right after the release; it does not go on to the middle of the stroke's
-    mirror image, 2 P_r, which for far targets lies beyond the target. Arguments and errors as in
-    ``pick_and_place``; a row is infeasible where no throw exists or the hand would leave the workspace.
-    """
-    job = _Job.of(picks, targets, next_picks, limits, rules, workspace)
-    roof = None if job.rules.rise is None else job.picks[:, 2] + job.rules.rise
-    release = plan_release_batch(job.picks, job.targets, limits, roof, job.rules.tolerance, workspace)
-    return _thrown(job, release, release.reason, lift=0.0, approach=job.rules.approach)
-
-
-class _Job(NamedTuple):
-    """Checked inputs of N cycles."""
 
     picks: Floats
     targets: Floats
@@ -246,9 +170,14 @@ class _Job(NamedTuple):
         targets: ArrayLike,
         next_picks: ArrayLike,
         limits: MotionLimits,
-        rules: CycleRules | None,
-        workspace: EllipticWorkspace | None,
-    ) -> _Job:
+        rules: CycleRules | None = None,
+        workspace: EllipticWorkspace | None = None,
+    ) -> CycleTask:
+        """Check the inputs; the rules are the paper's defaults when not given.
+
+        Raises:
+            ValueError: if an input is not finite, shapes disagree, or a pick lies outside the workspace.
+        """
         first = finite_points(picks, "picks")
         last = finite_points(next_picks, "next_picks", len(first))
         middle = finite_points(targets, "targets", len(first))
@@ -271,37 +200,89 @@ class _Job(NamedTuple):
         return rest_to_rest(np.where(_planned(reason)[:, None], way, 0.0), self.limits)
 
 
+def pick_and_place(task: CycleTask) -> Cycle:
+    """Return cycles that lift, carry and set the object down, then lift, return and descend (section IV-B1).
+
+    A row whose target lies outside the workspace is infeasible.
+    """
+    lift = task.rules.lift
+    up = np.array([0.0, 0.0, lift])
+    reason = np.where(task.inside(task.targets, task.targets + up), int(Reason.FEASIBLE), int(Reason.WORKSPACE))
+    own = {"lift": up, "carry": task.targets - task.picks, "place": -up}
+    back = {"leave": up, "return": task.next_picks - task.targets, "approach": -up}
+    outline = Outline(
+        task.picks,
+        task.next_picks,
+        {name: task.move(way, reason) for name, way in own.items()},
+        {name: task.move(way, reason) for name, way in back.items()},
+        thrown=False,
+        position=task.targets,
+        velocity=np.zeros_like(task.targets),
+        lift=lift,
+        drop=lift,
+        feasible=_planned(reason),
+    )
+    return _cycle(task, outline, reason)
+
+
+def horizontal_throw(task: CycleTask) -> Cycle:
+    """Return cycles that lift, throw horizontally and return at the same height (sections IV-B2 and [12] there).
+
+    The object leaves at the first point of the horizontal move from where it hits the target: P_h + V_S(P_h) t = X
+    with t the time to fall to the target and X shortened by the tolerance. A row is infeasible where the target is
+    not below the lifted hand or within the tolerance of the pick, the lift exceeds the greatest rise, or the hand
+    would leave the workspace.
+    """
+    up = np.array([0.0, 0.0, task.rules.lift])
+    release = _level_release(task, task.picks + up)
+    low = task.rules.rise is not None and task.rules.lift > task.rules.rise + CONTACT
+    reason = np.where((release.reason == Reason.FEASIBLE) & low, int(Reason.CEILING), release.reason)
+    return _thrown(task, release, reason, lift=task.rules.lift, approach=task.rules.lift)
+
+
+def min_time_throw(task: CycleTask) -> Cycle:
+    """Return cycles that throw on a straight line from the pick in minimum time and return (section IV-B3).
+
+    The hand brakes on the line of the throw right after the release; it does not go on to the middle of the stroke's
+    mirror image, 2 P_r, which for far targets lies beyond the target. A row is infeasible where no throw exists or
+    the hand would leave the workspace.
+    """
+    roof = None if task.rules.rise is None else task.picks[:, 2] + task.rules.rise
+    release = plan_release_batch(task.picks, task.targets, task.limits, roof, task.rules.tolerance, task.workspace)
+    return _thrown(task, release, release.reason, lift=0.0, approach=task.rules.approach)
+
+
 def _planned(reason: Ints) -> Bools:
     return reason == int(Reason.FEASIBLE)
 
 
-def _level_release(job: _Job, lifted: Floats) -> ReleaseBatch:
+def _level_release(task: CycleTask, lifted: Floats) -> ReleaseBatch:
     """Release of the horizontal throw from ``lifted`` (N, 3), the target drawn in by the tolerance."""
-    way = job.targets - lifted
+    way = task.targets - lifted
     full = np.sqrt(way[:, 0] * way[:, 0] + way[:, 1] * way[:, 1])
     unit = np.where(full > 0.0, 1.0 / np.where(full > 0.0, full, 1.0), 0.0)[:, None] * way * np.array([1.0, 1.0, 0.0])
     widest = np.maximum(np.abs(unit[:, 0]), np.abs(unit[:, 1]))
-    shorter = job.rules.tolerance / np.where(widest > 0.0, widest, 1.0)
+    shorter = task.rules.tolerance / np.where(widest > 0.0, widest, 1.0)
     # A target within its own tolerance is hit without a throw; drawn in no further than to the pick it has no reach.
     shorter = np.where(full - shorter > MIN_REACH, shorter, full)
-    return release_at_elevation(lifted, job.targets - shorter[:, None] * unit, job.limits, 0.0)
+    return release_at_elevation(lifted, task.targets - shorter[:, None] * unit, task.limits, 0.0)
 
 
-def _thrown(job: _Job, release: ReleaseBatch, reason: Ints, *, lift: float, approach: float) -> Cycle:
+def _thrown(task: CycleTask, release: ReleaseBatch, reason: Ints, *, lift: float, approach: float) -> Cycle:
     """Lift (if any), throw, brake on the line, go back above the next pick, descend."""
-    stop = release.position + brake_distance(np.nan_to_num(release.speed), job.limits)[:, None] * release.direction
-    held = job.inside(release.position, stop if job.rules.returning == "straight" else release.position)
+    stop = release.position + brake_distance(np.nan_to_num(release.speed), task.limits)[:, None] * release.direction
+    held = task.inside(release.position, stop if task.rules.returning == "straight" else release.position)
     reason = np.where(_planned(reason) & ~held, int(Reason.WORKSPACE), reason)
     planned = _planned(reason)
     direction = np.where(planned[:, None], release.direction, 0.0)
     up, down = np.array([0.0, 0.0, lift]), np.array([0.0, 0.0, approach])
-    own = {"lift": job.move(up, reason)} if lift > 0.0 else {}
-    own["throw"] = throw_move(direction, np.where(planned, release.distance, 0.0), job.limits)
+    own = {"lift": task.move(up, reason)} if lift > 0.0 else {}
+    own["throw"] = throw_move(direction, np.where(planned, release.distance, 0.0), task.limits)
     outline = Outline(
-        job.picks,
-        job.next_picks,
+        task.picks,
+        task.next_picks,
         own,
-        {"return": job.move(job.next_picks + down - stop, reason), "approach": job.move(-down, reason)},
+        {"return": task.move(task.next_picks + down - stop, reason), "approach": task.move(-down, reason)},
         thrown=True,
         position=release.position,
         velocity=release.velocity,
@@ -309,14 +290,14 @@ def _thrown(job: _Job, release: ReleaseBatch, reason: Ints, *, lift: float, appr
         drop=approach,
         feasible=planned,
     )
-    return _cycle(job, outline, reason)
+    return _cycle(task, outline, reason)
 
 
-def _cycle(job: _Job, outline: Outline, reason: Ints) -> Cycle:
-    if job.rules.returning == "straight":
-        timed = straight_return(outline, job.rules.overlap)
+def _cycle(task: CycleTask, outline: Outline, reason: Ints) -> Cycle:
+    if task.rules.returning == "straight":
+        timed = straight_return(outline, task.rules.overlap)
     else:
-        timed = fastest_return(outline, job.limits, job.workspace)
+        timed = fastest_return(outline, task.limits, task.workspace)
     gap = np.where(outline.feasible, 0.0, np.nan)
     return Cycle(
         path=timed.path,

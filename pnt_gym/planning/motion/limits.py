@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
-from typing import Any, NamedTuple, TypeAlias, cast, final
+from typing import NamedTuple, TypeAlias, cast, final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Bools, Floats, take
+from pnt_gym.arrays import Bools, Floats
 from pnt_gym.errors import PlanningError
 
 # Full performance of the T3KR robot (Hassan et al. 2022, section IV); its 12 G count 1 G as 10 m/s2.
@@ -117,9 +117,6 @@ class MotionLimits:
         if isinstance(velocity, float) and isinstance(acceleration, float) and isinstance(jerk, float):
             return velocity, acceleration, jerk
         raise PlanningError(f"one plan needs one set of limits, got limits for {self.count} throws; take a row first")
-
-    def __getitem__(self, index: Any) -> MotionLimits:
-        return take(self, index)
 
     def scaled(self, factor: float) -> MotionLimits:
         """Return the limits with all three fields multiplied by ``factor`` > 0."""

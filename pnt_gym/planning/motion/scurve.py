@@ -7,7 +7,7 @@ starts and ends with zero acceleration.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar, final, overload
+from typing import Generic, TypeVar, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -50,22 +50,15 @@ class SCurve(Generic[ValueT]):
         M) with every curve read at the same times; (N, M) gives (N, M). The curve rests before 0, after T.
         """
         time, curve = self._aligned(t)
-        folded, second_half = curve.fold(time)
-        position, speed, acceleration = curve.first_half(folded)
+        # Mirror the second half onto the first: the curve is symmetric, so both ends come out exact.
+        second_half = time > 0.5 * curve.duration
+        folded = np.maximum(np.where(second_half, curve.duration - time, time), 0.0)
+        position, speed, acceleration = _first_half(curve, folded)
         position = np.where(second_half, curve.distance - position, position)
         return position, speed, np.where(second_half, -acceleration, acceleration)
 
-    def sample_jerk(self, t: ArrayLike) -> Floats:
-        """Return the jerk [m/s3] at times ``t``, shaped as in ``sample``; right-continuous."""
-        time, curve = self._aligned(t)
-        signs = np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0, 0.0])
-        ends = np.cumsum(self.durations, axis=-1)
-        segment = np.zeros(time.shape, dtype=np.int64)
-        for k in range(7):
-            segment += time >= ends[..., k].reshape(curve.duration.shape)
-        return np.where(time < 0.0, 0.0, signs[segment] * curve.jerk)
-
-    def _aligned(self, t: ArrayLike) -> tuple[Floats, _Shape]:
+    def _aligned(self, t: ArrayLike) -> tuple[Floats, SCurve[Floats]]:
+        """Times, and the curve's numbers shaped to broadcast against them."""
         time = np.asarray(t, dtype=np.float64)
         columns = [self.distance, self.velocity, self.acceleration, self.jerk, self.duration]
         arrays = [np.asarray(c, dtype=np.float64) for c in columns]
@@ -75,44 +68,27 @@ class SCurve(Generic[ValueT]):
                 raise PlanningError(f"times must have shape (), (M,) or ({count}, M), got {time.shape}")
             arrays = [a[:, None] for a in arrays]
         shape = np.broadcast_shapes(arrays[0].shape, time.shape)
-        return np.broadcast_to(time, shape), _Shape(*arrays)
+        return np.broadcast_to(time, shape), SCurve[Floats](*arrays, durations=self.durations)
 
 
-@final
-@dataclass(frozen=True, eq=False)
-class _Shape:
-    """The numbers of an S-curve, shaped to broadcast against sample times."""
-
-    distance: Floats
-    velocity: Floats
-    acceleration: Floats
-    jerk: Floats
-    duration: Floats
-
-    def fold(self, time: Floats) -> tuple[Floats, Any]:
-        """Mirror the second half onto the first: the curve is symmetric, so both ends come out exact."""
-        second_half = time > 0.5 * self.duration
-        folded = np.where(second_half, self.duration - time, time)
-        return np.maximum(folded, 0.0), second_half
-
-    def first_half(self, time: Floats) -> tuple[Floats, Floats, Floats]:
-        """Position, speed, acceleration at 0 <= time <= T/2, summed over the four segments' elapsed parts."""
-        jerk, peak = self.jerk, self.acceleration
-        ramp, plateau = _ramp_times(self.velocity, peak, jerk)
-        rise = np.minimum(time, ramp)
-        flat = np.clip(time - ramp, 0.0, plateau)
-        fall = np.clip(time - ramp - plateau, 0.0, ramp)
-        cruise = np.maximum(time - 2.0 * ramp - plateau, 0.0)
-        after_rise = 0.5 * jerk * ramp * ramp
-        after_flat = after_rise + peak * plateau
-        speed = 0.5 * jerk * rise * rise + peak * flat + fall * (peak - 0.5 * jerk * fall)
-        position = (
-            jerk * rise * rise * rise / 6.0
-            + flat * (after_rise + 0.5 * peak * flat)
-            + fall * (after_flat + fall * (0.5 * peak - jerk * fall / 6.0))
-            + self.velocity * cruise
-        )
-        return position, speed, jerk * (rise - fall)
+def _first_half(curve: SCurve[Floats], time: Floats) -> tuple[Floats, Floats, Floats]:
+    """Position, speed, acceleration at 0 <= time <= T/2, summed over the four segments' elapsed parts."""
+    jerk, peak = curve.jerk, curve.acceleration
+    ramp, plateau = _ramp_times(curve.velocity, peak, jerk)
+    rise = np.minimum(time, ramp)
+    flat = np.clip(time - ramp, 0.0, plateau)
+    fall = np.clip(time - ramp - plateau, 0.0, ramp)
+    cruise = np.maximum(time - 2.0 * ramp - plateau, 0.0)
+    after_rise = 0.5 * jerk * ramp * ramp
+    after_flat = after_rise + peak * plateau
+    speed = 0.5 * jerk * rise * rise + peak * flat + fall * (peak - 0.5 * jerk * fall)
+    position = (
+        jerk * rise * rise * rise / 6.0
+        + flat * (after_rise + 0.5 * peak * flat)
+        + fall * (after_flat + fall * (0.5 * peak - jerk * fall / 6.0))
+        + curve.velocity * cruise
+    )
+    return position, speed, jerk * (rise - fall)
 
 
 @overload

@@ -65,7 +65,9 @@ def fit_flight(
     shape = columns[0].shape
     if len(shape) != 2 or any(column.shape != shape for column in columns):
         raise PlanningError(f"x, y and phi must have one shape (N, M), got {[column.shape for column in columns]}")
-    counts = _mask(mask, shape)
+    counts = np.ones(shape, dtype=np.bool_) if mask is None else np.asarray(mask, dtype=np.bool_)
+    if counts.shape != shape:
+        raise PlanningError(f"mask must have shape {shape}, got {counts.shape}")
     time = np.asarray(times, dtype=np.float64)
     if time.shape not in (shape, shape[1:]):
         raise PlanningError(f"times must have shape ({shape[1]},) or {shape}, got {time.shape}")
@@ -105,15 +107,6 @@ def arrival(
     distance = np.stack([_distance(flight, time, target, weights) for time in candidates])
     time = candidates[distance.argmin(axis=0), np.arange(flight.x.size)]
     return Arrival(flight.state(time), time)
-
-
-def _mask(mask: ArrayLike | None, shape: tuple[int, ...]) -> Bools:
-    if mask is None:
-        return np.ones(shape, dtype=np.bool_)
-    counts = np.asarray(mask, dtype=np.bool_)
-    if counts.shape != shape:
-        raise PlanningError(f"mask must have shape {shape}, got {counts.shape}")
-    return counts
 
 
 def _lines(time: Floats, columns: list[Floats], counts: Bools) -> list[tuple[Floats, Floats]]:

@@ -12,7 +12,7 @@ from typing import Final, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import Bools, Floats, Ints, not_finite
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.one_joint.feasibility import ThrowReason, first_reason, reasons_of
 from pnt_gym.planning.one_joint.flight import land
@@ -149,10 +149,8 @@ def four(values: ArrayLike, name: str) -> Floats:
         raise PlanningError(f"{name} must be numbers of shape (..., 4), got {values!r}") from None
     if array.ndim < 1 or array.shape[-1] != 4:
         raise PlanningError(f"{name} must have shape (..., 4), got {array.shape}")
-    bad = ~np.isfinite(array)
-    if bad.any():
-        where = tuple(int(i) for i in np.argwhere(bad)[0])
-        raise PlanningError(f"{name} must be finite, got {array[bad][0]} at index {where}")
+    if not np.isfinite(array).all():
+        raise not_finite(array, name)
     return array
 
 

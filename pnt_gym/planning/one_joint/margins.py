@@ -16,8 +16,6 @@ from pnt_gym.planning.one_joint.grasp import loads, torque_limit
 from pnt_gym.planning.one_joint.motion import ArmMotion
 from pnt_gym.planning.one_joint.parameters import Arm, Block
 
-MARGINS: Final = ("normal", "moment_a", "moment_b", "angle", "speed", "torque")
-"""The six margins in the order of Eq. 27."""
 CHECK_RATE: Final = 1000.0
 """How often a finished motion is checked [Hz]."""
 STATIC_ROOM: Final = 0.01
@@ -35,7 +33,7 @@ def margin_units(arm: Arm, block: Block) -> Floats:
 def state_margins(
     angle: Floats, speed: Floats, acceleration: Floats, radius: Floats, arm: Arm, block: Block
 ) -> tuple[Floats, ...]:
-    """Return the six margins at states of the arm, each in the shape that the arguments broadcast to."""
+    """Return the six margins at states of the arm in the order of Eq. 27, each in the arguments' common shape."""
     units = margin_units(arm, block)
     held, torque = loads(angle, speed, acceleration, radius, arm, block)
     return (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from itertools import chain
 from types import ModuleType
 from typing import Final, Literal, NamedTuple, final
@@ -131,8 +131,10 @@ def plan_throw(
     radius = float(arm_radius(u, block.half_height))
     throw = Throw(float(u[0]), float(u[1]), radius)
     family = _family(u, arm, block, weighing, static_start) if guesses == "family" else iter(())
-    attempt = partial(_attempt, throw, arm, block, weighing, static_start, solver)
-    found, tried, iterations = _solutions(chain(family, _random(arm, seed)), attempt, starts)
+    programme = partial(Programme, throw, arm, block, weighing, static_start=static_start)
+    found, tried, iterations = _solutions(
+        chain(family, _random(arm, seed)), partial(_attempt, programme, solver), starts
+    )
     if not found:
         raise UnreachableGoal(target, (f"{ThrowReason.NO_MOTION.sentence} ({tried} first guesses)",))
     best = min(found, key=lambda solution: solution.cost)
@@ -206,15 +208,7 @@ def _accelerations(motion: ArmMotion) -> Floats:
     return np.diff(motion.knots[0], 2) / motion.time_step[0] ** 2
 
 
-def _attempt(
-    throw: Throw,
-    arm: Arm,
-    block: Block,
-    weighing: Weighing,
-    static_start: bool,
-    solver: Solver,
-    accelerations: Floats,
-) -> tuple[_Solution | None, int]:
+def _attempt(stated: Callable[..., Programme], solver: Solver, accelerations: Floats) -> tuple[_Solution | None, int]:
     """Solve from one first guess, and again with limits kept at more places and by more while the check at 1 kHz fails.
 
     Returns:
@@ -222,14 +216,14 @@ def _attempt(
     """
     iterations, least = 0, LEAST
     for places in PLACES:
-        programme = Programme(throw, arm, block, weighing, static_start=static_start, per_interval=places, least=least)
+        programme = stated(per_interval=places, least=least)
         solve = _slsqp if solver == "slsqp" else solve_interior
         x, cost, done, count, message = solve(programme, programme.start(accelerations))
         iterations += count
         if not done:
             break
         motion = programme.motion(x)
-        margins = motion_margins(motion, np.array([throw.radius]), arm, block)[0]
+        margins = motion_margins(motion, np.array([programme.throw.radius]), programme.arm, programme.block)[0]
         if (margins > 0.0).all():
             return _Solution(motion, margins, cost, message), iterations
         accelerations = _accelerations(motion)
@@ -239,20 +233,17 @@ def _attempt(
 
 def _slsqp(programme: Programme, start: Floats) -> tuple[Floats, float, bool, int, str]:
     optimize: ModuleType = importlib.import_module("scipy.optimize")
-    cache: list[tuple[bytes, tuple[Floats, Floats]]] = []
 
-    def constraints(x: Floats) -> tuple[Floats, Floats]:
-        # Values and Jacobian are asked for one after the other at the same place.
-        key = x.tobytes()
-        if not cache or cache[0][0] != key:
-            cache[:] = [(key, programme.constraints(x))]
-        return cache[0][1]
+    # Values and Jacobian are asked for one after the other at the same place.
+    @lru_cache(maxsize=1)
+    def constraints(place: bytes) -> tuple[Floats, Floats]:
+        return programme.constraints(np.frombuffer(place))
 
     def values(x: Floats) -> Floats:
-        return constraints(x)[0]
+        return constraints(x.tobytes())[0]
 
     def jacobian(x: Floats) -> Floats:
-        return constraints(x)[1]
+        return constraints(x.tobytes())[1]
 
     found = optimize.minimize(
         programme.cost,
@@ -264,5 +255,5 @@ def _slsqp(programme: Programme, start: Floats) -> tuple[Floats, float, bool, in
         options={"maxiter": ITERATIONS, "ftol": PRECISION},
     )
     x = np.asarray(found.x, dtype=np.float64)
-    kept = bool(constraints(x)[0].min() > -PRECISION)
+    kept = bool(values(x).min() > -PRECISION)
     return x, float(found.fun), bool(found.success) and kept, int(found.nit), str(found.message)

@@ -11,14 +11,9 @@ from numpy.typing import ArrayLike
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion.roots import bisect
-from pnt_gym.planning.one_joint.landing import release_states_batch
-from pnt_gym.planning.one_joint.parameters import Arm, Block
 
 HALVINGS: Final = 20
 """Of the way back to the last goal that had a throw."""
-
-Feasible = Callable[[Floats], Bools]
-"""Which of some goals (N, 4) have a throw (N,)."""
 
 
 def next_virtual_goal(virtual: Floats, goal: Floats, measured: Floats, gain: ArrayLike = 0.7) -> Floats:
@@ -40,25 +35,19 @@ def next_virtual_goal(virtual: Floats, goal: Floats, measured: Floats, gain: Arr
     return virtual + gains * (goal - measured)
 
 
-def reachable(arm: Arm | None = None, block: Block | None = None) -> Feasible:
-    """Return the test whether a release exists that arm, motor and grasp can do."""
-    return lambda goals: release_states_batch(goals, arm=arm, block=block).feasible
-
-
-def pull_back(last: Floats, proposed: Floats, feasible: Feasible | None = None) -> tuple[Floats, Bools]:
+def pull_back(last: Floats, proposed: Floats, feasible: Callable[[Floats], Bools]) -> tuple[Floats, Bools]:
     """Return the proposed goals, or the nearest ones to them on the lines to ``last`` that have a throw.
 
     Args:
         last: goals (N, 4) that have a throw.
         proposed: goals (N, 4) that may have none.
-        feasible: the test; `reachable` for the paper's arm and block when not given.
+        feasible: which of some goals (N, 4) have a throw (N,).
 
     Returns:
         The goals (N, 4), each of which has a throw if its ``last`` one has, and which rows were pulled back (N,).
     """
     _one_shape(last=last, proposed=proposed)
-    test = feasible or reachable()
-    outside = ~np.asarray(test(proposed), dtype=np.bool_)
+    outside = ~feasible(proposed)
     result = proposed.copy()
     rows = np.nonzero(outside)[0]
     if not rows.size:
@@ -66,7 +55,7 @@ def pull_back(last: Floats, proposed: Floats, feasible: Feasible | None = None) 
     start, way = last[rows], proposed[rows] - last[rows]
 
     def has_throw(share: Floats) -> Bools:
-        return test(start + share[:, None] * way)
+        return feasible(start + share[:, None] * way)
 
     share, _ = bisect(has_throw, np.zeros(rows.size), np.ones(rows.size), HALVINGS)
     # A share of zero is the last goal itself, to the bit.

@@ -17,7 +17,7 @@ from pnt_gym.arrays import Floats
 Vector: TypeAlias = tuple[float, float]
 # Cells of the arc-length table and Gauss points in each: half an ellipse of b / a = 1e-3 is exact to 1e-12.
 CELLS = 512
-GAUSS = 8
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
 class Derivatives(NamedTuple):
@@ -198,9 +198,8 @@ class MeasuredCurve:
 
     def _way(self, low: Floats, high: Floats) -> Floats:
         """Arc length from ``low`` to ``high``, each (M,), by Gauss-Legendre."""
-        nodes, weights = _gauss()
-        u = 0.5 * (low + high)[:, None] + 0.5 * (high - low)[:, None] * nodes
-        return 0.5 * (high - low) * (self._speed(u.ravel()).reshape(u.shape) @ weights)
+        u = 0.5 * (low + high)[:, None] + 0.5 * (high - low)[:, None] * NODES
+        return 0.5 * (high - low) * (self._speed(u.ravel()).reshape(u.shape) @ WEIGHTS)
 
 
 def curve_points(d: Derivatives) -> CurvePoints:
@@ -214,8 +213,3 @@ def curve_points(d: Derivatives) -> CurvePoints:
 
 def _cross(a: Floats, b: Floats) -> Floats:
     return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-
-
-def _gauss() -> tuple[Floats, Floats]:
-    nodes, weights = np.polynomial.legendre.leggauss(GAUSS)
-    return np.asarray(nodes, dtype=np.float64), np.asarray(weights, dtype=np.float64)

@@ -161,11 +161,7 @@ def rectangle(width: float, lift: float, drop: float) -> PlanePath:
         ValueError: if the width is not positive and finite, or lift or drop is negative or not finite.
     """
     _checked(width, lift, drop)
-    return _chain(
-        Line((0.0, 0.0), (0.0, lift)),
-        Line((0.0, lift), (width, lift)),
-        Line((width, lift), (width, lift - drop)),
-    )
+    return _chain(lift, Line((0.0, lift), (width, lift)), end=(width, lift), drop=drop)
 
 
 def line_ellipse_line(ellipse: EllipsePath, lift: float, drop: float) -> PlanePath:
@@ -178,12 +174,8 @@ def line_ellipse_line(ellipse: EllipsePath, lift: float, drop: float) -> PlanePa
     """
     width, rise = 2.0 * ellipse.half_width, 2.0 * ellipse.half_rise
     _checked(width, lift, drop)
-    high = lift + rise
-    return _chain(
-        Line((0.0, 0.0), (0.0, lift)),
-        ellipse.arc((ellipse.half_width, lift + ellipse.half_rise)),
-        Line((width, high), (width, high - drop)),
-    )
+    arc = ellipse.arc((ellipse.half_width, lift + ellipse.half_rise))
+    return _chain(lift, arc, end=(width, lift + rise), drop=drop)
 
 
 def lame_path(width: float, lift: float, drop: float, corner: Vector, exponent: float = 3.0) -> PlanePath:
@@ -211,11 +203,12 @@ def lame_path(width: float, lift: float, drop: float, corner: Vector, exponent: 
         raise PlanningError(f"exponent must be 2 or at least 3, got {exponent}")
     top, far = lift + e, width - d
     return _chain(
-        Line((0.0, 0.0), (0.0, lift)),
+        lift,
         _corner((d, lift), (-d, 0.0), (0.0, e), exponent),
         Line((d, top), (max(far, d), top)),
         _corner((far, top - e), (0.0, e), (d, 0.0), exponent),
-        Line((width, top - e), (width, top - e - drop)),
+        end=(width, top - e),
+        drop=drop,
     )
 
 
@@ -225,8 +218,10 @@ def _corner(centre: Vector, p: Vector, q: Vector, exponent: float) -> PlaneCurve
     return LameCorner(centre, p, q, exponent)
 
 
-def _chain(*curves: PlaneCurve) -> PlanePath:
-    """The path through all curves but the lines that have no length."""
+def _chain(lift: float, *middle: PlaneCurve, end: Vector, drop: float) -> PlanePath:
+    """The path straight up by ``lift``, through ``middle`` to ``end``, straight down by ``drop``; no empty lines."""
+    last = Line(end, (end[0], end[1] - drop))
+    curves = Line((0.0, 0.0), (0.0, lift)), *middle, last
     real = [c for c in curves if not isinstance(c, Line) or math.dist(c.start, c.end) > GAP]
     return PlanePath(tuple(real))
 

@@ -13,7 +13,7 @@ from typing import Literal, TypeAlias, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats, Ints
+from pnt_gym.arrays import Floats, Ints, joined
 from pnt_gym.errors import PlanningError, PntGymError
 from pnt_gym.planning.motion.limits import MotionLimits
 from pnt_gym.planning.motion.scurve import min_time_scurve
@@ -186,10 +186,8 @@ def _straight(path: PlanePath, piece: int, limits: MotionLimits) -> Progress:
 
 def _joined(runs: list[Progress]) -> Progress:
     """All runs as one; each ends and starts at rest, so that the shared borders agree."""
-    borders = [[run.s, run.speed, run.acceleration] for run in runs]
-    s, speed, acceleration = (np.concatenate([borders[0][c][:1], *(b[c][1:] for b in borders)]) for c in range(3))
-    durations, jerks = np.concatenate([run.durations for run in runs]), np.concatenate([run.jerks for run in runs])
-    return Progress(s, speed, acceleration, durations, jerks, np.concatenate([run.pieces for run in runs]))
+    later = [run._replace(s=run.s[1:], speed=run.speed[1:], acceleration=run.acceleration[1:]) for run in runs[1:]]
+    return joined([runs[0], *later])
 
 
 def _jerk(points: CurvePoints, speed: Floats, rise: Floats, third: Floats) -> tuple[Floats, Floats]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import final
 
 from pnt_gym.arrays import Bools, Floats, Ints
@@ -78,22 +78,10 @@ class ReleaseBatch:
     """N planned throws: the fields of ``Release`` with N first, NaN and False in rows without a plan.
 
     Attributes:
-        position: release points (N, 3) [m].
-        velocity: release velocities (N, 3) [m/s].
-        direction: unit vectors of the release velocity (N, 3); of a straight throw, of pick to release point too.
-        speed: release speeds (N,) [m/s].
-        acceleration: greatest accelerations on the way to the release (N,) [m/s2].
-        angle: elevations (N,) [rad].
-        azimuth: directions in top view (N,) [rad].
-        distance: ways from pick to release (N,) [m].
-        time: times from pick to release (N,) [s].
-        flight_time: times from release to target (N,) [s].
-        ceiling_active: whether the ceiling moved the release off the free optimum (N,).
-        workspace_active: whether the workspace did (N,).
         feasible: whether the row holds a plan (N,).
         reason: ``Reason`` codes (N,), 0 where feasible.
-        straight: whether the hand moves straight from pick to release point (N,); if not, the release stands alone
-            and the motion to it is planned for its own sake.
+        straight: whether the hand moves straight from pick to release point (N,); if not, the release stands alone,
+            its direction is that of the release velocity, and the motion to it is planned for its own sake.
     """
 
     position: Floats
@@ -123,17 +111,5 @@ class ReleaseBatch:
         """
         if not self.feasible[index]:
             raise InfeasibleThrow(Reason(int(self.reason[index])), f" (row {index})")
-        return Release(
-            position=self.position[index],
-            velocity=self.velocity[index],
-            direction=self.direction[index],
-            speed=float(self.speed[index]),
-            acceleration=float(self.acceleration[index]),
-            angle=float(self.angle[index]),
-            azimuth=float(self.azimuth[index]),
-            distance=float(self.distance[index]),
-            time=float(self.time[index]),
-            flight_time=float(self.flight_time[index]),
-            ceiling_active=bool(self.ceiling_active[index]),
-            workspace_active=bool(self.workspace_active[index]),
-        )
+        row = {field.name: getattr(self, field.name)[index] for field in fields(Release)}
+        return Release(**{name: value.item() if value.ndim == 0 else value for name, value in row.items()})

@@ -170,10 +170,3 @@ class Build:
 
 PROTOTYPE_BUILD: Final = Build()
 """The authors' prototype."""
-INDUSTRIAL_SCALE: Final = 4.1
-"""With it the robot is of the size of the industrial one whose proportions the paper takes (section VI-A)."""
-INDUSTRIAL_BUILD: Final = PROTOTYPE_BUILD.scaled(
-    INDUSTRIAL_SCALE,
-    MotorServo(stall_torque=60.0, no_load_speed=20.0, speed=15.0, armature=0.05, kp=4000.0, kv=30.0),
-)
-"""Of that size, with geared industrial servos as a small delta robot has; torque, speed and inertia are assumed."""

@@ -7,13 +7,16 @@ the sign of entries (3, 3) and (4, 4) of J_q is turned. All arithmetic is elemen
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import final
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Floats
 from pnt_gym.robots.gripper.geometry import N_ARMS, Dimensions
+from pnt_gym.robots.gripper.pose import in_pieces, pose_rows
 
 
 @final
@@ -181,6 +184,17 @@ def solve_arms(pose: Floats, dims: Dimensions, branch: Floats | float = 1.0) -> 
     at = joints(pose, dims)
     cos, sin, root = solve_joints(at, dims, branch)
     return Arms(cos, sin, root * (-dims.r * branch), forearms(pose, at, cos, sin, dims))
+
+
+def arms_at(pose: ArrayLike, dims: Dimensions, of: Callable[[Arms], Floats], branch: Floats | float = 1.0) -> Floats:
+    """Return what ``of`` makes (M, ...) of the arms of M poses, for poses (..., 4): (..., ...).
+
+    Raises:
+        PoseError: (a ValueError) the shape is not (..., 4), or a number is not finite.
+    """
+    shape, rows = pose_rows(pose)
+    made = in_pieces(lambda components: of(solve_arms(components, dims, branch)), rows)
+    return made.reshape((*shape, *made.shape[1:]))
 
 
 def excess(closure: Closure, at: Joints, dims: Dimensions) -> Floats:

@@ -7,7 +7,6 @@ values are equal, and to rounding elsewhere.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, final
 
@@ -16,9 +15,9 @@ from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.planning.motion.roots import bisect
-from pnt_gym.robots.gripper.closure import Arms, solve_arms
+from pnt_gym.robots.gripper.closure import Arms, arms_at, solve_arms
 from pnt_gym.robots.gripper.geometry import PROTOTYPE, Dimensions
-from pnt_gym.robots.gripper.pose import PoseError, columns, pieces, pose_rows
+from pnt_gym.robots.gripper.pose import in_pieces, pose_rows
 
 PUBLISHED_TAU_SCALE: Final = 2.65
 """Brings Eq. 10 to the published figures (tau over 0.1, 1/tau up to 10.3); likely w in cm left out of J_x."""
@@ -39,40 +38,35 @@ class Singularity:
     """Whether a pose is at a singularity or past it."""
 
 
-def conditioning(
-    pose: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, tau_scale: float = 1.0
-) -> tuple[Floats, Floats]:
+def conditioning(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE) -> tuple[Floats, Floats]:
     """Return kappa (Eq. 9) and tau (Eq. 10) in the working branch.
 
     kappa is the ratio of the singular values of the first three rows of J; 1 is best, 0 singular. tau is one over the
-    norm of the last row, the motors' motion per angle of folding while the platform may drift.
+    norm of the last row, the motors' motion per angle of folding while the platform may drift; it is Eq. 10 as
+    printed, and over `PUBLISHED_TAU_SCALE` the published figures.
 
     Args:
         pose: (..., 4) x, y, z [m], theta [rad].
         dimensions: the robot.
-        tau_scale: factor on the last row; 1 is Eq. 10 as printed, `PUBLISHED_TAU_SCALE` gives the published figures.
 
     Returns:
         kappa and tau (...,), without unit; NaN where out of reach.
 
     Raises:
-        PoseError: (a ValueError) the shape is not (..., 4), a number is not finite, or the scale is not positive.
+        PoseError: (a ValueError) the shape is not (..., 4), or a number is not finite.
     """
-    if not (np.isfinite(tau_scale) and tau_scale > 0.0):
-        raise PoseError(f"tau_scale must be positive and finite, got {tau_scale}")
-    shape, both = _each(pose, dimensions, 2, lambda arms: np.stack([arms_kappa(arms, dimensions), arms_tau(arms)]))
-    return both[0].reshape(shape), both[1].reshape(shape) / tau_scale
+    both = arms_at(pose, dimensions, lambda arms: np.stack([arms_kappa(arms, dimensions), arms_tau(arms)], axis=1))
+    return both[..., 0].copy(), both[..., 1].copy()
 
 
 def kappa(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE) -> Floats:
     """Return kappa (...,) of Eq. 9, as `conditioning`."""
-    shape, values = _each(pose, dimensions, 1, lambda arms: arms_kappa(arms, dimensions))
-    return values[0].reshape(shape)
+    return arms_at(pose, dimensions, lambda arms: arms_kappa(arms, dimensions))
 
 
-def tau(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, tau_scale: float = 1.0) -> Floats:
+def tau(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE) -> Floats:
     """Return tau (...,) of Eq. 10, as `conditioning`."""
-    return conditioning(pose, dimensions, tau_scale=tau_scale)[1]
+    return arms_at(pose, dimensions, arms_tau)
 
 
 def folding_speed(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE) -> Floats:
@@ -81,8 +75,7 @@ def folding_speed(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE) -> Floats
     tau lets the platform drift; a gripper that closes around an object must not. Arguments, NaN and errors as
     `conditioning`.
     """
-    shape, values = _each(pose, dimensions, 1, _arms_folding)
-    return values[0].reshape(shape)
+    return arms_at(pose, dimensions, _arms_folding)
 
 
 def singularity(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, tolerance: float = 1e-9) -> Singularity:
@@ -92,8 +85,7 @@ def singularity(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, toleranc
     the determinant tells. Arguments and errors as `conditioning`.
     """
     size = dimensions.l**4 * dimensions.w
-    shape, values = _each(pose, dimensions, 1, lambda arms: arms.closure.determinant() / size)
-    value = values[0].reshape(shape)
+    value = arms_at(pose, dimensions, lambda arms: arms.closure.determinant() / size)
     return Singularity(value, value <= tolerance)
 
 
@@ -111,10 +103,7 @@ def singular_angle(position: ArrayLike = (0.0, 0.0, -0.2), dimensions: Dimension
         PoseError: (a ValueError) the shape is not (..., 3), or a number is not finite.
     """
     shape, rows = pose_rows(position, "position", 3)
-    angles = np.empty(rows.shape[0])
-    for piece in pieces(rows.shape[0]):
-        angles[piece] = _first_root(columns(rows[piece]), dimensions)
-    return angles.reshape(shape)
+    return in_pieces(lambda components: _first_root(components, dimensions), rows).reshape(shape)
 
 
 def arms_kappa(arms: Arms, dims: Dimensions) -> Floats:
@@ -182,16 +171,6 @@ def _cross(a: Floats, b: Floats) -> tuple[Floats, Floats, Floats]:
 
 def _square(vector: Floats | tuple[Floats, Floats, Floats]) -> Floats:
     return vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2]
-
-
-def _each(
-    pose: ArrayLike, dims: Dimensions, width: int, of: Callable[[Arms], Floats]
-) -> tuple[tuple[int, ...], Floats]:
-    shape, rows = pose_rows(pose)
-    values = np.empty((width, rows.shape[0]))
-    for piece in pieces(rows.shape[0]):
-        values[:, piece] = of(solve_arms(columns(rows[piece]), dims))
-    return shape, values
 
 
 def _first_root(position: Floats, dims: Dimensions) -> Floats:

@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Floats
-from pnt_gym.robots.gripper.closure import Arms, solve_arms
+from pnt_gym.robots.gripper.closure import Arms, arms_at
 from pnt_gym.robots.gripper.geometry import N_ARMS, PROTOTYPE, Dimensions
 from pnt_gym.robots.gripper.kinematics import branch_signs
-from pnt_gym.robots.gripper.pose import columns, pieces, pose_rows
 
 
 def jacobian_x(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, branch: ArrayLike = 1) -> Floats:
@@ -32,12 +31,12 @@ def jacobian_x(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, branch: A
     Raises:
         PoseError: (a ValueError) as `inverse_kinematics`.
     """
-    return _each(pose, dimensions, branch, lambda arms: arms.closure.matrix())
+    return _matrices(pose, dimensions, branch, lambda arms: arms.closure.matrix())
 
 
 def jacobian_q(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, branch: ArrayLike = 1) -> Floats:
     """Return J_q of Eq. 8, diagonal, (..., 4, 4) [m2]; arguments, NaN and errors as `jacobian_x`."""
-    return _each(pose, dimensions, branch, lambda arms: arms.drive.T[:, :, None] * np.eye(N_ARMS))
+    return _matrices(pose, dimensions, branch, lambda arms: arms.drive.T[:, :, None] * np.eye(N_ARMS))
 
 
 def jacobian(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, branch: ArrayLike = 1) -> Floats:
@@ -46,7 +45,7 @@ def jacobian(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, branch: Arr
     Rows 1 to 3 are in m/rad, row 4 in rad/rad; infinite or NaN where J_x is singular. (..., 4, 4); arguments and
     errors as `jacobian_x`.
     """
-    return _each(pose, dimensions, branch, _forward)
+    return _matrices(pose, dimensions, branch, _forward)
 
 
 def inverse_jacobian(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, branch: ArrayLike = 1) -> Floats:
@@ -55,17 +54,13 @@ def inverse_jacobian(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, bra
     Columns 1 to 3 are in rad/m, column 4 in rad/rad; infinite or NaN where an arm is stretched or folded.
     (..., 4, 4); arguments and errors as `jacobian_x`.
     """
-    return _each(pose, dimensions, branch, _inverse)
+    return _matrices(pose, dimensions, branch, _inverse)
 
 
-def _each(pose: ArrayLike, dims: Dimensions, branch: ArrayLike, of: Callable[[Arms], Floats]) -> Floats:
-    shape, rows = pose_rows(pose)
-    sign = branch_signs(branch)
-    matrices = np.empty((rows.shape[0], N_ARMS, 4))
-    for piece in pieces(rows.shape[0]):
-        matrices[piece] = of(solve_arms(columns(rows[piece]), dims, sign))
-    matrices[np.isnan(matrices).any(axis=(1, 2))] = np.nan
-    return matrices.reshape(*shape, N_ARMS, 4)
+def _matrices(pose: ArrayLike, dims: Dimensions, branch: ArrayLike, of: Callable[[Arms], Floats]) -> Floats:
+    matrices = arms_at(pose, dims, of, branch_signs(branch))
+    matrices[np.isnan(matrices).any(axis=(-2, -1))] = np.nan
+    return matrices
 
 
 def _forward(arms: Arms) -> Floats:

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.robots.gripper.closure import excess, forearms, joints, solve_joints
 from pnt_gym.robots.gripper.geometry import N_ARMS, PROTOTYPE, Dimensions
-from pnt_gym.robots.gripper.pose import PoseError, any_rows, columns, pieces, pose_rows
+from pnt_gym.robots.gripper.pose import PoseError, any_rows, columns, in_pieces, pose_rows
 
 ITERATIONS: Final = 60
 """Poses within the strokes take 5 to 10; the rest is for halved steps next to a singularity."""
@@ -43,17 +43,18 @@ def inverse_kinematics(
     """
     shape, rows = pose_rows(pose)
     sign = branch_signs(branch)
-    angles = np.empty((rows.shape[0], N_ARMS))
-    for piece in pieces(rows.shape[0]):
-        cos, sin, _ = solve_joints(joints(columns(rows[piece]), dimensions), dimensions, sign)
+
+    def angles(components: Floats) -> Floats:
+        cos, sin, _ = solve_joints(joints(components, dimensions), dimensions, sign)
         q = np.arctan2(sin, cos, out=sin)
         # A NaN anywhere makes the sum NaN.
         lost = np.isnan(q[0] + q[1] + q[2] + q[3])
         if strokes:
             lost |= ~within_strokes(q, dimensions)
         q[:, lost] = np.nan
-        angles[piece] = q.T
-    return angles.reshape(*shape, N_ARMS)
+        return q.T
+
+    return in_pieces(angles, rows).reshape(*shape, N_ARMS)
 
 
 def forward_kinematics(q: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, start: ArrayLike | None = None) -> Floats:
@@ -79,11 +80,8 @@ def forward_kinematics(q: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, star
     start_shape, start_rows = pose_rows(dimensions.home if start is None else start, "start")
     if start_shape not in ((), shape):
         raise PoseError(f"start must have shape (4,) or {(*shape, 4)} as q has, got {(*start_shape, 4)}")
-    start_rows = np.broadcast_to(start_rows, angles.shape)
-    poses = np.empty(angles.shape)
-    for piece in pieces(angles.shape[0]):
-        poses[piece] = _newton(columns(angles[piece]), columns(start_rows[piece]), dimensions).T
-    return poses.reshape(*shape, 4)
+    both = np.concatenate([angles, np.broadcast_to(start_rows, angles.shape)], axis=1)
+    return in_pieces(lambda part: _newton(part[:4], part[4:], dimensions).T, both).reshape(*shape, 4)
 
 
 def closure_excess(pose: ArrayLike, q: ArrayLike, dimensions: Dimensions = PROTOTYPE) -> Floats:

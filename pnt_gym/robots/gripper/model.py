@@ -51,18 +51,12 @@ _THIN = 0.1
 class Gripper4Handles:
     """Names of what `add_gripper` added, in the order of the compiled model's arrays."""
 
-    dimensions: Dimensions
-    build: Build
     joints: tuple[str, ...]
     """In the order of `closed_pose`: per arm its hinge, its forearm's swing and tilt, then the platform's seven."""
     actuators: tuple[str, ...]
     """Motors; each takes three consecutive controls: angle, speed, feed-forward torque."""
-    equalities: tuple[str, ...]
-    """Four loops and the gear. All must stay active."""
     pads: tuple[str, str] = ("pad_right", "pad_left")
     """Geoms on the side of +y and of -y."""
-    platform: str = "platform"
-    """Body whose origin is the paper's P."""
     grip: str = "grip"
     """Site midway between the pads."""
 
@@ -74,14 +68,14 @@ def add_gripper(spec: MjSpec, dimensions: Dimensions = PROTOTYPE, build: Build =
     for arm in range(N_ARMS):
         joints += _add_arm(spec, dimensions, build, arm)
     joints += _add_platform(spec, dimensions, build)
-    loops, motors = (tuple(f"{part}_{arm}" for arm in range(N_ARMS)) for part in ("loop", "motor"))
-    for arm, loop in enumerate(loops):
-        join_sites(spec, loop, f"rod_{arm}_end", f"attach_{arm}")
+    # Four loops and the gear; all must stay active.
+    for arm in range(N_ARMS):
+        join_sites(spec, f"loop_{arm}", f"rod_{arm}_end", f"attach_{arm}")
     join_angles(spec, "gear", "half_right", "half_left")
-    servo = build.servo
+    motors, servo = tuple(f"motor_{arm}" for arm in range(N_ARMS)), build.servo
     for arm, motor in enumerate(motors):
         add_motor(spec, motor, f"arm_{arm}", servo.stall_torque, servo.kp, servo.kv)
-    return Gripper4Handles(dimensions, build, tuple(joints), motors, (*loops, "gear"))
+    return Gripper4Handles(tuple(joints), motors)
 
 
 def set_options(spec: MjSpec, timestep: float, density: float = 0.0, viscosity: float = 0.0) -> None:

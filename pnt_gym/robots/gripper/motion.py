@@ -208,34 +208,23 @@ def travel_time(
     return seconds.reshape(shape)
 
 
-def closing_time(
-    position: ArrayLike = (0.0, 0.0, -0.2),
-    dimensions: Dimensions = PROTOTYPE,
-    *,
-    opened: float | None = None,
-    closed: float | None = None,
-    speed: float = MOTOR_SPEED,
-) -> Floats:
-    """Return how long the gripper takes to close at fixed positions when only the motors' speed limits it.
+def closing_time(position: ArrayLike = (0.0, 0.0, -0.2), dimensions: Dimensions = PROTOTYPE) -> Floats:
+    """Return how long the gripper takes to close from home's angle when only `MOTOR_SPEED` limits it.
 
     Args:
-        position: (..., 3) of the platform's middle [m].
+        position: (..., 3) of the platform's middle [m], which stays there.
         dimensions: the robot.
-        opened: theta before [rad]; home's when not given.
-        closed: theta after [rad]; the robot's smallest when not given.
-        speed: of the motors [rad/s].
 
     Returns:
         (...,) [s]; NaN where out of reach.
 
     Raises:
         PoseError: (a ValueError) the shape is not (..., 3), or a number is not finite.
-        ConfigError: (a ValueError) the speed is not positive.
     """
     shape, rows = pose_rows(position, "position", 3)
-    ends = (dimensions.home_theta if opened is None else opened, dimensions.theta[0] if closed is None else closed)
+    ends = dimensions.home_theta, dimensions.theta[0]
     start, end = (np.column_stack([rows, np.full(len(rows), angle)]) for angle in ends)
-    return travel_time(start, end, dimensions, speed=speed).reshape(shape)
+    return travel_time(start, end, dimensions).reshape(shape)
 
 
 def _along(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -40,9 +40,14 @@ def any_rows(values: ArrayLike, name: str, width: int) -> tuple[tuple[int, ...],
 
 
 def pieces(count: int, size: int = CHUNK) -> Iterator[slice]:
-    """Yield the slices that cut ``count`` rows into pieces of ``size``."""
-    for start in range(0, count, size):
+    """Yield the slices that cut ``count`` rows into pieces of ``size``; at least one, which may be empty."""
+    for start in range(0, max(count, 1), size):
         yield slice(start, min(start + size, count))
+
+
+def in_pieces(of: Callable[[Floats], Floats], rows: Floats) -> Floats:
+    """Return what ``of`` makes (M, ...) of the components (K, M) of rows (M, K), worked out piece by piece."""
+    return np.concatenate([np.ascontiguousarray(of(columns(rows[piece]))) for piece in pieces(len(rows))])
 
 
 def columns(rows: Floats) -> Floats:

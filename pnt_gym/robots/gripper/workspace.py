@@ -101,7 +101,6 @@ def tau_hull(
     dimensions: Dimensions = PROTOTYPE,
     *,
     reduced: bool = True,
-    tau_scale: float = 1.0,
 ) -> TauHull:
     """Return the range of tau over the positions, angle by angle (section V-D, Fig. 6).
 
@@ -110,10 +109,9 @@ def tau_hull(
         theta: (T,) angles [rad]; 101 from -pi/2 to pi/2 as in the paper when not given.
         dimensions: the robot.
         reduced: whether positions beyond the strokes at an angle are left out at that angle.
-        tau_scale: as in `conditioning`.
 
     Raises:
-        PoseError: (a ValueError) the shape of an argument is wrong, a number is not finite, or the scale not positive.
+        PoseError: (a ValueError) the shape of an argument is wrong, or a number is not finite.
     """
     shape, rows = pose_rows(positions, "positions", 3)
     if len(shape) != 1:
@@ -121,8 +119,6 @@ def tau_hull(
     angles = np.linspace(-np.pi / 2, np.pi / 2, 101) if theta is None else np.asarray(theta, dtype=np.float64)
     if angles.ndim != 1 or not np.isfinite(angles).all():
         raise PoseError(f"theta must be finite angles of shape (T,), got shape {angles.shape}")
-    if not (np.isfinite(tau_scale) and tau_scale > 0.0):
-        raise PoseError(f"tau_scale must be positive and finite, got {tau_scale}")
     low, high = np.full(angles.size, np.inf), np.full(angles.size, -np.inf)
     count = np.zeros(angles.size, dtype=np.int64)
     for piece in pieces(rows.shape[0]):
@@ -136,7 +132,7 @@ def tau_hull(
             count[t] += np.count_nonzero(inside)
     empty = count == 0
     low[empty] = high[empty] = np.nan
-    return TauHull(angles, low / tau_scale, high / tau_scale, count)
+    return TauHull(angles, low, high, count)
 
 
 def _axes(step: float, dims: Dimensions) -> tuple[Floats, Floats, Floats]:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from pnt_gym.arrays import Floats
 from pnt_gym.constants import GRAVITY
 from pnt_gym.robots.t3kr.geometry import N_ARMS, T3KR, T3krGeometry
-from pnt_gym.robots.t3kr.kinematics import ArmPose, components, jacobian_rows, per_arm, solve_arms, solve_normal
+from pnt_gym.robots.t3kr.kinematics import ArmPose, components, jacobian_rows, solve_arms, solve_normal
 
 
 @final
@@ -104,41 +104,3 @@ def _platform_load(arms: ArmPose, q_dot: Floats, q_ddot: Floats, hand: HandMotio
             inertial * hand.acceleration[2] + coupling * up.sum(axis=0) + weight,
         ]
     )
-
-
-def joint_velocity(position: ArrayLike, velocity: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
-    """Arm velocities (..., 4) in rad/s; arguments and NaN as `inverse_dynamics`."""
-    shape, hand = HandMotion.stack(position, velocity, np.zeros(3))
-    return per_arm(joint_motion(hand, geometry).velocity, shape)
-
-
-def joint_acceleration(
-    position: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike, geometry: T3krGeometry = T3KR
-) -> Floats:
-    """Arm accelerations (..., 4) in rad/s^2; arguments and NaN as `inverse_dynamics`."""
-    shape, hand = HandMotion.stack(position, velocity, acceleration)
-    return per_arm(joint_motion(hand, geometry).acceleration, shape)
-
-
-def inverse_dynamics(
-    position: ArrayLike,
-    velocity: ArrayLike,
-    acceleration: ArrayLike,
-    payload: ArrayLike = 0.0,
-    *,
-    geometry: T3krGeometry = T3KR,
-) -> Floats:
-    """Motor torques for a motion of the TCP.
-
-    Args:
-        position: (..., 3) TCP, m.
-        velocity: (..., 3) m/s.
-        acceleration: (..., 3) m/s^2.
-        payload: mass held at the TCP, kg; a number or (...,).
-        geometry: the robot.
-
-    Returns:
-        (..., 4) torques in N m, up positive, the smallest set in norm; NaN where out of reach.
-    """
-    shape, hand = HandMotion.stack(position, velocity, acceleration, payload)
-    return per_arm(joint_motion(hand, geometry).torque, shape)

@@ -63,11 +63,6 @@ class T3krHandles:
         return len(self.equalities) // N_ARMS
 
 
-def rod_names(arm: int, rods: Rods) -> tuple[str, ...]:
-    """Names of one arm's rods."""
-    return (f"rod_{arm}",) if rods == "four" else (f"rod_{arm}_left", f"rod_{arm}_right")
-
-
 def add_t3kr(spec: MjSpec, geometry: T3krGeometry = T3KR, rods: Rods = "four") -> T3krHandles:
     """Add the robot to a model specification, whose z = 0 is the top of its workspace, and return the names.
 
@@ -83,17 +78,17 @@ def add_t3kr(spec: MjSpec, geometry: T3krGeometry = T3KR, rods: Rods = "four") -
     for arm in range(N_ARMS):
         joints += _add_arm(spec, geometry, arm, rods)
     joints += _add_platform(spec, geometry, rods)
-    loops = _close_loops(spec, rods)
+    loops = _close_loops(spec, geometry, rods)
     arms, motors = (tuple(f"{part}_{arm}" for arm in range(N_ARMS)) for part in ("arm", "motor"))
     for motor, arm in zip(motors, arms, strict=True):
         add_motor(spec, motor, arm, geometry.torque_limit, geometry.kp, geometry.kv)
     return T3krHandles(rods, geometry, tuple(joints), arms, motors, loops)
 
 
-def _rod_sides(geometry: T3krGeometry, rods: Rods) -> tuple[float, ...]:
-    """Where the rods of one arm sit along the motor axis, m from its middle."""
+def _rods(geometry: T3krGeometry, arm: int, rods: Rods) -> dict[str, float]:
+    """Names of one arm's rods, and where each sits along the motor axis, m from its middle."""
     half = geometry.rod_spacing / 2
-    return (0.0,) if rods == "four" else (half, -half)
+    return {f"rod_{arm}": 0.0} if rods == "four" else {f"rod_{arm}_left": half, f"rod_{arm}_right": -half}
 
 
 def _add_arm(spec: MjSpec, geometry: T3krGeometry, arm: int, rods: Rods) -> list[str]:
@@ -104,7 +99,7 @@ def _add_arm(spec: MjSpec, geometry: T3krGeometry, arm: int, rods: Rods) -> list
     single = rods == "eight"
     dress_arm(body, geometry, axle=single)
     mass = geometry.rod_mass * (1.0 if single else 2.0)
-    for name, side in zip(rod_names(arm, rods), _rod_sides(geometry, rods), strict=True):
+    for name, side in _rods(geometry, arm, rods).items():
         rod = add_rod(body, name, (geometry.arm_length, side, 0), geometry.rod_length, mass, _ROD_RADIUS)
         dress_rod(rod, geometry, single)
         joints += [f"{name}_swing", f"{name}_tilt"]
@@ -120,15 +115,15 @@ def _add_platform(spec: MjSpec, geometry: T3krGeometry, rods: Rods) -> list[str]
     add_site(body, "tcp")
     frames = geometry.arms
     for arm in range(N_ARMS):
-        for name, side in zip(rod_names(arm, rods), _rod_sides(geometry, rods), strict=True):
+        for name, side in _rods(geometry, arm, rods).items():
             add_site(body, f"{name}_attach", frames.attach[arm] + side * frames.motor_axis[arm])
     dress_platform(body, geometry, axles=rods == "eight")
     return joints
 
 
-def _close_loops(spec: MjSpec, rods: Rods) -> tuple[str, ...]:
+def _close_loops(spec: MjSpec, geometry: T3krGeometry, rods: Rods) -> tuple[str, ...]:
     names: list[str] = []
-    for rod in (name for arm in range(N_ARMS) for name in rod_names(arm, rods)):
+    for rod in (name for arm in range(N_ARMS) for name in _rods(geometry, arm, rods)):
         names.append(f"loop_{rod.removeprefix('rod_')}")
         join_sites(spec, names[-1], f"{rod}_end", f"{rod}_attach")
     return tuple(names)

@@ -60,30 +60,16 @@ def joint_knots(
     for start in range(0, rows * knots, _BLOCK):
         block = slice(start, start + _BLOCK)
         blocks.append(joint_motion(take(hand, (..., block)), geometry))
-    motion = joined(blocks, axis=1)
-    shape = (N_ARMS, rows, knots)
-    return JointMotion(
-        motion.position.reshape(shape),
-        motion.velocity.reshape(shape),
-        motion.acceleration.reshape(shape),
-        motion.torque.reshape(shape),
-    )
+    whole = vars(joined(blocks, axis=1))
+    return JointMotion(**{name: values.reshape(N_ARMS, rows, knots) for name, values in whole.items()})
 
 
-def joint_references(
-    position: ArrayLike,
-    velocity: ArrayLike,
-    acceleration: ArrayLike,
-    payload: ArrayLike = 0.0,
-    *,
-    geometry: T3krGeometry = T3KR,
-) -> Floats:
-    """References without interpolation, one exact sample per Cartesian sample; arguments as `joint_knots`.
+def exact_references(knots: JointMotion) -> Floats:
+    """References without interpolation, one exact sample per knot.
 
     Returns:
         (N, K, 12) controls [position, velocity, torque] of motors 0 to 3; NaN where out of reach.
     """
-    knots = joint_knots(position, velocity, acceleration, payload, geometry=geometry)
     out = np.empty((*knots.position.shape[1:], N_CONTROLS))
     for channel, values in enumerate((knots.position, knots.velocity, knots.torque)):
         out[..., channel::3] = values.transpose(1, 2, 0)

@@ -12,7 +12,7 @@ from pnt_gym.cells.gripper.observation import TABLE, decode, feature_table
 from pnt_gym.cells.gripper.robot import Robot
 from pnt_gym.envs.gripper import GripperTossEnv
 from pnt_gym.errors import ConfigError
-from pnt_gym.robots.gripper.build import INDUSTRIAL_BUILD, INDUSTRIAL_SCALE, PROTOTYPE_BUILD
+from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD
 from pnt_gym.robots.gripper.geometry import PROTOTYPE
 from tests.tools.gripper import made
 
@@ -37,11 +37,13 @@ def test_the_default_robot_is_the_prototype():
 def test_the_belts_robot_is_the_industrial_one_with_softer_and_narrower_claws():
     config = GripperConfig.load("belt")
     dimensions, build = config.robot.parts()
-    assert dimensions == PROTOTYPE.scaled(INDUSTRIAL_SCALE)
-    assert build.servo == INDUSTRIAL_BUILD.servo
-    assert build.moving_mass == INDUSTRIAL_BUILD.moving_mass
-    assert build.claws.length == INDUSTRIAL_BUILD.claws.length
-    assert build.claws.stiffness < INDUSTRIAL_BUILD.claws.stiffness
+    # Of that size is the industrial robot whose proportions the paper takes.
+    same = PROTOTYPE_BUILD.scaled(4.1, build.servo)
+    assert dimensions == PROTOTYPE.scaled(4.1)
+    assert build.moving_mass == same.moving_mass
+    assert build.claws.length == same.claws.length
+    assert build.claws.stiffness < same.claws.stiffness
+    assert build.claws.width < same.claws.width
 
 
 def test_parts_are_named_one_by_one():

@@ -19,7 +19,7 @@ from pnt_gym.planning import (
     rest_to_rest,
 )
 from pnt_gym.planning.cycles.blend import begin_times, blend, throw_move
-from pnt_gym.planning.cycles.cycle import CycleRules, horizontal_throw, min_time_throw, pick_and_place
+from pnt_gym.planning.cycles.cycle import CycleRules, CycleTask, horizontal_throw, min_time_throw, pick_and_place
 from tests.tools.planning import printed_algorithm
 
 PICKS = np.array([(-0.2, -0.25, -0.85), (-0.2, -0.35, -0.85), (-0.3, -0.35, -0.85)])
@@ -32,6 +32,10 @@ FASTEST = CycleRules(overlap="none", returning="fastest")
 coordinates = st.floats(-1.0, 1.0).map(lambda x: round(x, 4))
 points = st.tuples(coordinates, coordinates, coordinates)
 overlaps = st.sampled_from(["none", "jerk", "ramp"])
+
+
+def planned(builder, *args):
+    return builder(CycleTask.of(*args))
 
 
 def moves_between(corners, limits):
@@ -177,7 +181,7 @@ def printed_cycle(builder, pick, target, following, percent, overlap):
 def test_the_clock_adds_up(builder, overlap):
     for targets, percentages in ((INSIDE, (15, 30, 40)), (OUTSIDE, (35, 40, 45))):
         for percent in percentages:
-            cycle = builder(PICKS, targets, NEXT, MotionLimits.t3kr(percent), CycleRules(overlap=overlap))
+            cycle = planned(builder, PICKS, targets, NEXT, MotionLimits.t3kr(percent), CycleRules(overlap=overlap))
             expected = [
                 printed_cycle(builder, *row, percent, overlap == "ramp")
                 for row in zip(PICKS, targets, NEXT, strict=True)
@@ -189,7 +193,7 @@ def test_the_clock_adds_up(builder, overlap):
 @pytest.mark.parametrize("overlap", ["none", "jerk", "ramp"])
 def test_a_cycle_runs_from_pick_to_pick_and_hits(builder, overlap):
     rules = CycleRules(overlap=overlap)
-    cycle = builder(PICKS, INSIDE, NEXT, MotionLimits.t3kr(30), rules, WORKSPACE)
+    cycle = planned(builder, PICKS, INSIDE, NEXT, MotionLimits.t3kr(30), rules, WORKSPACE)
     assert cycle.feasible.all()
     assert cycle.require() is cycle
     np.testing.assert_allclose(cycle.path.start, PICKS, rtol=0, atol=0)
@@ -208,7 +212,10 @@ def test_a_cycle_runs_from_pick_to_pick_and_hits(builder, overlap):
 @pytest.mark.parametrize("builder", BUILDERS)
 def test_overlaps_order_the_durations_and_the_peaks(builder):
     limits = MotionLimits.t3kr(40)
-    cycles = {rule: builder(PICKS, INSIDE, NEXT, limits, CycleRules(overlap=rule)) for rule in ("none", "jerk", "ramp")}
+    cycles = {
+        rule: planned(builder, PICKS, INSIDE, NEXT, limits, CycleRules(overlap=rule))
+        for rule in ("none", "jerk", "ramp")
+    }
     assert (cycles["ramp"].duration < cycles["jerk"].duration).all()
     assert (cycles["jerk"].duration < cycles["none"].duration).all()
     for ratios in cycles["none"].peak_ratios(limits):
@@ -225,7 +232,7 @@ def test_phases_are_named_and_end_in_order():
         min_time_throw: ("throw", "brake", "return", "approach"),
     }
     for builder, names in expected.items():
-        cycle = builder(PICKS, INSIDE, NEXT, limits)
+        cycle = planned(builder, PICKS, INSIDE, NEXT, limits)
         assert cycle.phases == names
         assert (np.diff(cycle.phase_ends, axis=1) > 0.0).all()
         np.testing.assert_allclose(cycle.phase_ends[:, -1], cycle.duration, rtol=1e-12)
@@ -234,7 +241,7 @@ def test_phases_are_named_and_end_in_order():
 
 
 def test_samples_follow_the_path_and_the_grip_opens_at_the_release():
-    cycle = min_time_throw(PICKS, INSIDE, NEXT, MotionLimits.t3kr(30))
+    cycle = planned(min_time_throw, PICKS, INSIDE, NEXT, MotionLimits.t3kr(30))
     run = cycle.sample()
     assert run.time.shape == run.grip.shape == run.position.shape[:2]
     np.testing.assert_allclose(np.diff(run.time, axis=1), 1.0 / 2500.0)
@@ -255,9 +262,9 @@ def test_samples_follow_the_path_and_the_grip_opens_at_the_release():
 def test_rows_do_not_know_of_each_other():
     percent = np.array([15.0, 30.0, 40.0])
     for builder in BUILDERS:
-        together = builder(PICKS, INSIDE, NEXT, MotionLimits.t3kr(percent))
+        together = planned(builder, PICKS, INSIDE, NEXT, MotionLimits.t3kr(percent))
         for k in range(3):
-            alone = builder(PICKS[k : k + 1], INSIDE[:1], NEXT[k : k + 1], MotionLimits.t3kr(percent[k]))
+            alone = planned(builder, PICKS[k : k + 1], INSIDE[:1], NEXT[k : k + 1], MotionLimits.t3kr(percent[k]))
             assert alone.duration[0] == together.duration[k]
             assert alone.release_time[0] == together.release_time[k]
             np.testing.assert_array_equal(alone.path.sample([0.3]).position[0], together.path.sample([0.3]).position[k])
@@ -267,7 +274,10 @@ def test_rows_do_not_know_of_each_other():
 def test_the_fastest_return_keeps_the_limits_and_the_own_path(builder):
     limits = MotionLimits.t3kr(40)
     args = PICKS[:2], INSIDE[:2], NEXT[:2], limits
-    fast, plain = builder(*args, FASTEST, WORKSPACE), builder(*args, CycleRules(overlap="none"), WORKSPACE)
+    fast, plain = (
+        planned(builder, *args, FASTEST, WORKSPACE),
+        planned(builder, *args, CycleRules(overlap="none"), WORKSPACE),
+    )
     for ratios in fast.peak_ratios(limits):
         assert (ratios <= 1.0 + 1e-6).all()
     assert (fast.duration < 0.99 * plain.duration).all()
@@ -292,8 +302,8 @@ def test_a_row_without_a_plan_is_marked_and_leaves_the_others_alone():
     targets = INSIDE.copy()
     targets[1] = PICKS[1] + np.array([0.0, 0.0, 0.05])
     for builder in (horizontal_throw, min_time_throw):
-        cycle = builder(PICKS, targets, NEXT, MotionLimits.t3kr(30), CycleRules(), WORKSPACE)
-        whole = builder(PICKS, INSIDE, NEXT, MotionLimits.t3kr(30), CycleRules(), WORKSPACE)
+        cycle = planned(builder, PICKS, targets, NEXT, MotionLimits.t3kr(30), CycleRules(), WORKSPACE)
+        whole = planned(builder, PICKS, INSIDE, NEXT, MotionLimits.t3kr(30), CycleRules(), WORKSPACE)
         assert cycle.feasible.tolist() == [True, False, True]
         assert cycle.reason[1] == Reason.NO_REACH
         for values in (cycle.duration, cycle.release_time, cycle.release_position, cycle.phase_ends):
@@ -321,7 +331,7 @@ def test_a_row_without_a_plan_is_marked_and_leaves_the_others_alone():
     ],
 )
 def test_impossible_cells_say_why(builder, percent, rules, reason):
-    cycle = builder(PICKS, OUTSIDE, NEXT, MotionLimits.t3kr(percent), rules, WORKSPACE)
+    cycle = planned(builder, PICKS, OUTSIDE, NEXT, MotionLimits.t3kr(percent), rules, WORKSPACE)
     assert not cycle.feasible.any()
     assert (cycle.reason == reason).all()
     assert np.isnan(cycle.duration).all()
@@ -331,14 +341,14 @@ def test_impossible_cells_say_why(builder, percent, rules, reason):
 
 
 def test_without_a_workspace_nothing_is_outside():
-    cycle = pick_and_place(PICKS, OUTSIDE, NEXT, MotionLimits.t3kr(40))
+    cycle = planned(pick_and_place, PICKS, OUTSIDE, NEXT, MotionLimits.t3kr(40))
     assert cycle.feasible.all()
 
 
 def test_no_rows_give_no_cycles():
     none = np.zeros((0, 3))
     for builder in BUILDERS:
-        cycle = builder(none, none, none, MotionLimits.t3kr(40))
+        cycle = planned(builder, none, none, none, MotionLimits.t3kr(40))
         assert len(cycle) == 0
         assert cycle.sample().position.shape == (0, 1, 3)
 
@@ -347,17 +357,19 @@ def test_no_rows_give_no_cycles():
 def test_points_outside_and_shapes_are_refused(builder):
     limits, away = MotionLimits.t3kr(40), PICKS + np.array([0.0, 0.7, 0.0])
     with pytest.raises(ValueError, match=r"next pick .* lies outside the workspace"):
-        builder(PICKS, INSIDE, np.where(np.arange(3)[:, None] == 1, PICKS - 0.6, NEXT), limits, None, WORKSPACE)
+        planned(
+            builder, PICKS, INSIDE, np.where(np.arange(3)[:, None] == 1, PICKS - 0.6, NEXT), limits, None, WORKSPACE
+        )
     with pytest.raises(ValueError, match=r"^pick .* lies outside the workspace"):
-        builder(PICKS - np.array([0.4, 0.0, 0.0]), INSIDE, NEXT, limits, None, WORKSPACE)
+        planned(builder, PICKS - np.array([0.4, 0.0, 0.0]), INSIDE, NEXT, limits, None, WORKSPACE)
     with pytest.raises(ValueError, match="one row each"):
-        builder(PICKS, INSIDE[:2], NEXT, limits)
+        planned(builder, PICKS, INSIDE[:2], NEXT, limits)
     with pytest.raises(ValueError, match="one row each"):
-        builder(PICKS, INSIDE, NEXT[:2], limits)
+        planned(builder, PICKS, INSIDE, NEXT[:2], limits)
     with pytest.raises(ValueError, match="finite"):
-        builder(PICKS, np.full((3, 3), np.nan), away, limits)
+        planned(builder, PICKS, np.full((3, 3), np.nan), away, limits)
     with pytest.raises(ValueError, match="2 throws but 3"):
-        builder(PICKS, INSIDE, NEXT, MotionLimits.t3kr(np.array([30.0, 40.0])))
+        planned(builder, PICKS, INSIDE, NEXT, MotionLimits.t3kr(np.array([30.0, 40.0])))
 
 
 @pytest.mark.parametrize(
@@ -379,4 +391,4 @@ def test_bad_rules_are_refused(change, word):
 @pytest.mark.parametrize("percent", [0.0, -15.0, 100.1, np.nan])
 def test_percentages_outside_the_robot_are_refused(percent):
     with pytest.raises(ValueError, match="percent"):
-        min_time_throw(PICKS, INSIDE, NEXT, MotionLimits.t3kr(percent))
+        planned(min_time_throw, PICKS, INSIDE, NEXT, MotionLimits.t3kr(percent))

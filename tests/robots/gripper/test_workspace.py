@@ -144,14 +144,11 @@ def test_tau_at_home_and_over_the_gripping_angles(reduced, fine):
 
 def test_published_tau_scale(fine):
     home = fine[float(np.deg2rad(-45.0))].poses
-    np.testing.assert_allclose(tau(home, tau_scale=PUBLISHED_TAU_SCALE) * PUBLISHED_TAU_SCALE, tau(home), rtol=1e-15)
-    values = [tau(space.poses, tau_scale=PUBLISHED_TAU_SCALE) for space in fine.values()]
-    assert tau(home, tau_scale=PUBLISHED_TAU_SCALE).min() == pytest.approx(0.102, abs=1e-3)
+    values = [tau(space.poses) / PUBLISHED_TAU_SCALE for space in fine.values()]
+    assert tau(home).min() / PUBLISHED_TAU_SCALE == pytest.approx(0.102, abs=1e-3)
     assert min(v.min() for v in values) == pytest.approx(0.097, abs=5e-4)
     assert 1.0 / min(v.min() for v in values) == pytest.approx(10.3, abs=0.05)
-    assert (kappa(home) == conditioning(home, tau_scale=PUBLISHED_TAU_SCALE)[0]).all()
-    with pytest.raises(ValueError, match="tau_scale"):
-        conditioning(home, tau_scale=0.0)
+    assert all((one == both).all() for one, both in zip((kappa(home), tau(home)), conditioning(home), strict=True))
 
 
 def test_first_zero_of_tau_lies_between_41_and_42_degrees():
@@ -222,9 +219,8 @@ def test_tau_hull_bounds_the_curves(reduced):
         inside = np.isfinite(inverse_kinematics(poses, strokes=True)[:, 0])
         values = tau(poses[inside])
         assert (hull.low[t], hull.high[t], hull.count[t]) == (values.min(), values.max(), inside.sum())
-    free, scaled = tau_hull(some, reduced=False), tau_hull(some, tau_scale=2.0)
+    free = tau_hull(some, reduced=False)
     assert (free.count >= hull.count).all() and (free.count > hull.count).any()
-    np.testing.assert_allclose(scaled.high, hull.high / 2.0, rtol=1e-15)
 
 
 def test_hull_over_the_whole_reduced_workspace(reduced):
@@ -278,7 +274,6 @@ def test_mirror_images_have_the_same_indices(reduced):
         (lambda: tau_hull(np.zeros(3)), "positions"),
         (lambda: tau_hull(np.zeros((2, 4))), "positions"),
         (lambda: tau_hull(np.zeros((2, 3)), [[0.0]]), "theta"),
-        (lambda: tau_hull(np.zeros((2, 3)), tau_scale=-1.0), "tau_scale"),
         (lambda: singular_angle([0.0, 0.0]), "position"),
     ],
 )

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from pnt_gym.robots.specification import set_options
-from pnt_gym.robots.t3kr.dynamics import inverse_dynamics, joint_acceleration, joint_velocity
 from pnt_gym.robots.t3kr.geometry import T3KR
-from pnt_gym.robots.t3kr.kinematics import closed_pose, in_workspace, inverse_kinematics, jacobian
+from pnt_gym.robots.t3kr.kinematics import closed_pose, inverse_kinematics, jacobian
 from pnt_gym.robots.t3kr.model import add_t3kr, control_columns, qpos_columns
+from tests.tools.t3kr import WORKSPACE, joint_acceleration, joint_velocity, motor_torque
 
 G = 9.81
 
@@ -16,7 +16,7 @@ G = 9.81
 def states(count, seed=0, g_level=6.0):
     rng = np.random.default_rng(seed)
     points = rng.uniform([-0.45, -0.8, -0.95], [0.45, 0.8, 0.0], (4 * count, 3))
-    points = points[in_workspace(points)][:count]
+    points = points[WORKSPACE.contains(points)][:count]
     return points, rng.normal(size=points.shape) * 2.0, rng.normal(size=points.shape) * g_level * G
 
 
@@ -60,7 +60,7 @@ def energy(x, v, payload):
 def test_motor_power_is_the_change_of_energy():
     x, v, a = states(300)
     payload, h = 0.3, 1e-5
-    power = (inverse_dynamics(x, v, a, payload) * joint_velocity(x, v)).sum(axis=1)
+    power = (motor_torque(x, v, a, payload) * joint_velocity(x, v)).sum(axis=1)
     energies = [energy(path(x, v, a, t), v + a * t, payload) for t in (-h, h)]
     np.testing.assert_allclose(power, (energies[1] - energies[0]) / (2 * h), rtol=1e-5, atol=1e-3)
 
@@ -69,7 +69,7 @@ def test_static_torque_is_the_gradient_of_height():
     """At rest, virtual work: the torques' components along the mechanism's motions balance the weights."""
     x, _, _ = states(100)
     zero, h = np.zeros_like(x), 1e-5
-    work = np.einsum("nij,ni->nj", jacobian(x), inverse_dynamics(x, zero, zero, 1.0))
+    work = np.einsum("nij,ni->nj", jacobian(x), motor_torque(x, zero, zero, 1.0))
     for axis, along in enumerate(np.eye(3)):
         rise = (energy(x + h * along, zero, 1.0) - energy(x - h * along, zero, 1.0)) / (2 * h)
         np.testing.assert_allclose(work[:, axis], rise, rtol=1e-6, atol=1e-6)
@@ -78,7 +78,7 @@ def test_static_torque_is_the_gradient_of_height():
 def test_payload_is_shared_with_the_smallest_torques():
     """What the payload adds does the same work as any other split, and has no part that only squeezes."""
     x, v, a = states(200)
-    added = inverse_dynamics(x, v, a, 2.0) - inverse_dynamics(x, v, a, 0.0)
+    added = motor_torque(x, v, a, 2.0) - motor_torque(x, v, a, 0.0)
     rows = jacobian(x)
     force = 2.0 * (a + np.array([0.0, 0.0, G]))
     np.testing.assert_allclose(np.einsum("nij,ni->nj", rows, added), force, rtol=1e-9, atol=1e-9)
@@ -100,7 +100,7 @@ def test_mujoco_moves_as_the_torques_ask(payload):
     columns, controls = qpos_columns(model, handles), control_columns(model, handles)
     slides = [int(model.joint(f"platform_{axis}").dofadr[0]) for axis in "xyz"]
     x, v, a = states(40, seed=5, g_level=4.0)
-    q, q_dot, torque = inverse_kinematics(x), joint_velocity(x, v), inverse_dynamics(x, v, a, payload)
+    q, q_dot, torque = inverse_kinematics(x), joint_velocity(x, v), motor_torque(x, v, a, payload)
     h = 1e-6
 
     def pose_of(tcp):
@@ -121,20 +121,20 @@ def test_published_rating_is_plausible():
     turn = np.linspace(0.0, 2 * np.pi, 72)
     a = 12 * G * np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=-1)
     x, rest = np.array([0.0, 0.0, -0.6]), np.zeros(3)
-    empty, loaded = (np.abs(inverse_dynamics(x, rest, a, mass)).max(axis=1) for mass in (0.0, 5.0))
+    empty, loaded = (np.abs(motor_torque(x, rest, a, mass)).max(axis=1) for mass in (0.0, 5.0))
     assert empty.max() < 530.0
     assert loaded.min() < 530.0 < loaded.max()
 
 
 def test_out_of_reach_is_nan():
-    torque = inverse_dynamics([[0.0, 0.0, -1.6], [0.0, 0.0, -0.6]], np.zeros(3), np.zeros(3))
+    torque = motor_torque([[0.0, 0.0, -1.6], [0.0, 0.0, -0.6]], np.zeros(3), np.zeros(3))
     assert np.isnan(torque[0]).all()
     assert np.isfinite(torque[1]).all()
 
 
 def test_shapes_broadcast():
     x = np.broadcast_to([0.1, -0.2, -0.6], (2, 5, 3))
-    assert inverse_dynamics(x, np.zeros(3), [0, 0, 1.0], np.arange(5.0)).shape == (2, 5, 4)
+    assert motor_torque(x, np.zeros(3), [0, 0, 1.0], np.arange(5.0)).shape == (2, 5, 4)
     assert joint_velocity(x[0, 0], np.ones(3)).shape == (4,)
     assert joint_acceleration(x[0], np.ones(3), np.ones((5, 3))).shape == (5, 4)
 
@@ -144,5 +144,5 @@ def test_unreachable_and_singular_poses_are_silent():
     x = np.zeros((400, 3))
     x[:, 2] = np.linspace(-2.0, 2.0, 400)
     with np.errstate(all="raise"):
-        torque = inverse_dynamics(x, np.ones(3), np.ones(3))
+        torque = motor_torque(x, np.ones(3), np.ones(3))
     assert np.isnan(torque).any() and np.isfinite(torque).any()

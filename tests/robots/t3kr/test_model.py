@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from pnt_gym.robots.specification import set_options
-from pnt_gym.robots.t3kr.dynamics import inverse_dynamics
 from pnt_gym.robots.t3kr.geometry import T3KR, T3krGeometry
-from pnt_gym.robots.t3kr.kinematics import closed_pose, in_workspace, inverse_kinematics
+from pnt_gym.robots.t3kr.kinematics import closed_pose, inverse_kinematics
 from pnt_gym.robots.t3kr.model import add_t3kr, control_columns, qpos_columns
+from tests.tools.t3kr import WORKSPACE, motor_torque
 
 SIZES = {"four": {"nq": 15, "nv": 15, "neq": 4}, "eight": {"nq": 27, "nv": 26, "neq": 8}}
 
@@ -27,7 +27,7 @@ def build(rods="four", geometry=T3KR, before=0, timestep=0.001):
 
 def points(count=200):
     cloud = np.random.default_rng(1).uniform([-0.45, -0.8, -0.95], [0.45, 0.8, 0.0], (3 * count, 3))
-    return cloud[in_workspace(cloud)][:count]
+    return cloud[WORKSPACE.contains(cloud)][:count]
 
 
 @pytest.mark.parametrize("rods", ["four", "eight"])
@@ -105,7 +105,7 @@ def test_holds_still_where_it_starts(rods):
     model, handles = build(rods)
     data = mujoco.MjData(model)
     tcp = np.array([0.2, -0.4, -0.7])
-    torque = inverse_dynamics(tcp, np.zeros(3), np.zeros(3))
+    torque = motor_torque(tcp, np.zeros(3), np.zeros(3))
     data.qpos[qpos_columns(model, handles)] = closed_pose(tcp, handles.rods_per_arm, handles.geometry)
     controls = np.stack([inverse_kinematics(tcp), np.zeros(4), torque], axis=-1).ravel()
     data.ctrl[control_columns(model, handles)] = controls

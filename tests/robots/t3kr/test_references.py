@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from pnt_gym.robots.t3kr.dynamics import inverse_dynamics, joint_velocity
 from pnt_gym.robots.t3kr.kinematics import forward_kinematics, inverse_kinematics
-from pnt_gym.robots.t3kr.references import joint_knots, joint_references, knot_count, upsample
+from pnt_gym.robots.t3kr.references import exact_references, joint_knots, knot_count, upsample
+from tests.tools.t3kr import joint_velocity, motor_torque
 
 SPACING, STRIDE = 0.004, 4
 
@@ -28,17 +28,17 @@ def sampled(rows, steps, stride=STRIDE, payload=0.02, select=slice(None)):
 
 def test_exact_references_are_kinematics_and_dynamics():
     x, v, a = motions(3, np.linspace(0.0, 0.5, 50))
-    controls = joint_references(x, v, a, 0.1)
+    controls = exact_references(joint_knots(x, v, a, 0.1))
     assert controls.shape == (3, 50, 12)
     np.testing.assert_array_equal(controls[..., 0::3], inverse_kinematics(x))
     np.testing.assert_array_equal(controls[..., 1::3], joint_velocity(x, v))
-    np.testing.assert_array_equal(controls[..., 2::3], inverse_dynamics(x, v, a, 0.1))
+    np.testing.assert_array_equal(controls[..., 2::3], motor_torque(x, v, a, 0.1))
 
 
 @pytest.mark.parametrize("stride", [1, 4, 10])
 def test_samples_on_knots_are_exact_and_between_them_close(stride):
     steps = 10 * stride + 3
-    fine = joint_references(*motions(5, np.arange(steps) * SPACING / stride), 0.02)
+    fine = exact_references(joint_knots(*motions(5, np.arange(steps) * SPACING / stride), 0.02))
     out = sampled(5, steps, stride)
     np.testing.assert_allclose(out[:, ::stride], fine[:, ::stride], rtol=0, atol=1e-12)
     tcp, wanted = forward_kinematics(out[..., 0::3]), motions(5, np.arange(steps) * SPACING / stride)[0]

@@ -13,7 +13,7 @@ from pnt_gym.arrays import take
 from pnt_gym.cells.base.catalogue import PAPER_ITEMS
 from pnt_gym.errors import PntGymError
 from pnt_gym.planning import MotionLimits
-from pnt_gym.planning.cycles.cycle import CycleRules, min_time_throw, pick_and_place
+from pnt_gym.planning.cycles.cycle import CycleRules, CycleTask, min_time_throw, pick_and_place
 
 PICKS = np.array([[-0.2, -0.25, -0.85], [-0.2, -0.35, -0.85], [-0.3, -0.35, -0.85]])  # Hassan et al. 2022, IV-B1
 INSIDE = (0.3, 0.4, -0.85)
@@ -22,7 +22,8 @@ LOW = (0.3, 0.4, -0.87)
 
 def cycles(method, percent, target=INSIDE):
     targets, limits = np.tile(target, (3, 1)), MotionLimits.t3kr(float(percent))
-    return method(PICKS, targets, np.roll(PICKS, -1, axis=0), limits, CycleRules(overlap="none"))
+    rules = CycleRules(overlap="none")
+    return method(CycleTask.of(PICKS, targets, np.roll(PICKS, -1, axis=0), limits, rules))
 
 
 @pytest.fixture(scope="module")
