@@ -13,6 +13,7 @@ import numpy as np
 from mujoco.studio import app, launch_passive, messages, plugin, viewer_protocol
 from mujoco.studio.dear_imgui import dear_imgui as imgui
 
+from pnt_gym.arrays import joined
 from pnt_gym.cells.base.canvas import Marker
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.base.view import Scene, ThrowView
@@ -221,7 +222,7 @@ def _play(viewer: Any, stage: Stage, wishes: Wishes, note: str) -> bool:
 
 def _told(thrown: Sequence[Throws], item_names: Sequence[str]) -> list[str]:
     """The last throw, and all of them."""
-    last, figures = thrown[-1], summary(Throws.concatenate(thrown))
+    last, figures = thrown[-1], summary(joined(thrown))
     success = "a success" if last.is_success[0] else "no success"
     return [
         f"throw {len(thrown)}: {item_names[last.item[0]]}, {1000.0 * last.landing_error[0]:.1f} mm off, {success}",
