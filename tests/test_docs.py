@@ -22,14 +22,13 @@ from pnt_gym.cells.gripper.observation import FEATURES as TOSS_FEATURES
 from pnt_gym.cells.one_joint import config as one_joint
 from pnt_gym.cells.one_joint.cell import OneJointCell
 from pnt_gym.cells.one_joint.observation import FEATURES as GOAL_FEATURES
-from pnt_gym.envs.conveyor import ConveyorEnv, ConveyorVectorEnv, PnTConveyorEnv, PnTReleaseEnv
-from pnt_gym.envs.gripper import GripperTossEnv, GripperTossVectorEnv
+from pnt_gym.envs.base import ThrowVectorEnv
+from pnt_gym.envs.conveyor import PnTConveyorEnv, PnTReleaseEnv
+from pnt_gym.envs.gripper import GripperTossEnv
 from pnt_gym.envs.one_joint import (
     OneJointAssemblyEnv,
-    OneJointEnv,
     OneJointSortEnv,
     OneJointThrowEnv,
-    OneJointVectorEnv,
 )
 
 
@@ -39,8 +38,6 @@ class Family:
 
     cell: type[Cell[Any, Any, Any, Any]]
     envs: tuple[type, ...]
-    single: type
-    vector: type
     features: tuple[Any, ...]
     reward: Any
 
@@ -50,14 +47,14 @@ class Family:
 
 
 BELT = Family(
-    ConveyorCell, (PnTConveyorEnv, PnTReleaseEnv), ConveyorEnv, ConveyorVectorEnv, PICK_FEATURES, SortingReward()
+    ConveyorCell, (PnTConveyorEnv, PnTReleaseEnv), PICK_FEATURES, SortingReward()
 )  # fmt: skip
 ARM = Family(
-    OneJointCell, (OneJointThrowEnv, OneJointSortEnv, OneJointAssemblyEnv), OneJointEnv, OneJointVectorEnv,
+    OneJointCell, (OneJointThrowEnv, OneJointSortEnv, OneJointAssemblyEnv),
     GOAL_FEATURES, one_joint.Reward(),
 )  # fmt: skip
 GRIPPER = Family(
-    GripperCell, (GripperTossEnv,), GripperTossEnv, GripperTossVectorEnv, TOSS_FEATURES, gripper.Reward()
+    GripperCell, (GripperTossEnv,), TOSS_FEATURES, gripper.Reward()
 )  # fmt: skip
 FAMILY = {env: family for family in (BELT, ARM, GRIPPER) for env in family.envs}
 
@@ -214,9 +211,8 @@ def test_the_infos_are_the_written_ones(env_class):
 
 def test_arguments_are_those_of_the_constructors(env_class):
     rows = {row[0].strip("`"): row for row in table(section(env_class, "Arguments"))}
-    family = FAMILY[env_class]
-    single = inspect.signature(family.single.__init__).parameters
-    vector = inspect.signature(family.vector.__init__).parameters
+    single = inspect.signature(env_class.__init__).parameters
+    vector = inspect.signature(ThrowVectorEnv.__init__).parameters
     assert set(rows) == (set(single) | set(vector)) - {"self"}
     for name, (_, _, default, _) in rows.items():
         own = (single if name in single else vector)[name].default

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from abc import abstractmethod
 from collections.abc import Sequence
 from numbers import Integral
 from typing import Any, ClassVar, Final
@@ -16,8 +17,8 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from pnt_gym.cells.base.canvas import FPS, RENDER_MODES
-from pnt_gym.cells.base.config import written
-from pnt_gym.cells.base.core import Core, scalars
+from pnt_gym.cells.base.config import Level, describes_a_cell, written
+from pnt_gym.cells.base.core import Cell, Core, scalars
 from pnt_gym.cells.base.features import FeatureTable
 from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.errors import ActionError, ConfigError, OrderError, one_sentence
@@ -34,6 +35,11 @@ SECTIONS: Final = (
     "Version History",
 )
 """Of a manual, as Gymnasium orders them."""
+ARGUMENTS: Final = """\
+| `threads` | int | 1 (vector: 2) | physics threads; results do not depend on it |
+| `render_mode` | str or None | None | `rgb_array`: coming throw, `rgb_array_list`: last throw, `human` |
+| `num_envs` | int | 1 | only of the vector form, `gymnasium.make_vec` |"""
+"""Rows that the table of arguments has in every manual."""
 
 
 def _check_render_mode(mode: str | None) -> None:
@@ -75,7 +81,7 @@ class Facade:
 
     The docstring of an environment is its manual. What holds for a whole family stands in the docstring of their
     abstract class, once; every environment's own is completed with it. The table that a class `observes` by takes the
-    place of `{observations}`.
+    place of `{observations}`, what can be said to every environment that of `{arguments}`.
     """
 
     core: Core
@@ -96,7 +102,8 @@ class Facade:
     def __init_subclass__(cls, observes: FeatureTable | None = None, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
         if cls.__doc__ and observes:
-            cls.__doc__ = inspect.cleandoc(cls.__doc__).replace("{observations}", observes.markdown())
+            manual = inspect.cleandoc(cls.__doc__).replace("{observations}", observes.markdown())
+            cls.__doc__ = manual.replace("{arguments}", ARGUMENTS)
         family = next((base.__doc__ for base in cls.__mro__[1:] if "## Action Space" in (base.__doc__ or "")), None)
         if cls.__doc__ and family:
             cls.__doc__ = completed(cls.__doc__, family)
@@ -116,21 +123,40 @@ class Facade:
 
 
 class ThrowEnv(Facade, gym.Env[Observation, NDArray[np.floating]]):  # pyright: ignore[reportIncompatibleVariableOverride]
-    """Abstract: one cell, one throw a step. Subclasses bring the core.
+    """Abstract: one cell, one throw a step. Subclasses say which.
 
     Args:
-        core: one cell.
+        level: of the cell.
+        action_mode: how an action is read; None for the cell's default.
+        threads: of the physics; results do not depend on it.
         render_mode: one of `RENDER_MODES`, or None.
 
     Raises:
-        ConfigError: an unknown render mode.
+        ConfigError: an unknown action or render mode, or no working cell.
     """
 
     metadata: ClassVar[dict[str, Any]] = {"render_modes": list(RENDER_MODES), "render_fps": FPS}  # pyright: ignore[reportIncompatibleVariableOverride]
 
-    def __init__(self, core: Core, render_mode: str | None) -> None:
+    @classmethod
+    @abstractmethod
+    def make_cell(cls, level: Level, count: int, threads: int) -> Cell[Any, Any, Any, Any]:
+        """`count` cells of a level."""
+
+    @classmethod
+    def make_core(cls, level: Level, action_mode: str | None, count: int, threads: int) -> Core:
+        """`count` cells of a level behind one way to act."""
+        with describes_a_cell():
+            return Core(cls.make_cell(level, count, threads), action_mode)
+
+    def __init__(
+        self,
+        level: Level = "nominal",
+        action_mode: str | None = None,
+        threads: int = 1,
+        render_mode: str | None = None,
+    ) -> None:
         _check_render_mode(render_mode)
-        self.core = core
+        self.core = self.make_core(level, action_mode, 1, threads)
         self.observation_space = self.core.observation_space
         self.action_space = self.core.action_space
         self.render_mode = render_mode
@@ -193,15 +219,21 @@ class ThrowEnv(Facade, gym.Env[Observation, NDArray[np.floating]]):  # pyright: 
 class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
     Facade, VectorEnv[Observation, NDArray[np.floating], NDArray[Any]]
 ):
-    """Abstract: N cells on one batch of simulations, autoreset in the same step. Subclasses bring the core.
+    """Abstract: N cells on one batch of simulations, autoreset in the same step. Subclasses name their single form.
 
     Args:
-        core: the N cells.
+        num_envs: number of cells N.
+        level: of the cells.
+        action_mode: how an action is read; None for the cell's default.
+        threads: of the physics; results do not depend on it.
         render_mode: "rgb_array" or None.
 
     Raises:
-        ConfigError: another render mode.
+        ConfigError: an unknown action or render mode, or no working cells.
     """
+
+    single: ClassVar[type[ThrowEnv]]
+    """Row i of seed s is this one of seed s + i."""
 
     metadata: ClassVar[dict[str, Any]] = {  # pyright: ignore[reportIncompatibleVariableOverride]
         "render_modes": ["rgb_array"],
@@ -209,11 +241,18 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         "autoreset_mode": AutoresetMode.SAME_STEP,
     }
 
-    def __init__(self, core: Core, render_mode: str | None) -> None:
+    def __init__(
+        self,
+        num_envs: int = 1,
+        level: Level = "nominal",
+        action_mode: str | None = None,
+        threads: int = 2,
+        render_mode: str | None = None,
+    ) -> None:
         if render_mode not in (None, "rgb_array"):
             raise ConfigError(f"render_mode is {render_mode!r}; a vector environment takes 'rgb_array' or None")
-        self.core = core
-        self.num_envs = num_envs = core.count
+        self.core = self.single.make_core(level, action_mode, num_envs, threads)
+        self.num_envs = num_envs
         self.single_observation_space = self.core.observation_space
         self.single_action_space = self.core.action_space
         self.observation_space = batch_space(self.single_observation_space, num_envs)

@@ -4,17 +4,11 @@ from __future__ import annotations
 
 from typing import ClassVar, final
 
-from pnt_gym.cells.base.config import Level, describes_a_cell
-from pnt_gym.cells.base.core import Core
+from pnt_gym.cells.base.config import Level
 from pnt_gym.cells.conveyor.cell import ConveyorCell, Picks
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.observation import TABLE
 from pnt_gym.envs.base import ThrowEnv, ThrowVectorEnv
-
-
-def _core(level: Level, picks: Picks, action_mode: str, count: int, threads: int) -> Core:
-    with describes_a_cell():
-        return Core(ConveyorCell(ConveyorConfig.load(level), count, picks, threads), action_mode)
 
 
 class ConveyorEnv(ThrowEnv, observes=TABLE):
@@ -63,10 +57,8 @@ class ConveyorEnv(ThrowEnv, observes=TABLE):
     | Parameter | Type | Default | Description |
     |---|---|---|---|
     | `level` | str, path, mapping or ConveyorConfig | `"nominal"` | a shipped level, or one of your own |
-    | `action_mode` | str | `"release_point"` | `release_point`, `release_xyz` or `virtual_goal` |
-    | `threads` | int | 1 (vector: 2) | physics threads; results do not depend on it |
-    | `render_mode` | str or None | None | `rgb_array`: coming pick, `rgb_array_list`: last throw, `human` |
-    | `num_envs` | int | 1 | only of the vector form, `gymnasium.make_vec` |
+    | `action_mode` | str or None | None | `release_point` (None), `release_xyz` or `virtual_goal` |
+    {arguments}
 
     ## Version History
 
@@ -75,30 +67,10 @@ class ConveyorEnv(ThrowEnv, observes=TABLE):
 
     picks: ClassVar[Picks]
 
-    def __init__(
-        self,
-        level: Level = "nominal",
-        action_mode: str = "release_point",
-        threads: int = 1,
-        render_mode: str | None = None,
-    ) -> None:
-        super().__init__(_core(level, self.picks, action_mode, 1, threads), render_mode)
-
-
-class ConveyorVectorEnv(ThrowVectorEnv):
-    """Abstract: N conveyor cells. Subclasses say where picks come from."""
-
-    picks: ClassVar[Picks]
-
-    def __init__(
-        self,
-        num_envs: int = 1,
-        level: Level = "nominal",
-        action_mode: str = "release_point",
-        threads: int = 2,
-        render_mode: str | None = None,
-    ) -> None:
-        super().__init__(_core(level, self.picks, action_mode, num_envs, threads), render_mode)
+    @classmethod
+    def make_cell(cls, level: Level, count: int, threads: int) -> ConveyorCell:
+        """`count` cells of a level."""
+        return ConveyorCell(ConveyorConfig.load(level), count, cls.picks, threads)
 
 
 @final
@@ -132,10 +104,10 @@ class PnTConveyorEnv(ConveyorEnv):
 
 
 @final
-class PnTConveyorVectorEnv(ConveyorVectorEnv):
+class PnTConveyorVectorEnv(ThrowVectorEnv):
     """N cells of `PnTConveyorEnv` on one batch of simulations; row i of seed s is the single form of seed s + i."""
 
-    picks: ClassVar[Picks] = "belt"
+    single = PnTConveyorEnv
 
 
 @final
@@ -163,7 +135,7 @@ class PnTReleaseEnv(ConveyorEnv):
 
 
 @final
-class PnTReleaseVectorEnv(ConveyorVectorEnv):
+class PnTReleaseVectorEnv(ThrowVectorEnv):
     """N cells of `PnTReleaseEnv` on one batch of simulations; row i of seed s is the single form of seed s + i."""
 
-    picks: ClassVar[Picks] = "independent"
+    single = PnTReleaseEnv

@@ -4,17 +4,11 @@ from __future__ import annotations
 
 from typing import final
 
-from pnt_gym.cells.base.config import Level, describes_a_cell
-from pnt_gym.cells.base.core import Core
+from pnt_gym.cells.base.config import Level
 from pnt_gym.cells.gripper.cell import GripperCell
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.observation import TABLE
 from pnt_gym.envs.base import ThrowEnv, ThrowVectorEnv
-
-
-def _core(level: Level, action_mode: str, count: int, threads: int) -> Core:
-    with describes_a_cell():
-        return Core(GripperCell(GripperConfig.load(level), count, threads), action_mode)
 
 
 @final
@@ -93,36 +87,22 @@ class GripperTossEnv(ThrowEnv, observes=TABLE):
     | Parameter | Type | Default | Description |
     |---|---|---|---|
     | `level` | str, path or mapping | `"nominal"` | shipped level (ideal, nominal, patient, late, drop, belt), yours |
-    | `action_mode` | str | `"release"` | `release` or `release_point` |
-    | `threads` | int | 1 (vector: 2) | physics threads; results do not depend on it |
-    | `render_mode` | str or None | None | `rgb_array`: coming throw, `rgb_array_list`: last throw, `human` |
-    | `num_envs` | int | 1 | only of the vector form, `gymnasium.make_vec` |
+    | `action_mode` | str or None | None | `release` (None) or `release_point` |
+    {arguments}
 
     ## Version History
 
     * v0: first version.
     """
 
-    def __init__(
-        self,
-        level: Level = "nominal",
-        action_mode: str = "release",
-        threads: int = 1,
-        render_mode: str | None = None,
-    ) -> None:
-        super().__init__(_core(level, action_mode, 1, threads), render_mode)
+    @classmethod
+    def make_cell(cls, level: Level, count: int, threads: int) -> GripperCell:
+        """`count` cells of a level."""
+        return GripperCell(GripperConfig.load(level), count, threads)
 
 
 @final
 class GripperTossVectorEnv(ThrowVectorEnv):
     """N cells of `GripperTossEnv` on one batch; row i of seed s is the single form of seed s + i."""
 
-    def __init__(
-        self,
-        num_envs: int = 1,
-        level: Level = "nominal",
-        action_mode: str = "release",
-        threads: int = 2,
-        render_mode: str | None = None,
-    ) -> None:
-        super().__init__(_core(level, action_mode, num_envs, threads), render_mode)
+    single = GripperTossEnv

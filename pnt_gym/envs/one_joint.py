@@ -4,17 +4,11 @@ from __future__ import annotations
 
 from typing import ClassVar, final
 
-from pnt_gym.cells.base.config import Level, describes_a_cell
-from pnt_gym.cells.base.core import Core
+from pnt_gym.cells.base.config import Level
 from pnt_gym.cells.one_joint.cell import OneJointCell
 from pnt_gym.cells.one_joint.config import OneJointConfig, Task
 from pnt_gym.cells.one_joint.observation import TABLE
 from pnt_gym.envs.base import ThrowEnv, ThrowVectorEnv
-
-
-def _core(level: Level, task: Task, action_mode: str, count: int, threads: int) -> Core:
-    with describes_a_cell():
-        return Core(OneJointCell(OneJointConfig.load(level, task=task), count, threads), action_mode)
 
 
 class OneJointEnv(ThrowEnv, observes=TABLE):
@@ -66,10 +60,8 @@ class OneJointEnv(ThrowEnv, observes=TABLE):
     | Parameter | Type | Default | Description |
     |---|---|---|---|
     | `level` | str, path or mapping | `"nominal"` | shipped level (contact, ideal, late, nominal, paper), yours |
-    | `action_mode` | str | `"virtual_goal"` | `virtual_goal` or `release_state` |
-    | `threads` | int | 1 (vector: 2) | physics threads; results do not depend on it |
-    | `render_mode` | str or None | None | `rgb_array`: coming throw, `rgb_array_list`: last throw, `human` |
-    | `num_envs` | int | 1 | only of the vector form, `gymnasium.make_vec` |
+    | `action_mode` | str or None | None | `virtual_goal` (None) or `release_state` |
+    {arguments}
 
     ## Version History
 
@@ -78,30 +70,10 @@ class OneJointEnv(ThrowEnv, observes=TABLE):
 
     task: ClassVar[Task]
 
-    def __init__(
-        self,
-        level: Level = "nominal",
-        action_mode: str = "virtual_goal",
-        threads: int = 1,
-        render_mode: str | None = None,
-    ) -> None:
-        super().__init__(_core(level, self.task, action_mode, 1, threads), render_mode)
-
-
-class OneJointVectorEnv(ThrowVectorEnv):
-    """Abstract: N arms. Subclasses say what is thrown where."""
-
-    task: ClassVar[Task]
-
-    def __init__(
-        self,
-        num_envs: int = 1,
-        level: Level = "nominal",
-        action_mode: str = "virtual_goal",
-        threads: int = 2,
-        render_mode: str | None = None,
-    ) -> None:
-        super().__init__(_core(level, self.task, action_mode, num_envs, threads), render_mode)
+    @classmethod
+    def make_cell(cls, level: Level, count: int, threads: int) -> OneJointCell:
+        """`count` cells of a level."""
+        return OneJointCell(OneJointConfig.load(level, task=cls.task), count, threads)
 
 
 @final
@@ -140,10 +112,10 @@ class OneJointThrowEnv(OneJointEnv):
 
 
 @final
-class OneJointThrowVectorEnv(OneJointVectorEnv):
+class OneJointThrowVectorEnv(ThrowVectorEnv):
     """N cells of `OneJointThrowEnv` on one batch; row i of seed s is the single form of seed s + i."""
 
-    task: ClassVar[Task] = "throw"
+    single = OneJointThrowEnv
 
 
 @final
@@ -175,10 +147,10 @@ class OneJointSortEnv(OneJointEnv):
 
 
 @final
-class OneJointSortVectorEnv(OneJointVectorEnv):
+class OneJointSortVectorEnv(ThrowVectorEnv):
     """N cells of `OneJointSortEnv` on one batch; row i of seed s is the single form of seed s + i."""
 
-    task: ClassVar[Task] = "sort"
+    single = OneJointSortEnv
 
 
 @final
@@ -210,7 +182,7 @@ class OneJointAssemblyEnv(OneJointEnv):
 
 
 @final
-class OneJointAssemblyVectorEnv(OneJointVectorEnv):
+class OneJointAssemblyVectorEnv(ThrowVectorEnv):
     """N cells of `OneJointAssemblyEnv` on one batch; row i of seed s is the single form of seed s + i."""
 
-    task: ClassVar[Task] = "assembly"
+    single = OneJointAssemblyEnv

@@ -130,18 +130,28 @@ class PaperCell(Cell[PaperConfig, PaperContext, PaperPlans, PaperVerdict]):
 
 
 class PaperEnv(ThrowEnv):
-    def __init__(self, throws: int = 1, render_mode: str | None = None) -> None:
-        super().__init__(Core(PaperCell(1, throws)), render_mode)
+    throws = 1
+
+    @classmethod
+    def make_cell(cls, level: object, count: int, threads: int) -> PaperCell:
+        return PaperCell(count, cls.throws)
+
+
+class LongPaperEnv(PaperEnv):
+    throws = 2
 
 
 class PaperVectorEnv(ThrowVectorEnv):
-    def __init__(self, num_envs: int, throws: int = 1, render_mode: str | None = None) -> None:
-        super().__init__(Core(PaperCell(num_envs, throws)), render_mode)
+    single = PaperEnv
+
+
+class LongPaperVectorEnv(ThrowVectorEnv):
+    single = LongPaperEnv
 
 
 @pytest.mark.parametrize("throws", [1, 2])
 def test_an_episode_of_one_throw_terminates_and_a_longer_one_is_truncated(throws: int) -> None:
-    env = PaperEnv(throws)
+    env = (PaperEnv, LongPaperEnv)[throws - 1]()
     for _ in range(2):
         env.reset(seed=0)
         ends = [env.step(np.zeros(3))[2:4] for _ in range(throws)]
@@ -150,12 +160,12 @@ def test_an_episode_of_one_throw_terminates_and_a_longer_one_is_truncated(throws
 
 @pytest.mark.parametrize("throws", [1, 2])
 def test_a_row_of_the_vector_is_the_single_environment(throws: int) -> None:
-    vector = PaperVectorEnv(3, throws)
+    vector = (PaperVectorEnv, LongPaperVectorEnv)[throws - 1](3)
     actions = np.random.default_rng(0).uniform(-1, 1, (4, 3, 3))
     first, _ = vector.reset(seed=5)
     steps = [vector.step(a) for a in actions]
     for row in range(3):
-        env = PaperEnv(throws)
+        env = (PaperEnv, LongPaperEnv)[throws - 1]()
         observation, _ = env.reset(seed=5 + row)
         assert same_bits(observation, first[row])
         for k, (after, reward, over, cut, info) in enumerate(steps):
