@@ -36,11 +36,6 @@ SECTIONS: Final = (
 """Of a manual, as Gymnasium orders them."""
 
 
-def _check_render_mode(mode: str | None) -> None:
-    if mode is not None and mode not in RENDER_MODES:
-        raise ConfigError(f"render_mode is {mode!r}; it must be one of {', '.join(RENDER_MODES)}, or None")
-
-
 def _seed_of(value: Any) -> int | None:
     """A seed as Gymnasium takes it, or None."""
     if value is None:
@@ -129,7 +124,8 @@ class ThrowEnv(Facade, gym.Env[Observation, NDArray[np.floating]]):  # pyright: 
     metadata: ClassVar[dict[str, Any]] = {"render_modes": list(RENDER_MODES), "render_fps": FPS}  # pyright: ignore[reportIncompatibleVariableOverride]
 
     def __init__(self, core: Core, render_mode: str | None) -> None:
-        _check_render_mode(render_mode)
+        if render_mode is not None and render_mode not in RENDER_MODES:
+            raise ConfigError(f"render_mode is {render_mode!r}; it must be one of {', '.join(RENDER_MODES)}, or None")
         self.core = core
         self.observation_space = self.core.observation_space
         self.action_space = self.core.action_space
