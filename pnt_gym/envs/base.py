@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from numbers import Integral
 from typing import Any, ClassVar, Final
 
@@ -16,11 +16,12 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from pnt_gym.cells.base.canvas import FPS, RENDER_MODES
+from pnt_gym.cells.base.canvas import FPS, RENDER_MODES, SIZE, Picture
 from pnt_gym.cells.base.config import Level, describes_a_cell, written
 from pnt_gym.cells.base.core import Cell, Core, scalars
 from pnt_gym.cells.base.features import FeatureTable
 from pnt_gym.cells.base.view import ThrowView
+from pnt_gym.engine import has_display
 from pnt_gym.errors import ActionError, ConfigError, OrderError, one_sentence
 
 Observation = NDArray[np.float32]
@@ -38,13 +39,11 @@ SECTIONS: Final = (
 ARGUMENTS: Final = """\
 | `threads` | int | 1 (vector: 2) | physics threads; results do not depend on it |
 | `render_mode` | str or None | None | `rgb_array`: coming throw, `rgb_array_list`: last throw, `human` |
+| `width` | int | 1280 | of a frame [pixels], up to 1920 |
+| `height` | int | 720 | of a frame [pixels], up to 1080 |
+| `camera` | mapping or None | None | `lookat` (x, y, z) [m], `distance` [m], `azimuth`, `elevation` [deg] to change |
 | `num_envs` | int | 1 | only of the vector form, `gymnasium.make_vec` |"""
 """Rows that the table of arguments has in every manual."""
-
-
-def _check_render_mode(mode: str | None) -> None:
-    if mode is not None and mode not in RENDER_MODES:
-        raise ConfigError(f"render_mode is {mode!r}; it must be one of {', '.join(RENDER_MODES)}, or None")
 
 
 def _seed_of(value: Any) -> int | None:
@@ -85,6 +84,7 @@ class Facade:
     """
 
     core: Core
+    _picture: Picture
     _view: ThrowView | None = None
     _spec: EnvSpec | None = None
 
@@ -114,6 +114,8 @@ class Facade:
     def _opened_view(self) -> ThrowView:
         if self._view is None:
             self._view = self.core.view()
+            if self._picture != Picture():
+                self._view.aim(self._picture)
         return self._view
 
     def _close_view(self) -> None:
@@ -130,9 +132,10 @@ class ThrowEnv(Facade, gym.Env[Observation, NDArray[np.floating]]):  # pyright: 
         action_mode: how an action is read; None for the cell's default.
         threads: of the physics; results do not depend on it.
         render_mode: one of `RENDER_MODES`, or None.
+        width, height, camera: see `Picture`.
 
     Raises:
-        ConfigError: an unknown action or render mode, or no working cell.
+        ConfigError: an unknown action or render mode, no working cell, or no picture.
     """
 
     metadata: ClassVar[dict[str, Any]] = {"render_modes": list(RENDER_MODES), "render_fps": FPS}  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -154,8 +157,16 @@ class ThrowEnv(Facade, gym.Env[Observation, NDArray[np.floating]]):  # pyright: 
         action_mode: str | None = None,
         threads: int = 1,
         render_mode: str | None = None,
+        width: int = SIZE[1],
+        height: int = SIZE[0],
+        camera: Mapping[str, Any] | None = None,
     ) -> None:
-        _check_render_mode(render_mode)
+        if render_mode is not None and render_mode not in RENDER_MODES:
+            raise ConfigError(f"render_mode is {render_mode!r}; it must be one of {', '.join(RENDER_MODES)}, or None")
+        if not has_display():  # what this machine can do; a class tells what there is
+            modes = [mode for mode in RENDER_MODES if mode != "human"]
+            vars(self)["metadata"] = {**self.metadata, "render_modes": modes}
+        self._picture = Picture.of(width, height, camera)
         self.core = self.make_core(level, action_mode, 1, threads)
         self.observation_space = self.core.observation_space
         self.action_space = self.core.action_space
@@ -227,9 +238,10 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         action_mode: how an action is read; None for the cell's default.
         threads: of the physics; results do not depend on it.
         render_mode: "rgb_array" or None.
+        width, height, camera: see `Picture`.
 
     Raises:
-        ConfigError: an unknown action or render mode, or no working cells.
+        ConfigError: an unknown action or render mode, no working cells, or no picture.
     """
 
     single: ClassVar[type[ThrowEnv]]
@@ -248,9 +260,13 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         action_mode: str | None = None,
         threads: int = 2,
         render_mode: str | None = None,
+        width: int = SIZE[1],
+        height: int = SIZE[0],
+        camera: Mapping[str, Any] | None = None,
     ) -> None:
         if render_mode not in (None, "rgb_array"):
             raise ConfigError(f"render_mode is {render_mode!r}; a vector environment takes 'rgb_array' or None")
+        self._picture = Picture.of(width, height, camera)
         self.core = self.single.make_core(level, action_mode, num_envs, threads)
         self.num_envs = num_envs
         self.single_observation_space = self.core.observation_space

@@ -141,10 +141,10 @@ def test_a_row_is_the_single_environment_of_its_seed(env_id, ours):
 
 @pytest.mark.parametrize("count", [1, 8])
 def test_a_row_does_not_depend_on_the_number_of_rows(env_id, ours, count):
-    first, steps = rollout(env_id, gym.make_vec(env_id, num_envs=count, level=LEVELS[env_id]), count)
+    first, steps = rollout(env_id, gym.make_vec(env_id, num_envs=count, level=LEVELS[env_id]), count, steps=3)
     shared = min(count, N)
     assert same_bits(first[0][:shared], ours[0][0][:shared])
-    for mine, other in zip(steps, ours[1], strict=True):
+    for mine, other in zip(steps, ours[1][:3], strict=True):
         for a, b in zip(mine[:4], other[:4], strict=True):
             assert same_bits(a[:shared], b[:shared])
 

@@ -5,14 +5,16 @@ from __future__ import annotations
 import os
 import threading
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, Final, final
+from typing import Any, Final, Self, final
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field, ValidationError
 
 from pnt_gym.arrays import Floats
+from pnt_gym.cells.base.config import Finite, Positive, Section, first_problem
 from pnt_gym.engine import MjData, MjModel, has_display, mujoco
 from pnt_gym.errors import ConfigError
 
@@ -22,10 +24,48 @@ RENDER_MODES: Final = ("rgb_array", "rgb_array_list", "human")
 FPS: Final = 30
 SIZE: Final = (720, 1280)
 """Height and width of a frame [pixels]."""
+LARGEST: Final = (1080, 1920)
+"""Height and width that scenes have room for [pixels]."""
 _LIBRARIES: Final = (
     "rendering needs an OpenGL library: install EGL (Debian and Ubuntu: apt-get install libegl1 libgl1-mesa-dri), "
     "or set MUJOCO_GL=osmesa with libosmesa6"
 )
+
+
+@final
+class Camera(Section):
+    """What is changed of a cell's standard camera; None leaves it."""
+
+    lookat: tuple[Finite, Finite, Finite] | None = Field(default=None, description="Point in the middle [m].")
+    distance: Positive | None = Field(default=None, description="From there [m].")
+    azimuth: Finite | None = Field(default=None, description="Direction of the view in top view [deg].")
+    elevation: Finite | None = Field(default=None, description="Direction of the view above the horizontal [deg].")
+
+
+@final
+class Picture(Section):
+    """How a cell is pictured."""
+
+    width: int = Field(default=SIZE[1], ge=1, le=LARGEST[1], strict=True, description="Of a frame [pixels].")
+    height: int = Field(default=SIZE[0], ge=1, le=LARGEST[0], strict=True, description="Of a frame [pixels].")
+    camera: Camera = Camera()
+
+    @classmethod
+    def of(cls, width: int, height: int, camera: Mapping[str, Any] | None) -> Self:
+        """A picture from what a user says of it.
+
+        Raises:
+            ConfigError: a value out of its range, or no such thing of a camera.
+        """
+        try:
+            return cls.model_validate({"width": width, "height": height, "camera": {} if camera is None else camera})
+        except ValidationError as error:
+            raise ConfigError(first_problem(error)) from None
+
+    def aim(self, camera: Any) -> None:
+        """Change MuJoCo's camera."""
+        for name, value in self.camera.model_dump(exclude_none=True).items():
+            setattr(camera, name, value)
 
 
 @final
@@ -67,7 +107,7 @@ class Canvas:
 
     def __init__(self, camera: Any, size: tuple[int, int] = SIZE) -> None:
         self.camera = camera
-        self._size = size
+        self.size = size
         self._renderer: Any = None
 
     def draw(self, model: MjModel, data: MjData, markers: Iterable[Marker]) -> Frame:
@@ -91,7 +131,7 @@ class Canvas:
     def _opened(self, model: MjModel) -> Any:
         """The renderer for this model; every simulation's model has the same layout and is drawn by the same one."""
         if self._renderer is None:
-            self._renderer = _new_renderer(model, self._size)
+            self._renderer = _new_renderer(model, self.size)
             self._renderer._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = 0
         self._renderer._model = model
         return self._renderer

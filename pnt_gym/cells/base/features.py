@@ -41,7 +41,6 @@ class FeatureTable:
         self._features = tuple(features)
         self._centre = np.array([f.centre for f in features])
         self._scale = np.array([f.scale for f in features])
-        self._index = {f.name: i for i, f in enumerate(features)}
 
     def __len__(self) -> int:
         return len(self._features)
@@ -57,7 +56,7 @@ class FeatureTable:
     def decode(self, observation: NDArray[np.floating]) -> dict[str, Floats]:
         """Physical values by feature name from observations (..., D); clipped entries stay clipped."""
         values = np.asarray(observation, dtype=np.float64) * self._scale + self._centre
-        return {name: values[..., i] for name, i in self._index.items()}
+        return {feature.name: values[..., i] for i, feature in enumerate(self._features)}
 
     def markdown(self) -> str:
         """The table in an environment's manual, one row per entry."""

@@ -7,6 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from pnt_gym.cells.base.canvas import LARGEST
 from pnt_gym.engine import MjsBody, MjSpec, mujoco
 
 Rgba = tuple[float, float, float, float]
@@ -33,7 +34,7 @@ def light_stage(spec: MjSpec, ambient: float = 0.38, diffuse: float = 0.42) -> N
         diffuse: of the light at the camera.
     """
     visual = spec.visual
-    visual.global_.offwidth, visual.global_.offheight = 1920, 1080
+    visual.global_.offheight, visual.global_.offwidth = LARGEST
     visual.headlight.ambient, visual.headlight.diffuse = np.full(3, ambient), np.full(3, diffuse)
     visual.quality.shadowsize = 4096
     spec.add_texture(

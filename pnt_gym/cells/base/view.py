@@ -10,7 +10,7 @@ from typing import Any, Final, Protocol, final
 
 import numpy as np
 
-from pnt_gym.cells.base.canvas import FPS, SIZE, Canvas, Frame, Marker, Window
+from pnt_gym.cells.base.canvas import FPS, SIZE, Canvas, Frame, Marker, Picture, Window
 from pnt_gym.cells.base.plant import Plant
 from pnt_gym.engine import MjData, MjModel
 from pnt_gym.errors import ConfigError
@@ -58,6 +58,12 @@ class ThrowView:
         self._canvas = Canvas(camera, size)
         self._window: Window | None = None
         cell.plant.record_row = 0
+
+    def aim(self, picture: Picture) -> None:
+        """Picture the cell otherwise from now on."""
+        self._canvas.close()
+        self._canvas.size = (picture.height, picture.width)
+        picture.aim(self._canvas.camera)
 
     def frame(self, row: int = 0) -> Frame:
         """The coming throw of one cell, (height, width, 3).

@@ -167,6 +167,19 @@ def test_the_environment_renders_at_full_size():
     env.close()
 
 
+def test_a_picture_has_the_size_and_the_camera_asked_for():
+    standard = {"azimuth": 146.0, "elevation": -19.0, "distance": 3.3, "lookat": (-0.02, 0.10, -0.38)}
+    frames = []
+    for changed in (None, standard, {"azimuth": 60.0}):
+        env = gym.make("PnTRelease-v0", render_mode="rgb_array", width=96, height=64, camera=changed)
+        env.reset(seed=0)
+        frames.append(env.render())
+        env.close()
+    assert frames[0].shape == (64, 96, 3)
+    assert (frames[0] == frames[1]).all()
+    assert (abs(frames[0].astype(int) - frames[2]).max(axis=2) > 40).mean() > 0.1
+
+
 def test_a_vector_environment_renders_every_row():
     env = gym.make_vec("PnTRelease-v0", num_envs=2, render_mode="rgb_array")
     env.reset(seed=0)

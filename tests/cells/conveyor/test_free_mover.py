@@ -13,7 +13,7 @@ from pnt_gym.planning import JerkTrajectory
 from pnt_gym.planning.free.rules import check_throw
 from tests.tools.throws import make_core, vary
 
-COUNT = 64
+COUNT = 32
 
 
 class Flown(NamedTuple):
