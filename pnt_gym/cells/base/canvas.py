@@ -33,7 +33,7 @@ _LIBRARIES: Final = (
 
 
 @final
-class Camera(Section):
+class Viewpoint(Section):
     """What is changed of a cell's standard camera; None leaves it."""
 
     lookat: tuple[Finite, Finite, Finite] | None = Field(default=None, description="Point in the middle [m].")
@@ -48,7 +48,7 @@ class Picture(Section):
 
     width: int = Field(default=SIZE[1], ge=1, le=LARGEST[1], strict=True, description="Of a frame [pixels].")
     height: int = Field(default=SIZE[0], ge=1, le=LARGEST[0], strict=True, description="Of a frame [pixels].")
-    camera: Camera = Camera()
+    camera: Viewpoint = Viewpoint()
 
     @classmethod
     def of(cls, width: int, height: int, camera: Mapping[str, Any] | None) -> Self:

@@ -7,6 +7,7 @@ pure function of those rows, so a cell gives the same objects alone and in a bat
 from __future__ import annotations
 
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import Final, final
 
 import numpy as np
@@ -20,35 +21,35 @@ TARGET_DRAWS = 8
 """Bins that may be tried for one object before it is let go."""
 
 _NORMALS: Final = {
-    "mass": 0,
-    "size": slice(1, 2),
-    "size_axis": slice(2, 5),
-    "drag": 5,
-    "seal": 6,
-    "com_depth": 7,
-    "grasp": slice(8, 10),
-    "height": 10,
-    "belt_speed": 11,
-    "jitter": 12,
-    "spin": slice(13, 16),
-    "measured_size": slice(16, 19),
-    "measured_mass": 19,
-    "measured_seal": 20,
-    "measured_yaw": 21,
-    "grasp_noise": slice(22, 24),
+    "mass": np.s_[..., 0],
+    "size": np.s_[..., 1:2],
+    "size_axis": np.s_[..., 2:5],
+    "drag": np.s_[..., 5],
+    "seal": np.s_[..., 6],
+    "com_depth": np.s_[..., 7],
+    "grasp": np.s_[..., 8:10],
+    "height": np.s_[..., 10],
+    "belt_speed": np.s_[..., 11],
+    "jitter": np.s_[..., 12],
+    "spin": np.s_[..., 13:16],
+    "measured_size": np.s_[..., 16:19],
+    "measured_mass": np.s_[..., 19],
+    "measured_seal": np.s_[..., 20],
+    "measured_yaw": np.s_[..., 21],
+    "grasp_noise": np.s_[..., 22:24],
 }
 """Columns of an object's standard normal draws."""
 NORMALS = 24
 _UNIFORMS: Final = {
-    "kind": 0,
-    "lane": 1,
-    "gap": 2,
-    "yaw": 3,
-    "residue_chance": 4,
-    "residue": 5,
-    "percent": 6,
-    "place": slice(8, 12),
-    "bin": slice(12, 12 + 3 * TARGET_DRAWS),
+    "kind": np.s_[..., 0],
+    "lane": np.s_[..., 1],
+    "gap": np.s_[..., 2],
+    "yaw": np.s_[..., 3],
+    "residue_chance": np.s_[..., 4],
+    "residue": np.s_[..., 5],
+    "percent": np.s_[..., 6],
+    "place": np.s_[..., 8:12],
+    "bin": np.s_[..., 12 : 12 + 3 * TARGET_DRAWS],
 }
 """Columns of its uniform draws; column 7 is not used."""
 UNIFORMS = 12 + 3 * TARGET_DRAWS
@@ -123,8 +124,8 @@ def objects_from_draws(normals: Floats, uniforms: Floats, config: ConveyorConfig
         table: the items, stacked.
     """
     m, spread, noise = config.mismatch, config.spread, config.noise
-    z = {name: normals[..., column] for name, column in _NORMALS.items()}
-    u = {name: uniforms[..., column] for name, column in _UNIFORMS.items()}
+    z = dict(zip(_NORMALS, itemgetter(*_NORMALS.values())(normals), strict=True))
+    u = dict(zip(_UNIFORMS, itemgetter(*_UNIFORMS.values())(uniforms), strict=True))
     kind = np.minimum((u["kind"] * len(config.items)).astype(np.int64), len(config.items) - 1)
     size = _sizes(table, kind, z["size"], z["size_axis"], config)
     leftover = table.container[kind] & (u["residue_chance"] < spread.residue_chance)

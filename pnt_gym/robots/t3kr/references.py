@@ -60,8 +60,7 @@ def joint_knots(
     for start in range(0, rows * knots, _BLOCK):
         block = slice(start, start + _BLOCK)
         blocks.append(joint_motion(take(hand, (..., block)), geometry))
-    whole = vars(joined(blocks, axis=1))
-    return JointMotion(**{name: values.reshape(N_ARMS, rows, knots) for name, values in whole.items()})
+    return take(joined(blocks, axis=1), (slice(None), np.arange(rows * knots).reshape(rows, knots)))
 
 
 def exact_references(knots: JointMotion) -> Floats:
