@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from colorsys import hsv_to_rgb
 from typing import Any, Final
 
 import numpy as np
@@ -16,8 +17,15 @@ SURROUNDINGS_SOLREF: Final = (0.004, 1.0)
 """Time constant [s] and damping ratio of contacts with what stands around."""
 FLOOR_RGBA: Final[Rgba] = (0.82, 0.83, 0.84, 1.0)
 BELT_RGBA: Final[Rgba] = (0.20, 0.22, 0.24, 1.0)
-BIN_RGBA: Final[Rgba] = (0.16, 0.42, 0.62, 1.0)
-OBJECT_RGBA: Final[Rgba] = (0.93, 0.80, 0.36, 1.0)
+BIN_RGBA: Final[Sequence[Rgba]] = (
+    (0.16, 0.42, 0.62, 1.0),
+    (0.20, 0.52, 0.40, 1.0),
+    (0.46, 0.34, 0.58, 1.0),
+    (0.58, 0.36, 0.26, 1.0),
+)
+"""Of bin by bin, and again from the first."""
+ITEM_RGBA: Final = np.array([(*hsv_to_rgb((0.13 + 0.618 * kind) % 1.0, 0.62, 0.93), 1.0) for kind in range(64)])
+"""Of kind by kind (64, 4): hues a golden section apart, so that no two neighbours look alike."""
 HAND_RGBA: Final[Rgba] = (0.95, 0.47, 0.09, 1.0)
 BELT_THICKNESS: Final = 0.04
 """Of a belt's plate [m]."""

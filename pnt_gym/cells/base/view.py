@@ -10,6 +10,7 @@ from typing import Any, Final, Protocol, final
 
 import numpy as np
 
+from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.canvas import FPS, SIZE, Canvas, Frame, Marker, Picture, Window
 from pnt_gym.cells.base.plant import Plant
 from pnt_gym.engine import MjData, MjModel
@@ -18,6 +19,7 @@ from pnt_gym.errors import ConfigError
 Scene = tuple[MjModel, MjData, list[Marker]]
 """Model, state, and what is drawn beside them."""
 _PLANNED: Final = np.array([0.10, 0.45, 0.90, 0.9])
+_GOAL: Final = np.array([0.20, 0.70, 0.35, 0.9])
 _FLOWN: Final = np.array([0.95, 0.35, 0.10, 1.0])
 
 
@@ -33,6 +35,10 @@ class Filmed(Protocol):
         """Model and data of one simulation as it stands before the coming throw."""
         ...
 
+    def target(self, row: int) -> Floats:
+        """Where the coming throw should go (3,) [m]."""
+        ...
+
     def markers(self, row: int) -> list[Marker]:
         """What is drawn beside the simulation before the coming throw."""
         ...
@@ -44,7 +50,9 @@ class Filmed(Protocol):
 
 @final
 class ThrowView:
-    """Offscreen pictures and the interactive window of a cell: the planned flight in blue, the flown one in orange.
+    """Offscreen pictures and the interactive window of a cell.
+
+    The planned flight is blue, the flown one orange, and where it should go green.
 
     Args:
         cell: the simulated cells; row 0 is recorded from now on.
@@ -72,7 +80,7 @@ class ThrowView:
             ConfigError: no OpenGL library could be loaded.
         """
         model, data = self._cell.pose(row)
-        return self._canvas.draw(model, data, self._cell.markers(row))
+        return self._canvas.draw(model, data, [self._goal(self._cell.target(row)), *self._cell.markers(row)])
 
     def last_throw(self, fps: int = FPS) -> list[Frame]:
         """Frames of the last throw of row 0 at true rate; empty before the first throw."""
@@ -130,10 +138,14 @@ class ThrowView:
         recording = self._cell.plant.recording
         if recording is None:
             return
+        goal = [self._goal(recording.target)]
         planned = [Marker.dot(p, _PLANNED, 0.006 * self._dots) for p in recording.plan]
         for data, trail in recording.play(1.0 / fps):
             flown = [Marker.dot(p, _FLOWN, 0.008 * self._dots) for p in trail]
-            yield recording.model, data, planned + flown + self._cell.markers_at(float(data.time))
+            yield recording.model, data, goal + planned + flown + self._cell.markers_at(float(data.time))
+
+    def _goal(self, target: Floats) -> Marker:
+        return Marker.dot(target, _GOAL, 0.016 * self._dots)
 
 
 def record_video(view: ThrowView, throws: Iterable[object], path: str | Path, fps: int = FPS, slow: int = 1) -> Path:

@@ -117,6 +117,10 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         self.plant.write(self.context)
         return self.plant.stand(row)
 
+    def target(self, row: int) -> Floats:
+        """Where the coming throw should go (3,) [m]."""
+        return self.context.target[row]
+
     def markers(self, row: int) -> list[Marker]:
         """The objects upstream, which the physics does not simulate before they are picked."""
         return objects_on_belt(self._source.waiting(row), self.config.belt, 0.0)

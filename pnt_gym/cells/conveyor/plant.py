@@ -13,6 +13,7 @@ import numpy as np
 
 from pnt_gym.arrays import Floats, Ints, length
 from pnt_gym.cells.base.plant import ObjectFlight, Plant, staged_rollout, touching
+from pnt_gym.cells.base.stage import ITEM_RGBA
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.outcome import Flown
@@ -139,6 +140,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
             [o.friction, 0.1 * o.rolling_friction, o.rolling_friction], axis=-1
         )
         batch.expand("geom_solref")[:, geom] = o.solref
+        batch.expand("geom_rgba")[:, geom] = ITEM_RGBA.take(o.kind, axis=0, mode="wrap")
         grip = np.concatenate([-context.grasp, o.com_depth[:, None]], axis=1)
         batch.expand("site_pos")[:, site] = _in_body_axes(grip, o.yaw)
         zero = np.zeros_like(o.yaw)

@@ -18,7 +18,6 @@ from pnt_gym.cells.base.stage import (
     BELT_THICKNESS,
     BIN_RGBA,
     HAND_RGBA,
-    OBJECT_RGBA,
     SURROUNDINGS_SOLREF,
     add_contact_sensor,
     add_floor,
@@ -85,7 +84,7 @@ def build_scene(config: ConveyorConfig, rods: str = "four") -> Scene:
     _add_cup(spec)
     _add_object(spec)
     for index, (x, y, size) in enumerate(_bin_places(config)):
-        _add_bin(spec, f"bin_{index}", (x, y), size, config.bins)
+        _add_bin(spec, index, (x, y), size, config.bins)
     _add_sensors(spec, robot)
     model = spec.compile()
     joint = model.joint("object")
@@ -177,7 +176,6 @@ def _add_object(spec: MjSpec) -> None:
         0.02,
         1e-5,
         0.03,
-        rgba=OBJECT_RGBA,
         contype=_OBJECT_BIT,
         conaffinity=_OBJECT_BIT | _CUP_BIT,
         condim=6,  # without rolling friction a round object rolls off anything
@@ -200,16 +198,16 @@ def _add_object(spec: MjSpec) -> None:
         motor.set_to_motor()
 
 
-def _add_bin(spec: MjSpec, name: str, centre: tuple[float, float], size: tuple[float, float], bins: Bins) -> None:
-    body = spec.worldbody.add_body(name=name, pos=[*centre, bins.rim])
+def _add_bin(spec: MjSpec, index: int, centre: tuple[float, float], size: tuple[float, float], bins: Bins) -> None:
+    body = spec.worldbody.add_body(name=f"bin_{index}", pos=[*centre, bins.rim])
     half, middle = bin_panels(np.array([size]), bins)
     for k in range(5):
         body.add_geom(
-            name=f"{name}_{k}",
+            name=f"bin_{index}_{k}",
             type=mujoco.mjtGeom.mjGEOM_BOX,
             size=half[0, k],
             pos=middle[0, k],
-            rgba=BIN_RGBA,
+            rgba=BIN_RGBA[index % len(BIN_RGBA)],
             solref=SURROUNDINGS_SOLREF,
         )
 

@@ -10,7 +10,7 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.canvas import Marker
 from pnt_gym.cells.base.fluid import geom_placement, lying_size
 from pnt_gym.cells.base.sorting import Belt
-from pnt_gym.cells.base.stage import OBJECT_RGBA
+from pnt_gym.cells.base.stage import ITEM_RGBA
 from pnt_gym.cells.conveyor.objects import Objects
 from pnt_gym.engine import mujoco
 
@@ -30,11 +30,12 @@ def objects_on_belt(upstream: tuple[Objects, Floats] | None, belt: Belt, time: f
     objects, centre = upstream
     moved = centre + np.array([belt.speed * time, 0.0, 0.0])
     place = geom_placement(objects.shape, lying_size(objects.shape, objects.size))
+    rgba = ITEM_RGBA.take(objects.kind, axis=0, mode="wrap")
     turned, frame = np.zeros(4), np.zeros(9)
     markers: list[Marker] = []
     for k in np.flatnonzero((moved[:, 0] >= belt.x[0]) & (moved[:, 0] <= belt.x[1])):
         half = objects.yaw[k] / 2
         mujoco.mju_mulQuat(turned, np.array([np.cos(half), 0.0, 0.0, np.sin(half)]), place.quat[k])
         mujoco.mju_quat2Mat(frame, turned)
-        markers.append(Marker(int(place.type[k]), place.size[k], moved[k], frame.copy(), np.array(OBJECT_RGBA)))
+        markers.append(Marker(int(place.type[k]), place.size[k], moved[k], frame.copy(), rgba[k]))
     return markers

@@ -109,6 +109,10 @@ class GripperCell(Cell[GripperConfig, Context, TossPlans, Outcome]):
         self.plant.write(self.context, self.context.plans)
         return self.plant.stand(row)
 
+    def target(self, row: int) -> Floats:
+        """Where the coming throw should go (3,) [m]."""
+        return self.context.target[row]
+
     def markers(self, row: int) -> list[Marker]:
         """Nothing."""
         return []

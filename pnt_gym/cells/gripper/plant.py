@@ -14,6 +14,7 @@ import numpy as np
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.fluid import lying_size
 from pnt_gym.cells.base.plant import Plant, staged_rollout
+from pnt_gym.cells.base.stage import ITEM_RGBA
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.context import Context
 from pnt_gym.cells.gripper.hidden import Hidden
@@ -63,6 +64,7 @@ class GripperPlant(Plant[Context, TossPlans, Flown]):
         upright = self._upright[thrown.kind]
         full = lying_size(hidden.shape, hidden.size)
         self._write_models(hidden, full)
+        batch.expand("geom_rgba")[:, scene.object_geom] = ITEM_RGBA.take(thrown.kind, axis=0, mode="wrap")
         batch.state[:] = 0.0
         qpos = batch.bind("qpos")
         first = scene.object_qpos

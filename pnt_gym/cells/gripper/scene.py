@@ -45,7 +45,6 @@ FLOOR: Final = -0.52
 _OBJECT_BIT = 1
 _TABLE_RGBA = (0.86, 0.80, 0.70, 1.0)
 _POST_RGBA = (0.55, 0.58, 0.62, 1.0)
-_OBJECT_RGBA = (0.80, 0.62, 0.40, 1.0)
 _LARGEST = 0.05
 """Half extent of the object's geom at compile time, which no object exceeds; more where one is larger [m]."""
 _FLOOR_DROP = 0.03
@@ -167,7 +166,7 @@ def _add_tray(spec: MjSpec, config: GripperConfig, floor: float) -> None:
             type=mujoco.mjtGeom.mjGEOM_BOX,
             size=half,
             pos=centre,
-            rgba=BIN_RGBA,
+            rgba=BIN_RGBA[0],
             contype=0,
             conaffinity=_OBJECT_BIT,
             solref=SURROUNDINGS_SOLREF,
@@ -182,7 +181,6 @@ def _add_object(spec: MjSpec, half: float) -> None:
         0.005,
         1e-6,
         half,
-        rgba=_OBJECT_RGBA,
         contype=_OBJECT_BIT,
         conaffinity=PAD_BIT,
         condim=3,

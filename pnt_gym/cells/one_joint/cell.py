@@ -23,7 +23,7 @@ from pnt_gym.cells.one_joint.pallets import SWEEP, stacked
 from pnt_gym.cells.one_joint.planner import ThrowPlanner
 from pnt_gym.cells.one_joint.plant import OneJointPlant
 from pnt_gym.cells.one_joint.tasks import job_of
-from pnt_gym.cells.one_joint.view import DOTS, camera, goal_marker
+from pnt_gym.cells.one_joint.view import DOTS, camera
 from pnt_gym.engine import MjData, MjModel
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.one_joint import ThrowPlans
@@ -128,15 +128,18 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
         self.plant.write(context.plans.motion.start_angle, context.part, radius, context.lying)
         return self.plant.stand(row)
 
-    def markers(self, row: int) -> list[Marker]:
-        """The goal."""
+    def target(self, row: int) -> Floats:
+        """Where the coming throw should go (3,) [m]."""
         x, y = self.context.goal[row, :2]
-        return [goal_marker(np.array([x, 0.0, y]))]
+        return np.array([x, 0.0, y])
+
+    def markers(self, row: int) -> list[Marker]:
+        """Nothing."""
+        return []
 
     def markers_at(self, time: float) -> list[Marker]:
-        """The goal of the recorded throw."""
-        recording = self.plant.recording
-        return [] if recording is None else [goal_marker(recording.target)]
+        """Nothing."""
+        return []
 
     def _check_targets(self) -> None:
         if self.job.region is not None:
