@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
 import tyro
@@ -87,11 +87,12 @@ def explained(error: Exception) -> str:
     return one_sentence(error)
 
 
-def at_least(name: str, value: int, least: int) -> None:
-    """Make sure that an option is not below `least`.
+def at_least(given: Mapping[str, Any], **least: int) -> None:
+    """Make sure that no option lies below its least value; one that was not given is None.
 
     Raises:
-        UsageError: it is.
+        UsageError: one does.
     """
-    if value < least:
-        raise UsageError(f"--{name} is {value}; it must be at least {least}")
+    for name, bound in least.items():
+        if given[name] is not None and given[name] < bound:
+            raise UsageError(f"--{name.replace('_', '-')} is {given[name]}; it must be at least {bound}")

@@ -34,9 +34,7 @@ class Arguments:
 
 def main(arguments: Arguments) -> None:
     """Throw and print the table."""
-    for name in ("picks", "threads"):
-        at_least(name, getattr(arguments, name), 1)
-    at_least("seed", arguments.seed, 0)
+    at_least(vars(arguments), picks=1, threads=1, seed=0)
     asked = read_arguments(POLICY)
     entries = {**PEERS, f"trained policy ({asked['algo']})": (str(POLICY), asked["steps"])}
     rows: list[tuple[str, int, dict[str, Any]]] = []

@@ -58,7 +58,8 @@ class Arguments:
 
 def main(arguments: Arguments) -> None:
     """Evaluate, print the table, write the JSON."""
-    check(arguments)
+    at_least(vars(arguments), picks=1, seed=0, num_envs=1, threads=1, practice=0)
+    check_writable(arguments.json, arguments.save)
     env_id, level, mode = setting(arguments.controller, arguments.env, arguments.level, arguments.action_mode)
     with closing(make_vector(env_id, level, arguments.num_envs, arguments.threads, mode)) as env:
         controller = make_controller(arguments.controller, env, trust=arguments.trust)
@@ -86,18 +87,6 @@ def judge(controller: Controller, env: Env, arguments: Arguments, practice: int)
             bar.advance(tasks[name], throws)
 
         return evaluate(controller, env, picks, seed, practice=practice, online=online, progress=show)
-
-
-def check(arguments: Arguments) -> None:
-    """Find mistakes before anything is simulated.
-
-    Raises:
-        UsageError: a number out of its range, or a file that cannot be written.
-    """
-    for name, least in (("picks", 1), ("seed", 0), ("num-envs", 1), ("threads", 1)):
-        at_least(name, getattr(arguments, name.replace("-", "_")), least)
-    at_least("practice", arguments.practice or 0, 0)
-    check_writable(arguments.json, arguments.save)
 
 
 def prepare(controller: Controller, arguments: Arguments) -> int:

@@ -70,8 +70,7 @@ def evaluate(
         UsageError: no such policy or environment, two that do not fit, or no throws.
         MetricError: the landing of no throw is known.
     """
-    at_least("picks", picks, 1)
-    at_least("seed", seed, 0)
+    at_least({"picks": picks, "seed": seed}, picks=1, seed=0)
     if options and not isinstance(env, str):
         raise UsageError(f"{next(iter(options))} is settled by the environment; it goes with an id only")
     cells = make_vector(env, **{"num_envs": NUM_ENVS, **options}) if isinstance(env, str) else as_vector(env)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from itertools import takewhile
 from typing import Annotated, Final
 
 import yaml
@@ -50,11 +51,8 @@ def main(arguments: Arguments) -> None:
 
 def _purpose(kind: type[LevelConfig], name: str) -> str:
     """The first sentence of the comment that a level's file begins with."""
-    comment: list[str] = []
-    for line in kind.file_of(name).read_text(encoding="utf-8").splitlines():
-        if not line.startswith("#"):
-            break
-        comment.append(line.lstrip("# "))
+    lines = kind.file_of(name).read_text(encoding="utf-8").splitlines()
+    comment = [line.lstrip("# ") for line in takewhile(lambda line: line.startswith("#"), lines)]
     return re.split(r"(?<=[^l][.:])\s", " ".join(comment), maxsplit=1)[0].rstrip(".:")
 
 

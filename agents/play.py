@@ -64,9 +64,7 @@ class Arguments:
 
 def main(arguments: Arguments) -> None:
     """Throw, and film or show it."""
-    at_least("picks", arguments.picks, 1)
-    at_least("seed", arguments.seed, 0)
-    at_least("slow", arguments.slow, 1)
+    at_least(vars(arguments), picks=1, seed=0, slow=1)
     if not 0.0 <= arguments.at < np.inf:
         raise UsageError(f"--at is {arguments.at} s; it must be finite and not negative")
     wanted = [w for w in (arguments.video, arguments.picture, arguments.viewer) if w is not None]

@@ -51,7 +51,7 @@ class Arguments:
 
 def main(arguments: Arguments) -> None:
     """Copy, evaluate, write the card."""
-    at_least("picks", arguments.picks, 1)
+    at_least(vars(arguments), picks=1)
     asked = runs.read_arguments(arguments.folder)
     env_id = arguments.env or own_environment(arguments.folder, asked["env"])
     runs.load_model(arguments.folder)

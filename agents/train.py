@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Mapping
-from contextlib import nullcontext
+from contextlib import closing, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -96,10 +96,8 @@ def main(arguments: Arguments) -> None:
     from .sb3 import SameStepVecEnv  # noqa: PLC0415
 
     torch.set_num_threads(1)  # small networks are slower on many threads
-    env = SameStepVecEnv(cell)
-    stop = Stop()
-    try:
-        with stop.listening():
+    with closing(SameStepVecEnv(cell)) as env:
+        with Stop().listening() as stop:
             folder, model = start(arguments, asked, settings, env)
             with runs.nothing_left(folder) if arguments.resume is None else nullcontext():
                 learn(model, env, folder, asked, stop, tensorboard=arguments.tensorboard)
@@ -108,8 +106,6 @@ def main(arguments: Arguments) -> None:
             sys.exit(INTERRUPTED)
         if arguments.eval_picks:
             compare(folder, model, env, asked, arguments.eval_picks)
-    finally:
-        env.close()
 
 
 def request(arguments: Arguments) -> dict[str, Any]:
@@ -119,11 +115,7 @@ def request(arguments: Arguments) -> dict[str, Any]:
         UsageError: a number out of its range, or an option that a resumed run has already settled.
     """
     given = {name: getattr(arguments, name) for name in DEFAULTS if getattr(arguments, name) is not None}
-    for name, least in (("steps", 1), ("seed", 0), ("num_envs", 1), ("checkpoint_every", 1)):
-        if name in given:
-            at_least(name.replace("_", "-"), given[name], least)
-    at_least("threads", arguments.threads, 1)
-    at_least("eval-picks", arguments.eval_picks, 0)
+    at_least(vars(arguments), steps=1, seed=0, num_envs=1, checkpoint_every=1, threads=1, eval_picks=0)
     if arguments.resume is None:
         if arguments.out is not None:
             runs.check_new(arguments.out)

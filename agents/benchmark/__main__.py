@@ -36,7 +36,7 @@ class Arguments:
 
 def main(arguments: Arguments) -> None:
     """Do what is missing, write the results, print the tables."""
-    at_least("jobs", arguments.jobs, 1)
+    at_least(vars(arguments), jobs=1)
     plan = read_plan(arguments.config)
     out = arguments.out or MADE / "results" / f"{plan.name}.json"
     check_writable(out)

@@ -72,8 +72,7 @@ def check(arguments: Arguments) -> tuple[str, ...]:
     """
     if arguments.paper not in (*PAPERS, ALL):
         raise UsageError(f"unknown paper {arguments.paper!r}; known are {', '.join((*PAPERS, ALL))}")
-    if arguments.jobs is not None:
-        at_least("jobs", arguments.jobs, 1)
+    at_least(vars(arguments), jobs=1)
     check_writable(arguments.json, arguments.figures and arguments.figures / "drawing.svg")
     return tuple(PAPERS) if arguments.paper == ALL else (arguments.paper,)
 

@@ -48,21 +48,15 @@ ByCell: TypeAlias = Mapping[Key, float]
 """A figure of every cell."""
 
 PUBLISHED: Final[dict[Key, int]] = {
-    ("pick-and-place", "inside", 15): 24,
-    ("pick-and-place", "inside", 30): 42,
-    ("pick-and-place", "inside", 40): 51,
-    ("horizontal-throw", "inside", 15): 29,
-    ("horizontal-throw", "inside", 30): 56,
-    ("horizontal-throw", "inside", 40): 75,
-    ("min-time-throw", "inside", 15): 30,
-    ("min-time-throw", "inside", 30): 68,
-    ("min-time-throw", "inside", 40): 120,
-    ("horizontal-throw", "outside", 35): 54,
-    ("horizontal-throw", "outside", 40): 60,
-    ("horizontal-throw", "outside", 45): 65,
-    ("min-time-throw", "outside", 35): 62,
-    ("min-time-throw", "outside", 40): 71,
-    ("min-time-throw", "outside", 45): 81,
+    (method, zone, percent): picks
+    for method, zone, line in (
+        ("pick-and-place", "inside", (24, 42, 51)),
+        ("horizontal-throw", "inside", (29, 56, 75)),
+        ("min-time-throw", "inside", (30, 68, 120)),
+        ("horizontal-throw", "outside", (54, 60, 65)),
+        ("min-time-throw", "outside", (62, 71, 81)),
+    )
+    for percent, picks in zip(PERCENTAGES[zone], line, strict=True)
 }
 """Table I [picks/min]."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 from typing import Final
@@ -65,7 +66,7 @@ def inconsistency_findings() -> Findings:
     return Findings(tuple(rows), grids=grids)
 
 
-def _percentages() -> list[Row]:
+def _percentages() -> Iterator[Row]:
     """Section IV-D: gains at 40 %, all three of which are falls of the cycle time.
 
     Only the 32 % are said to be an increase of the picks per minute; the others are improvements of "the performance".
@@ -78,46 +79,38 @@ def _percentages() -> list[Row]:
         ("proposed-over-existing", 37.0, 0, throw, level, False),
         ("existing-over-pick-and-place", 32.0, 0, level, place, True),
     )
-    rows: list[Row] = []
     for name, gain, digits, new, old, of_picks in pairs:
         fall = 100.0 * (1.0 - old / new)
-        rows.append(
-            Row.compared(
-                f"hassan/inconsistency/gain-{name}",
-                gain,
-                100.0 * (new / old - 1.0),
-                "%",
-                within=printed(digits),
-                note=f"as percentage of picks/min, which rise from {old} to {new}; the printed figure is the fall of "
-                f"the cycle time, {fall:.1f} %" + (", but is said of the picks per minute" if of_picks else ""),
-                explained=fall if of_picks else None,
-                cycle_time_reduction_percent=fall,
-            )
+        yield Row.compared(
+            f"hassan/inconsistency/gain-{name}",
+            gain,
+            100.0 * (new / old - 1.0),
+            "%",
+            within=printed(digits),
+            note=f"as percentage of picks/min, which rise from {old} to {new}; the printed figure is the fall of "
+            f"the cycle time, {fall:.1f} %" + (", but is said of the picks per minute" if of_picks else ""),
+            explained=fall if of_picks else None,
+            cycle_time_reduction_percent=fall,
         )
-    return rows
 
 
-def _peak_rows() -> list[Row]:
+def _peak_rows() -> Iterator[Row]:
     """Section IV-C1: the peaks are exactly the limits; with phases overlapped as III-C may be read."""
     places = {"corners": ("pick-and-place", "corners of pick-and-place")}
     places["turn"] = ("min-time-throw", "turn of the proposed throw")
-    rows: list[Row] = []
     for protocol in ("paper-clock", "jerk-overlap", "constant-jerk-overlap"):
         own = PROTOCOLS[protocol]
         for place, (method, where) in places.items():
             peak = cell_cycle(protocol, method, "inside", 30).peak_ratios(own.limits(30))
-            rows.append(
-                Row.compared(
-                    f"hassan/inconsistency/peak-acceleration-{protocol}-{place}",
-                    1.0,
-                    float(peak.acceleration.max()),
-                    "A_max",
-                    within=KEPT,
-                    note=f"at 30 %, {own.label}, at the {where}; jerk up to {peak.jerk.max():.2f} J",
-                    peak_jerk_ratio=float(peak.jerk.max()),
-                )
+            yield Row.compared(
+                f"hassan/inconsistency/peak-acceleration-{protocol}-{place}",
+                1.0,
+                float(peak.acceleration.max()),
+                "A_max",
+                within=KEPT,
+                note=f"at 30 %, {own.label}, at the {where}; jerk up to {peak.jerk.max():.2f} J",
+                peak_jerk_ratio=float(peak.jerk.max()),
             )
-    return rows
 
 
 def _brake_point() -> Row:

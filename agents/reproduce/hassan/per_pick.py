@@ -5,7 +5,7 @@ The cell's mover chooses the release before it knows the next pick, and the way 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from typing import Final, NamedTuple
 
@@ -140,12 +140,11 @@ def loss_rows(folder: str, quick: Mapping[Cell, Cycle], optimum: Mapping[Cell, C
     return [Row.ours(f"{folder}/loss-max", loss[worst], "%", note=note, loss_by_cell=by_cell)]
 
 
-def timing_rows(folder: str, near: float) -> list[Row]:
+def timing_rows(folder: str, near: float) -> Iterator[Row]:
     """Processor time per pick in a batch of random picks of the belt, and what came of them.
 
     `near` is how far from the target a throw may be planned to land [m].
     """
-    rows: list[Row] = []
     for zone, percent in TIMED:
         picks, following = random_picks()
         targets = np.tile(TARGETS[zone], (BATCH, 1))
@@ -154,20 +153,17 @@ def timing_rows(folder: str, near: float) -> list[Row]:
         seconds = min(timed(partial(fly, mover, context, following))[1] for _ in range(ROUNDS)) / BATCH
         aims, limits = targets[found.good], limits_at(percent)
         checked = check_throw(found.path, found.release_time, aims, limits, CEILING, mover.rules)
-        rows.append(
-            Row.ours(
-                f"{folder}/time-per-pick-{zone}-{percent}",
-                1e6 * seconds,
-                "us",
-                note=f"release, throw and return: best of {ROUNDS} batches of {BATCH} random picks of the belt at "
-                f"{percent} %, target {zone}, one core",
-                picks=BATCH,
-                planned=int(found.good.sum()),
-                straight=int(found.release.straight.sum()),
-                limits_kept=int(checked.good(near).sum()),
-            )
+        yield Row.ours(
+            f"{folder}/time-per-pick-{zone}-{percent}",
+            1e6 * seconds,
+            "us",
+            note=f"release, throw and return: best of {ROUNDS} batches of {BATCH} random picks of the belt at "
+            f"{percent} %, target {zone}, one core",
+            picks=BATCH,
+            planned=int(found.good.sum()),
+            straight=int(found.release.straight.sum()),
+            limits_kept=int(checked.good(near).sum()),
         )
-    return rows
 
 
 def random_picks() -> tuple[Floats, Floats]:

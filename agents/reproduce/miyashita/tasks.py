@@ -6,7 +6,7 @@ what comes of them stands beside the paper's words.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import closing
 from typing import Any, Final
 
@@ -151,24 +151,20 @@ def assemblies(throws: Throws) -> tuple[int, Bools]:
     return int(over.sum()), (throws.is_success & (throws.item == 1))[over]
 
 
-def _falls() -> list[Row]:
+def _falls() -> Iterator[Row]:
     """How steeply the parts arrive."""
-    rows: list[Row] = []
     for (part, goal), plans in zip(ASSEMBLY, assembly_plans(), strict=True):
         theta, omega, length, flight = plans.u[0]
         start = landing_state(np.array([theta, omega, length, 0.0]), part.half_height)
         across = (goal[0] - start[0]) / flight
-        rows.append(
-            Row.ours(
-                f"miyashita/assembly/{part.name}-direction",
-                float(np.rad2deg(np.arctan2(across, -goal[3]))),
-                "deg",
-                beside="-y as much as possible",
-                note=f"of the velocity at the goal off the vertical: {across:.2f} m/s across and {goal[3]:g} m/s up; "
-                "the slots stand in that direction",
-            )
+        yield Row.ours(
+            f"miyashita/assembly/{part.name}-direction",
+            float(np.rad2deg(np.arctan2(across, -goal[3]))),
+            "deg",
+            beside="-y as much as possible",
+            note=f"of the velocity at the goal off the vertical: {across:.2f} m/s across and {goal[3]:g} m/s up; "
+            "the slots stand in that direction",
         )
-    return rows
 
 
 def assembly_frames(controller: Controller, size: tuple[int, int] = (720, 960)) -> list[tuple[str, Frame]]:
