@@ -14,8 +14,8 @@ from pnt_gym.planning.one_joint.parameters import Arm, Block
 from pnt_gym.planning.one_joint.shapes import BACKSWINGS, INTERVALS, RISES, Family
 from pnt_gym.planning.one_joint.weights import WEIGHTS
 
-Objective = Literal["max_min", "squares"]
-"""What a plan is chosen by: the smallest margin of grasp and torque, or Eq. 28."""
+Objective = Literal["squares", "max_min"]
+"""What a plan is chosen by: Eq. 28, or the smallest margin of grasp and torque."""
 
 DURATIONS: Final = 6
 """Durations tried for each shape."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import lru_cache, partial
 from itertools import chain
 from types import ModuleType
-from typing import Final, Literal, NamedTuple, final
+from typing import Final, Literal, NamedTuple, final, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -159,12 +159,13 @@ def _solutions(
 
 
 def _check_options(solver: str, objective: str, guesses: str, starts: int) -> None:
-    if solver not in ("slsqp", "ipopt"):
-        raise PlanningError(f"solver is {solver!r}; it must be 'slsqp' or 'ipopt'")
-    if objective not in ("squares", "max_min"):
-        raise PlanningError(f"objective is {objective!r}; it must be 'squares' or 'max_min'")
-    if guesses not in ("family", "random"):
-        raise PlanningError(f"guesses is {guesses!r}; it must be 'family' or 'random'")
+    for name, value, kind in (
+        ("solver", solver, Solver),
+        ("objective", objective, Objective),
+        ("guesses", guesses, Guesses),
+    ):
+        if value not in get_args(kind):
+            raise PlanningError(f"{name} is {value!r}; it must be {' or '.join(map(repr, get_args(kind)))}")
     if starts < 1:
         raise PlanningError(f"starts is {starts}; it must be at least 1")
 

@@ -19,7 +19,7 @@ from pnt_gym.planning.casadi_module import load_casadi
 from pnt_gym.planning.motion.limits import EllipticWorkspace, MotionLimits
 from pnt_gym.planning.motion.scurve import stroke_time
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
-from pnt_gym.planning.optimal.legs import Guess, Leg, add_leg, hermite, inside, join, rest, set_guess, solved
+from pnt_gym.planning.optimal.legs import Leg, add_leg, hermite, inside, join, rest, set_guess, solved
 
 FREE: Final = 40
 """Intervals of the free part."""
@@ -214,4 +214,4 @@ def _start(opti: Any, task: _MotionTask, legs: dict[str, Leg], duration: float) 
         "drop": hermite(above, zero, task.end, zero, times["drop"], STRAIGHT),
     }
     for name, leg in legs.items():
-        set_guess(opti, leg, Guess(times[name], paths[name]), task.limits)
+        set_guess(opti, leg, times[name], paths[name], task.limits)

@@ -20,7 +20,7 @@ from pnt_gym.planning.free.rules import HandRules
 from pnt_gym.planning.motion.limits import MotionLimits
 from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
 from pnt_gym.planning.optimal.fastest import ROUNDING, NoMotionFound
-from pnt_gym.planning.optimal.legs import Guess, Leg, add_leg, hermite, inside, join, rest, set_guess, solved
+from pnt_gym.planning.optimal.legs import Leg, add_leg, hermite, inside, join, rest, set_guess, solved
 from pnt_gym.planning.straight.release import Frame
 
 INTERVALS: Final = {"throw": 28, "clearing": 16, "return": 30, "approach": 10}
@@ -250,7 +250,7 @@ def _start(opti: Any, task: _ThrowTask, legs: dict[str, Leg], elevation: float, 
     for name, (first, before, last, after) in guesses.items():
         time = ramp + 1.5 * float(np.sqrt(np.sum((last - first) ** 2))) / task.limits[0]
         path = hermite(first, before, last, after, time, INTERVALS[name])
-        set_guess(opti, legs[name], Guess(time, path), task.limits)
+        set_guess(opti, legs[name], time, path, task.limits)
     return float(flight)
 
 

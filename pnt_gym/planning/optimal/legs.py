@@ -57,15 +57,6 @@ class Leg:
         return Segments(np.full((1, count), duration / count), np.ascontiguousarray(jerk.T)[None])
 
 
-@final
-@dataclass(frozen=True)
-class Guess:
-    """First guess of a leg: duration [s] and positions at the K + 1 nodes (K + 1, 3) [m]."""
-
-    duration: float
-    position: Floats
-
-
 def add_leg(
     opti: Any, intervals: int, limits: Numbers, *, line: tuple[float, float] | None = None, moving: bool = False
 ) -> Leg:
@@ -111,16 +102,18 @@ def add_leg(
     )
 
 
-def set_guess(opti: Any, leg: Leg, guess: Guess, limits: Numbers) -> None:
-    """Start the solver at a path: velocities, accelerations and jerks by differences, shortened to the limits."""
-    count = guess.position.shape[0] - 1
-    step = guess.duration / count
-    velocity = _shortened(np.gradient(guess.position, step, axis=0), limits[0])
+def set_guess(opti: Any, leg: Leg, duration: float, position: Floats, limits: Numbers) -> None:
+    """Start the solver at a path: velocities, accelerations and jerks by differences, shortened to the limits.
+
+    Its duration is in s, its positions at the K + 1 nodes (K + 1, 3) are in m.
+    """
+    step = duration / (len(position) - 1)
+    velocity = _shortened(np.gradient(position, step, axis=0), limits[0])
     acceleration = _shortened(np.gradient(velocity, step, axis=0), limits[1])
     jerk = _shortened(np.diff(acceleration, axis=0) / step, limits[2])
-    opti.set_initial(leg.duration, guess.duration)
+    opti.set_initial(leg.duration, duration)
     for unknown, value in (
-        (leg.position, guess.position),
+        (leg.position, position),
         (leg.velocity, velocity),
         (leg.acceleration, acceleration),
         (leg.jerk, jerk),

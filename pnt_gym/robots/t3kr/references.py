@@ -5,6 +5,8 @@ angle is the cubic with the exact end angles and velocities, the joint velocity 
 and the torque is linear. Everything is element-wise, so a row does not depend on the other rows.
 """
 
+from operator import methodcaller
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -60,7 +62,8 @@ def joint_knots(
     for start in range(0, rows * knots, _BLOCK):
         block = slice(start, start + _BLOCK)
         blocks.append(joint_motion(take(hand, (..., block)), geometry))
-    return take(joined(blocks, axis=1), (slice(None), np.arange(rows * knots).reshape(rows, knots)))
+    whole = vars(joined(blocks, axis=1)).values()
+    return JointMotion(*map(methodcaller("reshape", N_ARMS, rows, knots), whole))
 
 
 def exact_references(knots: JointMotion) -> Floats:

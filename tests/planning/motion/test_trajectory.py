@@ -69,7 +69,7 @@ def test_limits_are_reached_and_kept():
 
 def test_samples_agree_with_small_steps():
     path, _, _, _, _ = throw_and_return(count=4)
-    step = 2e-6
+    step = 1e-5
     time = np.arange(0.0, path.duration.max() + 0.01, step)
     _, velocity, acceleration = path.sample(time)
     position = path.sample(time).position

@@ -56,34 +56,41 @@ def test_a_release_comes_back_from_its_landing_state(u):
 def test_no_release_of_a_thousand_random_goals_is_missed():
     """The scan steps through flight times and knows nothing of the turned angle that the solver steps through."""
     z = landing_state(random_releases(1000, seed=3))
-    time = np.linspace(1e-4, 1.6, 4001)
-    found_by_scan = 0
-    for goal in z:
+    row, root, angle = scan(z, np.linspace(1e-4, 1.6, 4001))
+    for k, goal in enumerate(z):
         ours = release_states(goal).u
-        for root, angle in scan(goal, time):
-            found_by_scan += 1
-            away = np.abs(ours[:, 3] - root) + np.abs(np.angle(np.exp(1j * (ours[:, 0] - angle))))
-            assert away.min() < 1e-6, (goal, root, angle)
-    assert found_by_scan > 3000
+        times, angles = root[row == k, None], angle[row == k, None]
+        away = np.abs(ours[:, 3] - times) + np.abs(np.angle(np.exp(1j * (ours[:, 0] - angles))))
+        assert (away.min(axis=1) < 1e-6).all(), (goal, times, angles)
+    assert len(row) > 3000
 
 
-def scan(goal, time):
-    """Roots (t_f, theta) with up to two extra turns: changes of sign over flight times, then bisection."""
-    for sign in (1.0, -1.0):
-        angle, turned, good = flight_from(goal, time, sign)
-        for turns in range(-2, 3):
-            miss = angle + turned - goal[2] - 2.0 * np.pi * turns
-            both = good[1:] & good[:-1] & (np.abs(np.diff(miss)) < 1.0)
-            for k in np.nonzero(both & (miss[1:] * miss[:-1] < 0.0))[0]:
-                low, high = time[k], time[k + 1]
-                for _ in range(45):
-                    middle = 0.5 * (low + high)
-                    at, by, _ = flight_from(goal, middle, sign)
-                    same = (at + by - goal[2] - 2.0 * np.pi * turns < 0.0) == (miss[k] < 0.0)
-                    low, high = (middle, high) if same else (low, middle)
-                at, by, _ = flight_from(goal, low, sign)
-                if abs(at + by - goal[2] - 2.0 * np.pi * turns) < 1e-6:
-                    yield low, float(at)
+def scan(z, time):
+    """Roots (goal, t_f, theta) with up to two extra turns: changes of sign over flight times, then bisection."""
+    found = []
+    for row, goal in enumerate(z):
+        for sign in (1.0, -1.0):
+            angle, turned, good = flight_from(goal, time, sign)
+            for turns in range(-2, 3):
+                miss = angle + turned - goal[2] - 2.0 * np.pi * turns
+                both = good[1:] & good[:-1] & (np.abs(np.diff(miss)) < 1.0)
+                found += [(row, sign, turns, k) for k in np.nonzero(both & (miss[1:] * miss[:-1] < 0.0))[0]]
+    row, sign, turns, k = np.array(found).T
+    row, k = row.astype(int), k.astype(int)
+    goal = z[row].T
+
+    def miss_at(flight):
+        angle, turned, _ = flight_from(goal, flight, sign)
+        return angle + turned - goal[2] - 2.0 * np.pi * turns
+
+    low, high = time[k], time[k + 1]
+    below = miss_at(low) < 0.0
+    for _ in range(45):
+        middle = 0.5 * (low + high)
+        same = (miss_at(middle) < 0.0) == below
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    real = np.abs(miss_at(low)) < 1e-6
+    return row[real], low[real], flight_from(goal, low, sign)[0][real]
 
 
 def flight_from(goal, time, sign):

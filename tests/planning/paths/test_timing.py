@@ -135,17 +135,17 @@ def test_a_rectangle_is_three_strokes_without_casadi(monkeypatch):
 
 
 def test_a_shorter_way_and_looser_limits_are_quicker(lame):
-    shorter = timed(lame_path(0.7, 0.05, 0.05, (0.1, 0.05)))
+    shorter = timed(lame_path(0.7, 0.05, 0.05, (0.1, 0.05)), intervals=60)
     assert shorter.duration[0] < lame.duration[0]
-    looser = timed(lame_path(0.7, 0.05, 0.05, (0.1, 0.05)), limits=LIMITS.scaled(2.0))
+    looser = timed(lame_path(0.7, 0.05, 0.05, (0.1, 0.05)), limits=LIMITS.scaled(2.0), intervals=60)
     assert looser.duration[0] < shorter.duration[0]
 
 
 def test_scaled_limits_scale_the_time_exactly():
     path = lame_path(0.4, 0.03, 0.06, (0.1, 0.05), 4.0)
-    once = timed(path)
+    once = timed(path, intervals=60)
     # Twice the time: half the speed, a quarter of the acceleration, an eighth of the jerk.
-    twice = timed(path, limits=MotionLimits(0.9, 9.0, 112.5))
+    twice = timed(path, limits=MotionLimits(0.9, 9.0, 112.5), intervals=60)
     assert twice.duration[0] == pytest.approx(2.0 * once.duration[0], rel=2e-4)
     slowed = once.slower(2.0).peak_ratios(LIMITS)
     for ratio, before, power in zip(slowed, once.peak_ratios(LIMITS), (2, 4, 8), strict=True):
