@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,10 +16,66 @@ from pnt_gym.errors import PntGymError, one_sentence
 
 from .cli import UsageError
 
+try:
+    import fcntl
+except ImportError:  # Windows, where nothing is locked and nothing swept
+    fcntl = None
+
+
+@contextmanager
+def held(folder: Path) -> Generator[None, None, None]:
+    """No other command writes in a folder while the block runs; the lock ends with its process, however that ends.
+
+    Raises:
+        UsageError: another command is at it.
+    """
+    lock = os.open(folder, os.O_RDONLY) if fcntl is not None else None
+    try:
+        try:
+            if fcntl is not None and lock is not None:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            said = f"another command is at work in {str(folder)!r}; let it end, or choose another folder"
+            raise UsageError(said) from None
+        except OSError:
+            pass  # a file system that knows no locks
+        yield
+    finally:
+        if lock is not None:
+            os.close(lock)
+
+
+def unfinished(path: Path) -> Path:
+    """Where a process writes what shall be `path` when it is whole."""
+    return path.with_name(f".{path.name}.{os.getpid()}.tmp")
+
+
+def sweep(folder: Path) -> None:
+    """Remove from a folder what processes that were killed have not finished."""
+    for old in folder.glob(".*.tmp") if fcntl is not None else ():
+        owner = old.stem.rpartition(".")[2]
+        if not owner.isdecimal() or _lives(int(owner)):
+            continue
+        if old.is_dir():
+            shutil.rmtree(old, ignore_errors=True)
+        else:
+            old.unlink(missing_ok=True)
+
+
+def _lives(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:  # another user's
+        pass
+    return True
+
 
 def replace_file(path: Path, write: Callable[[Path], object]) -> None:
     """Let `write` fill a temporary file beside `path`, then rename it over `path`."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    sweep(path.parent)
+    temporary = unfinished(path)
     try:
         write(temporary)
         os.replace(temporary, path)
@@ -53,8 +110,8 @@ def check_writable(*paths: Path | None) -> None:
     for path in paths:
         if path is None:
             continue
-        if path.is_dir():
-            raise UsageError(f"cannot write {str(path)!r}: it is a folder")
+        if path.exists() and not path.is_file():  # a device would be gone after the renaming
+            raise UsageError(f"cannot write {str(path)!r}: it is {'a folder' if path.is_dir() else 'no file'}")
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:

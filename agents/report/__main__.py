@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from ..cli import UsageError, run
-from ..files import of_its_form, read_json, write_text
+from ..files import held, of_its_form, read_json, write_text
 from ..places import MADE
 from ..reproduce.grids import plain
 from ..tables import console
@@ -39,6 +39,13 @@ def main(arguments: Arguments) -> None:
     chapters = read_chapters(arguments.results)
     if not chapters:
         raise UsageError(f"{str(arguments.results)!r} holds no results yet; `python -m agents.benchmark` makes some")
+    with held(arguments.results):
+        write(chapters, arguments)
+    console().print(f"report of {len(chapters)} results in {arguments.results / 'report.html'}")
+
+
+def write(chapters: Sequence[Chapter], arguments: Arguments) -> None:
+    """Write drawings, tables and page."""
     for chapter in chapters:
         for name, text in chapter.figures.items():
             write_text(arguments.results / "figures" / name, text)
@@ -46,7 +53,6 @@ def main(arguments: Arguments) -> None:
     write_text(arguments.results / "report.html", page(chapters))
     if arguments.readme.is_file():
         update_readme(arguments.readme, arguments.results)
-    console().print(f"report of {len(chapters)} results in {arguments.results / 'report.html'}")
 
 
 def read_chapters(results: Path) -> list[Chapter]:
