@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
+import re
 import sys
 import warnings
 from collections.abc import Callable, Sequence
@@ -59,9 +62,8 @@ def run(
         if reconfigure is not None:
             reconfigure(errors="replace")
     warnings.formatwarning = lambda message, *_, **__: f"warning: {one_sentence(message)}\n"
-    parsed = tyro.cli(arguments, prog=f"python -m {module_name(name)}" if given is None else name, args=given)
     try:
-        command(parsed)
+        command(_parsed(arguments, f"python -m {module_name(name)}" if given is None else name, given))
     except (PntGymError, OSError, MemoryError) as error:
         print(f"error: {explained(error)}", file=sys.stderr)
         sys.exit(BAD_USAGE)
@@ -74,6 +76,22 @@ def run(
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         sys.exit(INTERRUPTED)
+
+
+def _parsed(arguments: type[Arguments], program: str, given: Sequence[str] | None) -> Arguments:
+    """The options given; what tyro says of wrong ones in a box of several lines as one sentence."""
+    said = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(said):
+            return tyro.cli(arguments, prog=program, args=given)
+    except SystemExit as end:
+        if not end.code:
+            raise
+    box = said.getvalue()
+    problem = re.split(r"\n\s*-{5,}\s*\n|\n\s*\n", box.partition("\n")[2].strip("- \n"))[0]
+    hint = re.search(r"Perhaps you meant:\s+(.*)", box)
+    meant = f"; perhaps you meant {hint[1].strip()}" if hint else ""
+    raise UsageError(f"{one_sentence(problem.rstrip(' .:'), 200)}{meant}; see {program} --help")
 
 
 def explained(error: Exception) -> str:

@@ -113,7 +113,7 @@ def tried_line(random: np.random.Generator) -> Tried:
 
 
 def answer(module: str, *arguments: str) -> str | None:
-    """What is wrong with the answer to a command line: 0, or 2 with one sentence or the usage."""
+    """What is wrong with the answer to a command line: 0, or 2 with one sentence."""
     with TemporaryDirectory() as name:
         folder = Path(name) / "here"
         shutil.copytree(place(), folder)
@@ -131,6 +131,6 @@ def answer(module: str, *arguments: str) -> str | None:
     if done.returncode != 2 or "Traceback" in words or not words:
         return f"exit code {done.returncode}: {words[-300:]!r}"
     last = words.splitlines()[-1]
-    if words.startswith(("╭", "+")) or (last.startswith("error: ") and len(last) < 700):
+    if last.startswith("error: ") and len(last) < 700:
         return None
     return f"no sentence: {words[-300:]!r}"

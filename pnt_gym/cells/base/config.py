@@ -13,17 +13,20 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, Self, TypeAlias, cast
 
+import numpy as np
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import to_jsonable_python
 
 from pnt_gym.errors import ConfigError, PntGymError, one_sentence
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+MOST: Final = 1e6
+"""No number of a cell is larger, in SI units or degrees."""
+Positive = Annotated[float, Field(gt=0, le=MOST, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, le=MOST, allow_inf_nan=False)]
 Duration = Annotated[float, Field(ge=0, le=10, allow_inf_nan=False)]
 """Seconds that are simulated."""
-Finite = Annotated[float, Field(allow_inf_nan=False)]
+Finite = Annotated[float, Field(ge=-MOST, le=MOST, allow_inf_nan=False)]
 Share = Annotated[float, Field(gt=0, le=1)]
 Range = tuple[Finite, Finite]
 Level: TypeAlias = str | Path | BaseModel | Mapping[str, Any]
@@ -148,7 +151,8 @@ def describes_a_cell() -> Generator[None, None, None]:
         ConfigError: engine, memory or arithmetic refuse them.
     """
     try:
-        yield
+        with np.errstate(over="raise", divide="raise", invalid="raise"):
+            yield
     except PntGymError:
         raise
     except (ValueError, ArithmeticError, MemoryError) as error:
