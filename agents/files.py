@@ -6,7 +6,7 @@ import json
 import os
 import shutil
 from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from .cli import UsageError
 
 try:
     import fcntl
-except ImportError:  # Windows, where nothing is locked and nothing swept
+except ImportError:  # Windows, where nothing is locked
     fcntl = None
 
 
@@ -29,20 +29,18 @@ def held(folder: Path) -> Generator[None, None, None]:
     Raises:
         UsageError: another command is at it.
     """
-    lock = os.open(folder, os.O_RDONLY) if fcntl is not None else None
-    try:
-        try:
-            if fcntl is not None and lock is not None:
+    with ExitStack() as ends:
+        if fcntl is not None:
+            lock = os.open(folder, os.O_RDONLY)
+            ends.callback(os.close, lock)
+            try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            said = f"another command is at work in {str(folder)!r}; let it end, or choose another folder"
-            raise UsageError(said) from None
-        except OSError:
-            pass  # a file system that knows no locks
+            except BlockingIOError:
+                said = f"another command is at work in {str(folder)!r}; let it end, or choose another folder"
+                raise UsageError(said) from None
+            except OSError:
+                pass  # a file system that knows no locks
         yield
-    finally:
-        if lock is not None:
-            os.close(lock)
 
 
 def unfinished(path: Path) -> Path:
@@ -51,25 +49,13 @@ def unfinished(path: Path) -> Path:
 
 
 def sweep(folder: Path) -> None:
-    """Remove from a folder what processes that were killed have not finished."""
-    for old in folder.glob(".*.tmp") if fcntl is not None else ():
+    """Remove from a folder what processes that were killed have not finished, where /proc tells who lives."""
+    for old in folder.glob(".*.tmp") if Path("/proc/self").exists() else ():
         owner = old.stem.rpartition(".")[2]
-        if not owner.isdecimal() or _lives(int(owner)):
-            continue
-        if old.is_dir():
+        if owner.isdecimal() and not Path("/proc", owner).exists():
             shutil.rmtree(old, ignore_errors=True)
-        else:
-            old.unlink(missing_ok=True)
-
-
-def _lives(process: int) -> bool:
-    try:
-        os.kill(process, 0)
-    except (ProcessLookupError, OverflowError):
-        return False
-    except PermissionError:  # another user's
-        pass
-    return True
+            with suppress(OSError):  # a folder, which is gone
+                old.unlink()
 
 
 def replace_file(path: Path, write: Callable[[Path], object]) -> None:

@@ -24,8 +24,6 @@ IMPORTED = (
     "agents.benchmark.__main__",
     "agents.progress",
     "agents.report.__main__",
-    "agents.reproduce.__main__",
-    "agents.reproduce.choe",
     "agents.sb3",
     "agents.train",
     "matplotlib.backends.backend_svg",
@@ -75,7 +73,7 @@ def main() -> int:
     parser.add_argument("--only", nargs="*", default=[""], metavar="WORD", help="only commands with such a name")
     parser.add_argument("--toy", action="store_true", help="throw on paper")
     arguments = parser.parse_args()
-    for name in IMPORTED:
+    for name in (*IMPORTED, *(["agents.reproduce.choe"] if "" in arguments.only else [])):
         importlib.import_module(name)
     began = time.monotonic()
     with tempfile.TemporaryDirectory() as name:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -40,19 +40,14 @@ def main(arguments: Arguments) -> None:
     if not chapters:
         raise UsageError(f"{str(arguments.results)!r} holds no results yet; `python -m agents.benchmark` makes some")
     with held(arguments.results):
-        write(chapters, arguments)
+        for chapter in chapters:
+            for name, text in chapter.figures.items():
+                write_text(arguments.results / "figures" / name, text)
+        write_text(arguments.results / "README.md", markdown_page(chapters))
+        write_text(arguments.results / "report.html", page(chapters))
+        if arguments.readme.is_file():
+            update_readme(arguments.readme, arguments.results)
     console().print(f"report of {len(chapters)} results in {arguments.results / 'report.html'}")
-
-
-def write(chapters: Sequence[Chapter], arguments: Arguments) -> None:
-    """Write drawings, tables and page."""
-    for chapter in chapters:
-        for name, text in chapter.figures.items():
-            write_text(arguments.results / "figures" / name, text)
-    write_text(arguments.results / "README.md", markdown_page(chapters))
-    write_text(arguments.results / "report.html", page(chapters))
-    if arguments.readme.is_file():
-        update_readme(arguments.readme, arguments.results)
 
 
 def read_chapters(results: Path) -> list[Chapter]:

@@ -8,6 +8,7 @@ a worker of it that came to the operation; its other workers have to end by them
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import hashlib
 import io
 import json
@@ -41,6 +42,8 @@ CLOCK: Final = ("seconds", "learn_seconds")
 PATIENCE: Final = 120.0
 """A command that takes longer hangs [s]."""
 TORN: Final = -int(signal.SIGXFSZ)
+SUBREAPER: Final = 36
+"""Of prctl(2): a worker whose parent was killed is this process's child, and waited for."""
 
 
 @final
@@ -81,6 +84,7 @@ def started(line: Line, folder: Path, log: Path, kill: Kill) -> int:
     Raises:
         AssertionError: it hangs, or its workers outlive it.
     """
+    ctypes.CDLL(None).prctl(SUBREAPER, 1, 0, 0, 0)
     counter = FORK.Value("q", 0)
     process = os.fork()
     if process == 0:
@@ -108,22 +112,13 @@ def _awaited(process: int, moment: float) -> int:
             assert passed <= PATIENCE, "the command hangs"
         time.sleep(0.001)
     for _ in range(2000):
-        if not _works(process):
+        try:
+            if not os.waitpid(-process, os.WNOHANG)[0]:
+                time.sleep(0.005)
+        except ChildProcessError:
             return os.waitstatus_to_exitcode(status)
-        time.sleep(0.005)
     os.killpg(process, signal.SIGKILL)
     raise AssertionError("workers outlive their command")
-
-
-def _works(group: int) -> bool:
-    """Whether a process of a group still runs; one that ended and is not waited for by its new parent does not."""
-    for place in Path("/proc").glob("[0-9]*/stat"):
-        with contextlib.suppress(OSError):  # it has just ended
-            _, _, told = place.read_text(encoding="utf-8", errors="replace").rpartition(") ")
-            state, _, its_group = told.split()[:3]
-            if int(its_group) == group and state not in "ZX":
-                return True
-    return False
 
 
 def _watch(folder: Path, kill: Kill, counter: Any) -> None:
