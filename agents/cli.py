@@ -68,10 +68,11 @@ def run(
         print(f"error: {explained(error)}", file=sys.stderr)
         sys.exit(BAD_USAGE)
     except ModuleNotFoundError as error:
-        extra = EXTRAS.get((error.name or "").partition(".")[0])
+        library = (error.name or "").partition(".")[0]
+        extra = EXTRAS.get(library)
         if extra is None:
             raise
-        print(f"error: this needs {error.name}: pip install 'pnt_gym[{extra}]'", file=sys.stderr)
+        print(f"error: this needs {library}: pip install 'pnt_gym[{extra}]'", file=sys.stderr)
         sys.exit(BAD_USAGE)
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)

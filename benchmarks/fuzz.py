@@ -21,8 +21,8 @@ from tests.tools.fuzz import SHARES, tried
 
 PATIENCE = 60.0
 """A case that takes longer hangs [s]."""
-MEMORY = 12 * 2**30
-"""Address space of the process that tries [bytes]."""
+MEMORY = 3 * 2**30
+"""A case that wants more on top of what its process has is a find [bytes]."""
 BUNCH = 200
 """Cases of one process."""
 
@@ -43,7 +43,8 @@ def cases(first: int, count: int) -> Iterator[tuple[str, int]]:
 
 def attempt(bunch: Sequence[tuple[str, int]], told: Connection) -> None:
     """Try cases in a process of its own, telling before each which, and after it what was found."""
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    pages = int(Path("/proc/self/statm").read_text(encoding="utf-8").split()[0])
+    resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + MEMORY, resource.RLIM_INFINITY))
     silent = os.open(os.devnull, os.O_WRONLY)
     os.dup2(silent, 2)
     for kind, number in bunch:

@@ -20,6 +20,7 @@ from pnt_gym.cells.base.action import Correction, Modes, Plans, corrected, limit
 from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.cells.base.features import CLIP
 from pnt_gym.cells.base.view import View
+from pnt_gym.engine import unheard
 from pnt_gym.errors import ConfigError, PhysicsError, PlanningError, one_sentence
 
 Generators = list[np.random.Generator]
@@ -237,7 +238,8 @@ class Core:
     def _try(self) -> None:
         """Throw once, without moving on."""
         try:
-            outcome = self.preview(np.zeros((self.count, *self.action_space.shape)), jitter=True)
+            with unheard():
+                outcome = self.preview(np.zeros((self.count, *self.action_space.shape)), jitter=True)
         except PhysicsError as error:
             raise ConfigError(f"level {self.config.name!r} cannot be thrown in: {error}") from error
         if not all(np.isfinite(found).all() for found in (self.observe(), *self.cell.reward(outcome).values())):
