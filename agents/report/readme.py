@@ -50,12 +50,6 @@ def update_readme(readme: Path, results: Path) -> None:
         write_text(readme, changed)
 
 
-def stale_readme(readme: Path, results: Path) -> bool:
-    """Whether a README's tables differ from what the results give."""
-    text = readme.read_text(encoding="utf-8")
-    return with_blocks(text, results) != text
-
-
 def _table(name: str, results: Path) -> Grid:
     if name in BLOCKS:
         file, make_table = BLOCKS[name]

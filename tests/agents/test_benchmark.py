@@ -18,8 +18,9 @@ from agents.cli import UsageError
 from agents.places import SHIPPED as ROOT
 from agents.report.__main__ import Arguments as ReportArguments
 from agents.report.__main__ import main as report
-from agents.report.readme import stale_readme, with_blocks
+from agents.report.readme import with_blocks
 from agents.report.tables import benchmark_table
+from tests.tools.readme import stale_readme
 from tests.tools.toy_cell import register_toy
 
 register_toy()

@@ -6,7 +6,7 @@ import pytest
 
 from agents.places import SHIPPED as ROOT
 from agents.report.__main__ import read_chapters
-from agents.report.readme import stale_readme
+from tests.tools.readme import stale_readme
 
 RESULTS = ROOT / "results"
 

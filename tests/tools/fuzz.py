@@ -9,10 +9,12 @@ from __future__ import annotations
 
 import contextlib
 import copy
+import json
 import pickle
 import warnings
 import zlib
 from collections.abc import Callable, Iterator
+from dataclasses import asdict
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -28,6 +30,8 @@ from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.envs import conveyor, gripper, one_joint
 from pnt_gym.errors import ActionError, PntGymError
+from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD
+from pnt_gym.robots.gripper.geometry import PROTOTYPE
 from tests.tools.fuzz_lines import tried_line
 
 Random = np.random.Generator
@@ -151,6 +155,9 @@ def level_case(random: Random) -> str:
     whole = whole_level(config, level["base"])
     for _ in range(int(random.choice([1, 1, 2, 3]))):
         change(random, whole, level)
+    if "items" in whole and random.random() < 0.1:
+        one = changed(random, OWN)
+        level |= {"items": ["own"], "extra_items": [{**OWN, **one} if isinstance(one, dict) else one]}
     what = f"{env_id} level {level!r}"
     with contextlib.suppress(Refused), refusable(what), written(random, level) as given:
         env = gym.make_vec(env_id, num_envs=2, level=given, threads=1)
@@ -194,8 +201,13 @@ def written(random: Random, level: dict[str, Any]) -> Iterator[Any]:
 
 @cache
 def whole_level(config: Any, name: str) -> dict[str, Any]:
-    """Every value of a shipped level."""
-    return config.load(name).model_dump(mode="json")
+    """Every value of a shipped level, and those that it leaves to the prototype."""
+    level = config.load(name).model_dump(mode="json")
+    if config is GripperConfig:
+        parts = {"dimensions": PROTOTYPE, "servo": PROTOTYPE_BUILD.servo, "claws": PROTOTYPE_BUILD.claws}
+        level["robot"] |= {part: json.loads(json.dumps(asdict(own))) for part, own in parts.items()}
+        level["robot"]["masses"] = {field: 0.02 for field in ("arm_mass", "rod_mass", "platform_mass", "half_mass")}
+    return level
 
 
 def change(random: Random, whole: dict[str, Any], level: dict[str, Any]) -> None:
@@ -222,6 +234,12 @@ def changed(random: Random, value: Any) -> Any:
     return pick(random, JUNK)
 
 
+OWN: Final = {
+    "name": "own", "shape": "box", "size": [0.05, 0.03, 0.03], "mass": 0.01, "drag": 0.9, "seal_force": 10.0,
+    "com_depth": 0.5, "friction": 0.5, "rolling_friction": 1e-4, "restitution": 0.3, "opening_delay": 0.01,
+    "source": "ours",
+}  # fmt: skip
+"""An item of a user's."""
 ENTRIES: Final = (*JUNK, 0.0, 1.0, -1.0, 1e-30, 5e-324, 1e30, 1e308, -1e308, 2.0)
 
 

@@ -106,20 +106,6 @@ def _platform_load(arms: ArmPose, q_dot: Floats, q_ddot: Floats, hand: HandMotio
     )
 
 
-def joint_velocity(position: ArrayLike, velocity: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
-    """Arm velocities (..., 4) in rad/s; arguments and NaN as `inverse_dynamics`."""
-    shape, hand = HandMotion.stack(position, velocity, np.zeros(3))
-    return per_arm(joint_motion(hand, geometry).velocity, shape)
-
-
-def joint_acceleration(
-    position: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike, geometry: T3krGeometry = T3KR
-) -> Floats:
-    """Arm accelerations (..., 4) in rad/s^2; arguments and NaN as `inverse_dynamics`."""
-    shape, hand = HandMotion.stack(position, velocity, acceleration)
-    return per_arm(joint_motion(hand, geometry).acceleration, shape)
-
-
 def inverse_dynamics(
     position: ArrayLike,
     velocity: ArrayLike,

@@ -5,10 +5,11 @@ import numpy as np
 import pytest
 
 from pnt_gym.robots.specification import set_options
-from pnt_gym.robots.t3kr.dynamics import inverse_dynamics, joint_acceleration, joint_velocity
+from pnt_gym.robots.t3kr.dynamics import inverse_dynamics
 from pnt_gym.robots.t3kr.geometry import T3KR
-from pnt_gym.robots.t3kr.kinematics import closed_pose, in_workspace, inverse_kinematics, jacobian
+from pnt_gym.robots.t3kr.kinematics import closed_pose, inverse_kinematics, jacobian
 from pnt_gym.robots.t3kr.model import add_t3kr, control_columns, qpos_columns
+from tests.tools.t3kr import in_workspace, joint_acceleration, joint_velocity
 
 G = 9.81
 

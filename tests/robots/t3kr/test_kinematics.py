@@ -6,13 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pnt_gym.robots.t3kr.geometry import T3KR, T3krGeometry
-from pnt_gym.robots.t3kr.kinematics import (
-    forward_kinematics,
-    in_workspace,
-    inverse_kinematics,
-    jacobian,
-    rod_tilt,
-)
+from pnt_gym.robots.t3kr.kinematics import forward_kinematics, inverse_kinematics, jacobian
+from tests.tools.t3kr import in_workspace, rod_tilt
 
 
 def workspace_points():

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from pnt_gym.robots.t3kr.dynamics import inverse_dynamics, joint_velocity
+from pnt_gym.robots.t3kr.dynamics import inverse_dynamics
 from pnt_gym.robots.t3kr.kinematics import forward_kinematics, inverse_kinematics
 from pnt_gym.robots.t3kr.references import joint_knots, joint_references, knot_count, upsample
+from tests.tools.t3kr import joint_velocity
 
 SPACING, STRIDE = 0.004, 4
 
