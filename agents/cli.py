@@ -88,8 +88,8 @@ def _parsed(arguments: type[Arguments], program: str, given: Sequence[str] | Non
     except SystemExit as end:
         if not end.code:
             raise
-    box = said.getvalue()
-    problem = re.split(r"\n\s*-{5,}\s*\n|\n\s*\n", box.partition("\n")[2].strip("- \n"))[0]
+    box = re.sub(r"\x1b\[[\d;]*m|[│╭╮╰╯─]|-{5,}", "", said.getvalue())
+    problem = re.split(r"\n\s*\n", box.partition("\n")[2].strip())[0]
     hint = re.search(r"Perhaps you meant:\s+(.*)", box)
     meant = f"; perhaps you meant {hint[1].strip()}" if hint else ""
     raise UsageError(f"{one_sentence(problem.rstrip(' .:'), 200)}{meant}; see {program} --help")

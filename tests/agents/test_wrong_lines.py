@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import io
 import shlex
 import shutil
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 
+from agents.cli import UsageError, _parsed
+from agents.evaluate import Arguments
 from agents.places import POLICY
 from tests.agents.test_mistakes import PLAN, WRONG
 from tests.tools.commands import refused
@@ -53,6 +57,22 @@ def test_a_wrong_line_is_refused(place: Path, monkeypatch: pytest.MonkeyPatch, l
     command, *options = shlex.split(line)
     assert refused(f"agents.{command}", *options).startswith(f"error: {said}")
     assert sorted(place.rglob("*")) == before
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "ascii"])
+@pytest.mark.parametrize("columns", ["40", "200"])
+def test_a_box_of_any_width_and_colour_becomes_a_sentence(
+    monkeypatch: pytest.MonkeyPatch, encoding: str, columns: str
+) -> None:
+    monkeypatch.setenv("COLUMNS", columns)
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(io.BytesIO(), encoding=encoding))
+    with pytest.raises(UsageError) as caught:
+        _parsed(Arguments, "this", ["--controller", "analytic", "--picsk", "4"])
+    assert str(caught.value) == "Unrecognized options: --picsk, 4; perhaps you meant --picks INT; see this --help"
+    with pytest.raises(UsageError) as caught:
+        _parsed(Arguments, "this", ["--controller", "analytic", "--picks", "x"])
+    assert str(caught.value) == "Error parsing --picks: invalid literal for int() with base 10: 'x'; see this --help"
 
 
 def test_there_are_many() -> None:

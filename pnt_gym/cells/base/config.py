@@ -21,12 +21,12 @@ from pydantic_core import to_jsonable_python
 from pnt_gym.errors import ConfigError, PntGymError, one_sentence
 
 MOST: Final = 1e6
-"""No number of a cell is larger, in SI units or degrees."""
-Positive = Annotated[float, Field(gt=0, le=MOST, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, le=MOST, allow_inf_nan=False)]
+"""Every number of a cell is smaller, in SI units or degrees; `lt`, which no field takes for a bound of its own."""
+Positive = Annotated[float, Field(gt=0, lt=MOST, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, lt=MOST, allow_inf_nan=False)]
 Duration = Annotated[float, Field(ge=0, le=10, allow_inf_nan=False)]
 """Seconds that are simulated."""
-Finite = Annotated[float, Field(ge=-MOST, le=MOST, allow_inf_nan=False)]
+Finite = Annotated[float, Field(gt=-MOST, lt=MOST, allow_inf_nan=False)]
 Share = Annotated[float, Field(gt=0, le=1)]
 Range = tuple[Finite, Finite]
 Level: TypeAlias = str | Path | BaseModel | Mapping[str, Any]
