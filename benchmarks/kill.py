@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from tests.tools.killed_commands import REAL, TOY, benchmark, report, reproduce, small_reproduction, train
-from tests.tools.kills import Command, Kill, Trials
+from tests.tools.kills import Command, Kill, Trials, spawned
 
 IMPORTED = (
     "agents.benchmark.__main__",
@@ -54,6 +54,15 @@ def trial(command: Command, folder: Path, every: int, chances: int) -> Trials:
     return trials
 
 
+def as_users_do(command: Command, folder: Path, count: int) -> Trials:
+    """Kills of the command as a user starts it, at random moments."""
+    trials = Trials(command, folder, spawned)
+    moments = np.random.default_rng(1).uniform(0.2, 1.0, count) * trials.seconds
+    done = sum(1 for _ in told(trials, (k for k in (Kill(moment=float(m)) for m in moments) if trials.killed(k))))
+    print(f"\r{command.name}: {done} kills of new processes, {len(trials.lost)} lost", flush=True)
+    return trials
+
+
 def told(trials: Trials, kills: Iterator[Kill]) -> Iterator[Kill]:
     """The same kills, each with a sign of life and what it lost."""
     lost = 0
@@ -70,8 +79,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--every", type=int, default=1, metavar="N", help="only before every N-th change of a file")
     parser.add_argument("--chances", type=int, default=15, metavar="N", help="kills at random sizes, and at moments")
+    parser.add_argument("--processes", type=int, default=2, metavar="N", help="kills of new processes, at moments")
     parser.add_argument("--only", nargs="*", default=[""], metavar="WORD", help="only commands with such a name")
-    parser.add_argument("--toy", action="store_true", help="throw on paper")
+    parser.add_argument("--toy", action="store_true", help="throw on paper, which no new process knows")
     arguments = parser.parse_args()
     for name in (*IMPORTED, *(["agents.reproduce.choe"] if "" in arguments.only else [])):
         importlib.import_module(name)
@@ -82,6 +92,8 @@ def main() -> int:
             c for c in commands(folder, TOY if arguments.toy else REAL) if any(w in c.name for w in arguments.only)
         ]
         done = [trial(command, folder, arguments.every, arguments.chances) for command in chosen]
+        if not arguments.toy and arguments.processes:
+            done += [as_users_do(command, folder, arguments.processes) for command in chosen]
     kills, lost = sum(trials.kills for trials in done), sum(len(trials.lost) for trials in done)
     print(f"{lost} lost of {kills} kills ({time.monotonic() - began:.0f} s)")
     return int(lost > 0 or kills == 0)

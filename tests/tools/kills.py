@@ -17,6 +17,7 @@ import os
 import resource
 import runpy
 import signal
+import subprocess
 import sys
 import time
 import warnings
@@ -30,6 +31,7 @@ from zipfile import ZipFile
 
 from agents.benchmark import plan
 from agents.reproduce import papers
+from tests.tools.commands import environment
 
 Line = Sequence[str]
 FORK: Final = multiprocessing.get_context("fork")
@@ -98,6 +100,19 @@ def started(line: Line, folder: Path, log: Path, kill: Kill) -> int:
     with contextlib.suppress(OSError):  # the child was faster
         os.setpgid(process, process)
     return _awaited(process, kill.moment)
+
+
+def spawned(line: Line, folder: Path, log: Path, kill: Kill) -> int:
+    """The same of a command as a user starts it: a new interpreter, whose workers are new ones too."""
+    ctypes.CDLL(None).prctl(SUBREAPER, 1, 0, 0, 0)
+    with log.open("w", encoding="utf-8") as words:
+        command = [sys.executable, "-m", *line]
+        process = subprocess.Popen(
+            command, cwd=folder, env=environment(), stdout=words, stderr=words, start_new_session=True
+        )
+    code = _awaited(process.pid, kill.moment)
+    process.returncode = code  # it is waited for already
+    return code
 
 
 def _awaited(process: int, moment: float) -> int:
@@ -192,7 +207,7 @@ def _kept(path: Path) -> bytes:
     if path.name == "progress.csv":
         lines = [line.split(",") for line in path.read_text(encoding="utf-8").splitlines()]
         return repr([[*line[:1], *line[2:]] for line in lines]).encode()
-    return path.read_bytes()
+    return b"" if path.name == "git.txt" else path.read_bytes()
 
 
 def _model(path: Path) -> bytes:
@@ -264,9 +279,13 @@ class Trials:
     Args:
         command: what is killed.
         folder: for the working folders.
+        start: `started` or `spawned`.
     """
 
-    def __init__(self, command: Command, folder: Path) -> None:
+    def __init__(
+        self, command: Command, folder: Path, start: Callable[[Line, Path, Path, Kill], int] = started
+    ) -> None:
+        self.start = start
         self.command, self.folder, self.log = command, folder, folder / f"{command.name}.log"
         self.kills, self.lost = 0, list[str]()
         began = time.monotonic()
@@ -313,7 +332,7 @@ class Trials:
         return [*found, *(f"{name} differs" for name in differ), *stale_models(place)]
 
     def _started(self, place: Path, kill: Kill) -> int:
-        return started(self.command.line(place), place, self.log, kill)
+        return self.start(self.command.line(place), place, self.log, kill)
 
     def _fresh(self, name: str) -> Path:
         import shutil  # noqa: PLC0415
