@@ -9,40 +9,23 @@ from __future__ import annotations
 
 import contextlib
 import copy
-import json
 import pickle
 import warnings
 import zlib
-from collections.abc import Callable, Iterator
-from dataclasses import asdict
+from collections.abc import Callable
 from functools import cache
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 import gymnasium as gym
 import numpy as np
-import yaml
 
 import pnt_gym
-from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.gripper.config import GripperConfig
-from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.envs import conveyor, gripper, one_joint
-from pnt_gym.errors import ActionError, PntGymError
-from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD
-from pnt_gym.robots.gripper.geometry import PROTOTYPE
+from pnt_gym.errors import ActionError
+from tests.tools.fuzz_basis import JUNK, Find, Random, Refused, finite, pick, refusable
+from tests.tools.fuzz_levels import level_case
 from tests.tools.fuzz_lines import tried_line
 
-Random = np.random.Generator
-CONFIGS: Final[dict[str, Any]] = {
-    "PnTConveyor-v0": ConveyorConfig,
-    "PnTRelease-v0": ConveyorConfig,
-    "OneJointThrow-v0": OneJointConfig,
-    "OneJointSort-v0": OneJointConfig,
-    "OneJointAssembly-v0": OneJointConfig,
-    "GripperToss-v0": GripperConfig,
-}
 MODES: Final = {
     "PnTConveyor-v0": ("release_point", "release_xyz", "virtual_goal"),
     "PnTRelease-v0": ("release_point", "release_xyz", "virtual_goal"),
@@ -51,48 +34,11 @@ MODES: Final = {
     "OneJointAssembly-v0": ("virtual_goal", "release_state"),
     "GripperToss-v0": ("release", "release_point"),
 }
-LONGEST: Final = 500
-"""Characters of a sentence."""
-FACTORS: Final = (
-    0.0,
-    -1.0,
-    0.1,
-    0.5,
-    0.9,
-    1.1,
-    1.5,
-    2.0,
-    3.0,
-    5.0,
-    10.0,
-    30.0,
-    100.0,
-    1e3,
-    1e6,
-    1e12,
-    1e300,
-    1e-3,
-    1e-9,
-)
-JUNK: Final = (
-    None, True, "", "x", "1.0", "nan", "a\nb", "x" * 300, [], {}, [1.0], [[1.0]], {"x": 1.0}, b"x", 1j, object(),
-    float("nan"), float("inf"), -float("inf"), 0, 1, -1, 5, 0.5, 1e-300, 1e300, 10**400, -(10**12), 2.5e-9,
-)  # fmt: skip
-
-
-class Find(Exception):
-    """What must not be."""
 
 
 def drawn(kind: str, number: int) -> Random:
     """The generator of a case."""
     return np.random.default_rng([zlib.crc32(kind.encode()), number])
-
-
-def pick(random: Random, choices: Any) -> Any:
-    """One of some things, whatever they are."""
-    chosen = list(choices)
-    return chosen[int(random.integers(len(chosen)))]
 
 
 def tried(kind: str, number: int) -> str | None:
@@ -113,133 +59,6 @@ def expected(warning: warnings.WarningMessage) -> bool:
     return issubclass(warning.category, UserWarning | DeprecationWarning) and "overflow" not in str(warning.message)
 
 
-@contextlib.contextmanager
-def refusable(what: str, *kinds: type[Exception]) -> Iterator[None]:
-    """The block may be refused by an error of some kinds, in one sentence.
-
-    Raises:
-        Find: it is refused otherwise.
-        Refused: it is refused well.
-    """
-    try:
-        yield
-    except (PntGymError, gym.error.Error, *kinds) as error:
-        said = str(error)
-        if isinstance(error.__cause__, MemoryError):
-            raise Find(f"{what}: wants more memory than there is: {said}") from error
-        if "\n" in said or not said or (isinstance(error, PntGymError) and len(said) > LONGEST):
-            raise Find(f"{what}: {type(error).__name__} is no sentence: {said!r}") from error
-        raise Refused from error
-    except (Refused, Find):
-        raise
-    except BaseException as error:
-        raise Find(f"{what}: {type(error).__name__}: {error}") from error
-
-
-class Refused(Exception):
-    """The right answer to what is wrong."""
-
-
-def finite(what: str, *values: Any) -> None:
-    """Make sure that observations and rewards are numbers."""
-    for value in values:
-        if not np.isfinite(np.asarray(value, dtype=np.float64)).all():
-            raise Find(f"{what}: {value} is no number")
-
-
-def level_case(random: Random) -> str:
-    """A level one to three of whose values were changed, thrown in twice."""
-    env_id = pick(random, pnt_gym.ENV_IDS)
-    config = CONFIGS[env_id]
-    level: dict[str, Any] = {"base": pick(random, config.level_names())}
-    whole = whole_level(config, level["base"])
-    for _ in range(int(random.choice([1, 1, 2, 3]))):
-        change(random, whole, level)
-    if "items" in whole and random.random() < 0.1:
-        one = changed(random, OWN)
-        level |= {"items": ["own"], "extra_items": [{**OWN, **one} if isinstance(one, dict) else one]}
-    what = f"{env_id} level {level!r}"
-    with contextlib.suppress(Refused), refusable(what), written(random, level) as given:
-        env = gym.make_vec(env_id, num_envs=2, level=given, threads=1)
-        try:
-            throw_twice(what, env, random)
-        except PntGymError as error:
-            raise Find(f"{what}: taken, then {type(error).__name__}: {error}") from error
-        finally:
-            env.close()
-    return what
-
-
-def throw_twice(what: str, env: Any, random: Random) -> None:
-    """Two throws in every cell, with numbers for results."""
-    finite(what, env.reset(seed=int(random.integers(1000)))[0])
-    for scale in (0.3, 1.5):
-        action = scale * random.uniform(-1.0, 1.0, env.action_space.shape)
-        observation, reward, *_ = env.step(action)
-        finite(what, observation, reward)
-
-
-@contextlib.contextmanager
-def written(random: Random, level: dict[str, Any]) -> Iterator[Any]:
-    """A level as it is, or in a file of YAML, which may have been torn."""
-    if random.random() < 0.7:
-        yield level
-        return
-    try:
-        text = yaml.safe_dump(level, allow_unicode=True)
-    except yaml.YAMLError:
-        yield level
-        return
-    if random.random() < 0.3:
-        at = int(random.integers(len(text)))
-        text = text[:at] + pick(random, ("", ":", "\t", "- ", "{", "!!int ", "&a ", "\0", "é", "#")) + text[at + 1 :]
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "level.yaml"
-        path.write_text(text, encoding="utf-8")
-        yield path
-
-
-@cache
-def whole_level(config: Any, name: str) -> dict[str, Any]:
-    """Every value of a shipped level, and those that it leaves to the prototype."""
-    level = config.load(name).model_dump(mode="json")
-    if config is GripperConfig:
-        parts = {"dimensions": PROTOTYPE, "servo": PROTOTYPE_BUILD.servo, "claws": PROTOTYPE_BUILD.claws}
-        level["robot"] |= {part: json.loads(json.dumps(asdict(own))) for part, own in parts.items()}
-        level["robot"]["masses"] = {field: 0.02 for field in ("arm_mass", "rod_mass", "platform_mass", "half_mass")}
-    return level
-
-
-def change(random: Random, whole: dict[str, Any], level: dict[str, Any]) -> None:
-    """Change one value anywhere in a level: a number by a factor, or anything for anything else."""
-    key = pick(random, [k for k in whole if k != "name"])
-    if random.random() < 0.03:
-        level[pick(random, ("gravity", "", "BINS", 5, key + "s"))] = 1.0
-    level[key] = changed(random, whole[key])
-
-
-def changed(random: Random, value: Any) -> Any:
-    """A value that is a little or altogether another."""
-    if isinstance(value, dict) and value and random.random() < 0.95:
-        key = pick(random, value)
-        new = {key: changed(random, value[key])}
-        return {**new, "typo": 1.0} if random.random() < 0.03 else new
-    if isinstance(value, list) and value and random.random() < 0.9:
-        place = int(random.integers(len(value)))
-        kept = [*value[:place], changed(random, value[place]), *value[place + 1 :]]
-        return pick(random, (kept, kept, kept, kept[:-1], [*kept, kept[0]], kept[::-1]))
-    if isinstance(value, int | float) and not isinstance(value, bool) and random.random() < 0.85:
-        by = pick(random, FACTORS)
-        return value * by if value else by
-    return pick(random, JUNK)
-
-
-OWN: Final = {
-    "name": "own", "shape": "box", "size": [0.05, 0.03, 0.03], "mass": 0.01, "drag": 0.9, "seal_force": 10.0,
-    "com_depth": 0.5, "friction": 0.5, "rolling_friction": 1e-4, "restitution": 0.3, "opening_delay": 0.01,
-    "source": "ours",
-}  # fmt: skip
-"""An item of a user's."""
 ENTRIES: Final = (*JUNK, 0.0, 1.0, -1.0, 1e-30, 5e-324, 1e30, 1e308, -1e308, 2.0)
 
 
