@@ -85,6 +85,12 @@ def test_a_level_that_cannot_be_thrown_in_is_refused_when_it_is_loaded(env_id: s
     assert "\n" not in str(caught.value)
 
 
+def test_a_value_that_an_environment_replaces_may_be_anything() -> None:
+    env = gym.make("OneJointSort-v0", level={"task": object()})
+    assert env.spec is not None
+    assert "<object object" in env.spec.to_json()
+
+
 def test_the_first_throw_of_a_level_decides(monkeypatch: pytest.MonkeyPatch) -> None:
     form, level = pnt_gym.envs.conveyor.PnTReleaseEnv, {"mismatch": 0.5}
     form(level=level)

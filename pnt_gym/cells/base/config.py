@@ -166,7 +166,7 @@ def written(level: Level) -> str | dict[str, Any]:
         return str(level)
     if isinstance(level, BaseModel):
         return level.model_dump(mode="json", exclude_unset=True)
-    return cast("dict[str, Any]", to_jsonable_python(dict(level)))
+    return cast("dict[str, Any]", to_jsonable_python(dict(level), fallback=repr))
 
 
 def _merged(below: dict[str, Any], above: Mapping[str, Any], alternatives: Mapping[str, Any]) -> dict[str, Any]:
