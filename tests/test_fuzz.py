@@ -15,6 +15,7 @@ import pnt_gym
 from benchmarks import fuzz, soak
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.plant import ConveyorPlant
+from pnt_gym.cells.one_joint.pallets import Pallet
 from pnt_gym.errors import ConfigError, PhysicsError
 from tests.tools.fuzz import KINDS, SHARES, tried
 from tests.tools.toy_cell import ToyVectorEnv
@@ -113,13 +114,24 @@ def test_a_sample_of_the_soak(env_id: str, level: str) -> None:
 
 
 @pytest.mark.parametrize(("env_id", "level"), SOAKED)
-def test_an_object_in_a_wall_is_found(monkeypatch: pytest.MonkeyPatch, env_id: str, level: str) -> None:
-    """Walls thicker than they are: an object at rest in its bin would be in them."""
-    monkeypatch.setattr(soak, "DEEP", 30.0)
+def test_an_object_that_goes_through_a_wall_is_found(monkeypatch: pytest.MonkeyPatch, env_id: str, level: str) -> None:
+    """Walls where there are none: the bottom of a bin higher than it is."""
+    panels, tray, walls = soak.bin_panels, soak.tray_panels, Pallet.walls.func
+    monkeypatch.setattr(soak, "bin_panels", lambda *given: (panels(*given)[0], panels(*given)[1] + [0, 0, 0.1]))
+    monkeypatch.setattr(soak, "tray_panels", lambda *given: (tray(*given)[0], tray(*given)[1] + [0, 0, 0.1]))
+    monkeypatch.setattr(Pallet, "walls", property(lambda self: np.add(walls(self), [0, 0.1, 0, 0, 0])))
     monkeypatch.setattr(soak, "ACTIONS", (0.0,))
     (said,) = soak.soaked(env_id, level, 0)
-    assert "cell " in said
-    assert " was in " in said
+    assert " went through " in said
+
+
+def test_fast_centres_cross_and_flat_ones_dip() -> None:
+    half, free = np.array([[0.1, 0.1, 0.005]]), np.ones((1, 4), dtype=bool)
+    for heights, crossed in (((0.03, 0.01, -0.02, -0.03), [1]), ((0.01, 0.002, 0.001, 0.02), [])):
+        offset = np.zeros((1, 4, 3))
+        offset[0, :, 2] = heights
+        assert np.flatnonzero(soak.crossings(offset, half, free)).tolist() == crossed
+        assert not soak.crossings(np.add(offset, [0.2, 0, 0]), half, free).any()
 
 
 def test_a_soak_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
