@@ -6,7 +6,7 @@ STAMP := $(VENV)/.installed
 PIP_OPTIONS ?=
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help setup train test lint format bench bench-quick perf reproduce pictures report package clean
+.PHONY: help setup train test lint format bench bench-quick perf reproduce pictures report kill fuzz soak package clean
 
 help: ## show this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -62,6 +62,15 @@ pictures: setup ## pictures and videos of throws, into results/figures
 
 report: setup ## tables, figures and the report from results/*.json
 	$(BIN)/python -m agents.report
+
+kill: setup ## kill the commands at every change of a file and at random: is anything lost? (minutes)
+	$(BIN)/python benchmarks/kill.py
+
+fuzz: setup ## 10,000 levels, actions, calls and command lines that nobody thought of (minutes)
+	$(BIN)/python benchmarks/fuzz.py
+
+soak: setup ## 100,000 throws in all environments: flat memory, numbers, nothing through a wall (half an hour; resumes)
+	$(BIN)/python benchmarks/soak.py
 
 package: setup ## build the wheel into dist/ and try it in an environment of its own, outside of the checkout
 	rm -rf dist && $(BIN)/python -m pip wheel -q --no-deps -w dist .

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
+import re
 import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
@@ -58,8 +61,8 @@ def run(
         reconfigure = getattr(stream, "reconfigure", None)
         if reconfigure is not None:
             reconfigure(errors="replace")
-    parsed = tyro.cli(arguments, prog=f"python -m {module_name(name)}" if given is None else name, args=given)
     try:
+        parsed = _parsed(arguments, f"python -m {module_name(name)}" if given is None else name, given)
         with warnings.catch_warnings():
             warnings.showwarning = lambda said, *_, **__: print(f"warning: {one_sentence(said)}", file=sys.stderr)
             command(parsed)
@@ -67,14 +70,31 @@ def run(
         print(f"error: {explained(error)}", file=sys.stderr)
         sys.exit(BAD_USAGE)
     except ModuleNotFoundError as error:
-        extra = EXTRAS.get((error.name or "").partition(".")[0])
+        library = (error.name or "").partition(".")[0]
+        extra = EXTRAS.get(library)
         if extra is None:
             raise
-        print(f"error: this needs {error.name}: pip install 'pnt_gym[{extra}]'", file=sys.stderr)
+        print(f"error: this needs {library}: pip install 'pnt_gym[{extra}]'", file=sys.stderr)
         sys.exit(BAD_USAGE)
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         sys.exit(INTERRUPTED)
+
+
+def _parsed(arguments: type[Arguments], program: str, given: Sequence[str] | None) -> Arguments:
+    """The options given; what tyro says of wrong ones in a box of several lines as one sentence."""
+    said = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(said):
+            return tyro.cli(arguments, prog=program, args=given)
+    except SystemExit as end:
+        if not end.code:
+            raise
+    box = re.sub(r"\x1b\[[\d;]*m|[│╭╮╰╯─]|-{5,}", "", said.getvalue())
+    problem = re.split(r"\n\s*\n", box.partition("\n")[2].strip())[0]
+    hint = re.search(r"Perhaps you meant:\s+(.*)", box)
+    meant = f"; perhaps you meant {hint[1].strip()}" if hint else ""
+    raise UsageError(f"{one_sentence(problem.rstrip(' .:'), 200)}{meant}; see {program} --help")
 
 
 def explained(error: Exception) -> str:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +16,52 @@ from pnt_gym.errors import PntGymError, one_sentence
 
 from .cli import UsageError
 
+try:
+    import fcntl
+except ImportError:  # Windows, where nothing is locked
+    fcntl = None
+
+
+@contextmanager
+def held(folder: Path) -> Generator[None, None, None]:
+    """No other command writes in a folder while the block runs; the lock ends with its process, however that ends.
+
+    Raises:
+        UsageError: another command is at it.
+    """
+    with ExitStack() as ends:
+        if fcntl is not None:
+            lock = os.open(folder, os.O_RDONLY)
+            ends.callback(os.close, lock)
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                said = f"another command is at work in {str(folder)!r}; let it end, or choose another folder"
+                raise UsageError(said) from None
+            except OSError:
+                pass  # a file system that knows no locks
+        yield
+
+
+def unfinished(path: Path) -> Path:
+    """Where a process writes what shall be `path` when it is whole."""
+    return path.with_name(f".{path.name}.{os.getpid()}.tmp")
+
+
+def sweep(folder: Path) -> None:
+    """Remove from a folder what processes that were killed have not finished, where /proc tells who lives."""
+    for old in folder.glob(".*.tmp") if Path("/proc/self").exists() else ():
+        owner = old.stem.rpartition(".")[2]
+        if owner.isdecimal() and not Path("/proc", owner).exists():
+            shutil.rmtree(old, ignore_errors=True)
+            with suppress(OSError):  # a folder, which is gone
+                old.unlink()
+
 
 def replace_file(path: Path, write: Callable[[Path], object]) -> None:
     """Let `write` fill a temporary file beside `path`, then rename it over `path`."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    sweep(path.parent)
+    temporary = unfinished(path)
     try:
         write(temporary)
         os.replace(temporary, path)
@@ -53,8 +96,8 @@ def check_writable(*paths: Path | None) -> None:
     for path in paths:
         if path is None:
             continue
-        if path.is_dir():
-            raise UsageError(f"cannot write {str(path)!r}: it is a folder")
+        if path.exists() and not path.is_file():  # a device would be gone after the renaming
+            raise UsageError(f"cannot write {str(path)!r}: it is {'a folder' if path.is_dir() else 'no file'}")
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:

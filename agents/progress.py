@@ -68,6 +68,9 @@ class ProgressCallback(BaseCallback):
         self._line = ""
         self._written = start
 
+    def _on_training_start(self) -> None:
+        self._recent.clear()  # a leg tells the same whether or not the process was restarted before it
+
     def _on_step(self) -> bool:
         rewards = self.locals["rewards"]
         for info, reward in zip(self.locals["infos"], rewards, strict=True):

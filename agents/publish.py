@@ -14,7 +14,7 @@ import yaml
 from . import runs
 from .cli import UsageError, at_least, option, run
 from .evaluation import evaluate
-from .files import read_yaml, write_text
+from .files import read_yaml, sweep, unfinished, write_text
 from .places import MADE
 from .tables import Grid, console, landing_cells, markdown_text, throws_bar
 from .trained import own_environment
@@ -66,11 +66,14 @@ def main(arguments: Arguments) -> None:
     levels = {level: level for level in arguments.levels or LEVELS.get(env_id, ())}
     levels = levels or {trained_on: str(arguments.folder / "env.yaml")}
     figures = {name: figures_on(env_id, level, arguments, asked["action_mode"]) for name, level in levels.items()}
-    target.mkdir(parents=True)
+    sweep(arguments.to)
+    parts = unfinished(target)
+    parts.mkdir(parents=True)
     for name in FILES:
         if (arguments.folder / name).is_file():
-            shutil.copy2(arguments.folder / name, target / name)
-    write_text(target / "README.md", card(asked, trained_on, figures, arguments))
+            shutil.copy2(arguments.folder / name, parts / name)
+    write_text(parts / "README.md", card(asked, trained_on, figures, arguments))
+    parts.rename(target)
     console().print(f"policy and card in {target}")
 
 

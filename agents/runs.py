@@ -14,7 +14,6 @@ config.yml describe; memory and random state are numbers. Nothing is unpickled.
 
 from __future__ import annotations
 
-import os
 import shutil
 import sys
 from collections.abc import Generator, Mapping
@@ -28,7 +27,7 @@ import yaml
 from pnt_gym.cells.base.config import LevelConfig
 
 from .cli import UsageError
-from .files import read_yaml, replace_file, write_json, write_text
+from .files import read_yaml, replace_file, sweep, unfinished, write_json, write_text
 from .hyperparameters import hyperparameters
 from .memory import load_memory, load_random, save_memory, save_random
 from .versions import git_state, versions
@@ -58,8 +57,10 @@ def create(
         UsageError: the folder holds something already, or cannot be written.
     """
     check_new(folder)
-    parts = folder.with_name(f".{folder.name}.{os.getpid()}.tmp")
+    sweep(folder.parent)
+    parts = unfinished(folder)
     try:
+        shutil.rmtree(parts, ignore_errors=True)
         parts.mkdir(parents=True)
         write_arguments(parts, arguments)
         write_text(parts / "config.yml", yaml.safe_dump({arguments["env"]: dict(settings)}, sort_keys=False))
@@ -86,7 +87,7 @@ def nothing_left(folder: Path) -> Generator[None, None, None]:
         yield
     except Exception:
         if len(checkpoints(folder)) == 1:
-            shutil.rmtree(folder)
+            shutil.rmtree(folder.rename(unfinished(folder)))
         raise
 
 
@@ -156,7 +157,8 @@ def model_of(folder: Path, checkpoint: Path | None = None) -> Path:
 def save_checkpoint(folder: Path, model: BaseAlgorithm) -> None:
     """Keep model, memory and random state at the present throw, and make them the newest of the run."""
     place = folder / "checkpoints" / f"{model.num_timesteps:08d}"
-    parts = place.with_name(f".{place.name}.tmp")
+    sweep(place.parent)
+    parts = unfinished(place)
     shutil.rmtree(parts, ignore_errors=True)
     parts.mkdir(parents=True)
     model.save(parts / MODEL)
@@ -165,11 +167,17 @@ def save_checkpoint(folder: Path, model: BaseAlgorithm) -> None:
     save_random(model, parts / RANDOM)
     shutil.rmtree(place, ignore_errors=True)
     parts.rename(place)
+    _newest(folder)
+
+
+def _newest(folder: Path) -> None:
+    """Make the last checkpoint the newest of the run, as far as a kill has kept that from being done."""
+    *others, last = checkpoints(folder)
     for name in (MODEL, MEMORY):
-        if (place / name).is_file():
-            replace_file(folder / name, partial(shutil.copyfile, place / name))
+        if (last / name).is_file():
+            replace_file(folder / name, partial(shutil.copyfile, last / name))
     # Only the last checkpoint is continued; the others keep their policy.
-    for old in checkpoints(folder)[:-1]:
+    for old in others:
         (old / MEMORY).unlink(missing_ok=True)
 
 
@@ -201,4 +209,6 @@ def restore(folder: Path, env: VecEnv) -> BaseAlgorithm:
         ) from error
     if int(last.name) != model.num_timesteps:
         raise UsageError(f"run folder {str(folder)!r} is damaged: checkpoint {last.name} is of another throw")
+    _newest(folder)
+    sweep(last.parent)
     return model

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Mapping
-from contextlib import closing, nullcontext
+from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -16,7 +16,7 @@ from .controllers import make_controller
 from .controllers.own import model_policy
 from .environments import core_of, find_environment, make_vector, stream_seed
 from .evaluation import NUM_ENVS, PRACTICE, held_out, practise
-from .files import write_json
+from .files import held, write_json
 from .hyperparameters import hyperparameters
 from .places import module_name
 from .runs import ALGORITHMS, Algorithm
@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from .sb3 import SameStepVecEnv
 
 TABLE_SEED = 0
+TABLE = "evaluation.json"
+"""The table at the end of a run, in its folder."""
 
 
 @dataclass(frozen=True)
@@ -97,10 +99,14 @@ def main(arguments: Arguments) -> None:
 
     torch.set_num_threads(1)  # small networks are slower on many threads
     with closing(SameStepVecEnv(cell)) as env:
-        with Stop().listening() as stop:
+        with Stop().listening() as stop, ExitStack() as ends:
+            if arguments.resume is not None:
+                ends.enter_context(held(arguments.resume))
             folder, model = start(arguments, asked, settings, env)
-            with runs.nothing_left(folder) if arguments.resume is None else nullcontext():
-                learn(model, env, folder, asked, stop, tensorboard=arguments.tensorboard)
+            if arguments.resume is None:
+                ends.enter_context(held(folder))
+                ends.enter_context(runs.nothing_left(folder))
+            learn(model, env, folder, asked, stop, tensorboard=arguments.tensorboard)
         if stop.asked:
             say_how_to_resume(folder, asked["env"], model.num_timesteps)
             sys.exit(INTERRUPTED)
@@ -143,8 +149,9 @@ def start(
     if arguments.resume is not None:
         model = runs.restore(arguments.resume, env)
         if arguments.steps is not None and arguments.steps > model.num_timesteps:
+            (arguments.resume / TABLE).unlink(missing_ok=True)  # of fewer throws
             runs.write_arguments(arguments.resume, asked)
-        if model.num_timesteps >= asked["steps"]:
+        if model.num_timesteps >= asked["steps"] and (arguments.resume / TABLE).is_file():
             raise UsageError(
                 f"run {str(arguments.resume)!r} has done {model.num_timesteps} throws of {asked['steps']}; "
                 "give a larger --steps to go on"
@@ -234,7 +241,7 @@ def compare(folder: Path, model: BaseAlgorithm, env: SameStepVecEnv, asked: Mapp
         rows.append((controller.name, throws, summary(held_out(controller, cell, picks, TABLE_SEED))))
     title = f"{picks} held-out throws each, level {core.config.name}; run folder {folder}"
     console().print(comparison_table(title, rows))
-    write_json(folder / "evaluation.json", [{"controller": n, "throws": t, **s} for n, t, s in rows])
+    write_json(folder / TABLE, [{"controller": n, "throws": t, **s} for n, t, s in rows])
 
 
 if __name__ == "__main__":

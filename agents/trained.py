@@ -130,8 +130,9 @@ def setting(
     """
     place = Path(controller)
     known = find_trained(place).known if os.path.isdir(place) else {}  # False for a name too long to be one
-    found = env or own_environment(controller, known.get("env", "PnTConveyor-v0"))
-    return found, level or known.get("level"), action_mode or known.get("action_mode")
+    found = own_environment(controller, known.get("env", "PnTConveyor-v0")) if env is None else env
+    mode = known.get("action_mode") if action_mode is None else action_mode
+    return found, known.get("level") if level is None else level, mode
 
 
 def own_environment(folder: str | Path, env_id: str) -> str:

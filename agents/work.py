@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, Final, TypeAlias, final
 
 from .cli import UsageError
-from .files import check_writable, read_json, write_json
+from .files import check_writable, held, read_json, write_json
 from .places import CODE, code_pattern
 from .tables import throws_bar
 from .versions import versions
@@ -82,23 +82,24 @@ def do_missing(
         unit: what the costs count, for the progress bar.
 
     Raises:
-        UsageError: a process died, for instance for lack of memory.
+        UsageError: a process died, for instance for lack of memory; or another command works in the folder.
     """
     check_writable(folder / "piece.json")
-    missing = [job for job in jobs if fresh or not (folder / job.file).is_file()]
-    if missing:
-        left, total = (sum(job.cost for job in some) for some in (missing, jobs))
-        with workers(min(processes, len(missing))) as pool, throws_bar() as bar:
-            task = bar.add_task(unit, total=total, completed=total - left)
-            longest_first = sorted(missing, key=lambda job: -job.cost)
-            with _interrupts_wait():
-                futures = {pool.submit(_timed, job, folder): job for job in longest_first}
-            for future in as_completed(futures):
-                job, found = futures[future], future.result()
-                write_json(folder / job.file, found, indent=None)
-                bar.advance(task, job.cost)
-                bar.console.print(f"done: {job.name} ({found['seconds']:.0f} s)", markup=False)
-    return [read_json(folder / job.file) for job in jobs]
+    with held(folder):
+        missing = [job for job in jobs if fresh or not (folder / job.file).is_file()]
+        if missing:
+            left, total = (sum(job.cost for job in some) for some in (missing, jobs))
+            with workers(min(processes, len(missing))) as pool, throws_bar() as bar:
+                task = bar.add_task(unit, total=total, completed=total - left)
+                longest_first = sorted(missing, key=lambda job: -job.cost)
+                with _interrupts_wait():
+                    futures = {pool.submit(_timed, job, folder): job for job in longest_first}
+                for future in as_completed(futures):
+                    job, found = futures[future], future.result()
+                    write_json(folder / job.file, found, indent=None)
+                    bar.advance(task, job.cost)
+                    bar.console.print(f"done: {job.name} ({found['seconds']:.0f} s)", markup=False)
+        return [read_json(folder / job.file) for job in jobs]
 
 
 @contextmanager

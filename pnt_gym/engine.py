@@ -8,6 +8,8 @@ needs none of them.
 import ctypes
 import os
 import sys
+from collections.abc import Generator
+from contextlib import contextmanager
 from typing import Any, TypeAlias
 
 _OFFSCREEN = {"egl": "libEGL.so.1", "osmesa": "libOSMesa.so.8"}
@@ -38,6 +40,19 @@ from mujoco import batch as _batch  # noqa: E402  # pyright: ignore[reportMissin
 # MuJoCo's compiled modules ship no types.
 mujoco: Any = _mujoco
 Batch: Any = _batch.Batch
+
+
+@contextmanager
+def unheard() -> Generator[None, None, None]:
+    """In the block MuJoCo does not print its warnings or log them to a file; a batch counts them all the same."""
+    before = mujoco.get_mju_user_warning()
+    # A function of C that only reads the text: one of Python's could not be called from MuJoCo's threads.
+    mujoco.set_mju_user_warning(None if sys.platform == "win32" else ctypes.CDLL(None).strlen)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(before)
+
 
 MjSpec: TypeAlias = Any
 MjsBody: TypeAlias = Any

@@ -231,7 +231,7 @@ def test_a_run_is_never_overwritten(asked: Arguments, tmp_path: Path) -> None:
 
 
 def test_what_a_resumed_run_has_settled_stays(asked: Arguments, tmp_path: Path) -> None:
-    main(replace(asked, steps=100))
+    main(replace(asked, steps=100, eval_picks=8))
     with pytest.raises(UsageError, match="--algo cannot be changed with --resume"):
         main(resumed(tmp_path / "run", algo="ppo"))
     with pytest.raises(UsageError, match="has done 104 throws of 100; give a larger --steps"):

@@ -11,7 +11,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 
 from agents.controllers.protocol import Observation, Outcome
-from pnt_gym.cells.base.action import Correction
+from pnt_gym.cells.base.action import Correction, mode_of
 from pnt_gym.cells.base.features import CLIP
 from pnt_gym.cells.conveyor.action import MODES, correction
 from pnt_gym.cells.conveyor.config import ConveyorConfig
@@ -35,6 +35,7 @@ class ToyCore:
     dwell = 0.1
 
     def __init__(self, config: ConveyorConfig, action_mode: Any = "release_point") -> None:
+        mode_of(MODES, action_mode)
         self.config = config
         self.action_mode = action_mode
         self.item_names = config.items

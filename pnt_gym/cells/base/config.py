@@ -13,17 +13,20 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, Self, TypeAlias, cast
 
+import numpy as np
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import to_jsonable_python
 
 from pnt_gym.errors import ConfigError, PntGymError, one_sentence
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+MOST: Final = 1e6
+"""Every number of a cell is smaller, in SI units or degrees; `lt`, which no field takes for a bound of its own."""
+Positive = Annotated[float, Field(gt=0, lt=MOST, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, lt=MOST, allow_inf_nan=False)]
 Duration = Annotated[float, Field(ge=0, le=10, allow_inf_nan=False)]
 """Seconds that are simulated."""
-Finite = Annotated[float, Field(allow_inf_nan=False)]
+Finite = Annotated[float, Field(gt=-MOST, lt=MOST, allow_inf_nan=False)]
 Share = Annotated[float, Field(gt=0, le=1)]
 Range = tuple[Finite, Finite]
 Level: TypeAlias = str | Path | BaseModel | Mapping[str, Any]
@@ -148,7 +151,8 @@ def describes_a_cell() -> Generator[None, None, None]:
         ConfigError: engine, memory or arithmetic refuse them.
     """
     try:
-        yield
+        with np.errstate(over="raise", divide="raise", invalid="raise"):
+            yield
     except PntGymError:
         raise
     except (ValueError, ArithmeticError, MemoryError) as error:
@@ -162,7 +166,7 @@ def written(level: Level) -> str | dict[str, Any]:
         return str(level)
     if isinstance(level, BaseModel):
         return level.model_dump(mode="json", exclude_unset=True)
-    return cast("dict[str, Any]", to_jsonable_python(dict(level)))
+    return cast("dict[str, Any]", to_jsonable_python(dict(level), fallback=repr))
 
 
 def _merged(below: dict[str, Any], above: Mapping[str, Any], alternatives: Mapping[str, Any]) -> dict[str, Any]:

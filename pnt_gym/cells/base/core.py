@@ -20,7 +20,8 @@ from pnt_gym.cells.base.action import Correction, Modes, Plans, corrected, limit
 from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.cells.base.features import CLIP, FeatureTable
 from pnt_gym.cells.base.view import ThrowView
-from pnt_gym.errors import ConfigError, PlanningError, one_sentence
+from pnt_gym.engine import unheard
+from pnt_gym.errors import ConfigError, PhysicsError, PlanningError, one_sentence
 
 Generators = list[np.random.Generator]
 
@@ -231,7 +232,7 @@ class Core:
         action_mode: how an action is read; None for the cell's default.
 
     Raises:
-        ConfigError: an unknown action mode.
+        ConfigError: an unknown action mode, or a level of the user's in which a throw gives no numbers.
     """
 
     def __init__(self, cell: Cell[Any, Any, Any, Any], action_mode: str | None = None) -> None:
@@ -247,6 +248,20 @@ class Core:
         self.action_space = Box(-1.0, 1.0, (len(mode.numbers),), np.float32)
         self._scale = mode.scale(cell.config)
         self._episodes = Episodes(cell.count, cell.episode, drawn=cell.terminates)
+        if not cell.config.ships():
+            self._try()
+
+    def _try(self) -> None:
+        """Throw once, without moving on."""
+        try:
+            with unheard():
+                outcome = self.preview(np.zeros((self.count, *self.action_space.shape)), jitter=True)
+        except PhysicsError as error:
+            raise ConfigError(f"level {self.config.name!r} cannot be thrown in: {error}") from error
+        if not all(np.isfinite(found).all() for found in (self.observe(), *self.cell.reward(outcome).values())):
+            raise ConfigError(
+                f"level {self.config.name!r} gives results that are no numbers; one of its values is absurd"
+            )
 
     @property
     def context(self) -> Any:

@@ -21,6 +21,8 @@ STAGES: Final = (0.25, 0.5, 0.75, 1.0)
 """Shares of the throws that are over after each stage of a rollout."""
 REWARD_TERMS: Final = ("landing", "success", "time")
 """What a throw into an opening is rewarded for."""
+LONGEST: Final = 60.0
+"""No throw takes longer [s]."""
 TOUCH: Final = 1e-5
 """A contact counts when the surfaces are closer than this [m]; predicted contacts of fast objects are farther."""
 ThrowsT = TypeVar("ThrowsT")
@@ -136,6 +138,17 @@ class Plant(ABC, Generic[ThrowsT, PlansT, FlightT]):
             plan=flight_state(start, velocity, np.linspace(0.0, time, 40))[0],
             target=target.copy(),
         )
+
+
+def step_counts(seconds: Floats, step: float) -> Ints:
+    """Physics steps of a length [s] in which throws of a duration (N,) [s] are over (N,).
+
+    Raises:
+        PhysicsError: a throw takes longer than `LONGEST`.
+    """
+    if not seconds.max() <= LONGEST:
+        raise PhysicsError(f"a throw takes {seconds.max():.3g} s; those that are simulated take {LONGEST:g} s at most")
+    return np.ceil(seconds / step).astype(np.int64)
 
 
 def staged_rollout(batch: Any, control: Floats, steps: Ints, names: Sequence[str]) -> dict[str, Floats]:

@@ -96,15 +96,15 @@ class Bins(Section):
 class Spread(Section):
     """How much throws of one item differ (hidden values; assumed unless noted)."""
 
-    mass: NonNegative = Field(default=0.22, description="Lognormal.")
-    size: NonNegative = Field(default=0.08, description="Lognormal, common to the three axes.")
-    size_axis: NonNegative = Field(default=0.04, description="Lognormal, per axis.")
-    drag: NonNegative = Field(default=0.12, description="Lognormal.")
+    mass: NonNegative = Field(default=0.22, le=1, description="Lognormal.")
+    size: NonNegative = Field(default=0.08, le=0.5, description="Lognormal, common to the three axes.")
+    size_axis: NonNegative = Field(default=0.04, le=0.5, description="Lognormal, per axis.")
+    drag: NonNegative = Field(default=0.12, le=1, description="Lognormal.")
     seal: NonNegative = Field(default=0.40, le=5, description="Lognormal, seal quality.")
-    com_depth: NonNegative = Field(default=0.06, description="Normal, share of the height.")
-    grasp: NonNegative = Field(default=0.008, description="Normal per axis, cup against centre of mass [m].")
-    height: NonNegative = Field(default=0.002, description="Normal, lip compression and height error [m].")
-    belt_speed: NonNegative = Field(default=0.005, description="Normal, relative error of the belt speed.")
+    com_depth: NonNegative = Field(default=0.06, le=1, description="Normal, share of the height.")
+    grasp: NonNegative = Field(default=0.008, le=0.5, description="Normal per axis, cup against centre of mass [m].")
+    height: NonNegative = Field(default=0.002, le=0.5, description="Normal, lip compression and height error [m].")
+    belt_speed: NonNegative = Field(default=0.005, le=1, description="Normal, relative error of the belt speed.")
     spin: NonNegative = Field(
         default=1.0, description="Normal about x and y at release [rad/s]; a third of it about z."
     )
@@ -114,7 +114,7 @@ class Spread(Section):
     residue_chance: Annotated[float, Field(ge=0, le=1)] = Field(
         default=0.4, description="Containers that are not empty."
     )
-    residue: NonNegative = Field(default=1.5, description="Most residue, in item masses.")
+    residue: NonNegative = Field(default=1.5, le=100, description="Most residue, in item masses.")
 
 
 class Noise(Section):

@@ -16,7 +16,7 @@ from pnt_gym.cells.base.sorting import SortingLine, SortingReward
 class Limits(Section):
     """Cartesian limits of the hand. With `percent`, each throw draws one speed setting."""
 
-    percent: tuple[Annotated[float, Field(gt=0, le=100)], ...] = Field(
+    percent: tuple[Annotated[float, Field(ge=1, le=100)], ...] = Field(
         default=(40.0,),
         min_length=1,
         description="Shares of V 6 m/s, A 120 m/s2, J 3000 m/s3 (Hassan 2022, IV-B), in percent.",

@@ -12,7 +12,7 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Floats, Ints, length
-from pnt_gym.cells.base.plant import ObjectFlight, Plant, staged_rollout, touching
+from pnt_gym.cells.base.plant import ObjectFlight, Plant, staged_rollout, step_counts, touching
 from pnt_gym.cells.base.stage import ITEM_RGBA
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
@@ -66,7 +66,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         # The reference is shifted by less than a step, so that the release falls exactly on a step.
         shift = release_step * step - free_at
         settled = free_at + LATEST_FLIGHT * release.flight_time + SETTLE
-        steps = np.ceil(np.maximum(path.duration + shift, settled) / step).astype(np.int64)
+        steps = step_counts(np.maximum(path.duration + shift, settled), step)
         self.write(thrown)
         control = self._references(path, thrown.cup_offset, shift, int(steps.max()))
         self._write_grip(control, thrown, release_step)

@@ -124,11 +124,13 @@ class Motion(Section):
 class Errors(Section):
     """What the planner does not know, at m = 1; every value is scaled by the mismatch m. All assumed."""
 
-    width: NonNegative = Field(default=0.02, description="Standard deviation of the size, relative.")
-    mass: NonNegative = Field(default=0.15, description="Lognormal.")
-    friction: NonNegative = Field(default=0.10, description="Lognormal.")
-    drag: NonNegative = Field(default=0.15, description="Lognormal.")
-    placement: NonNegative = Field(default=0.002, description="Standard deviation of the object's place per axis [m].")
+    width: NonNegative = Field(default=0.02, le=0.5, description="Standard deviation of the size, relative.")
+    mass: NonNegative = Field(default=0.15, le=1, description="Lognormal.")
+    friction: NonNegative = Field(default=0.10, le=1, description="Lognormal.")
+    drag: NonNegative = Field(default=0.15, le=1, description="Lognormal.")
+    placement: NonNegative = Field(
+        default=0.002, le=0.5, description="Standard deviation of the object's place per axis [m]."
+    )
     yaw_deg: NonNegative = Field(default=3.0, description="Standard deviation of its direction [deg].")
     delay: NonNegative = Field(default=1.0, le=100, description="Factor of every item's own `opening_delay`.")
     timing: Duration = Field(default=0.002, description="Standard deviation of the opening's delay [s].")
@@ -136,7 +138,7 @@ class Errors(Section):
         default=0.30, description="The servos' feed-forward torque lacks this share, so they lag."
     )
     camera: NonNegative = Field(default=0.0003, description="Standard deviation of a measured extent [m].")
-    belt_speed: NonNegative = Field(default=0.0, description="Standard deviation of the belt's speed, relative.")
+    belt_speed: NonNegative = Field(default=0.0, le=1, description="Standard deviation of the belt's speed, relative.")
 
 
 class Action(Section):

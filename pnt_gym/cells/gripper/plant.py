@@ -13,7 +13,7 @@ import numpy as np
 
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.fluid import lying_size
-from pnt_gym.cells.base.plant import Plant, staged_rollout
+from pnt_gym.cells.base.plant import Plant, staged_rollout, step_counts
 from pnt_gym.cells.base.stage import ITEM_RGBA
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.context import Context
@@ -48,7 +48,7 @@ class GripperPlant(Plant[Context, TossPlans, Flown]):
         step, hidden = self.config.timestep, thrown.hidden
         landing = plans.release_time + np.maximum(plans.shift, 0.0) + LATEST_FLIGHT * plans.flight_time
         end = np.maximum(plans.stop_time, landing + hidden.delay + self.config.tray.settle)
-        steps = np.ceil(end / step).astype(np.int64)
+        steps = step_counts(end, step)
         self.write(thrown, plans)
         control = self._controls(plans, thrown.kind, hidden, int(steps.max()))
         if (row := self.record_row) is not None:

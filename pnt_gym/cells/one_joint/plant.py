@@ -15,7 +15,7 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.plant import TOUCH, Plant, staged_rollout
+from pnt_gym.cells.base.plant import TOUCH, Plant, staged_rollout, step_counts
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.cells.one_joint.context import Context
 from pnt_gym.cells.one_joint.flight import Flight
@@ -61,7 +61,7 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
         settle = SETTLE if self.scene.pallets else 0.0
         flown = np.maximum(LATEST_FLIGHT * flight_time, least_flight(self.config))
         end = release + flown + MARGIN + settle
-        steps = np.ceil((end - clock.start) / step).astype(np.int64)
+        steps = step_counts(end - clock.start, step)
         self.write(motion.sample(clock.start[:, None]).angle[:, 0], part, load.radius + hidden.radius, thrown.lying)
         control = self._controls(motion, load, clock, part, int(steps.max()))
         if (row := self.record_row) is not None:

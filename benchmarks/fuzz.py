@@ -1,0 +1,115 @@
+"""Levels, actions, calls and command lines that nobody thought of: does any end in a traceback, a hang or a NaN?
+
+`python benchmarks/fuzz.py` tries 10,000 cases, each drawn by its number; `--first 4000` goes on from there, and `--case
+level:17` repeats one. Exit code 1 at a find. A case that crashes its process or hangs is one, too.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import multiprocessing
+import os
+import resource
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+from tests.tools.fuzz import SHARES, tried
+
+PATIENCE = 60.0
+"""A case that takes longer hangs [s]."""
+MEMORY = 3 * 2**30
+"""A case that wants more on top of what its process has is a find [bytes]."""
+BUNCH = 200
+"""Cases of one process."""
+
+
+def cases(first: int, count: int) -> Iterator[tuple[str, int]]:
+    """Kind and number of each case from the first on, the kinds mixed by their shares."""
+    owed = dict.fromkeys(SHARES, 0.0)
+    numbers = dict.fromkeys(SHARES, 0)
+    for case in range(first + count):
+        for kind, share in SHARES.items():
+            owed[kind] += share
+        kind = max(owed, key=lambda name: owed[name])
+        owed[kind] -= 1.0
+        if case >= first:
+            yield kind, numbers[kind]
+        numbers[kind] += 1
+
+
+def attempt(bunch: Sequence[tuple[str, int]], told: Connection) -> None:
+    """Try cases in a process of its own, telling before each which, and after it what was found."""
+    pages = int(Path("/proc/self/statm").read_text(encoding="utf-8").split()[0])
+    resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + MEMORY, resource.RLIM_INFINITY))
+    silent = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(silent, 2)
+    for kind, number in bunch:
+        told.send((kind, number, None))
+        told.send((kind, number, tried(kind, number) or ""))
+
+
+def finds(bunch: Sequence[tuple[str, int]]) -> Iterator[tuple[str, int, str]]:
+    """Kind, number and find, empty for none, of every case; a new process goes on after one that ended or hangs."""
+    left = list(bunch)
+    context = multiprocessing.get_context("fork")
+    while left:
+        here, there = context.Pipe(duplex=False)
+        process = context.Process(target=attempt, args=(left, there), daemon=True)
+        process.start()
+        there.close()
+        while left:
+            kind, number = left[0]
+            try:
+                said = here.recv()[2] if here.poll(PATIENCE) else f"hangs for more than {PATIENCE:.0f} s"
+            except EOFError:
+                process.join()
+                said = f"ends its process with {process.exitcode}"
+            if said is None:
+                continue
+            left.pop(0)
+            yield kind, number, said
+            if said.startswith(("hangs for", "ends its")):
+                process.kill()
+                break
+        process.join()
+
+
+def main() -> int:
+    """Try everything; exit code 1 at a find."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--cases", type=int, default=10_000, metavar="N")
+    parser.add_argument("--first", type=int, default=0, metavar="N", help="go on with this case")
+    parser.add_argument("--case", metavar="KIND:NUMBER", help="repeat one case")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write what was found")
+    arguments = parser.parse_args()
+    if arguments.case:
+        kind, _, number = arguments.case.partition(":")
+        print(tried(kind, int(number)) or "nothing is wrong")
+        return 0
+    began, found = time.monotonic(), list[dict[str, str]]()
+    chosen = list(cases(arguments.first, arguments.cases))
+    for start in range(0, len(chosen), BUNCH):
+        for kind, number, said in finds(chosen[start : start + BUNCH]):
+            if said:
+                line = f"python benchmarks/fuzz.py --case {kind}:{number}"
+                found.append({"line": line, "find": said})
+                print(f"\nFIND {line}\n  {said[:600]}", flush=True)
+        done = min(start + BUNCH, len(chosen))
+        pace = f"{time.monotonic() - began:.0f} s"
+        print(
+            f"\r{arguments.first + done} of {arguments.first + len(chosen)} cases, {len(found)} finds, {pace}",
+            end="",
+            flush=True,
+        )
+    print()
+    if arguments.json is not None:
+        arguments.json.write_text(json.dumps(found, indent=1) + "\n")
+    return int(bool(found))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,103 @@
+"""Kill train, benchmark, reproduce and report at every change of a file and at random moments: is anything lost?
+
+`python benchmarks/kill.py` kills each command before every single change of its folder, then as soon as a file grows
+beyond random sizes, then at random moments, and gives it again each time. It must end well, and leave to the last bit
+what an undisturbed command leaves, and nothing else. Exit code 1 if that ever fails. `--every 9` is a sample.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from tests.tools.killed_commands import REAL, TOY, benchmark, report, reproduce, small_reproduction, train
+from tests.tools.kills import Command, Kill, Trials, spawned
+
+IMPORTED = (
+    "agents.benchmark.__main__",
+    "agents.progress",
+    "agents.report.__main__",
+    "agents.sb3",
+    "agents.train",
+    "matplotlib.backends.backend_svg",
+    "torch._dynamo",
+    "typeguard",
+)
+"""What takes the commands seconds to import, and a fork of this process has imported already."""
+
+
+def commands(folder: Path, env: str) -> Iterator[Command]:
+    """What is killed."""
+    yield train(env)
+    yield report(small_reproduction(folder))
+    yield reproduce("length", "example")
+    yield benchmark(env, 1)
+    yield benchmark(env, 2)
+
+
+def trial(command: Command, folder: Path, every: int, chances: int) -> Trials:
+    """All kills of one command."""
+    trials = Trials(command, folder)
+    operations = sum(1 for _ in told(trials, trials.every_operation(every)))
+    random = np.random.default_rng(0)
+    kills = [Kill(size=int(size)) for size in random.integers(1, trials.largest, chances)]
+    kills += [Kill(moment=float(moment)) for moment in random.uniform(0.01, trials.seconds, chances)]
+    chance = sum(1 for _ in told(trials, (kill for kill in kills if trials.killed(kill))))
+    print(f"\r{command.name}: {operations} kills at changes, {chance} at random, {len(trials.lost)} lost", flush=True)
+    return trials
+
+
+def as_users_do(command: Command, folder: Path, count: int) -> Trials:
+    """Kills of the command as a user starts it, at random moments."""
+    trials = Trials(command, folder, spawned)
+    moments = np.random.default_rng(1).uniform(0.2, 1.0, count) * trials.seconds
+    done = sum(1 for _ in told(trials, (k for k in (Kill(moment=float(m)) for m in moments) if trials.killed(k))))
+    print(f"\r{command.name}: {done} kills of new processes, {len(trials.lost)} lost", flush=True)
+    return trials
+
+
+def told(trials: Trials, kills: Iterator[Kill]) -> Iterator[Kill]:
+    """The same kills, each with a sign of life and what it lost."""
+    lost = 0
+    for kill in kills:
+        print(f"\r{trials.command.name}: {trials.kills} kills", end="", flush=True)
+        for said in trials.lost[lost:]:
+            print(f"\nLOST {said}", flush=True)
+        lost = len(trials.lost)
+        yield kill
+
+
+def main() -> int:
+    """Kill everything; exit code 1 if something was lost."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--every", type=int, default=1, metavar="N", help="only before every N-th change of a file")
+    parser.add_argument("--chances", type=int, default=15, metavar="N", help="kills at random sizes, and at moments")
+    parser.add_argument("--processes", type=int, default=2, metavar="N", help="kills of new processes, at moments")
+    parser.add_argument("--only", nargs="*", default=[""], metavar="WORD", help="only commands with such a name")
+    parser.add_argument("--toy", action="store_true", help="throw on paper, which no new process knows")
+    arguments = parser.parse_args()
+    for name in (*IMPORTED, *(["agents.reproduce.choe"] if "" in arguments.only else [])):
+        importlib.import_module(name)
+    began = time.monotonic()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        chosen = [
+            c for c in commands(folder, TOY if arguments.toy else REAL) if any(w in c.name for w in arguments.only)
+        ]
+        done = [trial(command, folder, arguments.every, arguments.chances) for command in chosen]
+        if not arguments.toy and arguments.processes:
+            done += [as_users_do(command, folder, arguments.processes) for command in chosen]
+    kills, lost = sum(trials.kills for trials in done), sum(len(trials.lost) for trials in done)
+    print(f"{lost} lost of {kills} kills ({time.monotonic() - began:.0f} s)")
+    return int(lost > 0 or kills == 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

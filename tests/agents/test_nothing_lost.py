@@ -1,0 +1,227 @@
+"""Killed, doubled, or without room: nothing is lost, nothing is half, and one sentence says what to do."""
+
+from __future__ import annotations
+
+import os
+import resource
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from agents import runs
+from agents.files import held, sweep, write_text
+from agents.places import SHIPPED
+from tests.tools.commands import answered, environment, refused
+from tests.tools.killed_commands import LEARNER, small_reproduction
+from tests.tools.kills import state
+from tests.tools.toy_cell import register_toy
+
+register_toy()
+SMALL = ("--env", "ToyThrow-v0", "--num-envs", "4", "--checkpoint-every", "8", "--config", "sac.yml", "--out", "run")
+START = ("agents.train", *SMALL, "--steps", "16", "--eval-picks", "4")
+RESUME = ("agents.train", "--resume", "run", "--eval-picks", "4")
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "sac.yml").write_text(yaml.safe_dump({"default": LEARNER}))
+    return tmp_path
+
+
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A training that was let to its end."""
+    place = tmp_path_factory.mktemp("trained")
+    (place / "sac.yml").write_text(yaml.safe_dump({"default": LEARNER}))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(place)
+        assert answered(*START)[0] == 0
+    return place / "run"
+
+
+@pytest.fixture
+def run(trained: Path, here: Path) -> Path:
+    return Path(shutil.copytree(trained, here / "run"))
+
+
+def test_a_sample_of_kills() -> None:
+    """`make kill` kills at every operation; here at some, and twice at random."""
+    command = [sys.executable, "benchmarks/kill.py", "--toy", "--every", "23", "--chances", "1"]
+    command += ["--only", "train", "report", "Throw-v0-1"]
+    done = subprocess.run(
+        command, cwd=SHIPPED, env=environment(), capture_output=True, text=True, timeout=300, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    lost, _, _, kills, *_ = done.stdout.splitlines()[-1].split()
+    assert int(lost) == 0
+    assert int(kills) >= 10
+
+
+def test_a_second_command_in_a_folder_is_refused(run: Path, here: Path) -> None:
+    (here / "results").mkdir()
+    small_reproduction(here / "results")
+    plan = {"name": "p", "env": "ToyThrow-v0", "train_level": "waste", "levels": ["waste"], "picks": 4}
+    (here / "plan.yaml").write_text(yaml.safe_dump({**plan, "entries": [{"label": "a", "controller": "analytic"}]}))
+    (here / "work").mkdir()
+    commands: dict[str, tuple[str, ...]] = {
+        "run": (*RESUME, "--steps", "24"),
+        "work": ("agents.benchmark", "--config", "plan.yaml", "--work", "work", "--out", "out.json"),
+        "results": ("agents.report", "--results", "results", "--readme", "none.md"),
+    }
+    before = state(here)
+    for folder, command in commands.items():
+        with held(here / folder):
+            assert f"another command is at work in '{folder}'" in refused(*command)
+    with held(here / "work"):
+        command = ("agents.reproduce", "choe", "--only", "length", "--work", "work", "--jobs", "1")
+        assert "another command is at work in 'work'" in refused(*command)
+    assert state(here) == before
+    assert answered(*commands["results"])[0] == 0
+
+
+def test_a_lock_ends_with_its_process(here: Path) -> None:
+    code = "import os, pathlib, agents.files\nwith agents.files.held(pathlib.Path()): os.kill(os.getpid(), 9)"
+    done = subprocess.run([sys.executable, "-c", code], env=environment(), timeout=60, check=False)
+    assert done.returncode == -9
+    with held(here):
+        pass
+
+
+def dead() -> int:
+    """The number of a process that is no more."""
+    process = subprocess.Popen([sys.executable, "-c", ""])
+    process.wait()
+    return process.pid
+
+
+def test_what_a_killed_command_left_is_swept_and_what_others_write_is_not(here: Path) -> None:
+    (here / f".out.json.{dead()}.tmp").write_text("half")
+    (here / f".run.{dead()}.tmp" / "checkpoints").mkdir(parents=True)
+    (here / f".out.json.{os.getppid()}.tmp").write_text("still at it")
+    (here / ".mine.tmp").write_text("a user's own")
+    write_text(here / "out.json", "whole\n")
+    kept = [f".out.json.{os.getppid()}.tmp", ".mine.tmp", "out.json", "sac.yml"]
+    assert sorted(path.name for path in here.iterdir()) == sorted(kept)
+    sweep(here / "nowhere")
+
+
+def test_a_resume_mends_what_a_kill_kept_from_being_done(run: Path) -> None:
+    whole = state(run)
+    first, last = (run / "checkpoints" / name for name in ("00000008", "00000016"))
+    shutil.copy(first / "model.zip", run / "model.zip")
+    (run / "replay_buffer.npz").unlink()
+    shutil.copy(last / "replay_buffer.npz", first / "replay_buffer.npz")
+    (run / "checkpoints" / f".00000016.{dead()}.tmp").mkdir()
+    (run / "evaluation.json").unlink()
+    assert answered(*RESUME) == (0, "")
+    assert state(run) == whole
+    assert (run / "model.zip").read_bytes() == (last / "model.zip").read_bytes()
+    assert "has done 16 throws of 16; give a larger --steps" in refused(*RESUME)
+
+
+def test_a_table_of_fewer_throws_is_not_taken_for_that_of_more(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def killed(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("agents.evaluation.held_out", killed)
+        assert answered(*RESUME, "--steps", "24")[0] != 0
+    assert runs.load_model(run).num_timesteps == 24
+    assert not (run / "evaluation.json").exists()
+    assert answered(*RESUME)[0] == 0
+    assert (run / "evaluation.json").exists()
+
+
+@contextmanager
+def room_for(size: int) -> Iterator[None]:
+    """No file may grow beyond a size [bytes]: what a full disk does, for this process only."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.parametrize("size", [0, 100, 3000, 8000, 20_000])
+def test_a_disk_that_is_full_costs_no_more_than_the_leg(run: Path, here: Path, size: int) -> None:
+    whole = state(here)
+    commands = [
+        ("agents.train", *SMALL[:-1], "new", "--steps", "8", "--eval-picks", "0"),
+        ("agents.evaluate", "--env", "ToyThrow-v0", "--controller", "analytic", "--picks", "400", "--json", "out.json"),
+    ]
+    for command in commands:
+        with room_for(size):
+            code, said = answered(*command)
+        assert code in (0, 2), said
+        assert code == 0 or ("File too large" in said and said.count("\n") == 1), said
+        for name in ("new", "out.json"):
+            if code == 2:
+                assert not (here / name).exists()
+            elif (here / name).is_dir():
+                shutil.rmtree(here / name)
+            else:
+                (here / name).unlink(missing_ok=True)
+    with room_for(size):
+        code, said = answered(*RESUME, "--steps", "24")
+    assert code == 0 or "File too large" in said
+    kept = state(here)
+    assert all(kept[name] == whole[name] for name in whole if "/checkpoints/0" in name and "buffer" not in name)
+    assert answered(*RESUME, "--steps", "24")[0] in (0, 2)
+    assert runs.load_model(run).num_timesteps == 24
+
+
+MISSING = [
+    ("torch", "rl", ("agents.train", *SMALL[:-1], "new")),
+    ("torch", "rl", ("agents.evaluate", "--controller", "run", "--env", "ToyThrow-v0")),
+    ("stable_baselines3", "rl", ("agents.train", *SMALL[:-1], "new")),
+    ("sb3_contrib", "rl", ("agents.train", *SMALL[:-1], "new", "--algo", "tqc")),
+    ("jinja2", "report", ("agents.report", "--results", "results", "--readme", "none.md")),
+    ("imageio", "video", ("agents.play", "--env", "PnTRelease-v0", "--video", "x.mp4", "--picks", "1")),
+]
+
+
+@pytest.mark.parametrize(("library", "extra", "command"), MISSING)
+def test_a_library_that_is_not_there_is_named_with_what_brings_it(
+    run: Path, here: Path, monkeypatch: pytest.MonkeyPatch, library: str, extra: str, command: tuple[str, ...]
+) -> None:
+    (here / "results").mkdir()
+    small_reproduction(here / "results")
+    for name in [n for n in sys.modules if n.partition(".")[0] == library or n in ("agents.sb3", "agents.progress")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, library, None)
+    said = refused(*command)
+    assert f"needs {library}" in said
+    assert f"pip install 'pnt_gym[{extra}]'" in said
+    assert not (here / "new").exists()
+
+
+def test_paths_with_spaces_and_umlauts_without_a_home_in_an_ascii_world(tmp_path: Path) -> None:
+    place = tmp_path / "Müll sortieren, größer"
+    place.mkdir()
+    (place / "mein Förderband.yaml").write_text("mismatch: 0.5\nname: Förderband\n", encoding="utf-8")
+    bare = {k: v for k, v in environment().items() if k not in ("HOME", "LANG", "LC_CTYPE", "PYTHONIOENCODING")}
+    command = ["--env", "PnTRelease-v0", "--level", "mein Förderband.yaml", "--controller", "analytic", "--picks", "4"]
+    done = subprocess.run(
+        [sys.executable, "-m", "agents.evaluate", *command, "--num-envs", "4", "--json", "Übersicht 1.json"],
+        cwd=place, env={**bare, "LC_ALL": "C", "PYTHONUTF8": "0"}, capture_output=True, timeout=120, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert b"Traceback" not in done.stderr
+    assert (place / "Übersicht 1.json").is_file()
+
+
+def test_a_run_folder_with_spaces_and_umlauts(here: Path) -> None:
+    command = (*START[:-4], "--steps", "8", "--eval-picks", "0")
+    assert answered(*[("Läufe/mein Lauf ß" if word == "run" else word) for word in command])[0] == 0
+    more = ("agents.train", "--resume", "Läufe/mein Lauf ß", "--steps", "16", "--eval-picks", "0")
+    assert answered(*more)[0] == 0
+    assert runs.load_model(here / "Läufe" / "mein Lauf ß").num_timesteps == 16

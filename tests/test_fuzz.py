@@ -1,0 +1,146 @@
+"""Samples of `make fuzz` and `make soak`, and that both find what they look for."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+import pnt_gym
+from benchmarks import fuzz, soak
+from pnt_gym.cells.base.core import Core
+from pnt_gym.cells.conveyor.plant import ConveyorPlant
+from pnt_gym.cells.one_joint.pallets import Pallet
+from pnt_gym.errors import ConfigError, PhysicsError
+from tests.tools.fuzz import KINDS, SHARES, tried
+from tests.tools.toy_cell import ToyVectorEnv
+
+
+@pytest.mark.parametrize(("kind", "count"), [("level", 40), ("action", 80), ("calls", 30), ("line", 25)])
+def test_no_case_of_a_sample_is_a_find(kind: str, count: int) -> None:
+    assert {n: said for n in range(count) if (said := tried(kind, n)) is not None} == {}
+
+
+def test_a_case_is_known_by_its_number() -> None:
+    chosen = list(fuzz.cases(0, 40))
+    assert chosen[25:] == list(fuzz.cases(25, 15))
+    assert len(set(chosen)) == 40
+    assert {kind for kind, _ in chosen} == set(KINDS) == set(SHARES)
+
+
+def raising(error: BaseException) -> Any:
+    def call(*_: Any, **__: Any) -> Any:
+        raise error
+
+    return call
+
+
+def test_what_must_not_be_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    numbers = range(12)
+    with monkeypatch.context() as patch:
+        patch.setattr(Core, "step", raising(KeyError("x")))
+        assert any("KeyError" in (tried("action", n) or "") for n in numbers)
+    with monkeypatch.context() as patch:
+        patch.setattr(Core, "observe", lambda self: np.full((self.count, *self.observation_space.shape), np.nan))
+        assert any("is no number" in (tried("action", n) or "") for n in numbers)
+    with monkeypatch.context() as patch:
+        patch.setattr(Core, "step", raising(PhysicsError("MuJoCo warned")))
+        assert any("taken, then PhysicsError" in (tried("level", n) or "") for n in numbers)
+    with monkeypatch.context() as patch:
+        patch.setattr(ToyVectorEnv, "step", raising(RuntimeError("x")))
+        assert any("RuntimeError" in (tried("line", n) or "") for n in range(30))
+
+
+def test_a_crash_and_a_hang_are_finds(monkeypatch: pytest.MonkeyPatch) -> None:
+    code = "import os, sys, time; from benchmarks import fuzz\n"
+    code += "fuzz.PATIENCE = 1.0\nfuzz.tried = lambda kind, n: {1: lambda: os.abort(), 3: lambda: time.sleep(9)}.get("
+    code += "n, lambda: None)()\n"
+    code += "print(*[said.split(' ')[0] or 'well' for _, _, said in fuzz.finds([('x', n) for n in range(5)])])"
+    from subprocess import run  # noqa: PLC0415
+
+    from tests.tools.commands import environment  # noqa: PLC0415
+
+    done = run([sys.executable, "-c", code], env=environment(), capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout.split() == ["well", "ends", "well", "hangs", "well"]
+
+
+ABSURD: list[tuple[str, dict[str, Any]]] = [
+    ("PnTRelease-v0", {"limits": {"percent": [2.5e-9]}}),
+    ("PnTRelease-v0", {"motion": {"clearance": 5e298}}),
+    ("PnTRelease-v0", {"spread": {"size": 80.0}}),
+    ("PnTRelease-v0", {"spread": {"seal": 6.0}}),
+    ("PnTConveyor-v0", {"belt": {"speed": 1e7}}),
+    ("GripperToss-v0", {"errors": {"width": 3.0}}),
+]
+
+
+@pytest.mark.parametrize(("env_id", "level"), ABSURD)
+def test_a_level_that_cannot_be_thrown_in_is_refused_when_it_is_loaded(env_id: str, level: dict[str, Any]) -> None:
+    with pytest.raises(ConfigError) as caught:
+        gym.make(env_id, level=level)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_value_that_an_environment_replaces_may_be_anything() -> None:
+    env = gym.make("OneJointSort-v0", level={"task": object()})
+    assert env.spec is not None
+    assert "<object object" in env.spec.to_json()
+
+
+def test_the_first_throw_of_a_level_decides(monkeypatch: pytest.MonkeyPatch) -> None:
+    form, level = pnt_gym.envs.conveyor.PnTReleaseEnv, {"mismatch": 0.5}
+    form(level=level)
+    with monkeypatch.context() as patch:
+        patch.setattr(ConveyorPlant, "fly", raising(PhysicsError("MuJoCo warned")))
+        with pytest.raises(ConfigError, match="level 'custom' cannot be thrown in: MuJoCo warned"):
+            form(level=level)
+        form(level="waste")  # which ships
+    monkeypatch.setattr("pnt_gym.cells.conveyor.cell.ConveyorCell.reward", lambda *_: {"landing": np.array([np.nan])})
+    with pytest.raises(ConfigError, match="level 'custom' gives results that are no numbers"):
+        form(level=level)
+
+
+SOAKED = [("PnTRelease-v0", "unseen"), ("OneJointSort-v0", "nominal"), ("GripperToss-v0", "belt")]
+
+
+@pytest.mark.parametrize(("env_id", "level"), SOAKED)
+def test_a_sample_of_the_soak(env_id: str, level: str) -> None:
+    assert soak.soaked(env_id, level, 0) == []
+
+
+@pytest.mark.parametrize(("env_id", "level"), SOAKED)
+def test_an_object_that_goes_through_a_wall_is_found(monkeypatch: pytest.MonkeyPatch, env_id: str, level: str) -> None:
+    """Walls where there are none: the bottom of a bin higher than it is."""
+    panels, tray, walls = soak.bin_panels, soak.tray_panels, Pallet.walls.func
+    monkeypatch.setattr(soak, "bin_panels", lambda *given: (panels(*given)[0], panels(*given)[1] + [0, 0, 0.1]))
+    monkeypatch.setattr(soak, "tray_panels", lambda *given: (tray(*given)[0], tray(*given)[1] + [0, 0, 0.1]))
+    monkeypatch.setattr(Pallet, "walls", property(lambda self: np.add(walls(self), [0, 0.1, 0, 0, 0])))
+    monkeypatch.setattr(soak, "ACTIONS", (0.0,))
+    (said,) = soak.soaked(env_id, level, 0)
+    assert " went through " in said
+
+
+def test_fast_centres_cross_and_flat_ones_dip() -> None:
+    half, free = np.array([[0.1, 0.1, 0.005]]), np.ones((1, 4), dtype=bool)
+    for heights, crossed in (((0.03, 0.01, -0.02, -0.03), [1]), ((0.01, 0.002, 0.001, 0.02), [])):
+        offset = np.zeros((1, 4, 3))
+        offset[0, :, 2] = heights
+        assert np.flatnonzero(soak.crossings(offset, half, free)).tolist() == crossed
+        assert not soak.crossings(np.add(offset, [0.2, 0, 0]), half, free).any()
+
+
+def test_a_soak_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(soak, "pairs", lambda: [("PnTRelease-v0", "ideal")])
+    monkeypatch.setattr(soak, "soaked", lambda *_: [])
+    for throws, rounds in ((100, 2), (100, 2), (300, 5)):
+        monkeypatch.setattr(sys, "argv", ["soak", "--throws", str(throws), "--state", str(tmp_path / "s.json")])
+        assert soak.main() == 0
+        assert json.loads((tmp_path / "s.json").read_text())["rounds"] == rounds
+    monkeypatch.setattr(soak, "soaked", lambda *_: ["something"])
+    monkeypatch.setattr(sys, "argv", ["soak", "--throws", "400", "--state", str(tmp_path / "s.json")])
+    assert soak.main() == 1

@@ -1,0 +1,205 @@
+"""Cases that nobody thought of: levels, actions, calls and command lines drawn by number, each with one right answer.
+
+A case works, or is refused in one sentence by an error that pnt_gym or Gymnasium defines. Anything else is a find: any
+other exception, a warning of the engine or of the arithmetic, a number that is none, a level that is taken and cannot
+be thrown in.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import copy
+import pickle
+import warnings
+import zlib
+from collections.abc import Callable
+from functools import cache
+from typing import Any, Final
+
+import gymnasium as gym
+import numpy as np
+
+import pnt_gym
+from pnt_gym.envs import conveyor, gripper, one_joint
+from pnt_gym.errors import ActionError
+from tests.tools.fuzz_basis import JUNK, Find, Random, Refused, finite, pick, refusable
+from tests.tools.fuzz_levels import level_case
+from tests.tools.fuzz_lines import tried_line
+
+MODES: Final = {
+    "PnTConveyor-v0": ("release_point", "release_xyz", "virtual_goal"),
+    "PnTRelease-v0": ("release_point", "release_xyz", "virtual_goal"),
+    "OneJointThrow-v0": ("virtual_goal", "release_state"),
+    "OneJointSort-v0": ("virtual_goal", "release_state"),
+    "OneJointAssembly-v0": ("virtual_goal", "release_state"),
+    "GripperToss-v0": ("release", "release_point"),
+}
+
+
+def drawn(kind: str, number: int) -> Random:
+    """The generator of a case."""
+    return np.random.default_rng([zlib.crc32(kind.encode()), number])
+
+
+def tried(kind: str, number: int) -> str | None:
+    """What is wrong with a case; None if it works or is refused well."""
+    random = drawn(kind, number)
+    try:
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            said = KINDS[kind](random)
+        complaints = [str(w.message) for w in told if not expected(w)]
+        return f"{said}: warned {complaints[0]!r}" if complaints else None
+    except Find as find:
+        return str(find)
+
+
+def expected(warning: warnings.WarningMessage) -> bool:
+    """Whether a warning is meant for the user: of pnt_gym in words, or of Gymnasium."""
+    return issubclass(warning.category, UserWarning | DeprecationWarning) and "overflow" not in str(warning.message)
+
+
+ENTRIES: Final = (*JUNK, 0.0, 1.0, -1.0, 1e-30, 5e-324, 1e30, 1e308, -1e308, 2.0)
+
+
+@cache
+def cell(env_id: str, mode: str, count: int) -> Any:
+    """An environment that is kept; single for a count of 0."""
+    if count:
+        return gym.make_vec(env_id, num_envs=count, action_mode=mode, threads=1).unwrapped
+    return gym.make(env_id, action_mode=mode).unwrapped
+
+
+def action_case(random: Random) -> str:
+    """An action of any shape, type and value; whatever it was, the next one is thrown."""
+    env_id = pick(random, pnt_gym.ENV_IDS)
+    mode, count = pick(random, MODES[env_id]), int(random.choice([0, 2]))
+    env = cell(env_id, mode, count)
+    env.reset(seed=int(random.integers(1000)))
+    action = any_action(random, env.action_space.shape)
+    what = f"{env_id} {mode} {count} cells, action {action!r}"
+    with contextlib.suppress(Refused), refusable(what, ActionError):
+        observation, reward, *_ = env.step(action)
+        finite(what, observation, reward)
+    if random.random() < 0.2:
+        observation, reward, *_ = env.step(np.zeros(env.action_space.shape))
+        finite(what, observation, reward)
+    return what
+
+
+def any_action(random: Random, shape: tuple[int, ...]) -> Any:
+    """An action of the right shape as a rule."""
+    others = (shape[:-1], (*shape, 1), (1, *shape), (shape[0] + 1, *shape[1:]), (0,), (), (3, 3, 3))
+    chosen = shape if random.random() < 0.8 else pick(random, others)
+    kind = pick(random, ("numbers", "numbers", "numbers", "entries", "junk", "list"))
+    if kind == "junk":
+        return pick(random, JUNK)
+    if kind == "numbers":
+        scale = pick(random, (1.0, 10.0, 1e10, 1e300, 1e-300))
+        values = scale * random.uniform(-1.0, 1.0, chosen)
+        with np.errstate(all="ignore"), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return np.asarray(values).astype(pick(random, ("f8", "f4", "f2", "i8", "u1", "?", "c16", "O", "g", ">f8")))
+    values = np.empty(chosen, dtype=object)
+    for place in np.ndindex(*chosen):
+        values[place] = pick(random, ENTRIES) if random.random() < 0.4 else float(random.uniform(-1.0, 1.0))
+    return values.tolist() if kind == "list" else values
+
+
+def calls_case(random: Random) -> str:
+    """Calls in any order, some of them with anything."""
+    env_id = pick(random, pnt_gym.ENV_IDS)
+    what, said = f"{env_id}:", list[str]()
+    with contextlib.suppress(Refused), refusable(what, TypeError):
+        env, made = made_env(random, env_id)
+        what += f" {made}"
+    if "env" not in locals():
+        return what
+    for _ in range(int(random.integers(2, 7))):
+        name = pick(random, CALLS)
+        with contextlib.suppress(Refused), refusable(f"{what} {said} {name}"):
+            env, told = CALLS[name](random, env)
+            said.append(f"{name}{told}")
+            continue
+        said.append(f"{name} refused")
+    with refusable(f"{what} {said} close"):
+        env.close()
+    return f"{what} {said}"
+
+
+FORMS: Final = {
+    "PnTConveyor-v0": (conveyor.PnTConveyorEnv, conveyor.PnTConveyorVectorEnv),
+    "PnTRelease-v0": (conveyor.PnTReleaseEnv, conveyor.PnTReleaseVectorEnv),
+    "OneJointThrow-v0": (one_joint.OneJointThrowEnv, one_joint.OneJointThrowVectorEnv),
+    "OneJointSort-v0": (one_joint.OneJointSortEnv, one_joint.OneJointSortVectorEnv),
+    "OneJointAssembly-v0": (one_joint.OneJointAssemblyEnv, one_joint.OneJointAssemblyVectorEnv),
+    "GripperToss-v0": (gripper.GripperTossEnv, gripper.GripperTossVectorEnv),
+}
+
+
+def made_env(random: Random, env_id: str) -> tuple[Any, str]:
+    """An environment, made directly, with an argument that may be anything."""
+    form = pick(random, FORMS[env_id])
+    given: dict[str, Any] = {}
+    if random.random() < 0.3:
+        names = ("level", "action_mode", "threads", "render_mode", *(["num_envs"] if form is FORMS[env_id][1] else []))
+        given[pick(random, names)] = pick(random, JUNK)
+    return form(**given), f"{form.__name__}({given})"
+
+
+def _reset(random: Random, env: Any) -> tuple[Any, str]:
+    given: dict[str, Any] = {}
+    if random.random() < 0.5:
+        given["seed"] = pick(random, (*JUNK, 3, np.int64(3), np.array([1, 2]), [1, None], [1]))
+    if random.random() < 0.3:
+        options = (*JUNK, {}, {"reset_mask": np.array([True])}, {"reset_mask": [1]}, {"reset_mask": None}, {"a": 1})
+        given["options"] = pick(random, options)
+    observation, _ = env.reset(**given)
+    finite("reset", observation)
+    return env, f"({given})"
+
+
+def _step(random: Random, env: Any) -> tuple[Any, str]:
+    action = env.action_space.sample() if random.random() < 0.8 else any_action(random, env.action_space.shape)
+    observation, reward, *_ = env.step(action)
+    finite("step", observation, reward)
+    return env, ""
+
+
+def _twice(env: Any) -> tuple[Any, str]:
+    env.close()
+    env.close()
+    return env, ""
+
+
+def _assigned(random: Random, env: Any) -> tuple[Any, str]:
+    return (copy.deepcopy(env) if random.random() < 0.5 else pickle.loads(pickle.dumps(env))), ""
+
+
+CALLS: Final[dict[str, Callable[[Random, Any], tuple[Any, str]]]] = {
+    "reset": _reset,
+    "step": _step,
+    "step again": _step,
+    "close": lambda _, env: _twice(env),
+    "copy": _assigned,
+    "render": lambda _, env: (env if env.render_mode else env.render() or env, ""),
+    "spec": lambda _, env: (env, f"{env.spec}"[:0]),
+}
+
+
+def line_case(random: Random) -> str:
+    """A command line of good and bad options."""
+    said = tried_line(random)
+    if said.find is not None:
+        raise Find(f"{said.line}: {said.find}")
+    return said.line
+
+
+KINDS: Final[dict[str, Callable[[Random], str]]] = {
+    "level": level_case,
+    "action": action_case,
+    "calls": calls_case,
+    "line": line_case,
+}
+SHARES: Final = {"level": 0.35, "action": 0.40, "calls": 0.15, "line": 0.10}
+"""Of the cases of a whole."""

@@ -1,0 +1,128 @@
+"""Levels some of whose values were changed."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+from collections.abc import Iterator
+from dataclasses import asdict
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Final
+
+import gymnasium as gym
+import yaml
+
+import pnt_gym
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.gripper.config import GripperConfig
+from pnt_gym.cells.one_joint.config import OneJointConfig
+from pnt_gym.errors import PntGymError
+from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD
+from pnt_gym.robots.gripper.geometry import PROTOTYPE
+from tests.tools.fuzz_basis import JUNK, Find, Random, Refused, finite, pick, refusable
+
+CONFIGS: Final[dict[str, Any]] = {
+    "PnTConveyor-v0": ConveyorConfig,
+    "PnTRelease-v0": ConveyorConfig,
+    "OneJointThrow-v0": OneJointConfig,
+    "OneJointSort-v0": OneJointConfig,
+    "OneJointAssembly-v0": OneJointConfig,
+    "GripperToss-v0": GripperConfig,
+}
+MILD: Final = (0.5, 0.7, 0.9, 1.1, 1.3, 1.5, 2.0, 3.0)
+WILD: Final = (0.0, -1.0, 0.1, 5.0, 10.0, 30.0, 100.0, 1e3, 1e6, 1e12, 1e300, 1e-3, 1e-9)
+OWN: Final = {
+    "name": "own", "shape": "box", "size": [0.05, 0.03, 0.03], "mass": 0.01, "drag": 0.9, "seal_force": 10.0,
+    "com_depth": 0.5, "friction": 0.5, "rolling_friction": 1e-4, "restitution": 0.3, "opening_delay": 0.01,
+    "source": "ours",
+}  # fmt: skip
+"""An item of a user's."""
+
+
+def level_case(random: Random) -> str:
+    """A level one to three of whose values were changed, thrown in twice."""
+    env_id = pick(random, pnt_gym.ENV_IDS)
+    config = CONFIGS[env_id]
+    level: dict[str, Any] = {"base": pick(random, config.level_names())}
+    whole = whole_level(config, level["base"])
+    for _ in range(int(random.choice([1, 1, 2, 3]))):
+        change(random, whole, level)
+    if "items" in whole and random.random() < 0.1:
+        one = changed(random, OWN)
+        level |= {"items": ["own"], "extra_items": [{**OWN, **one} if isinstance(one, dict) else one]}
+    what = f"{env_id} level {level!r}"
+    with contextlib.suppress(Refused), refusable(what), written(random, level) as given:
+        env = gym.make_vec(env_id, num_envs=2, level=given, threads=1)
+        try:
+            throw_twice(what, env, random)
+        except PntGymError as error:
+            raise Find(f"{what}: taken, then {type(error).__name__}: {error}") from error
+        finally:
+            env.close()
+    return what
+
+
+def throw_twice(what: str, env: Any, random: Random) -> None:
+    """Two throws in every cell, with numbers for results."""
+    finite(what, env.reset(seed=int(random.integers(1000)))[0])
+    for scale in (0.3, 1.5):
+        action = scale * random.uniform(-1.0, 1.0, env.action_space.shape)
+        observation, reward, *_ = env.step(action)
+        finite(what, observation, reward)
+
+
+@contextlib.contextmanager
+def written(random: Random, level: dict[str, Any]) -> Iterator[Any]:
+    """A level as it is, or in a file of YAML, which may have been torn."""
+    if random.random() < 0.7:
+        yield level
+        return
+    try:
+        text = yaml.safe_dump(level, allow_unicode=True)
+    except yaml.YAMLError:
+        yield level
+        return
+    if random.random() < 0.3:
+        at = int(random.integers(len(text)))
+        text = text[:at] + pick(random, ("", ":", "\t", "- ", "{", "!!int ", "&a ", "\0", "é", "#")) + text[at + 1 :]
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "level.yaml"
+        path.write_text(text, encoding="utf-8")
+        yield path
+
+
+@cache
+def whole_level(config: Any, name: str) -> dict[str, Any]:
+    """Every value of a shipped level, and those that it leaves to the prototype."""
+    level = config.load(name).model_dump(mode="json")
+    if config is GripperConfig:
+        parts = {"dimensions": PROTOTYPE, "servo": PROTOTYPE_BUILD.servo, "claws": PROTOTYPE_BUILD.claws}
+        level["robot"] |= {part: json.loads(json.dumps(asdict(own))) for part, own in parts.items()}
+        level["robot"]["masses"] = {field: 0.02 for field in ("arm_mass", "rod_mass", "platform_mass", "half_mass")}
+    return level
+
+
+def change(random: Random, whole: dict[str, Any], level: dict[str, Any]) -> None:
+    """Change one value anywhere in a level: a number by a factor, or anything for anything else."""
+    key = pick(random, [k for k in whole if k != "name"])
+    if random.random() < 0.03:
+        level[pick(random, ("gravity", "", "BINS", 5, key + "s"))] = 1.0
+    level[key] = changed(random, whole[key])
+
+
+def changed(random: Random, value: Any) -> Any:
+    """A value that is a little or altogether another."""
+    if isinstance(value, dict) and value and random.random() < 0.95:
+        key = pick(random, value)
+        new = {key: changed(random, value[key])}
+        return {**new, "typo": 1.0} if random.random() < 0.03 else new
+    if isinstance(value, list) and value and random.random() < 0.9:
+        place = int(random.integers(len(value)))
+        kept = [*value[:place], changed(random, value[place]), *value[place + 1 :]]
+        return pick(random, (kept, kept, kept, kept[:-1], [*kept, kept[0]], kept[::-1]))
+    if isinstance(value, int | float) and not isinstance(value, bool) and random.random() < 0.92:
+        by = pick(random, MILD if random.random() < 0.6 else WILD)
+        return value * by if value else by
+    return pick(random, JUNK)

@@ -1,0 +1,177 @@
+"""Command lines that are wrong, each with how the one sentence begins that says so: `command | sentence`."""
+
+from __future__ import annotations
+
+from typing import Final
+
+WRONG_LINES: Final = r"""
+evaluate | Missing from python -m agents.evaluate: --controller NAME|RU
+evaluate analytic | Missing from python -m agents.evaluate: --controller NAME|RU
+evaluate --controller | Missing value for argument '--controller'
+evaluate --controller "" | '.' holds neither policy.zip nor best_model.zip
+evaluate --controller analytic --picks | Missing value for argument '--picks'
+evaluate --controller analytic --picks "" | Error parsing --picks: invalid literal for int() with base 1
+evaluate --controller analytic --picks 0 | --picks is 0; it must be at least 1
+evaluate --controller analytic --picks -5 | --picks is -5; it must be at least 1
+evaluate --controller analytic --picks many | Error parsing --picks: invalid literal for int() with base 1
+evaluate --controller analytic --picks 1.5 | Error parsing --picks: invalid literal for int() with base 1
+evaluate --controller analytic --picks 1e3 | Error parsing --picks: invalid literal for int() with base 1
+evaluate --controller analytic --picks nan | Error parsing --picks: invalid literal for int() with base 1
+evaluate --controller analytic --picks 4 4 | Unrecognized options: 4
+evaluate --controller analytic --picsk 4 | Unrecognized options: --picsk, 4; perhaps you meant --picks
+evaluate --controller analytic --seed -1 | --seed is -1; it must be at least 0
+evaluate --controller analytic --seed x | Error parsing --seed: invalid literal for int() with base 10
+evaluate --controller analytic --num-envs 0 | --num-envs is 0; it must be at least 1
+evaluate --controller analytic --num-envs -1 | --num-envs is -1; it must be at least 1
+evaluate --controller analytic --num-envs 100001 | num_envs is 100001; it must be a whole number from 1 to 1000
+evaluate --controller analytic --threads 0 | --threads is 0; it must be at least 1
+evaluate --controller analytic --threads 1025 | threads is 1025; it must be a whole number from 1 to 1024
+evaluate --controller analytic --practice -1 | --practice is -1; it must be at least 0
+evaluate --controller analytic --practice x | Error parsing --practice: no type matching {None}|INT could
+evaluate --controller analytic --online yes | Unrecognized options: yes
+evaluate --controller analytic --level "" | unknown level ''; shipped levels are
+evaluate --controller analytic --env "" | unknown environment ''; known are
+evaluate --controller analytic --action-mode "" | action_mode is ''; it must be one of
+evaluate --controller analytic --level Waste | unknown level 'Waste'; shipped levels are fast, ideal, nomin
+evaluate --controller analytic --level waste.yaml | level file 'waste.yaml' does not exist
+evaluate --controller analytic --level folder | unknown level 'folder'; shipped levels are fast, ideal, nomi
+evaluate --controller analytic --level text.yaml | level file 'text.yaml' must hold a mapping of settings, it h
+evaluate --controller analytic --level typo.yaml | level file 'typo.yaml': unknown key 'binz'
+evaluate --controller analytic --level circle.yaml | level file 'circle.yaml': levels are their own base: circle
+evaluate --controller analytic --level heavy.yaml | level file 'heavy.yaml': suction.tau is 1000000000.0: input
+evaluate --controller analytic --env PnTRelease | unknown environment 'PnTRelease'; known are PnTConveyor-v0,
+evaluate --controller analytic --env pntrelease-v0 | unknown environment 'pntrelease-v0'; known are PnTConveyor-v
+evaluate --controller analytic --env PnTRelease-v1 | unknown environment 'PnTRelease-v1'; known are PnTConveyor-v
+evaluate --controller analytic --env nobody:Cell-v0 | module 'nobody' cannot be imported: ModuleNotFoundError: No
+evaluate --controller analytic --env os:Cell-v0 | unknown environment 'Cell-v0': module 'os' does not register
+evaluate --controller analytic --env : | unknown environment ''; known are PnTConveyor-v0, PnTRelease
+evaluate --controller analytic --env OneJointThrow-v0 --level waste | unknown level 'waste'; shipped levels are contac
+evaluate --controller analytic --env OneJointThrow-v0 --action-mode release_point | action_mode is 'release_point'; it
+evaluate --controller analytic --action-mode Release_Point | action_mode is 'Release_Point'; it must be one of release
+evaluate --controller analytic --json "" | cannot write '.': it is a folder
+evaluate --controller analytic --json folder | cannot write 'folder': it is a folder
+evaluate --controller analytic --json file/out.json | cannot write 'file/out.json': File exists
+evaluate --controller analytic --json /dev/null | cannot write '/dev/null': it is no file
+evaluate --controller analytic --load x.npz | --load: controller 'analytic' learns nothing that could be k
+evaluate --controller analytic --save x.npz | --save: controller 'analytic' learns nothing that could be k
+evaluate --controller ridge --load none.npz | 'none.npz' does not exist
+evaluate --controller ridge --load file | 'file' holds no saved controller
+evaluate --controller ridge --save folder | cannot write 'folder': it is a folder
+evaluate --controller ridge --save file/x.npz | cannot write 'file/x.npz': File exists
+evaluate --controller ridge --load x.npz --env ToyThrow-v0 | 'x.npz' holds no saved controller
+evaluate --controller os:path | module 'os' has no class 'path'
+evaluate --controller os:nothing | module 'os' has no class 'nothing'
+evaluate --controller nobody:Mine | module 'nobody' cannot be imported: ModuleNotFoundError: No
+evaluate --controller : | module '' cannot be imported: ValueError: Empty module name
+evaluate --controller Analytic | 'Analytic' is neither a controller
+evaluate --controller "analytic " | 'analytic' is neither a controller
+evaluate --controller analytic,ridge | 'analytic,ridge' is neither a controller
+evaluate --controller file | 'file' is neither a controller
+evaluate --controller folder | 'folder' is not a run folder: it has no args.yml
+evaluate --controller file.zip | 'file.zip' is not a run folder of agents.train: loading it r
+evaluate --controller file.zip --trust | 'file.zip' is damaged: file.zip is truncated or not a model
+evaluate --controller none.zip --trust | model 'none.zip' does not exist
+evaluate --controller ballistic | 'ballistic' is neither a controller
+evaluate --controller analytic_height --env OneJointThrow-v0 | controller 'analytic_height' knows the physics of the c
+evaluate --controller mlp --action-mode release_xyz | controller 'mlp' shifts the landing and needs an action of 2
+evaluate --controller policy --env OneJointThrow-v0 | level file 'policy/env.yaml': unknown key 'action.along'
+evaluate --controller policy --action-mode release_xyz | the policy of 'policy' takes observations (26,) and gives ac
+evaluate --controller policy --level nominal.yaml | level file 'nominal.yaml': mismatch is 9: input should be le
+evaluate --controller analytic --env CartPole-v1 | environment 'CartPole-v1' has no core, so it is none of a ce
+train extra | Unrecognized options: extra
+train --steps 0 | --steps is 0; it must be at least 1
+train --steps -1 | --steps is -1; it must be at least 1
+train --steps x | Error parsing --steps: no type matching {None}|INT could be
+train --seed -1 | --seed is -1; it must be at least 0
+train --num-envs 0 | --num-envs is 0; it must be at least 1
+train --num-envs 100001 | num_envs is 100001; it must be a whole number from 1 to 1000
+train --threads 0 | --threads is 0; it must be at least 1
+train --eval-picks -1 | --eval-picks is -1; it must be at least 0
+train --checkpoint-every 0 | --checkpoint-every is 0; it must be at least 1
+train --algo dqn | invalid choice 'dqn' for argument '--algo'
+train --algo SAC | invalid choice 'SAC' for argument '--algo'
+train --algo "" | invalid choice '' for argument '--algo'
+train --env Nowhere-v0 | unknown environment 'Nowhere-v0'; known are PnTConveyor-v0,
+train --env CartPole-v1 | environment 'CartPole-v1' has no core, so it is none of a ce
+train --level nowhere | unknown level 'nowhere'; shipped levels are fast, ideal, nom
+train --level heavy.yaml | level file 'heavy.yaml': suction.tau is 1000000000.0: input
+train --action-mode nowhere | action_mode is 'nowhere'; it must be one of release_point, r
+train --config none.yml | cannot read hyperparameters 'none.yml': No such file or dire
+train --config folder | cannot read hyperparameters 'folder': Is a directory
+train --config text.yaml | hyperparameters 'text.yaml' have no entry for 'PnTConveyor-v
+train --config file | hyperparameters 'file' have no entry for 'PnTConveyor-v0'; e
+train --out file | 'file' exists already; choose another --out, or continue it
+train --out folder/full | 'folder/full' exists already; choose another --out, or conti
+train --out file/run | cannot write run folder 'file/run': Not a directory
+train --resume none | run folder 'none' does not exist
+train --resume folder | 'folder' is not a run folder: it has no args.yml
+train --resume file | run folder 'file' does not exist
+train --resume "" | '.' is not a run folder: it has no args.yml
+train --resume policy | run folder 'policy' is damaged: it has no checkpoint
+train --resume policy --steps 20000 | run folder 'policy' is damaged: it has no checkpoint
+train --resume policy --algo ppo | --algo cannot be changed with --resume: the run folder has s
+train --resume policy --seed 1 | --seed cannot be changed with --resume: the run folder has s
+train --resume policy --num-envs 4 | --num-envs cannot be changed with --resume: the run folder h
+train --resume policy --out x | --out cannot be changed with --resume: the run folder has se
+train --resume policy --env PnTConveyor-v0 | --env cannot be changed with --resume: the run folder has se
+train --resume none --steps 0 | --steps is 0; it must be at least 1
+benchmark extra | Unrecognized options: extra
+benchmark --config none.yaml | cannot read benchmark 'none.yaml': No such file or directory
+benchmark --config folder | cannot read benchmark 'folder': Is a directory
+benchmark --config text.yaml | benchmark 'text.yaml': is 'text': input should be a valid di
+benchmark --config typo.yaml | benchmark 'typo.yaml': key 'name' is missing
+benchmark --config plan.yaml --jobs 0 | --jobs is 0; it must be at least 1
+benchmark --config plan.yaml --jobs x | Error parsing --jobs: invalid literal for int() with base 10
+benchmark --config plan.yaml --out folder | cannot write 'folder': it is a folder
+benchmark --config plan.yaml --out file/out.json | cannot write 'file/out.json': File exists
+benchmark --config plan.yaml --out o.json --work file | cannot write 'file/piece.json': File exists
+benchmark --config plan.yaml --out o.json --work file/work | cannot write 'file/work/piece.json': Not a directory
+benchmark --config nobody.yaml | benchmark 'nobody.yaml': unknown controller 'nobody'; known
+benchmark --config nowhere.yaml | unknown level 'nowhere'; shipped levels are fast, ideal, nom
+reproduce | Missing from python -m agents.reproduce: hassan|choe|miyashi
+reproduce nobody | unknown paper 'nobody'; known are hassan, choe, miyashita, l
+reproduce hassan choe | Unrecognized options: choe
+reproduce hassan --only nothing | unknown part 'nothing'; known are table1, free-direction, fr
+reproduce hassan --jobs 0 | --jobs is 0; it must be at least 1
+reproduce hassan --jobs x | Error parsing --jobs: no type matching {None}|INT could be i
+reproduce hassan --json folder | cannot write 'folder': it is a folder
+reproduce hassan --json file/out.json | cannot write 'file/out.json': File exists
+reproduce hassan --figures file | cannot write 'file/drawing.svg': File exists
+reproduce hassan --figures file/drawings | cannot write 'file/drawings/drawing.svg': Not a directory
+reproduce hassan --work file | cannot write 'file/piece.json': File exists
+reproduce Hassan | unknown paper 'Hassan'; known are hassan, choe, miyashita, l
+report extra | Unrecognized options: extra
+report --results none | 'none' holds no results yet; `python -m agents.benchmark` ma
+report --results file | 'file' holds no results yet; `python -m agents.benchmark` ma
+report --results folder | 'folder' holds no results yet; `python -m agents.benchmark`
+report --results broken | cannot read 'broken/x.json': it is not valid JSON: Expecting
+report --redme x | Unrecognized options: --redme, x; perhaps you meant --readme
+play | give one of --video FILE.mp4, --picture FILE.png and --viewe
+play --picture folder | cannot write 'folder': it is a folder
+play --picture x.png --video x.mp4 | give one of --video FILE.mp4, --picture FILE.png and --viewe
+play --picture file/x.png | cannot write 'file/x.png': File exists
+play --picture x.png --at -1 | --at is -1.0 s; it must be finite and not negative
+play --picture x.png --at nan | --at is nan s; it must be finite and not negative
+play --picture x.png --picks 0 | --picks is 0; it must be at least 1
+play --picture x.png --seed -1 | --seed is -1; it must be at least 0
+play --video x.mp4 --slow 0 | --slow is 0; it must be at least 1
+play --viewer web | invalid choice 'web' for argument '--viewer'
+play --viewer native --picture x.png | give one of --video FILE.mp4, --picture FILE.png and --viewe
+play --picture x.png --controller nobody | 'nobody' is neither a controller
+play --picture x.png --env Nowhere-v0 | unknown environment 'Nowhere-v0'; known are PnTConveyor-v0,
+play --picture x.png --level nowhere | unknown level 'nowhere'; shipped levels are fast, ideal, nom
+publish | Missing from python -m agents.publish: PATH The run folder
+publish none | run folder 'none' does not exist
+publish folder | 'folder' is not a run folder: it has no args.yml
+publish file | run folder 'file' does not exist
+publish policy --picks 0 | --picks is 0; it must be at least 1
+publish policy --to kept --levels nowhere | unknown level 'nowhere'; shipped levels are fast, ideal, nom
+publish policy --env nobody:Cell-v0 | module 'nobody' cannot be imported: ModuleNotFoundError: No
+publish policy policy | Unrecognized options: policy
+levels extra | Unrecognized options: extra
+levels --env Nowhere-v0 | Unrecognized options: --env, Nowhere-v0
+doctor extra | Unrecognized options: extra
+demo --picks 0 | --picks is 0; it must be at least 1
+demo --threads 0 | --threads is 0; it must be at least 1
+demo --seed -1 | --seed is -1; it must be at least 0
+"""
