@@ -22,7 +22,6 @@ from pnt_gym.cells.gripper.observation import FEATURES as TOSS_FEATURES
 from pnt_gym.cells.one_joint import config as one_joint
 from pnt_gym.cells.one_joint.cell import OneJointCell
 from pnt_gym.cells.one_joint.observation import FEATURES as GOAL_FEATURES
-from pnt_gym.envs.base import ThrowVectorEnv
 from pnt_gym.envs.conveyor import PnTConveyorEnv, PnTReleaseEnv
 from pnt_gym.envs.gripper import GripperTossEnv
 from pnt_gym.envs.one_joint import (
@@ -30,6 +29,7 @@ from pnt_gym.envs.one_joint import (
     OneJointSortEnv,
     OneJointThrowEnv,
 )
+from pnt_gym.envs.vector import ThrowVectorEnv
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,8 @@ from pnt_gym.cells.base.config import Level
 from pnt_gym.cells.conveyor.cell import ConveyorCell, Picks
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.observation import TABLE
-from pnt_gym.envs.base import ThrowEnv, ThrowVectorEnv
+from pnt_gym.envs.base import ThrowEnv
+from pnt_gym.envs.vector import vector_form
 
 
 class ConveyorEnv(ThrowEnv, observes=TABLE):
@@ -103,11 +104,7 @@ class PnTConveyorEnv(ConveyorEnv):
     picks: ClassVar[Picks] = "belt"
 
 
-@final
-class PnTConveyorVectorEnv(ThrowVectorEnv):
-    """N cells of `PnTConveyorEnv` on one batch of simulations; row i of seed s is the single form of seed s + i."""
-
-    single = PnTConveyorEnv
+PnTConveyorVectorEnv = vector_form(PnTConveyorEnv)
 
 
 @final
@@ -134,8 +131,4 @@ class PnTReleaseEnv(ConveyorEnv):
     picks: ClassVar[Picks] = "independent"
 
 
-@final
-class PnTReleaseVectorEnv(ThrowVectorEnv):
-    """N cells of `PnTReleaseEnv` on one batch of simulations; row i of seed s is the single form of seed s + i."""
-
-    single = PnTReleaseEnv
+PnTReleaseVectorEnv = vector_form(PnTReleaseEnv)

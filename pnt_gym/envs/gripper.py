@@ -8,7 +8,8 @@ from pnt_gym.cells.base.config import Level
 from pnt_gym.cells.gripper.cell import GripperCell
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.observation import TABLE
-from pnt_gym.envs.base import ThrowEnv, ThrowVectorEnv
+from pnt_gym.envs.base import ThrowEnv
+from pnt_gym.envs.vector import vector_form
 
 
 @final
@@ -101,8 +102,4 @@ class GripperTossEnv(ThrowEnv, observes=TABLE):
         return GripperCell(GripperConfig.load(level), count, threads)
 
 
-@final
-class GripperTossVectorEnv(ThrowVectorEnv):
-    """N cells of `GripperTossEnv` on one batch; row i of seed s is the single form of seed s + i."""
-
-    single = GripperTossEnv
+GripperTossVectorEnv = vector_form(GripperTossEnv)

@@ -8,7 +8,8 @@ from pnt_gym.cells.base.config import Level
 from pnt_gym.cells.one_joint.cell import OneJointCell
 from pnt_gym.cells.one_joint.config import OneJointConfig, Task
 from pnt_gym.cells.one_joint.observation import TABLE
-from pnt_gym.envs.base import ThrowEnv, ThrowVectorEnv
+from pnt_gym.envs.base import ThrowEnv
+from pnt_gym.envs.vector import vector_form
 
 
 class OneJointEnv(ThrowEnv, observes=TABLE):
@@ -111,11 +112,7 @@ class OneJointThrowEnv(OneJointEnv):
     task: ClassVar[Task] = "throw"
 
 
-@final
-class OneJointThrowVectorEnv(ThrowVectorEnv):
-    """N cells of `OneJointThrowEnv` on one batch; row i of seed s is the single form of seed s + i."""
-
-    single = OneJointThrowEnv
+OneJointThrowVectorEnv = vector_form(OneJointThrowEnv)
 
 
 @final
@@ -146,11 +143,7 @@ class OneJointSortEnv(OneJointEnv):
     task: ClassVar[Task] = "sort"
 
 
-@final
-class OneJointSortVectorEnv(ThrowVectorEnv):
-    """N cells of `OneJointSortEnv` on one batch; row i of seed s is the single form of seed s + i."""
-
-    single = OneJointSortEnv
+OneJointSortVectorEnv = vector_form(OneJointSortEnv)
 
 
 @final
@@ -181,8 +174,4 @@ class OneJointAssemblyEnv(OneJointEnv):
     task: ClassVar[Task] = "assembly"
 
 
-@final
-class OneJointAssemblyVectorEnv(ThrowVectorEnv):
-    """N cells of `OneJointAssemblyEnv` on one batch; row i of seed s is the single form of seed s + i."""
-
-    single = OneJointAssemblyEnv
+OneJointAssemblyVectorEnv = vector_form(OneJointAssemblyEnv)

@@ -15,7 +15,8 @@ from pnt_gym.cells.base.action import ActionMode, Modes, by_name
 from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.cells.base.core import COMMON_INFO, Cell, Core, Episodes, scalars
 from pnt_gym.cells.base.view import record_video
-from pnt_gym.envs.base import ThrowEnv, ThrowVectorEnv
+from pnt_gym.envs.base import ThrowEnv
+from pnt_gym.envs.vector import vector_form
 from pnt_gym.errors import ActionError, ConfigError
 from tests.tools.throws import same_bits
 
@@ -141,12 +142,8 @@ class LongPaperEnv(PaperEnv):
     throws = 2
 
 
-class PaperVectorEnv(ThrowVectorEnv):
-    single = PaperEnv
-
-
-class LongPaperVectorEnv(ThrowVectorEnv):
-    single = LongPaperEnv
+PaperVectorEnv = vector_form(PaperEnv)
+LongPaperVectorEnv = vector_form(LongPaperEnv)
 
 
 @pytest.mark.parametrize("throws", [1, 2])

@@ -1,0 +1,176 @@
+"""The vector form of any environment: N cells on one batch of simulations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+from gymnasium.utils import seeding
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from pnt_gym.cells.base.canvas import FPS, SIZE, Picture
+from pnt_gym.cells.base.config import Level
+from pnt_gym.envs.base import Facade, Observation, ThrowEnv, check_options, seed_of
+from pnt_gym.errors import ConfigError, OrderError, one_sentence
+
+
+class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
+    Facade, VectorEnv[Observation, NDArray[np.floating], NDArray[Any]]
+):
+    """Abstract: N cells on one batch of simulations, autoreset in the same step. Subclasses are made by `vector_form`.
+
+    Args:
+        num_envs: number of cells N.
+        level: of the cells.
+        action_mode: how an action is read; None for the cell's default.
+        threads: of the physics; results do not depend on it.
+        render_mode: "rgb_array" or None.
+        width, height, camera: see `Picture`.
+
+    Raises:
+        ConfigError: an unknown action or render mode, no working cells, or no picture.
+    """
+
+    single: ClassVar[type[ThrowEnv]]
+    """Row i of seed s is this one of seed s + i."""
+
+    metadata: ClassVar[dict[str, Any]] = {  # pyright: ignore[reportIncompatibleVariableOverride]
+        "render_modes": ["rgb_array"],
+        "render_fps": FPS,
+        "autoreset_mode": AutoresetMode.SAME_STEP,
+    }
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        level: Level = "nominal",
+        action_mode: str | None = None,
+        threads: int = 2,
+        render_mode: str | None = None,
+        width: int = SIZE[1],
+        height: int = SIZE[0],
+        camera: Mapping[str, Any] | None = None,
+    ) -> None:
+        if render_mode not in (None, "rgb_array"):
+            raise ConfigError(f"render_mode is {render_mode!r}; a vector environment takes 'rgb_array' or None")
+        self._picture = Picture.of(width, height, camera)
+        self.core = self.single.make_core(level, action_mode, num_envs, threads)
+        self.num_envs = num_envs
+        self.single_observation_space = self.core.observation_space
+        self.single_action_space = self.core.action_space
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.render_mode = render_mode
+        self._generators = [seeding.np_random(None)[0] for _ in range(num_envs)]
+        self._begun = False
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Begin episodes; row i of seed s is the single environment of seed s + i.
+
+        Args:
+            seed: one number, one per cell, or None to go on with the generators as they are.
+            options: "reset_mask", a boolean array (num_envs,), restarts only the chosen cells.
+
+        Raises:
+            ConfigError: seeds that are no whole numbers, or a list of them or a mask whose length is not the number of
+                cells.
+            OrderError: the environment is closed.
+        """
+        if self.closed:
+            raise OrderError("the environment is closed; make another one")
+        mask = self._mask(options)
+        for given, chosen in self._seed(seed, mask).items():
+            rows = np.array(chosen, dtype=np.int64)
+            if rows.size > 0:
+                self.core.reset(rows, [self._generators[r] for r in rows], seeded=given)
+        self._begun = True
+        return self.core.observe(), self._masked(self.core.kinds())
+
+    def step(
+        self, actions: NDArray[np.floating]
+    ) -> tuple[Observation, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+        """Throw in every cell; cells whose episode ends begin the next one in the same step.
+
+        The results of the throw stand in `info` for every cell; for cells whose episode ended they are in
+        `final_info` too, with the last observation in `final_obs`, as Gymnasium's own vector environments have them.
+
+        Raises:
+            ActionError: wrong shape, NaN or infinite values.
+            OrderError: the environment was not reset, or is closed.
+        """
+        if self.closed or not self._begun:
+            state = "is closed; make another one" if self.closed else "was not reset; call reset before step"
+            raise OrderError(f"the environment {state}")
+        result = self.core.step(actions)
+        info = self._masked(result.info)
+        observation = result.observation
+        rows = np.flatnonzero(result.ended)
+        if rows.size > 0:
+            last = np.full(self.num_envs, None, dtype=object)
+            for row in rows:
+                last[row] = observation[row].copy()
+            final = dict(info)
+            info |= {"final_obs": last, "_final_obs": result.ended.copy()}
+            info |= {"final_info": final, "_final_info": result.ended.copy()}
+            self.core.reset(rows, [self._generators[r] for r in rows], seeded=False)
+            observation = self.core.observe()
+            info |= self._masked(self.core.kinds())
+        terminates = self.core.terminates
+        none = np.zeros(self.num_envs, dtype=np.bool_)
+        over = result.ended
+        return observation, result.reward, over if terminates else none, none if terminates else over, info
+
+    def render(self) -> tuple[Any, ...] | None:
+        """One frame of every cell's coming pick."""
+        if self.render_mode is None:
+            return None
+        return tuple(self._opened_view().frame(row) for row in range(self.num_envs))
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Free the renderer."""
+        self._close_view()
+
+    def _mask(self, options: dict[str, Any] | None) -> NDArray[np.bool_]:
+        """Which cells to restart: all, unless the options choose."""
+        check_options(options)
+        given: Any = (options or {}).get("reset_mask", np.ones(self.num_envs, dtype=np.bool_))
+        try:
+            mask: NDArray[Any] = np.asarray(given)
+        except ValueError:  # rows of different lengths
+            mask = np.zeros(0)
+        if mask.shape != (self.num_envs,) or mask.dtype != np.bool_:
+            said = one_sentence(repr(given), 80)
+            raise ConfigError(f"reset_mask is {said}; it must be a boolean array of shape ({self.num_envs},)")
+        return mask
+
+    def _seed(self, seed: int | Sequence[int | None] | None, mask: NDArray[np.bool_]) -> dict[bool, list[int]]:
+        """Reseed the generators of the chosen rows; which got a seed (True) and which keep theirs (False)."""
+        if isinstance(seed, Sequence | np.ndarray) and not isinstance(seed, str | bytes):
+            seeds = [seed_of(value) for value in seed]
+        else:
+            first = seed_of(seed)
+            seeds = [None if first is None else first + i for i in range(self.num_envs)]
+        if len(seeds) != self.num_envs:
+            raise ConfigError(f"seed has {len(seeds)} entries; this environment has {self.num_envs} cells")
+        chosen = {row: value for row, value in enumerate(seeds) if mask[row]}
+        for row, value in chosen.items():
+            if value is not None:
+                self._generators[row] = seeding.np_random(value)[0]
+        return {given: [r for r, v in chosen.items() if (v is not None) == given] for given in (True, False)}
+
+    def _masked(self, info: dict[str, NDArray[Any]]) -> dict[str, Any]:
+        """Gymnasium's form of a vector info: every value with a mask of the rows it holds for."""
+        every = np.ones(self.num_envs, dtype=np.bool_)
+        return {key: value for name, values in info.items() for key, value in ((name, values), (f"_{name}", every))}
+
+
+def vector_form(single: type[ThrowEnv]) -> type[ThrowVectorEnv]:
+    """The vector form of `SomethingEnv`, to be called `SomethingVectorEnv` in the same module."""
+    name = f"{single.__name__.removesuffix('Env')}VectorEnv"
+    manual = f"N cells of `{single.__name__}` on one batch of simulations; row i of seed s is that one of seed s + i."
+    return type(name, (ThrowVectorEnv,), {"single": single, "__doc__": manual, "__module__": single.__module__})
