@@ -9,47 +9,7 @@ from typing import final
 
 from ..tables import Grid, markdown_text
 
-TEMPLATE = """<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>pnt_gym results</title>
-<style>
-body { font: 15px/1.5 system-ui, sans-serif; max-width: 75rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
-table { border-collapse: collapse; font-variant-numeric: tabular-nums; margin: 0.5rem 0 1.5rem; }
-th, td { padding: 0.2rem 0.7rem; border-bottom: 1px solid #ddd; text-align: right; }
-.left { text-align: left; }
-.wide { overflow-x: auto; }
-img { max-width: 100%; height: auto; }
-</style>
-</head>
-<body>
-<h1>pnt_gym results</h1>
-<ul>
-{% for chapter in chapters %}
-<li><a href="#chapter{{ loop.index }}">{{ chapter.title }}</a></li>
-{% endfor %}
-</ul>
-{% for chapter in chapters %}
-<h2 id="chapter{{ loop.index }}">{{ chapter.title }}</h2>
-{% if chapter.note %}
-<p>{{ chapter.note }}</p>
-{% endif %}
-{% for grid in chapter.parts %}
-<h3>{{ grid.headline }}</h3>
-<div class="wide">{{ grid.html() | safe }}</div>
-{% if grid.note %}
-<p>{{ grid.note }}</p>
-{% endif %}
-{% endfor %}
-{% for name in chapter.figures %}
-<figure><img src="figures/{{ name }}" alt="{{ name }}" loading="lazy"></figure>
-{% endfor %}
-{% endfor %}
-</body>
-</html>
-"""
+TEMPLATE = Path(__file__).with_name("page.html")
 
 
 @final
@@ -74,7 +34,7 @@ def page(chapters: Sequence[Chapter]) -> str:
     """The page as HTML; figures are images in the folder `figures` beside it, in which nothing can run."""
     from jinja2 import Environment  # noqa: PLC0415 - needed for reports only
 
-    template = Environment(autoescape=True, trim_blocks=True).from_string(TEMPLATE)
+    template = Environment(autoescape=True, trim_blocks=True).from_string(TEMPLATE.read_text(encoding="utf-8"))
     return template.render(chapters=chapters) + "\n"
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from pnt_gym.cells.base.canvas import FPS, RENDER_MODES, SIZE, Picture
 from pnt_gym.cells.base.config import Level, describes_a_cell, written
-from pnt_gym.cells.base.core import Cell, Core, scalars
+from pnt_gym.cells.base.core import Cell, Core
 from pnt_gym.cells.base.features import FeatureTable
 from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.engine import has_display
@@ -223,3 +223,11 @@ class ThrowEnv(Facade, gym.Env[Observation, NDArray[np.floating]]):  # pyright: 
             self._opened_view()
         if self.render_mode == "human":
             self._opened_view().show()
+
+
+def scalars(info: dict[str, NDArray[Any]], row: int) -> dict[str, Any]:
+    """One row of a step's info as plain Python values."""
+    told: dict[str, Any] = {}
+    for name, values in info.items():
+        told[name] = values[row].item()
+    return told

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints, replaced, take
-from pnt_gym.errors import ActionError, ConfigError, one_sentence
+from pnt_gym.errors import ActionError, ConfigError, PlanningError, one_sentence
 from pnt_gym.planning.motion.roots import bisect
 
 _HALVINGS: Final = 12
@@ -180,3 +180,14 @@ def quarters(x: Floats, y: Floats, middle: Sequence[float], names: tuple[str, st
     """
     right, far = x > middle[0], y > middle[1]
     return [f"{'right' if r else 'left'}-{names[0] if f else names[1]}" for r, f in zip(right, far, strict=True)]
+
+
+def require_feasible(plans: Plans) -> None:
+    """Make sure that every cell has a plan that it can carry out.
+
+    Raises:
+        PlanningError: one has not.
+    """
+    if not plans.feasible.all():
+        row = int(np.flatnonzero(~plans.feasible)[0])
+        raise PlanningError(f"the plan of cell {row} is not feasible; throw only plans whose `feasible` is True")

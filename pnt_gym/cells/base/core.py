@@ -21,7 +21,7 @@ from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.cells.base.features import CLIP, FeatureTable
 from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.engine import unheard
-from pnt_gym.errors import ConfigError, PhysicsError, PlanningError, one_sentence
+from pnt_gym.errors import ConfigError, PhysicsError, one_sentence
 
 Generators = list[np.random.Generator]
 
@@ -343,22 +343,3 @@ class Core:
     def view(self) -> ThrowView:
         """Pictures of the cells; row 0 is recorded from now on."""
         return self.cell.view()
-
-
-def require_feasible(plans: Plans) -> None:
-    """Make sure that every cell has a plan that it can carry out.
-
-    Raises:
-        PlanningError: one has not.
-    """
-    if not plans.feasible.all():
-        row = int(np.flatnonzero(~plans.feasible)[0])
-        raise PlanningError(f"the plan of cell {row} is not feasible; throw only plans whose `feasible` is True")
-
-
-def scalars(info: dict[str, NDArray[Any]], row: int) -> dict[str, Any]:
-    """One row of a step's info as plain Python values."""
-    told: dict[str, Any] = {}
-    for name, values in info.items():
-        told[name] = values[row].item()
-    return told
