@@ -113,13 +113,19 @@ def test_a_sample_of_the_soak(env_id: str, level: str) -> None:
     assert soak.soaked(env_id, level, 0) == []
 
 
+def in_the_way(pallet: Pallet) -> np.ndarray:
+    """Thin walls across the path of a part that arrives, before and behind its goal."""
+    x, y, phi = pallet.pose
+    return np.array([[x + side * np.cos(phi), y + side * np.sin(phi), 0.001, 0.2, phi] for side in (-0.05, 0.05)])
+
+
 @pytest.mark.parametrize(("env_id", "level"), SOAKED)
 def test_an_object_that_goes_through_a_wall_is_found(monkeypatch: pytest.MonkeyPatch, env_id: str, level: str) -> None:
-    """Walls where there are none: the bottom of a bin higher than it is."""
-    panels, tray, walls = soak.bin_panels, soak.tray_panels, Pallet.walls.func
+    """Walls where there are none: across the way, or the bottom of a bin higher than it is."""
+    panels, tray = soak.bin_panels, soak.tray_panels
     monkeypatch.setattr(soak, "bin_panels", lambda *given: (panels(*given)[0], panels(*given)[1] + [0, 0, 0.1]))
     monkeypatch.setattr(soak, "tray_panels", lambda *given: (tray(*given)[0], tray(*given)[1] + [0, 0, 0.1]))
-    monkeypatch.setattr(Pallet, "walls", property(lambda self: np.add(walls(self), [0, 0.1, 0, 0, 0])))
+    monkeypatch.setattr(Pallet, "walls", property(in_the_way))
     monkeypatch.setattr(soak, "ACTIONS", (0.0,))
     (said,) = soak.soaked(env_id, level, 0)
     assert " went through " in said
