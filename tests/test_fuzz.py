@@ -76,6 +76,8 @@ ABSURD: list[tuple[str, dict[str, Any]]] = [
     ("PnTRelease-v0", {"spread": {"seal": 6.0}}),
     ("PnTConveyor-v0", {"belt": {"speed": 1e7}}),
     ("GripperToss-v0", {"errors": {"width": 3.0}}),
+    ("GripperToss-v0", {"base": "belt", "items": 5}),
+    ("GripperToss-v0", {"base": "belt", "items": [[1], None]}),
 ]
 
 
