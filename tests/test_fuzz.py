@@ -145,6 +145,8 @@ def test_fast_centres_cross_and_flat_ones_dip() -> None:
 def test_a_soak_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(soak, "pairs", lambda: [("PnTRelease-v0", "ideal")])
     monkeypatch.setattr(soak, "soaked", lambda *_: [])
+    assert 10.0 < soak.memory() < 1e5
+    monkeypatch.setattr(soak, "memory", lambda: 100.0)
     for throws, rounds in ((100, 2), (100, 2), (300, 5)):
         monkeypatch.setattr(sys, "argv", ["soak", "--throws", str(throws), "--state", str(tmp_path / "s.json")])
         assert soak.main() == 0
