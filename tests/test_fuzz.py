@@ -76,6 +76,8 @@ ABSURD: list[tuple[str, dict[str, Any]]] = [
     ("PnTRelease-v0", {"spread": {"seal": 6.0}}),
     ("PnTConveyor-v0", {"belt": {"speed": 1e7}}),
     ("GripperToss-v0", {"errors": {"width": 3.0}}),
+    ("GripperToss-v0", {"base": "belt", "items": 5}),
+    ("GripperToss-v0", {"base": "belt", "items": [[1], None]}),
 ]
 
 
@@ -113,13 +115,19 @@ def test_a_sample_of_the_soak(env_id: str, level: str) -> None:
     assert soak.soaked(env_id, level, 0) == []
 
 
+def in_the_way(pallet: Pallet) -> np.ndarray:
+    """Thin walls across the path of a part that arrives, before and behind its goal."""
+    x, y, phi = pallet.pose
+    return np.array([[x + side * np.cos(phi), y + side * np.sin(phi), 0.001, 0.2, phi] for side in (-0.05, 0.05)])
+
+
 @pytest.mark.parametrize(("env_id", "level"), SOAKED)
 def test_an_object_that_goes_through_a_wall_is_found(monkeypatch: pytest.MonkeyPatch, env_id: str, level: str) -> None:
-    """Walls where there are none: the bottom of a bin higher than it is."""
-    panels, tray, walls = soak.bin_panels, soak.tray_panels, Pallet.walls.func
+    """Walls where there are none: across the way, or the bottom of a bin higher than it is."""
+    panels, tray = soak.bin_panels, soak.tray_panels
     monkeypatch.setattr(soak, "bin_panels", lambda *given: (panels(*given)[0], panels(*given)[1] + [0, 0, 0.1]))
     monkeypatch.setattr(soak, "tray_panels", lambda *given: (tray(*given)[0], tray(*given)[1] + [0, 0, 0.1]))
-    monkeypatch.setattr(Pallet, "walls", property(lambda self: np.add(walls(self), [0, 0.1, 0, 0, 0])))
+    monkeypatch.setattr(Pallet, "walls", property(in_the_way))
     monkeypatch.setattr(soak, "ACTIONS", (0.0,))
     (said,) = soak.soaked(env_id, level, 0)
     assert " went through " in said
@@ -137,6 +145,8 @@ def test_fast_centres_cross_and_flat_ones_dip() -> None:
 def test_a_soak_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(soak, "pairs", lambda: [("PnTRelease-v0", "ideal")])
     monkeypatch.setattr(soak, "soaked", lambda *_: [])
+    assert 10.0 < soak.memory() < 1e5
+    monkeypatch.setattr(soak, "memory", lambda: 100.0)
     for throws, rounds in ((100, 2), (100, 2), (300, 5)):
         monkeypatch.setattr(sys, "argv", ["soak", "--throws", str(throws), "--state", str(tmp_path / "s.json")])
         assert soak.main() == 0

@@ -54,7 +54,7 @@ class Motion(Section):
     )
     clearance: Positive = Field(default=0.05, description="Vertical approach above the next pick, Z_off [m].")
     dwell: NonNegative = Field(
-        default=0.10, description="Standstill while the vacuum builds up; counted, not simulated [s]."
+        default=0.10, le=10, description="Standstill while the vacuum builds up; counted, not simulated [s]."
     )
     follow_through: FollowThrough = FollowThrough()
     ceiling_slack: NonNegative = Field(

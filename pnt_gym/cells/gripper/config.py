@@ -198,7 +198,8 @@ class GripperConfig(ItemsConfig):
             return given  # the field's own validation says what is wrong
         site = conveyor.site()
         full: dict[str, Any] = {"items": site.items, "extra_items": site.extra_items} | given
-        for name, values in conveyor.sections(site, full["items"]).items():
+        items = cast("list[str]", full["items"]) if isinstance(full["items"], list | tuple) else []  # refused below
+        for name, values in conveyor.sections(site, items).items():
             own = given.get(name, {})
             own = own.model_dump(exclude_unset=True) if isinstance(own, Section) else own
             full[name] = values | cast("dict[str, Any]", own) if isinstance(own, dict) else own
