@@ -1,0 +1,50 @@
+"""Docstrings for Sphinx: text with code in backticks, in which nothing else is markup."""
+
+from __future__ import annotations
+
+import re
+from typing import Any, Final
+
+CODE: Final = re.compile(r"(`+[^`]*`+)")
+MARKUP: Final = re.compile(r"[|*]|(?<=\w)_(?=\W|$)")
+"""What reStructuredText would take for markup: an absolute value, a product, a symbol with an index left open."""
+
+
+def readable(lines: list[str]) -> list[str]:
+    """Lines of a docstring with such characters escaped, and with indented lines after a colon as code."""
+    said: list[str] = []
+    code: int | None = None
+    for line, below in zip(lines, [*lines[1:], ""], strict=True):
+        if code is not None and line.strip() and _indent(line) <= code:
+            code = None
+        said.append(line if code is not None else _escaped(line))
+        if code is None and _introduces(line, below, lines, len(said)):
+            said[-1] += ":"
+            code = _indent(line)
+    return said
+
+
+def _introduces(line: str, below: str, lines: list[str], following: int) -> bool:
+    """Whether a line ends with a colon, and an empty and an indented one follow."""
+    after = next((text for text in lines[following:] if text.strip()), "")
+    return line.endswith(":") and not below.strip() and _indent(after) > _indent(line)
+
+
+def _escaped(line: str) -> str:
+    parts = CODE.split(line)
+    return "".join(part if part.startswith("`") else MARKUP.sub(r"\\\g<0>", part) for part in parts)
+
+
+def _indent(line: str) -> int:
+    return len(line) - len(line.lstrip())
+
+
+def _process(_app: Any, _what: str, _name: str, _object: Any, _options: Any, lines: list[str]) -> None:
+    lines[:] = readable(lines)
+
+
+def setup(app: Any) -> dict[str, bool]:
+    """Connect to Sphinx, before Napoleon reads the sections."""
+    app.setup_extension("sphinx.ext.autodoc")
+    app.connect("autodoc-process-docstring", _process, priority=100)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
