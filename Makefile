@@ -6,7 +6,7 @@ STAMP := $(VENV)/.installed
 PIP_OPTIONS ?=
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help setup train test lint format bench bench-quick perf reproduce pictures report package clean
+.PHONY: help setup train test lint format docs bench bench-quick perf reproduce pictures report package clean
 
 help: ## show this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -36,6 +36,9 @@ format: setup ## rewrite the code in the project's style
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
+docs: setup ## the documentation site, into docs/_build/html; a warning is an error, and the tour is run
+	$(BIN)/python -m sphinx -b html -E -W --keep-going -q docs docs/_build/html
+
 bench: setup ## the benchmark of results/ (hours; stops and resumes)
 	$(BIN)/python -m agents.benchmark
 	$(BIN)/python -m agents.report
@@ -53,7 +56,8 @@ reproduce: setup ## the papers' figures computed anew, beside the published ones
 	$(BIN)/python -m agents.reproduce all --json results/reproduction.json --figures results/figures
 	$(BIN)/python -m agents.report
 
-pictures: setup ## pictures and videos of throws, into results/figures
+pictures: setup ## pictures and videos of throws, into results/figures and docs/pictures
+	$(BIN)/python docs/pictures.py
 	$(BIN)/python -m agents.play --picture results/figures/cell.png
 	$(BIN)/python -m agents.play --env OneJointSort-v0 --controller virtual_goal --picture results/figures/miyashita_throw.png
 	$(BIN)/python -m agents.play --env OneJointSort-v0 --controller virtual_goal --picks 3 --video results/figures/miyashita_sorting.mp4
@@ -71,4 +75,4 @@ package: setup ## build the wheel into dist/ and try it in an environment of its
 		do venv/bin/pnt-gym $$words || exit 1; done
 
 clean: ## remove the environment and caches
-	rm -rf $(VENV) .pytest_cache .ruff_cache .hypothesis dist build *.egg-info
+	rm -rf $(VENV) .pytest_cache .ruff_cache .hypothesis docs/_build dist build *.egg-info

@@ -33,6 +33,7 @@ nb_execution_mode = "force"
 nb_execution_timeout = 300
 nb_execution_raise_on_error = True
 nb_execution_show_tb = True
+nb_merge_streams = True
 
 # Docstrings are Google's, with code in single backticks.
 default_role = "code"

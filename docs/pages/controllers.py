@@ -45,7 +45,7 @@ def described(name: str, controller: Controller) -> str:
 
 def _where(ids: list[str]) -> str:
     """Environments of a controller, in few words."""
-    return "everywhere" if len(ids) == len(pnt_gym.ENV_IDS) else ", ".join(f"`{i}`" for i in ids)
+    return "all" if len(ids) == len(pnt_gym.ENV_IDS) else ", ".join(f"`{i}`" for i in ids)
 
 
 def listed(_: str) -> str:
@@ -57,4 +57,4 @@ def listed(_: str) -> str:
         rows.append(
             (f"`{name}`", described(name, first), "yes" if isinstance(first, Learner) else "no", _where([*made]))
         )
-    return table(("controller", "what it does", "learns", "acts in"), rows)
+    return table(("controller", "learns", "environments", "what it does"), rows)

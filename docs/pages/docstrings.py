@@ -9,6 +9,16 @@ CODE: Final = re.compile(r"(`+[^`]*`+)")
 MARKUP: Final = re.compile(r"[|*]|(?<=\w)_(?=\W|$)")
 """What reStructuredText would take for markup: an absolute value, a product, a symbol with an index left open."""
 
+ARRAY: Final = re.compile(r"~?numpy\.ndarray\[tuple\[~?typing\.Any, \.\.\.\], ~?numpy\.dtype\[(~?[\w.]+)\]\]")
+LIKE: Final = re.compile(
+    r"[\w.~]*_?Buffer \| .*?_SupportsArray.*? \| complex \| bytes \| str \| .*?\[complex \| bytes \| str\]"
+)
+
+
+def named(signature: str | None) -> str | None:
+    """A signature in which arrays are called as the code calls them."""
+    return signature and LIKE.sub("ArrayLike", ARRAY.sub(r"NDArray[\1]", signature))
+
 
 def readable(lines: list[str]) -> list[str]:
     """Lines of a docstring with such characters escaped, and with indented lines after a colon as code."""
@@ -43,8 +53,13 @@ def _process(_app: Any, _what: str, _name: str, _object: Any, _options: Any, lin
     lines[:] = readable(lines)
 
 
+def _signature(_app: Any, _what: str, _name: str, _object: Any, _options: Any, given: str, returned: str) -> Any:
+    return named(given), named(returned)
+
+
 def setup(app: Any) -> dict[str, bool]:
     """Connect to Sphinx, before Napoleon reads the sections."""
     app.setup_extension("sphinx.ext.autodoc")
     app.connect("autodoc-process-docstring", _process, priority=100)
+    app.connect("autodoc-process-signature", _signature)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

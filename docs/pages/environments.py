@@ -63,11 +63,11 @@ def page(env_id: str) -> str:
 
 def listed(folder: str) -> str:
     """A table of all environments; `folder` is where their pages lie, seen from the page of the table."""
-    rows = [(f"[{i}]({folder}{i}.md)", summary(i), episode(i), kind(i)) for i in pnt_gym.ENV_IDS]
-    return table(("environment", "task", "episode", "kind"), rows)
+    rows = [(f"[{i}]({folder}{i}.md)", kind(i), episode(i), summary(i)) for i in pnt_gym.ENV_IDS]
+    return table(("environment", "kind", "episode", "task"), rows)
 
 
 def gallery(_: str) -> str:
     """A moving picture of each, which leads to its page."""
-    pictures = [f"[![{i}](pictures/{i}.webp)<br>{i}](environments/{i}.md)" for i in pnt_gym.ENV_IDS]
+    pictures = [f"[![{i}](pictures/{i}.webp) {i}](environments/{i}.md)" for i in pnt_gym.ENV_IDS]
     return "\n\n".join([":::{container} gallery", *pictures, ":::"])

@@ -36,8 +36,8 @@ def listed(family: str) -> str:
     rows: list[tuple[str, str, str]] = []
     for name in sorted(FAMILIES[family].level_names(), key=lambda name: name != ROOT):
         comment, base, _ = _parts(family, name)
-        rows.append((f"[`{name}`](#{_anchor(family, name)})", comment, f"`{base}`" if base else "-"))
-    return table(("level", "what it is", "differs from"), rows)
+        rows.append((f"[`{name}`](#{_anchor(family, name)})", f"`{base}`" if base else "-", comment))
+    return table(("level", "differs from", "what it is"), rows)
 
 
 def files(family: str) -> str:
