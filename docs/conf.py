@@ -49,6 +49,7 @@ nitpicky = True
 nitpick_ignore_regex = [(r"py:.*", r"(?!pnt_gym\.|agents\.).*"), (r"py:.*", r".*\.[A-Z]\w*T")]
 
 html_theme = "furo"
+pygments_dark_style = "github-dark"
 html_title = f"pnt_gym {version}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]

@@ -54,7 +54,6 @@ def listed(_: str) -> str:
     for name in NAMES:
         made = {i: found for i in pnt_gym.ENV_IDS if (found := _controller(name, i)) is not None}
         first = next(iter(made.values()))
-        rows.append(
-            (f"`{name}`", described(name, first), "yes" if isinstance(first, Learner) else "no", _where([*made]))
-        )
+        learns = "yes" if isinstance(first, Learner) else "no"
+        rows.append((f"`{name}`", learns, _where([*made]), described(name, first)))
     return table(("controller", "learns", "environments", "what it does"), rows)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any, Final
 
+ATTRIBUTES: Final = ("attribute", "data", "property")
 CODE: Final = re.compile(r"(`+[^`]*`+)")
 MARKUP: Final = re.compile(r"[|*]|(?<=\w)_(?=\W|$)")
 """What reStructuredText would take for markup: an absolute value, a product, a symbol with an index left open."""
@@ -49,8 +50,9 @@ def _indent(line: str) -> int:
     return len(line) - len(line.lstrip())
 
 
-def _process(_app: Any, _what: str, _name: str, _object: Any, _options: Any, lines: list[str]) -> None:
-    lines[:] = readable(lines)
+def _process(_app: Any, what: str, _name: str, _object: Any, _options: Any, lines: list[str]) -> None:
+    # Napoleon takes what stands before a colon in the first line of an attribute for its type.
+    lines[:] = [""] * (what in ATTRIBUTES) + readable(lines)
 
 
 def _signature(_app: Any, _what: str, _name: str, _object: Any, _options: Any, given: str, returned: str) -> Any:

@@ -31,7 +31,7 @@ def blocks(language):
 def commands():
     """Words of every command line that a page shows, the guide's aside."""
     lines = [line for block in blocks("sh") if "extend" not in block.id for line in block.values[0].splitlines()]
-    return sorted({line for line in lines if line})
+    return sorted({line for line in lines if line and not line.startswith("#")})
 
 
 @pytest.mark.parametrize("code", blocks("python"))
