@@ -6,6 +6,8 @@ import re
 from typing import Any, Final
 
 ATTRIBUTES: Final = ("attribute", "data", "property")
+_hidden: dict[str, list[str]] = {}
+"""Docstrings that Napoleon does not see, by name."""
 CODE: Final = re.compile(r"(`+[^`]*`+)")
 MARKUP: Final = re.compile(r"[|*]|(?<=\w)_(?=\W|$)")
 """What reStructuredText would take for markup: an absolute value, a product, a symbol with an index left open."""
@@ -50,9 +52,17 @@ def _indent(line: str) -> int:
     return len(line) - len(line.lstrip())
 
 
-def _process(_app: Any, what: str, _name: str, _object: Any, _options: Any, lines: list[str]) -> None:
-    # Napoleon takes what stands before a colon in the first line of an attribute for its type.
-    lines[:] = [""] * (what in ATTRIBUTES) + readable(lines)
+def _read(_app: Any, what: str, name: str, _object: Any, _options: Any, lines: list[str]) -> None:
+    """Before Napoleon, which takes what stands before a colon in an attribute's docstring for its type."""
+    said = readable(lines)
+    if what in ATTRIBUTES:
+        _hidden[name], said = said, []
+    lines[:] = said
+
+
+def _show(_app: Any, _what: str, name: str, _object: Any, _options: Any, lines: list[str]) -> None:
+    """After Napoleon."""
+    lines[:] = _hidden.pop(name, lines)
 
 
 def _signature(_app: Any, _what: str, _name: str, _object: Any, _options: Any, given: str, returned: str) -> Any:
@@ -60,8 +70,9 @@ def _signature(_app: Any, _what: str, _name: str, _object: Any, _options: Any, g
 
 
 def setup(app: Any) -> dict[str, bool]:
-    """Connect to Sphinx, before Napoleon reads the sections."""
+    """Connect to Sphinx on both sides of Napoleon, whose priority is 500."""
     app.setup_extension("sphinx.ext.autodoc")
-    app.connect("autodoc-process-docstring", _process, priority=100)
+    app.connect("autodoc-process-docstring", _read, priority=100)
+    app.connect("autodoc-process-docstring", _show, priority=900)
     app.connect("autodoc-process-signature", _signature)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -20,7 +20,7 @@ def listed(which: str) -> str:
 
 
 def _row(item: Item) -> tuple[str, ...]:
-    size = "\u00a0x\u00a0".join(f"{1000 * extent:g}" for extent in item.size)
+    size = "\u00d7".join(f"{1000 * extent:g}" for extent in item.size)
     seal = "-" if item.seal_force is None else f"{item.seal_force:g}"
     return f"`{item.name}`", item.shape, size, f"{1000 * item.mass:g}", f"{item.drag:g}", seal, item.source
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-from functools import cache
 
 from agents.files import read_json
 from agents.places import SHIPPED as ROOT
+from agents.reproduce.record import Record
 from agents.reproduce.record import verdicts as counted
 
 from .marks import table
@@ -23,16 +23,10 @@ def chapter(title: str) -> str:
     return found[1].replace("](figures/", "](/../results/figures/").strip()
 
 
-@cache
-def _record() -> dict[str, object]:
-    return read_json(RESULTS / "reproduction.json")
-
-
 def verdicts(_: str) -> str:
     """How many figures of each paper came out how."""
-    record = _record()
-    titles: dict[str, str] = record["titles"]  # pyright: ignore[reportAssignmentType]
-    counts = {paper: dict(counted(record, paper).rows) for paper in titles}
+    record: Record = read_json(RESULTS / "reproduction.json")
+    counts = {paper: {row[0]: row[1] for row in counted(record, paper).rows} for paper in record["titles"]}
     kinds = list(dict.fromkeys(kind for found in counts.values() for kind in found))
-    rows = [(title, *(str(counts[paper].get(kind, 0)) for kind in kinds)) for paper, title in titles.items()]
+    rows = [(title, *(counts[paper].get(kind, "0") for kind in kinds)) for paper, title in record["titles"].items()]
     return table(("paper", *kinds), rows)
