@@ -3,38 +3,48 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
+DEV := $(VENV)/.installed-dev
 PIP_OPTIONS ?=
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help setup train test lint format bench bench-quick perf reproduce pictures report kill fuzz soak package clean
+.PHONY: help setup dev train test lint format docs bench bench-quick perf reproduce pictures report kill fuzz soak package clean
 
 help: ## show this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
-setup: $(STAMP) ## make .venv with everything, at the tested versions
+setup: $(STAMP) ## make .venv with what training, evaluation and pictures need, at the tested versions
 
 $(STAMP): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; v = sys.version_info; sys.exit(v < (3, 11) and f"pnt_gym needs Python 3.11 or newer, {sys.executable} is {v.major}.{v.minor}; use make PYTHON=/path/to/python3.11")'
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install -q $(PIP_OPTIONS) -c constraints.txt -e ".[dev]"
+	$(BIN)/python -m pip install -q $(PIP_OPTIONS) -c constraints.txt -e ".[rl,report,video]"
 	@$(BIN)/python -W ignore -m pnt_gym.cells.base.canvas
 	@touch $(STAMP)
+
+dev: $(DEV) ## add to it what tests, checks, the papers and the documentation need
+
+$(DEV): $(STAMP)
+	$(BIN)/python -m pip install -q $(PIP_OPTIONS) -c constraints.txt -e ".[dev]"
+	@touch $(DEV)
 
 train: setup ## train on PnTConveyor-v0, then compare with the analytic planner (minutes on 2 cores)
 	$(BIN)/python -m agents.train --env PnTConveyor-v0
 
-test: setup ## run the tests
+test: dev ## run the tests
 	$(BIN)/python -m pytest -n auto --dist loadfile
 
-lint: setup ## style, types, and the one-way flow between rooms
+lint: dev ## style, types, and the one-way flow between rooms
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
 	$(BIN)/lint-imports
 
-format: setup ## rewrite the code in the project's style
+format: dev ## rewrite the code in the project's style
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+docs: dev ## the documentation site, into docs/_build/html; a warning is an error, and the tour is run
+	$(BIN)/python -m sphinx -b html -E -W --keep-going -q docs docs/_build/html
 
 bench: setup ## the benchmark of results/ (hours; stops and resumes)
 	$(BIN)/python -m agents.benchmark
@@ -43,17 +53,18 @@ bench: setup ## the benchmark of results/ (hours; stops and resumes)
 bench-quick: setup ## a small benchmark, minutes
 	$(BIN)/python -m agents.benchmark --config configs/benchmark_quick.yaml
 
-perf: setup ## planner, robot and environment speed, and the physics checks of results/
+perf: dev ## planner, robot and environment speed, and the physics checks of results/
 	$(BIN)/python benchmarks/bench_planner.py --json results/perf_planner.json
 	$(BIN)/python benchmarks/bench_free_direction.py --json results/perf_free_direction.json
 	$(BIN)/python benchmarks/bench_envs.py --json results/perf_envs.json
 	$(BIN)/python benchmarks/study_physics.py --json results/physics.json
 
-reproduce: setup ## the papers' figures computed anew, beside the published ones, into results/ (minutes)
+reproduce: dev ## the papers' figures computed anew, beside the published ones, into results/ (minutes)
 	$(BIN)/python -m agents.reproduce all --json results/reproduction.json --figures results/figures
 	$(BIN)/python -m agents.report
 
-pictures: setup ## pictures and videos of throws, into results/figures
+pictures: setup ## pictures and videos of throws, into results/figures and docs/pictures
+	$(BIN)/python docs/pictures.py
 	$(BIN)/python -m agents.play --picture results/figures/cell.png
 	$(BIN)/python -m agents.play --env OneJointSort-v0 --controller virtual_goal --picture results/figures/miyashita_throw.png
 	$(BIN)/python -m agents.play --env OneJointSort-v0 --controller virtual_goal --picks 3 --video results/figures/miyashita_sorting.mp4
@@ -63,16 +74,16 @@ pictures: setup ## pictures and videos of throws, into results/figures
 report: setup ## tables, figures and the report from results/*.json
 	$(BIN)/python -m agents.report
 
-kill: setup ## kill the commands at every change of a file and at random: is anything lost? (minutes)
+kill: dev ## kill the commands at every change of a file and at random: is anything lost? (minutes)
 	$(BIN)/python benchmarks/kill.py
 
-fuzz: setup ## 10,000 levels, actions, calls and command lines that nobody thought of (minutes)
+fuzz: dev ## 10,000 levels, actions, calls and command lines that nobody thought of (minutes)
 	$(BIN)/python benchmarks/fuzz.py
 
-soak: setup ## 100,000 throws in all environments: flat memory, numbers, nothing through a wall (half an hour; resumes)
+soak: dev ## 100,000 throws in all environments: flat memory, numbers, nothing through a wall (half an hour; resumes)
 	$(BIN)/python benchmarks/soak.py
 
-package: setup ## build the wheel into dist/ and try it in an environment of its own, outside of the checkout
+package: dev ## build the wheel into dist/ and try it in an environment of its own, outside of the checkout
 	rm -rf dist && $(BIN)/python -m pip wheel -q --no-deps -w dist .
 	$(PYTHON) -m venv dist/venv
 	dist/venv/bin/python -m pip install -q $(PIP_OPTIONS) -c constraints.txt "$$(ls dist/*.whl)[rl]"
@@ -80,4 +91,4 @@ package: setup ## build the wheel into dist/ and try it in an environment of its
 		do venv/bin/pnt-gym $$words || exit 1; done
 
 clean: ## remove the environment and caches
-	rm -rf $(VENV) .pytest_cache .ruff_cache .hypothesis dist build *.egg-info
+	rm -rf $(VENV) .pytest_cache .ruff_cache .hypothesis docs/_build dist build *.egg-info

@@ -1,38 +1,75 @@
-"""What the README shows a reader works as it stands."""
+"""What README and pages show a reader works as it stands."""
 
 import re
+import shlex
+from importlib import import_module
 from pathlib import Path
 
 import pytest
+import tyro
 import yaml
 
+from agents.console import COMMANDS
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
-README = (Path(__file__).resolve().parents[2] / "README.md").read_text(encoding="utf-8")
+ROOT = Path(__file__).resolve().parents[2]
+PAGES = {"README.md": ROOT / "README.md", **{p.relative_to(ROOT).as_posix(): p for p in ROOT.glob("docs/**/*.md")}}
+TEXTS = {name: path.read_text(encoding="utf-8") for name, path in PAGES.items() if "_build" not in name}
+SCREENS = 110
+"""Lines that the README may have: two screens."""
 
 
 def blocks(language):
-    return re.findall(rf"```{language}\n(.*?)```", README, flags=re.DOTALL)
+    """Blocks of code by page; those with a file name are the guide's, which has a test of its own."""
+    return [
+        pytest.param(code, id=f"{name}-{index}")
+        for name, text in TEXTS.items()
+        for index, code in enumerate(re.findall(rf"^```{language}\n(.*?)^```", text, flags=re.DOTALL | re.MULTILINE))
+    ]
+
+
+def commands():
+    """Words of every command line that a page shows, the guide's aside."""
+    lines = [line for block in blocks("sh") if "extend" not in block.id for line in block.values[0].splitlines()]
+    return sorted({line for line in lines if line and not line.startswith("#")})
 
 
 @pytest.mark.parametrize("code", blocks("python"))
 def test_python_blocks_run(code):
-    exec(compile(code, "README.md", "exec"), {})
+    exec(compile(code, "page", "exec"), {})
 
 
 def test_the_example_cell_is_a_working_level():
-    (text,) = blocks("yaml")
+    (text,) = [block.values[0] for block in blocks("yaml") if block.id.startswith("docs/levels.md")]
     config = ConveyorConfig.load(yaml.safe_load(text))
     assert config.items == ("can", "pet_05", "lid")
     assert [b.name for b in config.bins.fixed] == ["metal", "plastic"]
 
 
-def test_every_shipped_level_is_in_the_table():
-    for name in ConveyorConfig.level_names():
-        assert f"| `{name}` |" in README
+@pytest.mark.parametrize("line", commands())
+def test_commands_exist_with_these_options(line):
+    """Make knows the target, the command parses the words; `reproduce` checks its paper itself."""
+    words = shlex.split(line, comments=True)
+    if words[0] == "make":
+        makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+        assert re.search(rf"^{words[1]}:", makefile, flags=re.MULTILINE)
+    elif words[:2] == ["python", "benchmarks/step_hashes.py"]:
+        assert (ROOT / words[1]).is_file()
+    else:
+        module, given = (
+            (COMMANDS[words[1]][0], words[2:])
+            if words[0] == "pnt-gym"
+            else (f"{words[2].removeprefix('agents.')}.__main__", words[3:])
+        )
+        tyro.cli(import_module(f"agents.{module}").Arguments, args=given)
 
 
-def test_make_targets_in_the_readme_exist():
-    makefile = (Path(__file__).resolve().parents[2] / "Makefile").read_text(encoding="utf-8")
-    for target in re.findall(r"^make ([a-z-]+)", README, flags=re.MULTILINE):
-        assert re.search(rf"^{target}:", makefile, flags=re.MULTILINE), target
+def test_the_readme_is_two_screens():
+    assert len(TEXTS["README.md"].splitlines()) <= SCREENS
+
+
+@pytest.mark.parametrize("name", [name for name in TEXTS if not name.startswith("docs/") or "made:" in TEXTS[name]])
+def test_links_to_files_lead_somewhere(name):
+    """On GitHub, that is: Sphinx checks those of the site."""
+    for target in re.findall(r"\]\((?!https?:|#)([^)#\s]+)[^)]*\)", TEXTS[name]):
+        assert (PAGES[name].parent / target).exists(), target

@@ -1,0 +1,1 @@
+"""What the documentation makes instead of saying: pages from code, levels and results."""

@@ -1,0 +1,46 @@
+"""The commands: their list, and the help that each prints."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import io
+import os
+import re
+from typing import Any, Final
+
+import tyro
+
+from agents.console import COMMANDS
+from agents.places import SHIPPED as ROOT
+
+from .marks import fenced, table
+
+CHECKOUT: Final = ("reproduce.__main__", "report.__main__", "publish")
+"""Commands of a checkout alone: they need the papers' parts, results, or a run to keep."""
+WIDTH: Final = "100"
+
+
+def listed(_: str) -> str:
+    """A table of the words that `pnt-gym` takes."""
+    rows = [(f"[`pnt-gym {name}`](#pnt-gym-{name})", purpose) for name, (_, purpose) in COMMANDS.items()]
+    return table(("command", "what it does"), rows)
+
+
+def help_of(which: str) -> str:
+    """The help of all words of `pnt-gym`, or of the commands that only a checkout has."""
+    if which == "checkout":
+        named = {f"python -m agents.{module.removesuffix('.__main__')}": module for module in CHECKOUT}
+    else:
+        named = {f"pnt-gym {name}": module for name, (module, _) in COMMANDS.items()}
+    return "\n\n".join(f"### `{command}`\n\n{fenced(_help(command, module))}" for command, module in named.items())
+
+
+def _help(command: str, module: str) -> str:
+    arguments: Any = importlib.import_module(f"agents.{module}").Arguments
+    said = io.StringIO()
+    os.environ["COLUMNS"] = WIDTH
+    with contextlib.redirect_stdout(said), contextlib.suppress(SystemExit):
+        tyro.cli(arguments, prog=command, args=["--help"])
+    plain = re.sub(r"\x1b\[[0-9;]*m| +$", "", said.getvalue(), flags=re.MULTILINE)
+    return plain.replace(f"{ROOT}/", "")

@@ -1,0 +1,59 @@
+"""The controllers of the registry: what each does, whether it learns, and where it can act."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping
+from functools import cache
+from typing import Any, Final
+
+import pnt_gym
+from agents.cli import UsageError
+from agents.controllers import NAMES, Controller, Learner, ballistic, bucket_table, make_controller, mlp, ridge
+from agents.environments import make_vector
+
+from .marks import table
+
+DESCRIBED: Final[Mapping[str, Any]] = {
+    "analytic_height": ballistic.AnalyticHeight,
+    "mean_lead": ballistic.MeanLead,
+    "mean_shift": bucket_table.mean_shift,
+    "virtual_goal": bucket_table.virtual_goal,
+    "ridge": ridge,
+    "mlp": mlp,
+}
+"""Where controllers are described whose module is not theirs alone."""
+
+
+@cache
+def _cells(env_id: str) -> Any:
+    return make_vector(env_id, num_envs=1, threads=1)
+
+
+def _controller(name: str, env_id: str) -> Controller | None:
+    try:
+        return make_controller(name, _cells(env_id))
+    except UsageError:
+        return None
+
+
+def described(name: str, controller: Controller) -> str:
+    """The first paragraph of what its author says of it."""
+    text = inspect.getdoc(DESCRIBED.get(name) or inspect.getmodule(type(controller))) or ""
+    return text.split("\n\n", 1)[0].rstrip(".")
+
+
+def _where(ids: list[str]) -> str:
+    """Environments of a controller, in few words."""
+    return "all" if len(ids) == len(pnt_gym.ENV_IDS) else ", ".join(f"`{i}`" for i in ids)
+
+
+def listed(_: str) -> str:
+    """A table of all of them."""
+    rows: list[tuple[str, str, str, str]] = []
+    for name in NAMES:
+        made = {i: found for i in pnt_gym.ENV_IDS if (found := _controller(name, i)) is not None}
+        first = next(iter(made.values()))
+        learns = "yes" if isinstance(first, Learner) else "no"
+        rows.append((f"`{name}`", learns, _where([*made]), described(name, first)))
+    return table(("controller", "learns", "environments", "what it does"), rows)

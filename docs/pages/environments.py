@@ -1,0 +1,73 @@
+"""Pages of the environments: what Gymnasium knows of each, a moving picture, and the docstring, which is the manual."""
+
+from __future__ import annotations
+
+import inspect
+from functools import cache
+from typing import Any, Final
+
+import gymnasium as gym
+from gymnasium.envs.registration import load_env_creator
+
+import pnt_gym
+
+from .marks import table
+
+BANDIT: Final = "contextual bandit"
+SEQUENTIAL: Final = "sequential"
+
+
+@cache
+def made(env_id: str) -> Any:
+    """An environment at its defaults."""
+    return gym.make(env_id).unwrapped
+
+
+def kind(env_id: str) -> str:
+    """Whether an episode is one decision, or decisions that follow from one another."""
+    return BANDIT if made(env_id).core.cell.episode == 1 else SEQUENTIAL
+
+
+def episode(env_id: str) -> str:
+    """How long it lasts, and how it ends."""
+    core = made(env_id).core
+    throws = core.cell.episode
+    ending = "termination" if core.terminates else "truncation"
+    return f"{throws} throw{'s' * (throws > 1)}, then {ending}"
+
+
+def summary(env_id: str) -> str:
+    """The first line of the manual."""
+    return _manual(env_id).split("\n", 1)[0]
+
+
+def _manual(env_id: str) -> str:
+    return inspect.getdoc(load_env_creator(str(gym.spec(env_id).entry_point))) or ""
+
+
+def page(env_id: str) -> str:
+    """All of one environment."""
+    env = made(env_id)
+    facts = [
+        ("Kind of task", f"{kind(env_id)}; an episode is {episode(env_id)}"),
+        ("Actions", f"`{env.action_space}`, mode `{env.core.action_mode}`"),
+        ("Observations", f"`{env.observation_space}`"),
+        ("Levels", ", ".join(f"`{name}`" for name in env.core.config.level_names())),
+        ("One cell", f'`gymnasium.make("{env_id}")`'),
+        ("Many", f'`gymnasium.make_vec("{env_id}", num_envs=64)`'),
+    ]
+    first, manual = _manual(env_id).split("\n", 1)
+    picture = f"![{env_id}: throws of a controller that has learned](../pictures/{env_id}.webp)"
+    return "\n\n".join([f"# {env_id}", first, picture, table(("", ""), facts), manual.strip()])
+
+
+def listed(folder: str) -> str:
+    """A table of all environments; `folder` is where their pages lie, seen from the page of the table."""
+    rows = [(f"[{i}]({folder}{i}.md)", kind(i), episode(i), summary(i)) for i in pnt_gym.ENV_IDS]
+    return table(("environment", "kind", "episode", "task"), rows)
+
+
+def gallery(_: str) -> str:
+    """A moving picture of each, which leads to its page."""
+    pictures = [f"[![{i}](pictures/{i}.webp) {i}](environments/{i}.md)" for i in pnt_gym.ENV_IDS]
+    return "\n\n".join([":::{container} gallery", *pictures, ":::"])

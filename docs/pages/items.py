@@ -1,0 +1,32 @@
+"""The catalogue of items, and what the keys of one mean."""
+
+from __future__ import annotations
+
+import inspect
+import re
+
+from pnt_gym.cells.base.catalogue import CATALOGUE, CLAW_ITEMS, HELD_OUT_ITEMS, PAPER_ITEMS, SEEN_ITEMS
+from pnt_gym.cells.base.items import Item
+
+from .marks import table
+
+SETS = {"paper": PAPER_ITEMS, "seen": SEEN_ITEMS, "unseen": HELD_OUT_ITEMS, "claws": CLAW_ITEMS}
+
+
+def listed(which: str) -> str:
+    """A table of one set of items."""
+    rows = [_row(CATALOGUE[name]) for name in SETS[which]]
+    return table(("item", "shape", "size [mm]", "mass [g]", "drag", "seal [N]", "where the numbers come from"), rows)
+
+
+def _row(item: Item) -> tuple[str, ...]:
+    size = "\u00d7".join(f"{1000 * extent:g}" for extent in item.size)
+    seal = "-" if item.seal_force is None else f"{item.seal_force:g}"
+    return f"`{item.name}`", item.shape, size, f"{1000 * item.mass:g}", f"{item.drag:g}", seal, item.source
+
+
+def keys(_: str) -> str:
+    """A table of what an item is described by."""
+    said = (inspect.getdoc(Item) or "").split("Attributes:", 1)[1]
+    entries = re.findall(r"^ {4}(\w+): (.*(?:\n {6,}.*)*)", said, flags=re.MULTILINE)
+    return table(("key", "meaning"), [(f"`{name}`", meaning) for name, meaning in entries])

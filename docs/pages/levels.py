@@ -1,0 +1,76 @@
+"""Levels from the files that ship, and every setting from the configs that read them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any, Final, get_args, get_origin
+
+import yaml
+from pydantic.fields import FieldInfo
+
+from agents.levels import FAMILIES
+from pnt_gym.cells.base.config import ROOT, Section
+
+from .marks import fenced, table
+
+TITLES: Final = {"PnT": "conveyor", "OneJoint": "one-joint arm", "GripperToss": "gripper robot"}
+"""What the families of `agents.levels` are called here."""
+
+
+def _parts(family: str, name: str) -> tuple[str, str, str]:
+    """The comment that a level's file begins with, what it differs from, and the rest."""
+    text = FAMILIES[family].file_of(name).read_text(encoding="utf-8")
+    head = re.match(r"(?:#.*\n)*", text)
+    comment = head[0] if head else ""
+    base = "" if name == ROOT else str(yaml.safe_load(text).get("base", ROOT))
+    return " ".join(line.lstrip("# ") for line in comment.splitlines()), base, text.removeprefix(comment)
+
+
+def _anchor(family: str, name: str) -> str:
+    return f"level-{FAMILIES[family].folder}-{name}".lower().replace("_", "-")
+
+
+def listed(family: str) -> str:
+    """A table of a family's levels, the root of all first."""
+    rows: list[tuple[str, str, str]] = []
+    for name in sorted(FAMILIES[family].level_names(), key=lambda name: name != ROOT):
+        comment, base, _ = _parts(family, name)
+        rows.append((f"[`{name}`](#{_anchor(family, name)})", f"`{base}`" if base else "-", comment))
+    return table(("level", "differs from", "what it is"), rows)
+
+
+def files(family: str) -> str:
+    """What each level's file says."""
+    blocks: list[str] = []
+    for name in FAMILIES[family].level_names():
+        _, _, body = _parts(family, name)
+        blocks += [f"({_anchor(family, name)})=", f"### `{name}` of the {TITLES[family]}", fenced(body, "yaml")]
+    return "\n\n".join(blocks)
+
+
+def settings(family: str) -> str:
+    """Every setting of a family with its default, unit and reason."""
+    rows = [(f"`{key}`", f"`{default}`", said) for key, default, said in _settings(FAMILIES[family], "")]
+    return table(("key", "default", "meaning"), rows)
+
+
+def _settings(section: type[Section], above: str) -> Iterator[tuple[str, str, str]]:
+    for name, field in section.model_fields.items():
+        inner, many = _section(field.annotation)
+        if inner is None or many or not isinstance(field.default, inner):
+            yield f"{above}{name}", _default(field), (field.description or "").replace("|", "\\|")
+        if inner is not None:
+            yield from _settings(inner, f"{above}{name}{'[]' * many}.")
+
+
+def _section(annotation: Any) -> tuple[type[Section] | None, bool]:
+    """The section that a setting is or holds, if so, and whether it may hold many."""
+    for kind in (annotation, *get_args(annotation)):
+        if isinstance(kind, type) and issubclass(kind, Section):
+            return kind, get_origin(annotation) is tuple
+    return None, False
+
+
+def _default(field: FieldInfo) -> str:
+    return "required" if field.is_required() else repr(field.get_default(call_default_factory=True))

@@ -1,0 +1,32 @@
+"""Chapters of results/README.md, and what the papers' verdicts count."""
+
+from __future__ import annotations
+
+import re
+
+from agents.files import read_json
+from agents.places import SHIPPED as ROOT
+from agents.reproduce.record import Record
+from agents.reproduce.record import verdicts as counted
+
+from .marks import table
+
+RESULTS = ROOT / "results"
+
+
+def chapter(title: str) -> str:
+    """A chapter of the generated results by its title, without that; drawings lead back to their files."""
+    text = (RESULTS / "README.md").read_text(encoding="utf-8")
+    found = re.search(rf"^## {re.escape(title)}\n(.*?)(?=^## |\Z)", text, flags=re.MULTILINE | re.DOTALL)
+    if found is None:
+        raise ValueError(f"results/README.md has no chapter {title!r}")
+    return found[1].replace("](figures/", "](/../results/figures/").strip()
+
+
+def verdicts(_: str) -> str:
+    """How many figures of each paper came out how."""
+    record: Record = read_json(RESULTS / "reproduction.json")
+    counts = {paper: {row[0]: row[1] for row in counted(record, paper).rows} for paper in record["titles"]}
+    kinds = list(dict.fromkeys(kind for found in counts.values() for kind in found))
+    rows = [(title, *(counts[paper].get(kind, "0") for kind in kinds)) for paper, title in record["titles"].items()]
+    return table(("paper", *kinds), rows)

@@ -1,0 +1,106 @@
+"""Moving pictures of all environments, for the site and the README: `make pictures`, or `python docs/pictures.py`.
+
+Every film is a few throws of a controller, the planned flight in blue and the flown one in orange.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+ROOT: Final = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+from agents.controllers import make_controller  # noqa: E402
+from agents.environments import core_of, make_vector, stream_seed  # noqa: E402
+from agents.evaluation import practise, thrown  # noqa: E402
+
+FOLDER: Final = ROOT / "docs" / "pictures"
+SIZE: Final = (480, 270)
+"""Width and height of a frame [pixels]."""
+RATE: Final = 15
+"""Frames per second."""
+MOST_BYTES: Final = 400_000
+QUALITIES: Final = (60, 45, 30, 20)
+"""Of WebP; the first one that keeps a film below `MOST_BYTES` is taken."""
+
+
+@dataclass(frozen=True)
+class Film:
+    """What to show of an environment.
+
+    Attributes:
+        controller: by name; it practises first if it learns.
+        level: of the cell.
+        throws: how many.
+        slow: how many times slower than in truth.
+        seed: names the objects.
+    """
+
+    controller: str
+    level: str
+    throws: int
+    slow: int
+    seed: int = 0
+
+
+FILMS: Final = {
+    "PnTConveyor-v0": Film("oracle", "waste", throws=4, slow=1),
+    "PnTRelease-v0": Film("analytic", "waste", throws=3, slow=1),
+    "OneJointThrow-v0": Film("virtual_goal", "paper", throws=2, slow=3),
+    "OneJointSort-v0": Film("virtual_goal", "nominal", throws=3, slow=2),
+    "OneJointAssembly-v0": Film("virtual_goal", "nominal", throws=2, slow=2),
+    "GripperToss-v0": Film("virtual_goal", "nominal", throws=3, slow=3, seed=3),
+}
+PRACTICE: Final = 120
+
+
+def main() -> None:
+    """Film all environments, or those that are named."""
+    for env_id in sys.argv[1:] or FILMS:
+        path = FOLDER / f"{env_id}.webp"
+        size = save(list(frames(env_id, FILMS[env_id])), path)
+        print(f"{path.relative_to(ROOT)}: {size / 1000:.0f} KB")
+
+
+def frames(env_id: str, film: Film) -> Iterator[NDArray[np.uint8]]:
+    """Frames (height, width, 3) of a film."""
+    env = make_vector(env_id, film.level, num_envs=1, threads=1)
+    controller = make_controller(film.controller, env)
+    controller.reset(film.seed)
+    practise(controller, env, PRACTICE, film.seed)
+    view = core_of(env).view()
+    try:
+        for _ in thrown(controller, env, film.throws, stream_seed("evaluate", film.seed)):
+            yield from view.last_throw(RATE * film.slow)
+    finally:
+        view.close()
+        env.close()
+
+
+def save(pictures: list[NDArray[np.uint8]], path: Path) -> int:
+    """Write a film that runs for ever; returns its size in bytes.
+
+    Raises:
+        ValueError: it is too large at any quality.
+    """
+    images = [Image.fromarray(picture).resize(SIZE, Image.Resampling.LANCZOS) for picture in pictures]
+    for quality in QUALITIES:
+        duration = round(1000 / RATE)
+        images[0].save(
+            path, save_all=True, append_images=images[1:], duration=duration, loop=0, quality=quality, method=6
+        )
+        if path.stat().st_size <= MOST_BYTES:
+            return path.stat().st_size
+    raise ValueError(f"{path.name} is larger than {MOST_BYTES} bytes; film fewer throws")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,135 @@
+"""What the site makes of code, levels and registry: everything is there, and says what it should."""
+
+import re
+from pathlib import Path
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from numpy.typing import ArrayLike
+from sphinx.util.typing import stringify_annotation
+
+import pnt_gym
+from agents.console import COMMANDS
+from agents.controllers import NAMES
+from agents.levels import FAMILIES
+from docs.pages import cite, commands, controllers, docstrings, environments, items, levels, made, results
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.base.catalogue import CATALOGUE
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+README = (DOCS.parent / "README.md").read_text(encoding="utf-8")
+MOST_BYTES = 400_000
+
+
+def names(text):
+    """First cells of a table's rows, without their marks."""
+    rows = [line for line in text.splitlines() if line.startswith("|")][2:]
+    return [re.sub(r"^\[(.*)\]\(.*\)$", r"\1", row.split("|")[1].strip()).strip("`") for row in rows]
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_every_shipped_level_is_in_its_table_and_its_file_is_shown(family):
+    config, table, files = FAMILIES[family], levels.listed(family), levels.files(family)
+    assert sorted(names(table)) == sorted(config.level_names())
+    for anchor in re.findall(r"\(#(.*?)\)", table):
+        assert f"({anchor})=" in files
+    assert "| `waste` |" in table or family != "PnT"  # what `tight` differs from
+
+
+def test_settings_reach_into_sections_lists_and_alternatives():
+    said = names(levels.settings("PnT"))
+    assert {"motion.dwell", "bins.fixed", "bins.fixed[].accepts", "bins.random", "bins.random.side"} <= set(said)
+    assert len(said) == len(set(said)) > 60
+    assert ConveyorConfig.load().motion.dwell == 0.1
+    assert "| `motion.dwell` | `0.1` |" in levels.settings("PnT")
+
+
+def test_every_item_of_the_catalogue_is_listed():
+    assert {name for which in items.SETS for name in names(items.listed(which))} == set(CATALOGUE)
+    assert {"mass", "drag", "seal_force", "source"} <= set(names(items.keys("")))
+
+
+def test_every_controller_is_described_and_tried_everywhere():
+    table = controllers.listed("")
+    assert tuple(names(table)) == NAMES
+    rows = dict(zip(NAMES, table.splitlines()[2:], strict=True))
+    assert rows["ridge"].startswith("| `ridge` | yes | all |")
+    assert rows["oracle"].startswith("| `oracle` | no | all |")
+    assert rows["mean_lead"].startswith("| `mean_lead` | no | `PnTConveyor-v0`, `PnTRelease-v0` |")
+
+
+def test_every_command_shows_its_help():
+    said = commands.help_of("")
+    assert names(commands.listed("")) == [f"pnt-gym {name}" for name in COMMANDS]
+    for name in COMMANDS:
+        assert f"### `pnt-gym {name}`" in said
+        assert f"usage: pnt-gym {name} " in said
+    assert str(DOCS.parent) not in said + commands.help_of("checkout")
+
+
+@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
+def test_every_environment_has_a_page_and_a_small_picture(env_id):
+    assert (DOCS / "environments" / f"{env_id}.md").read_text() == f"<!-- made: environment {env_id} -->\n"
+    text = environments.page(env_id)
+    assert text.startswith(f"# {env_id}\n")
+    assert "## Action Space" in text
+    picture = (DOCS / "pictures" / f"{env_id}.webp").read_bytes()
+    assert picture[8:12] == b"WEBP"
+    assert b"ANIM" in picture[:64]
+    assert len(picture) <= MOST_BYTES
+
+
+@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
+def test_a_bandit_is_what_no_action_changes(env_id):
+    """The kind that page and README name is that of the code, and shows in what comes after different actions."""
+    kind = environments.kind(env_id)
+    (row,) = re.findall(rf"^\| `{env_id}` \|.*\| (.*?) \|$", README, flags=re.MULTILINE)
+    assert row == kind
+    following = []
+    for first in (-0.3, 0.3):
+        env = gym.make_vec(env_id, num_envs=8)
+        env.reset(seed=3)
+        action = np.zeros(env.action_space.shape)
+        action[:, 0] = first
+        following.append(env.step(action)[0])
+        env.close()
+    assert np.array_equal(*following) == (kind == environments.BANDIT)
+
+
+def test_results_come_with_their_drawings():
+    text = results.chapter("reproduction: Choe et al. 2023")
+    assert "](/../results/figures/choe_ellipse.svg)" in text
+    assert "## " not in re.sub("### ", "", text)
+    with pytest.raises(ValueError, match="no chapter"):
+        results.chapter("none")
+    assert names(results.verdicts(""))[0] == "Hassan et al. 2022"
+
+
+def test_the_citation_is_that_of_the_file():
+    said = cite.citation("")
+    assert "doi = {10.1109/TMECH.2022.3164247}" in said
+    assert "author = {{The pnt_gym maintainers}}" in said
+    assert said.count("@article{") == 4
+
+
+def test_arrays_are_called_by_their_names():
+    plain = stringify_annotation(Floats, "smart")
+    assert docstrings.named(f"(a: {plain})") == "(a: NDArray[~numpy.float64])"
+    assert docstrings.named(stringify_annotation(ArrayLike | None, "smart")) == "ArrayLike | None"
+    assert docstrings.named(None) is None
+
+
+def test_marked_lines_are_filled_and_unknown_ones_refused():
+    assert made.filled("a\n<!-- made: levels PnT -->\nb") == f"a\n{levels.listed('PnT')}\nb"
+    assert made.filled('```python title="x/y.py"\n1\n```') == "```{code-block} python\n:caption: x/y.py\n\n1\n```"
+    assert "| analytic |" in made.filled("<!-- table:benchmark -->\n<!-- /table -->")
+    with pytest.raises(KeyError):
+        made.filled("<!-- made: nothing -->")
+
+
+def test_docstrings_are_text_and_code():
+    lines = ["the |x| of a_ * b, `c_ * d`:", "", "    e = |f|", "after |g|"]
+    assert docstrings.readable(lines) == [r"the \|x\| of a\_ \* b, `c_ * d`::", "", "    e = |f|", r"after \|g\|"]
+    assert docstrings.readable(["Args:", "    x: y"]) == ["Args:", "    x: y"]
