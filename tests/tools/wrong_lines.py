@@ -155,7 +155,7 @@ play --picture x.png --at nan | --at is nan s; it must be finite and not negativ
 play --picture x.png --picks 0 | --picks is 0; it must be at least 1
 play --picture x.png --seed -1 | --seed is -1; it must be at least 0
 play --video x.mp4 --slow 0 | --slow is 0; it must be at least 1
-play --viewer web | invalid choice 'web' for argument '--viewer'
+play --viewer hologram | invalid choice 'hologram' for argument '--viewer'
 play --viewer native --picture x.png | give one of --video FILE.mp4, --picture FILE.png and --viewe
 play --picture x.png --controller nobody | 'nobody' is neither a controller
 play --picture x.png --env Nowhere-v0 | unknown environment 'Nowhere-v0'; known are PnTConveyor-v0,
