@@ -39,7 +39,8 @@ ARGUMENTS: Final = """\
 | `width` | int | 1280 | of a frame [pixels], up to 1920 |
 | `height` | int | 720 | of a frame [pixels], up to 1080 |
 | `camera` | mapping or None | None | `lookat` (x, y, z) [m], `distance` [m], `azimuth`, `elevation` [deg] to change |
-| `num_envs` | int | 1 | only of the vector form, `gymnasium.make_vec` |"""
+| `num_envs` | int | 1 | only of the vector form, `gymnasium.make_vec` |
+| `autoreset_mode` | str or AutoresetMode | `"SameStep"` | of the vector form: `SameStep`, `NextStep` or `Disabled` |"""
 """Rows that the table of arguments has in every manual."""
 
 

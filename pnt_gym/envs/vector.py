@@ -11,6 +11,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
+from pnt_gym.arrays import Bools, Floats, replaced, take
 from pnt_gym.cells.base.canvas import FPS, SIZE, Picture
 from pnt_gym.cells.base.config import Level
 from pnt_gym.envs.base import Facade, Observation, ThrowEnv, check_options, seed_of
@@ -20,7 +21,7 @@ from pnt_gym.errors import ConfigError, OrderError, one_sentence
 class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
     Facade, VectorEnv[Observation, NDArray[np.floating], NDArray[Any]]
 ):
-    """Abstract: N cells on one batch of simulations, autoreset in the same step. Subclasses are made by `vector_form`.
+    """Abstract: N cells on one batch of simulations. Subclasses are made by `vector_form`.
 
     Args:
         num_envs: number of cells N.
@@ -29,9 +30,11 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         threads: of the physics; results do not depend on it.
         render_mode: "rgb_array" or None.
         width, height, camera: see `Picture`.
+        autoreset_mode: when a cell whose episode is over begins anew: in the same step, in the next one, which throws
+            nothing there, or never by itself.
 
     Raises:
-        ConfigError: an unknown action or render mode, no working cells, or no picture.
+        ConfigError: an unknown action, render or autoreset mode, no working cells, or no picture.
     """
 
     single: ClassVar[type[ThrowEnv]]
@@ -53,9 +56,15 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         width: int = SIZE[1],
         height: int = SIZE[0],
         camera: Mapping[str, Any] | None = None,
+        autoreset_mode: str | AutoresetMode = "SameStep",
     ) -> None:
         if render_mode not in (None, "rgb_array"):
             raise ConfigError(f"render_mode is {render_mode!r}; a vector environment takes 'rgb_array' or None")
+        if autoreset_mode not in [*AutoresetMode, *(mode.value for mode in AutoresetMode)]:
+            known = ", ".join(mode.value for mode in AutoresetMode)
+            raise ConfigError(f"autoreset_mode is {one_sentence(repr(autoreset_mode), 80)}; it must be one of {known}")
+        self._autoreset = AutoresetMode(autoreset_mode)
+        vars(self)["metadata"] = {**self.metadata, "autoreset_mode": self._autoreset}
         self._picture = Picture.of(width, height, camera)
         self.core = self.single.make_core(level, action_mode, num_envs, threads)
         self.num_envs = num_envs
@@ -66,6 +75,8 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         self.render_mode = render_mode
         self._generators = [seeding.np_random(None)[0] for _ in range(num_envs)]
         self._begun = False
+        self._over = np.zeros(num_envs, dtype=np.bool_)
+        """Cells that wait for a reset."""
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -88,42 +99,42 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
             rows = np.array(chosen, dtype=np.int64)
             if rows.size > 0:
                 self.core.reset(rows, [self._generators[r] for r in rows], seeded=given)
-        self._begun = True
+        self._begun, self._over = True, self._over & ~mask
         return self.core.observe(), self._masked(self.core.kinds())
 
     def step(
         self, actions: NDArray[np.floating]
     ) -> tuple[Observation, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
-        """Throw in every cell; cells whose episode ends begin the next one in the same step.
+        """Throw in every cell; cells whose episode is over begin the next one as the autoreset mode says.
 
-        The results of the throw stand in `info` for every cell; for cells whose episode ended they are in
+        The results of the throw stand in `info` for every cell; for cells that begin anew in the same step they are in
         `final_info` too, with the last observation in `final_obs`, as Gymnasium's own vector environments have them.
 
         Raises:
             ActionError: wrong shape, NaN or infinite values.
-            OrderError: the environment was not reset, or is closed.
+            OrderError: the environment was not reset, or is closed; or cells are over that nothing resets.
         """
         if self.closed or not self._begun:
             state = "is closed; make another one" if self.closed else "was not reset; call reset before step"
             raise OrderError(f"the environment {state}")
-        result = self.core.step(actions)
-        info = self._masked(result.info)
-        observation = result.observation
-        rows = np.flatnonzero(result.ended)
-        if rows.size > 0:
+        if self._over.any():
+            observation, reward, over, info = self._step_and_renew(actions)
+        else:
+            result = self.core.step(actions)
+            observation, reward, over, info = result.observation, result.reward, result.ended, self._masked(result.info)
+        none = np.zeros(self.num_envs, dtype=np.bool_)
+        if self._autoreset is not AutoresetMode.SAME_STEP:
+            self._over = over.copy()
+        elif over.any():
             last = np.full(self.num_envs, None, dtype=object)
-            for row in rows:
+            for row in np.flatnonzero(over):
                 last[row] = observation[row].copy()
             final = dict(info)
-            info |= {"final_obs": last, "_final_obs": result.ended.copy()}
-            info |= {"final_info": final, "_final_info": result.ended.copy()}
-            self.core.reset(rows, [self._generators[r] for r in rows], seeded=False)
-            observation = self.core.observe()
-            info |= self._masked(self.core.kinds())
+            info |= {"final_obs": last, "_final_obs": over.copy()}
+            info |= {"final_info": final, "_final_info": over.copy()}
+            observation = self._renew(over, info)
         terminates = self.core.terminates
-        none = np.zeros(self.num_envs, dtype=np.bool_)
-        over = result.ended
-        return observation, result.reward, over if terminates else none, none if terminates else over, info
+        return observation, reward, over if terminates else none, none if terminates else over, info
 
     def render(self) -> tuple[Any, ...] | None:
         """One frame of every cell's coming pick."""
@@ -134,6 +145,36 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
     def close_extras(self, **kwargs: Any) -> None:
         """Free the renderer."""
         self._close_view()
+
+    def _step_and_renew(self, actions: NDArray[np.floating]) -> tuple[Observation, Floats, Bools, dict[str, Any]]:
+        """Begin anew where an episode is over, and throw elsewhere; observation, reward, ends and info."""
+        over, cell = self._over, self.core.cell
+        if self._autoreset is AutoresetMode.DISABLED:
+            cells = ", ".join(map(str, np.flatnonzero(over)))
+            raise OrderError(f"the episodes of cells {cells} are over; reset them with the option 'reset_mask'")
+        info: dict[str, Any] = {}
+        reward, ended = np.zeros(self.num_envs), np.zeros(self.num_envs, dtype=np.bool_)
+        if not over.all():
+            # Every cell throws in a rollout; what these do is taken back, their random numbers included.
+            context, waiting = cell.context, [self._generators[row] for row in np.flatnonzero(over)]
+            states = [generator.bit_generator.state for generator in waiting]
+            actions = np.array(actions)
+            if actions.shape == (self.num_envs, *self.core.action_space.shape):
+                actions[over] = 0.0
+            result = self.core.step(actions)
+            cell.context = replaced(cell.context, over, take(context, over))
+            for generator, state in zip(waiting, states, strict=True):
+                generator.bit_generator.state = state
+            reward, ended = np.where(over, 0.0, result.reward), result.ended & ~over
+            info = self._masked(result.info, ~over)
+        return self._renew(over, info), reward, ended, info
+
+    def _renew(self, over: Bools, info: dict[str, Any]) -> Observation:
+        """Begin anew in some cells; what is seen of all."""
+        rows = np.flatnonzero(over)
+        self.core.reset(rows, [self._generators[row] for row in rows], seeded=False)
+        info |= self._masked(self.core.kinds())
+        return self.core.observe()
 
     def _mask(self, options: dict[str, Any] | None) -> NDArray[np.bool_]:
         """Which cells to restart: all, unless the options choose."""
@@ -163,10 +204,10 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
                 self._generators[row] = seeding.np_random(value)[0]
         return {given: [r for r, v in chosen.items() if (v is not None) == given] for given in (True, False)}
 
-    def _masked(self, info: dict[str, NDArray[Any]]) -> dict[str, Any]:
+    def _masked(self, info: dict[str, NDArray[Any]], rows: Bools | bool = True) -> dict[str, Any]:
         """Gymnasium's form of a vector info: every value with a mask of the rows it holds for."""
-        every = np.ones(self.num_envs, dtype=np.bool_)
-        return {key: value for name, values in info.items() for key, value in ((name, values), (f"_{name}", every))}
+        mask = np.full(self.num_envs, rows)
+        return {key: value for name, values in info.items() for key, value in ((name, values), (f"_{name}", mask))}
 
 
 def vector_form(single: type[ThrowEnv]) -> type[ThrowVectorEnv]:

@@ -9,9 +9,10 @@ import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 import pnt_gym
+from pnt_gym.errors import ConfigError, OrderError
 from tests.tools.throws import CONVEYOR, FEATURES, GRIPPER, MODES, ONE_JOINT, same_bits, vary, zeros
 
-N, STEPS, SEED = 3, 5, 21
+N, STEPS, MOST_STEPS, SEED = 3, 5, 8, 21
 SHIFT = vary("waste", picks_per_shift=2)
 LEVELS = dict.fromkeys(CONVEYOR, SHIFT) | dict.fromkeys((*ONE_JOINT, *GRIPPER), "late")
 LEVELS["OneJointAssembly-v0"] = "ideal"
@@ -21,7 +22,7 @@ SMALL = {"OneJointAssembly-v0": 0.005}
 
 
 def actions(env_id):
-    shape = (STEPS, 8, zeros(env_id).size)
+    shape = (MOST_STEPS, 8, zeros(env_id).size)
     return (SMALL.get(env_id, 1.0) * np.random.default_rng(0).uniform(-1, 1, shape)).astype(np.float32)
 
 
@@ -75,6 +76,55 @@ def test_observations_rewards_and_ends_are_those_of_gymnasiums_vectorizer(ours, 
         assert same_bits(trunc, trunc2)
         ended += int((term | trunc).sum())
     assert ended >= 2 * N  # across several autoresets
+
+
+NEXT, NEVER = AutoresetMode.NEXT_STEP, AutoresetMode.DISABLED
+
+
+@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
+def test_cells_begin_anew_in_the_next_step_as_gymnasiums_do(env_id):
+    makers = [partial(gym.make, env_id, level=LEVELS[env_id], disable_env_checker=True) for _ in range(N)]
+    ours = gym.make_vec(env_id, num_envs=N, level=LEVELS[env_id], autoreset_mode="NextStep")
+    theirs = SyncVectorEnv(makers, autoreset_mode=NEXT)
+    assert same_bits(ours.reset(seed=SEED)[0], theirs.reset(seed=SEED)[0])
+    waited = []
+    for k in range(MOST_STEPS):
+        (*mine, info), (*other, info2) = (env.step(actions(env_id)[k, :N]) for env in (ours, theirs))
+        for one, two in zip(mine, other, strict=True):
+            assert same_bits(one, two)
+        assert_same_info(info, info2)
+        waited.append(mine[2] | mine[3])
+        if k == 0:  # from here on the cells are not in step
+            begun = [env.reset(options={"reset_mask": np.array([True, False, False])})[0] for env in (ours, theirs)]
+            assert same_bits(begun[0][0], begun[1][0])
+            waited[0][0] = False
+    assert np.sum(waited) >= 2 * N
+    assert any(over.any() and not over.all() for over in waited)
+
+
+def test_without_autoreset_a_cell_that_is_over_must_be_reset():
+    env = gym.make_vec("PnTRelease-v0", num_envs=2, autoreset_mode=NEVER)
+    assert env.metadata["autoreset_mode"] is NEVER
+    env.reset(seed=0)
+    env.step(zeros("PnTRelease-v0", 2))
+    env.reset(options={"reset_mask": np.array([True, False])})
+    with pytest.raises(OrderError, match=r"cells 1 are over.*reset_mask"):
+        env.step(zeros("PnTRelease-v0", 2))
+    env.reset(options={"reset_mask": np.array([False, True])})
+    env.step(zeros("PnTRelease-v0", 2))
+
+
+def test_gymnasium_normalises_observations_of_the_next_step():
+    env = gym.wrappers.vector.NormalizeObservation(gym.make_vec("PnTRelease-v0", num_envs=4, autoreset_mode=NEXT))
+    env.reset(seed=0)
+    seen = [env.step(zeros("PnTRelease-v0", 4))[0] for _ in range(40)]
+    assert np.abs(np.mean(seen[20:], axis=(0, 1))).max() < 1.0
+
+
+@pytest.mark.parametrize("mode", ["never", None, 1, ["NextStep"]])
+def test_no_autoreset_mode(mode):
+    with pytest.raises(ConfigError, match=r"autoreset_mode is .*NextStep, SameStep, Disabled"):
+        gym.make_vec("PnTRelease-v0", num_envs=2, autoreset_mode=mode)
 
 
 def assert_same_info(mine, other, rows=None):

@@ -72,7 +72,8 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         motion = self.planner.mover.throw(context.pick, plans, context.limits, context.ceiling)
         if self.plant.record_row is not None:
             self.upstream = self._source.waiting(self.plant.record_row)
-        following = self._source.following(motion, context.limits)
+        # Where the hand returns to without a belt belongs to the present pick's draw.
+        following = self._source.following(motion, context.limits, context.objects.place[:, 1:3])
         outcome = self._flown(context, plans, motion, following.back, following.wait)
         self.context = following.context
         return outcome

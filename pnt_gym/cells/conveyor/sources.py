@@ -50,8 +50,14 @@ class PickSource(ABC):
         """First picks of an episode for the cell's rows."""
 
     @abstractmethod
-    def following(self, motion: ThrowMotion, limits: LimitRows) -> NextPick:
-        """The picks that follow the throws of all rows."""
+    def following(self, motion: ThrowMotion, limits: LimitRows, standing: Floats) -> NextPick:
+        """The picks that follow the throws of all rows.
+
+        Args:
+            motion: the throws.
+            limits: of the hand.
+            standing: share of the pick window (N, 2) at which the next object stands, where no belt says it.
+        """
 
     def waiting(self, row: int) -> tuple[Objects, Floats] | None:
         """The objects that come after one row's present pick, and their centres (K, 3) [m]; None without a belt."""
@@ -70,29 +76,23 @@ class PickSource(ABC):
 class IndependentPicks(PickSource):
     """Every pick is drawn anew and does not depend on the throw before: the contextual-bandit form."""
 
-    def __init__(self, planner: PickPlanner, generators: Generators) -> None:
-        super().__init__(planner, generators)
-        self._place = np.zeros((len(generators), 2))
-
     def first(self, rows: Ints) -> Context:
         """One independent pick per row; objects are drawn until their throw is feasible."""
         context, good = self._attempt(rows)
         for _ in range(MOST_DRAWS):
             pending = np.flatnonzero(~good)
             if pending.size == 0:
-                self._place[rows] = context.objects.place[:, 1:3]
                 return context
             found, fits = self._attempt(rows[pending])
             context = replaced(context, pending, found)
             good[pending] = fits
         raise self._impossible()
 
-    def following(self, motion: ThrowMotion, limits: LimitRows) -> NextPick:
+    def following(self, motion: ThrowMotion, limits: LimitRows, standing: Floats) -> NextPick:
         """A new pick that has nothing to do with the throw before."""
-        # The next object stands somewhere in the pick window; that draw belongs to the present pick.
         belt = self._planner.config.belt
-        x = belt.pick_x[0] + (belt.pick_x[1] - belt.pick_x[0]) * self._place[:, 0]
-        y = belt.lane_y[0] + (belt.lane_y[1] - belt.lane_y[0]) * self._place[:, 1]
+        x = belt.pick_x[0] + (belt.pick_x[1] - belt.pick_x[0]) * standing[:, 0]
+        y = belt.lane_y[0] + (belt.lane_y[1] - belt.lane_y[0]) * standing[:, 1]
         position = np.stack([x, y, np.full_like(x, belt.height + STANDING_HEIGHT)], axis=-1)
         back = self._planner.mover.back(motion, position, limits)
         return NextPick(np.zeros_like(x), self.first(np.arange(len(x))), back)
@@ -129,7 +129,7 @@ class BeltPicks(PickSource):
         middle = (config.belt.lane_y[0] + config.belt.lane_y[1]) / 2
         start = np.tile([0.0, middle, config.belt.height + 0.3], (len(rows), 1))
         limits = LimitRows.t3kr(np.full(len(rows), max(config.limits.percent)))
-        return self.following(ThrowMotion.resting(start), limits, rows).context
+        return self.following(ThrowMotion.resting(start), limits, rows=rows).context
 
     def waiting(self, row: int) -> tuple[Objects, Floats] | None:
         """The objects upstream on the belt."""
@@ -137,7 +137,9 @@ class BeltPicks(PickSource):
         centre = np.stack([self.queue_x[row], self.queue.lane_y[row], height], axis=-1)
         return take(self.queue, row), centre
 
-    def following(self, motion: ThrowMotion, limits: LimitRows, rows: Ints | None = None) -> NextPick:
+    def following(
+        self, motion: ThrowMotion, limits: LimitRows, standing: Floats | None = None, rows: Ints | None = None
+    ) -> NextPick:
         """The first objects on the belt that can be met and thrown after throws of some rows; None for all rows."""
         rows = np.arange(len(motion.stop)) if rows is None else rows
         result, pending = None, np.arange(len(rows))
