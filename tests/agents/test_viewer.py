@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import urllib.request
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -20,7 +21,7 @@ from agents.environments import core_of, make_vector
 from agents.evaluation import thrown
 from agents.play import Arguments, Stage
 from agents.viewer import Choice, Film, Shown, Wishes, watch
-from tests.tools.commands import call
+from tests.tools.commands import call, environment
 
 
 class Recorder:
@@ -74,15 +75,19 @@ def test_pause_and_speed_are_those_of_studio() -> None:
 
 def test_a_page_is_served_until_it_is_stopped(tmp_path: Path) -> None:
     command = [sys.executable, "-u", "-m", "agents.play", "--viewer", "web", "--level", "waste"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
-        assert running.stdout is not None
-        lines = iter(running.stdout.readline, "")
-        address = next(found[0] for line in lines if (found := re.search(r"http://localhost:\d+/", line)))
-        next(line for line in lines if "Model changed" in line)
-        with urllib.request.urlopen(address, timeout=60) as page:
-            assert b"<canvas" in page.read()
-        running.send_signal(signal.SIGINT)
-        _, told = running.communicate(timeout=60)
+    hearing = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # a shell's background jobs inherit deaf ears
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen(command, cwd=tmp_path, env=environment(), preexec_fn=hearing, **pipes) as running:
+        try:
+            lines = iter(running.stdout.readline, "")
+            address = next(found[0] for line in lines if (found := re.search(r"http://localhost:\d+/", line)))
+            next(line for line in lines if "Model changed" in line)
+            with urllib.request.urlopen(address, timeout=60) as page:
+                assert b"<canvas" in page.read()
+            running.send_signal(signal.SIGINT)
+            _, told = running.communicate(timeout=60)
+        finally:
+            running.kill()
     assert "Traceback" not in told
     assert running.returncode == 130
 
