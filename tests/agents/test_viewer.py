@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 import urllib.request
-from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -74,10 +73,14 @@ def test_pause_and_speed_are_those_of_studio() -> None:
 
 
 def test_a_page_is_served_until_it_is_stopped(tmp_path: Path) -> None:
-    command = [sys.executable, "-u", "-m", "agents.play", "--viewer", "web", "--level", "waste"]
-    hearing = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # a shell's background jobs inherit deaf ears
+    run = (
+        "import runpy, signal\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # a shell's background jobs inherit deaf ears
+        "runpy.run_module('agents.play', run_name='__main__', alter_sys=True)"
+    )
+    command = [sys.executable, "-u", "-c", run, "--viewer", "web", "--level", "waste"]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    with subprocess.Popen(command, cwd=tmp_path, env=environment(), preexec_fn=hearing, **pipes) as running:
+    with subprocess.Popen(command, cwd=tmp_path, env=environment(), **pipes) as running:
         try:
             lines = iter(running.stdout.readline, "")
             address = next(found[0] for line in lines if (found := re.search(r"http://localhost:\d+/", line)))
