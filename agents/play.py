@@ -32,7 +32,7 @@ ENDLESS: Final = 10**9
 class Arguments:
     """Film a controller's throws, at true rate or slower, or show them in a window.
 
-    Blue dots are the planned flight, orange dots the flown one.
+    Blue dots are the planned flight, orange dots the flown one, green is the target.
     """
 
     controller: Annotated[str, tyro.conf.arg(metavar="NAME|RUN_DIR|MODULE:CLASS|MODEL.zip")] = "analytic"
