@@ -44,7 +44,7 @@ GROWTH: Final = 0.05
 FAR: Final = 20.0
 """No object ends farther away [m]."""
 SOFT: Final = 0.02
-"""The floor has MuJoCo's own softness: at rest an object lies g (0.02 s)^2, 4 mm, deep in it, deeper as it arrives [m]."""
+"""The floor has MuJoCo's own softness: at rest an object lies g (0.02 s)^2, 4 mm, deep in it, arriving deeper [m]."""
 ACTIONS: Final = (0.0, 0.5, 1.0, 3.0)
 """Half range of the actions of each step; beyond 1 they are clipped."""
 
