@@ -100,9 +100,9 @@ class Facade:
 
     def __init_subclass__(cls, observes: FeatureTable | None = None, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
-        if cls.__doc__ and observes:
-            manual = inspect.cleandoc(cls.__doc__).replace("{observations}", observes.markdown())
-            cls.__doc__ = manual.replace("{arguments}", ARGUMENTS)
+        if cls.__doc__:
+            manual = inspect.cleandoc(cls.__doc__).replace("{arguments}", ARGUMENTS)
+            cls.__doc__ = manual.replace("{observations}", observes.markdown()) if observes else manual
         family = next((base.__doc__ for base in cls.__mro__[1:] if "## Action Space" in (base.__doc__ or "")), None)
         if cls.__doc__ and family:
             cls.__doc__ = completed(cls.__doc__, family)

@@ -125,7 +125,7 @@ benchmark --config plan.yaml --jobs x | Error parsing --jobs: invalid literal fo
 benchmark --config plan.yaml --out folder | cannot write 'folder': it is a folder
 benchmark --config plan.yaml --out file/out.json | cannot write 'file/out.json': File exists
 benchmark --config plan.yaml --out o.json --work file | cannot write 'file/piece.json': File exists
-benchmark --config plan.yaml --out o.json --work file/work | cannot write 'file/work/piece.json': Not a directory
+benchmark --config plan.yaml --out o.json --work file/inner | cannot write 'file/inner/piece.json': Not a directory
 benchmark --config nobody.yaml | benchmark 'nobody.yaml': unknown controller 'nobody'; known
 benchmark --config nowhere.yaml | unknown level 'nowhere'; shipped levels are fast, ideal, nom
 reproduce | Missing from python -m agents.reproduce: hassan|choe|miyashi
