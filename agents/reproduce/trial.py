@@ -18,9 +18,10 @@ from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.base.plant import ObjectFlight
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.hand import HandCycle
 from pnt_gym.cells.conveyor.objects import NORMALS, UNIFORMS, objects_from_draws
-from pnt_gym.cells.conveyor.outcome import Flown, judge
-from pnt_gym.cells.conveyor.plant import ConveyorPlant, HandCycle
+from pnt_gym.cells.conveyor.outcome import judge
+from pnt_gym.cells.conveyor.plant import ConveyorPlant, Followed
 from pnt_gym.cells.conveyor.scene import CUP_LENGTH
 from pnt_gym.engine import mujoco
 from pnt_gym.errors import PntGymError
@@ -137,8 +138,8 @@ def run_trials(throws: Throws, *, mismatch: float, seeds: Sequence[int] | None =
     config = _config(target, items, mismatch)
     context = trial_context(config, items, seeds, pick, target, release)
     plant = ConveyorPlant(config, len(pick), threads)
-    flown = plant.fly(context, HandCycle(release, release.time, path))
-    return _judged(plant, context, release, path, flown)
+    followed = plant.follow(context, HandCycle(release, release.time, path))
+    return _judged(plant, context, release, path, followed)
 
 
 def trial_context(
@@ -258,10 +259,12 @@ def _config(target: Floats, items: Sequence[str], mismatch: float) -> ConveyorCo
     return ConveyorConfig.load(level, mismatch=mismatch, timestep=TIMESTEP)
 
 
-def _judged(plant: ConveyorPlant, context: Context, release: ReleaseBatch, path: HandPath, flown: Flown) -> Trials:
+def _judged(
+    plant: ConveyorPlant, context: Context, release: ReleaseBatch, path: HandPath, followed: Followed
+) -> Trials:
     """What the cell makes of the throws; but an object that is put down lands where it is let go."""
-    nothing, flight = np.zeros(len(release.speed)), flown.flight
-    outcome = judge(flown, context, plant.config, path.duration, nothing)
+    nothing, flight = np.zeros(len(release.speed)), followed.flown.flight
+    outcome = judge(followed.flown, context, plant.config, path.duration, nothing)
     let_go = flight.position[np.arange(len(nothing)), flight.release_step, :2]
     landing = np.where((release.speed < REST)[:, None], let_go, outcome.landing)
     miss = landing - context.target[:, :2]
@@ -274,25 +277,25 @@ def _judged(plant: ConveyorPlant, context: Context, release: ReleaseBatch, path:
         in_opening=np.asarray((np.abs(miss) <= context.opening / 2).all(axis=1)),
         in_bin=outcome.in_bin,
         recontact=outcome.recontact,
-        clearance=np.where(outcome.recontact, 0.0, _clearance(plant, context, flown)),
+        clearance=np.where(outcome.recontact, 0.0, _clearance(plant, context, followed)),
         peak_torque=outcome.peak_torque,
         release_tracking=outcome.tracking_error,
-        path_tracking=_path_tracking(plant, context, path, flown),
+        path_tracking=_path_tracking(plant, context, path, followed),
         delay=context.objects.delay,
         final=outcome.final,
     )
 
 
-def _path_tracking(plant: ConveyorPlant, context: Context, path: HandPath, flown: Flown) -> Floats:
+def _path_tracking(plant: ConveyorPlant, context: Context, path: HandPath, followed: Followed) -> Floats:
     """Largest distance of the hand from its reference (N,) [m]."""
     step = plant.config.timestep
-    steps = np.arange(0, flown.hand.shape[1], max(round(SAMPLING / step), 1), dtype=np.int64)
-    planned = path.sample(steps * step + flown.start[:, None]).position + context.cup_offset[:, None]
-    error = length(flown.hand[:, steps] - planned)
-    return np.where(steps <= flown.flight.last_step[:, None], error, 0.0).max(axis=1)
+    steps = np.arange(0, followed.hand.shape[1], max(round(SAMPLING / step), 1), dtype=np.int64)
+    planned = path.sample(steps * step + followed.start[:, None]).position + context.cup_offset[:, None]
+    error = length(followed.hand[:, steps] - planned)
+    return np.where(steps <= followed.flown.flight.last_step[:, None], error, 0.0).max(axis=1)
 
 
-def _clearance(plant: ConveyorPlant, context: Context, flown: Flown) -> Floats:
+def _clearance(plant: ConveyorPlant, context: Context, followed: Followed) -> Floats:
     """Smallest distance of cup and object while the object falls away (N,) [m]."""
     model, data = plant.scene.model, mujoco.MjData(plant.scene.model)
     cup, thing = model.geom("cup").id, plant.scene.object_geom
@@ -300,11 +303,11 @@ def _clearance(plant: ConveyorPlant, context: Context, flown: Flown) -> Floats:
     found = np.full(len(context.pick), np.inf)
     for row in range(len(found)):
         own = plant.batch.get_model(row)
-        turn, steps = _turning(flown.flight, context, row, plant.config.timestep)
+        turn, steps = _turning(followed.flown.flight, context, row, plant.config.timestep)
         matrices = (turn * Rotation.from_quat(own.geom_quat[thing], scalar_first=True)).as_matrix()
-        centre = flown.flight.position[row, steps] + turn.apply(own.geom_pos[thing])
+        centre = followed.flown.flight.position[row, steps] + turn.apply(own.geom_pos[thing])
         for step, place, matrix in zip(steps, centre, matrices, strict=True):
-            data.geom_xpos[cup] = flown.hand[row, step] + np.array([0.0, 0.0, CUP_LENGTH / 2])
+            data.geom_xpos[cup] = followed.hand[row, step] + np.array([0.0, 0.0, CUP_LENGTH / 2])
             data.geom_xpos[thing], data.geom_xmat[thing] = place, matrix.ravel()
             gap = float(mujoco.mj_geomDistance(own, data, cup, thing, 0.5, None))
             found[row] = min(found[row], max(gap, 0.0))

@@ -9,7 +9,7 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats
-from pnt_gym.cells.base.plant import TOUCH, first_warning
+from pnt_gym.cells.base.plant import TOUCH, check_warnings
 from pnt_gym.cells.one_joint.pallets import Pallet, add_pallets
 from pnt_gym.cells.one_joint.parts import Part, add_part
 from pnt_gym.constants import GRAVITY
@@ -69,8 +69,7 @@ class CaptureBench:
         batch.bind("qpos")[:] = state[..., :3].reshape(count, -1)
         batch.bind("qvel")[:] = state[..., 3:].reshape(count, -1)
         found, distance = self._contacts(round(duration / self._step))
-        if batch.warning.any():
-            raise first_warning(batch)
+        check_warnings(batch)
         shape = (count, len(self.parts), 3)
         return Rest(
             pose=batch.bind("qpos").reshape(shape).copy(),

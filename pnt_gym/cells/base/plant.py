@@ -10,7 +10,6 @@ from typing import Any, Final, Generic, TypeVar, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.fluid import fluid_coefficients, geom_placement, lying_size, solid_shell_inertia
 from pnt_gym.cells.base.sorting import SortingReward
 from pnt_gym.constants import GRAVITY
 from pnt_gym.engine import Batch, MjData, MjModel, mujoco
@@ -23,6 +22,8 @@ REWARD_TERMS: Final = ("landing", "success", "time")
 """What a throw into an opening is rewarded for."""
 LONGEST: Final = 60.0
 """No throw takes longer [s]."""
+SUNK: Final = 0.003
+"""Contacts are soft: flat objects lie this far below a surface at most [m]."""
 TOUCH: Final = 1e-5
 """A contact counts when the surfaces are closer than this [m]; predicted contacts of fast objects are farther."""
 ThrowsT = TypeVar("ThrowsT")
@@ -34,7 +35,7 @@ _INPUTS = int(mujoco.mjtState.mjSTATE_CTRL.value) | int(mujoco.mjtState.mjSTATE_
 @final
 @dataclass(frozen=True)
 class Recording:
-    """One simulated throw, kept for pictures: enough to step through it again, bit for bit.
+    """One simulated throw, kept for pictures: enough to step through it again, with the robot to the end.
 
     Attributes:
         model: the simulation's own model (its object and bin).
@@ -110,20 +111,6 @@ class Plant(ABC, Generic[ThrowsT, PlansT, FlightT]):
         mujoco.mj_forward(model, data)
         return model, data
 
-    def write_object(self, body: int, geom: int, shape: Ints, size: Floats, mass: Floats, drag: Floats) -> None:
-        """Give the free object of every simulation its shape (N,), extents (N, 3) [m], mass (N,) [kg] and drag (N,)."""
-        full = lying_size(shape, size)
-        batch, placed = self.batch, geom_placement(shape, full)
-        batch.expand("body_mass")[:, body] = mass
-        batch.expand("body_inertia")[:, body] = solid_shell_inertia(mass, full, shape)
-        batch.expand("geom_type")[:, geom] = placed.type
-        batch.expand("geom_size")[:, geom] = placed.size
-        batch.expand("geom_quat")[:, geom] = placed.quat
-        batch.expand("geom_rbound")[:, geom] = placed.rbound
-        aabb = batch.expand("geom_aabb")
-        aabb[:, geom] = placed.aabb.reshape(aabb[:, geom].shape)
-        batch.expand("geom_fluid")[:, geom] = fluid_coefficients(shape, full, drag)
-
     def keep(self, body: int, control: Floats, plan: tuple[Floats, Floats, float], target: Floats) -> None:
         """Keep the throw of `record_row` that is about to be rolled out.
 
@@ -151,8 +138,10 @@ def step_counts(seconds: Floats, step: float) -> Ints:
     return np.ceil(seconds / step).astype(np.int64)
 
 
-def staged_rollout(batch: Any, control: Floats, steps: Ints, names: Sequence[str]) -> dict[str, Floats]:
-    """Roll out every simulation for its own number of steps; recorded rows are zero after their last step.
+def staged_rollout(
+    batch: Any, control: Floats, steps: Ints, names: Sequence[str], ids: Ints | None = None
+) -> dict[str, Floats]:
+    """Roll out every simulation for its own number of steps; what is recorded after them does not count.
 
     The batch runs in stages, each with the throws that are not over yet, which saves steps and changes no result.
 
@@ -161,6 +150,7 @@ def staged_rollout(batch: Any, control: Floats, steps: Ints, names: Sequence[str
         control: controls and equality bits of every step (N, M, nu + neq).
         steps: of each simulation (N,).
         names: what is recorded.
+        ids: the simulations; None for all.
 
     Returns:
         The records by name, (N, M, columns) each.
@@ -169,27 +159,33 @@ def staged_rollout(batch: Any, control: Floats, steps: Ints, names: Sequence[str
         PhysicsError: the engine warned, or stopped a simulation.
     """
     record: dict[str, Floats] = {}
+    own = np.arange(len(steps)) if ids is None else ids
     batch.warning[:] = 0
     start = 0
     for end in np.unique(np.quantile(steps, STAGES, method="higher")):
         rows = np.flatnonzero(steps > start)
         part = batch.rollout(
-            int(end) - start, control[rows, start:end], control_spec=_INPUTS, record=tuple(names), ids=rows
+            int(end) - start, control[rows, start:end], control_spec=_INPUTS, record=tuple(names), ids=own[rows]
         )
         for name in names:
             whole = record.setdefault(name, np.zeros((*control.shape[:2], part[name].shape[-1])))
             whole[rows, start:end] = part[name]
         start = int(end)
-    if batch.warning.any():
-        raise first_warning(batch)
+    check_warnings(batch)
     return record
 
 
-def first_warning(batch: Any) -> PhysicsError:
-    """What to raise for the first of the warnings that the engine gave."""
+def check_warnings(batch: Any) -> None:
+    """Make sure that the engine gave no warning in a batch.
+
+    Raises:
+        PhysicsError: it did; the sentence is of the first one.
+    """
+    if not batch.warning.any():
+        return
     row, kind = (int(i) for i in np.argwhere(batch.warning)[0][:2])
     name = mujoco.mjtWarning(kind).name
-    return PhysicsError(f"MuJoCo warned in simulation {row}: {name}; a number of the level is beyond what it can step")
+    raise PhysicsError(f"MuJoCo warned in simulation {row}: {name}; a number of the level is beyond what it can step")
 
 
 def touching(contact: Floats) -> Bools:
@@ -295,13 +291,13 @@ class ObjectFlight:
             centre: of the opening (N, 2) [m].
             opening: inner size (N, 2) [m].
             rim: height of the rim (N,) [m].
-            bottom: height of the inner bottom (N,) [m].
+            bottom: height of the inner bottom (N,) [m]; what lies on it may have sunk in by `SUNK`.
         """
         position, velocity = self.final()
         offset = np.abs(position[:, :2] - centre)
         inside = (offset <= opening / 2).all(axis=1)
         reach = position[:, 2] + velocity[:, 2] ** 2 / (2.0 * GRAVITY)
-        return inside & (reach < rim) & (position[:, 2] > bottom)
+        return inside & (reach < rim) & (position[:, 2] > bottom - SUNK)
 
     def landed(self, target: Floats, opening: Floats, depth: float, along: Floats) -> dict[str, Any]:
         """The fields of `Landed` that the flights tell, by name: all but error, cycle time and torque.

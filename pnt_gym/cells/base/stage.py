@@ -92,12 +92,15 @@ def add_free_object(spec: MjSpec, mass: float, inertia: float, half: float, **ge
     return body
 
 
-def add_motion_sensors(spec: MjSpec, hand_site: str) -> None:
-    """Position and velocity of the free object, then the position of the hand: three columns each."""
-    obj, sensor = mujoco.mjtObj, mujoco.mjtSensor
-    spec.add_sensor(type=sensor.mjSENS_FRAMEPOS, objtype=obj.mjOBJ_XBODY, objname="object")
-    spec.add_sensor(type=sensor.mjSENS_FRAMELINVEL, objtype=obj.mjOBJ_XBODY, objname="object")
-    spec.add_sensor(type=sensor.mjSENS_FRAMEPOS, objtype=obj.mjOBJ_SITE, objname=hand_site)
+def add_motion_sensors(spec: MjSpec) -> None:
+    """Position and velocity of the free object: three columns each."""
+    for kind in (mujoco.mjtSensor.mjSENS_FRAMEPOS, mujoco.mjtSensor.mjSENS_FRAMELINVEL):
+        spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_XBODY, objname="object")
+
+
+def add_place_sensor(spec: MjSpec, site: str) -> None:
+    """Position of a site: three columns."""
+    spec.add_sensor(type=mujoco.mjtSensor.mjSENS_FRAMEPOS, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=site)
 
 
 def add_contact_sensor(spec: MjSpec, kind: Any, name: str, other: str | None = None) -> None:

@@ -16,12 +16,13 @@ from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.cells.conveyor.action import MODES, correction
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.hand import HandCycle
 from pnt_gym.cells.conveyor.movers import ThrowMotion
 from pnt_gym.cells.conveyor.objects import Objects
 from pnt_gym.cells.conveyor.observation import TABLE
 from pnt_gym.cells.conveyor.outcome import Outcome, judge
 from pnt_gym.cells.conveyor.planner import PickPlanner
-from pnt_gym.cells.conveyor.plant import ConveyorPlant, HandCycle
+from pnt_gym.cells.conveyor.plant import ConveyorPlant
 from pnt_gym.cells.conveyor.sources import BeltPicks, IndependentPicks, PickSource
 from pnt_gym.cells.conveyor.view import camera, objects_on_belt
 from pnt_gym.engine import MjData, MjModel

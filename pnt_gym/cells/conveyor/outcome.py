@@ -19,14 +19,10 @@ class Flown:
     """N throws as the simulator ran them, before they are judged."""
 
     flight: ObjectFlight
-    hand: Floats
-    """Cup tip (N, M, 3) at the start of each step [m]."""
-    start: Floats
-    """Time on the path's own clock at the first step (N,) [s]."""
     tracking_error: Floats
     """Distance of the hand from its reference at the moment of release (N,) [m]."""
     peak_torque: Floats
-    """Largest motor torque (N,) [N m]."""
+    """Largest motor torque (N,) [N m]: as simulated, and as planned where the robot is not."""
 
 
 @final

@@ -1,13 +1,13 @@
-"""The conveyor cell as one MuJoCo model: robot, belt, bins, cup and the object being thrown.
+"""The conveyor cell as MuJoCo models: belt, bins and the object being thrown, with the robot and its cup or without.
 
 Everything that differs between throws (the object's shape, size, mass and drag, a bin drawn per throw) is a field
-that the plant overwrites per simulation; the model is compiled once.
+that the plant overwrites per simulation; the models are compiled once.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, final
+from typing import Any, Final, final
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from pnt_gym.cells.base.stage import (
     add_floor,
     add_free_object,
     add_motion_sensors,
+    add_place_sensor,
     add_torque_sensors,
     light_stage,
 )
@@ -45,29 +46,41 @@ _OBJECT_BIT, _CUP_BIT = 1, 2
 SENSORS: Final = {
     "object_position": slice(0, 3),
     "object_velocity": slice(3, 6),
-    "hand_position": slice(6, 9),
-    "cup_contact": slice(9, 11),
-    "any_contact": slice(11, 13),
+    "any_contact": slice(6, 8),
+    "hand_position": slice(8, 11),
+    "cup_contact": slice(11, 13),
     "torque": slice(13, 17),
 }
-"""Columns of sensordata. A contact is (number found, smallest distance [m])."""
+"""Columns of sensordata; without the robot, the object's. A contact is (number found, smallest distance [m])."""
 
 
-@final
 @dataclass(frozen=True)
-class Scene:
-    """The compiled cell and the ids the plant needs."""
+class Surroundings:
+    """Abstract: a compiled cell, and the ids of the object and of what it falls on."""
 
     model: MjModel
-    robot: T3krHandles
     object_body: int
     object_geom: int
     object_qpos: int
     object_qvel: int
+    bin_bodies: tuple[int, ...]
+
+
+@final
+@dataclass(frozen=True)
+class FreeScene(Surroundings):
+    """The cell without its robot."""
+
+
+@final
+@dataclass(frozen=True)
+class Scene(Surroundings):
+    """The cell, and the ids of what holds the object."""
+
+    robot: T3krHandles
     grip_site: int
     grip_equality: int
     spin_controls: slice
-    bin_bodies: tuple[int, ...]
 
 
 def build_scene(config: ConveyorConfig, rods: str = "four") -> Scene:
@@ -77,30 +90,30 @@ def build_scene(config: ConveyorConfig, rods: str = "four") -> Scene:
         config: the cell.
         rods: "four" (the default) or "eight" rods in the robot.
     """
-    spec = mujoco.MjSpec()
-    set_options(spec, config.timestep, density=AIR_DENSITY * config.mismatch, viscosity=AIR_VISCOSITY * config.mismatch)
-    _add_stage(spec, config)
+    spec = _empty_stage(config)
     robot = add_t3kr(spec, rods="eight" if rods == "eight" else "four")
     _add_cup(spec)
-    _add_object(spec)
-    for index, (x, y, size) in enumerate(_bin_places(config)):
-        _add_bin(spec, index, (x, y), size, config.bins)
-    _add_sensors(spec, robot)
+    _add_object_and_bins(spec, config)
+    _add_grip(spec)
+    _add_object_sensors(spec)
+    _add_hand_sensors(spec, robot)
     model = spec.compile()
-    joint = model.joint("object")
     first_spin = int(model.actuator_ctrladr[model.actuator("spin_x").id])
     return Scene(
-        model=model,
+        **_ids(model, config),
         robot=robot,
-        object_body=model.body("object").id,
-        object_geom=model.geom("object").id,
-        object_qpos=int(joint.qposadr[0]),
-        object_qvel=int(joint.dofadr[0]),
         grip_site=model.site("grip").id,
         grip_equality=model.equality("grip").id,
         spin_controls=slice(first_spin, first_spin + 3),
-        bin_bodies=tuple(model.body(f"bin_{i}").id for i in range(len(_bin_places(config)))),
     )
+
+
+def build_free_scene(config: ConveyorConfig) -> FreeScene:
+    """Compile the cell without its robot."""
+    spec = _empty_stage(config)
+    _add_object_and_bins(spec, config)
+    _add_object_sensors(spec)
+    return FreeScene(**_ids(spec.compile(), config))
 
 
 def bin_panels(size: Floats, bins: Bins) -> tuple[Floats, Floats]:
@@ -134,6 +147,33 @@ def _bin_places(config: ConveyorConfig) -> list[tuple[float, float, tuple[float,
         return [(b.x, b.y, b.size) for b in bins.fixed]
     r = bins.random
     return [(sum(r.x) / 2, sum(r.y) / 2, (r.side[1], r.side[1]))]
+
+
+def _empty_stage(config: ConveyorConfig) -> MjSpec:
+    """Air, floor and belt."""
+    spec = mujoco.MjSpec()
+    set_options(spec, config.timestep, density=AIR_DENSITY * config.mismatch, viscosity=AIR_VISCOSITY * config.mismatch)
+    _add_stage(spec, config)
+    return spec
+
+
+def _add_object_and_bins(spec: MjSpec, config: ConveyorConfig) -> None:
+    _add_object(spec)
+    for index, (x, y, size) in enumerate(_bin_places(config)):
+        _add_bin(spec, index, (x, y), size, config.bins)
+
+
+def _ids(model: MjModel, config: ConveyorConfig) -> dict[str, Any]:
+    """The fields of `Surroundings`."""
+    joint = model.joint("object")
+    return {
+        "model": model,
+        "object_body": model.body("object").id,
+        "object_geom": model.geom("object").id,
+        "object_qpos": int(joint.qposadr[0]),
+        "object_qvel": int(joint.dofadr[0]),
+        "bin_bodies": tuple(model.body(f"bin_{i}").id for i in range(len(_bin_places(config)))),
+    }
 
 
 def _add_stage(spec: MjSpec, config: ConveyorConfig) -> None:
@@ -171,7 +211,7 @@ def _add_cup(spec: MjSpec) -> None:
 
 def _add_object(spec: MjSpec) -> None:
     """A free body whose frame is at its centre of mass, with one geom of any shape and a site under the cup."""
-    body = add_free_object(
+    add_free_object(
         spec,
         0.02,
         1e-5,
@@ -181,7 +221,11 @@ def _add_object(spec: MjSpec) -> None:
         condim=6,  # without rolling friction a round object rolls off anything
         priority=1,  # the item's own friction and rebound decide
     )
-    body.add_site(name="grip", size=[0.004, 0.004, 0.004], group=4)
+
+
+def _add_grip(spec: MjSpec) -> None:
+    """What holds the object under the cup, and turns it when it is let go."""
+    spec.body("object").add_site(name="grip", size=[0.004, 0.004, 0.004], group=4)
     spec.add_equality(
         name="grip",
         type=mujoco.mjtEq.mjEQ_WELD,
@@ -212,10 +256,14 @@ def _add_bin(spec: MjSpec, index: int, centre: tuple[float, float], size: tuple[
         )
 
 
-def _add_sensors(spec: MjSpec, robot: T3krHandles) -> None:
-    """In the order and widths of `SENSORS`."""
-    geom = mujoco.mjtObj.mjOBJ_GEOM
-    add_motion_sensors(spec, robot.tcp)
-    add_contact_sensor(spec, geom, "object", "cup")
-    add_contact_sensor(spec, geom, "object")
+def _add_object_sensors(spec: MjSpec) -> None:
+    """Those that do without the robot, in the order and widths of `SENSORS`."""
+    add_motion_sensors(spec)
+    add_contact_sensor(spec, mujoco.mjtObj.mjOBJ_GEOM, "object")
+
+
+def _add_hand_sensors(spec: MjSpec, robot: T3krHandles) -> None:
+    """The others."""
+    add_place_sensor(spec, robot.tcp)
+    add_contact_sensor(spec, mujoco.mjtObj.mjOBJ_GEOM, "object", "cup")
     add_torque_sensors(spec, robot.actuators)

@@ -12,6 +12,7 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Floats, Ints
+from pnt_gym.cells.base.alone import write_object
 from pnt_gym.cells.base.fluid import lying_size
 from pnt_gym.cells.base.plant import Plant, staged_rollout, step_counts
 from pnt_gym.cells.base.stage import ITEM_RGBA
@@ -92,7 +93,7 @@ class GripperPlant(Plant[Context, TossPlans, Flown]):
     def _write_models(self, hidden: Hidden, full: Floats) -> None:
         """Per-simulation object: shape, size, mass, drag and grip."""
         batch, scene = self.batch, self.scene
-        self.write_object(scene.object_body, scene.object_geom, hidden.shape, full, hidden.mass, hidden.drag)
+        write_object(batch, scene.object_body, scene.object_geom, hidden.shape, full, hidden.mass, hidden.drag)
         friction = batch.expand("geom_friction")
         for pad in self.scene.pads:
             friction[:, pad, 0] = hidden.friction

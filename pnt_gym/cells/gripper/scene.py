@@ -21,6 +21,7 @@ from pnt_gym.cells.base.stage import (
     add_floor,
     add_free_object,
     add_motion_sensors,
+    add_place_sensor,
     add_torque_sensors,
     light_stage,
 )
@@ -193,7 +194,8 @@ def _add_object(spec: MjSpec, half: float) -> None:
 def _add_sensors(spec: MjSpec, robot: Gripper4Handles) -> None:
     """In the order and widths of `SENSORS`."""
     geom = mujoco.mjtObj.mjOBJ_GEOM
-    add_motion_sensors(spec, robot.grip)
+    add_motion_sensors(spec)
+    add_place_sensor(spec, robot.grip)
     for pad in robot.pads:
         add_contact_sensor(spec, geom, "object", pad)
     add_contact_sensor(spec, geom, "object")

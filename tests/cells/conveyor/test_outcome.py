@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pnt_gym.cells.conveyor.hand import HandCycle
 from pnt_gym.cells.conveyor.outcome import Flown, judge
-from pnt_gym.cells.conveyor.plant import HandCycle
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
 from tests.tools.throws import make_core
 

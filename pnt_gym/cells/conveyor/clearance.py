@@ -1,0 +1,102 @@
+"""Whether the cup can touch an object again that it let go: by geometry, on the safe side.
+
+The cup is an upright cylinder, the platform being level. It cannot touch what lies entirely below its lip, or farther
+away sideways than both are wide. Everything else counts as a possible touch, and is left to the engine.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats
+from pnt_gym.cells.base.fluid import lying_size
+from pnt_gym.cells.base.items import BOX, CYLINDER
+from pnt_gym.cells.conveyor.objects import Objects
+from pnt_gym.cells.conveyor.scene import CUP_RADIUS, LIP_GAP
+from pnt_gym.constants import GRAVITY
+
+MARGIN: Final = 0.001
+"""For where the hand truly is: three times the farthest it strays from its path in the shipped levels [m]."""
+FORESIGHT: Final = 0.006
+"""For where the object will be, foreseen without air [m]."""
+
+
+@final
+@dataclass(frozen=True)
+class Passage:
+    """How N objects pass their hands, at K moments each."""
+
+    apart: Floats
+    """Centre of mass from the tip of the cup (N, K, 3) [m]."""
+    drift: Floats
+    """Its velocity against the hand's (N, K, 3) [m/s]."""
+    up: Floats
+    """The vertical in the object's axes (N, K, 3)."""
+
+    def may_touch(self, objects: Objects, gap: float, margin: float = MARGIN) -> Bools:
+        """Which moments (N, K) may be preceded or followed by a touch, within half the time between two of them.
+
+        Args:
+            objects: N.
+            gap: between two moments [s].
+            margin: more than geometry asks for [m].
+        """
+        x, y, z = (self.drift[..., k] for k in range(3))
+        room = margin + 0.5 * gap * np.sqrt(x * x + y * y + z * z)
+        full = lying_size(objects.shape, objects.size)
+        centre = objects.com_depth - LIP_GAP - full[:, 2] / 2.0
+        top = self.apart[..., 2] + centre[:, None] * self.up[..., 2] + _reach(objects, full / 2.0, self.up)
+        length, width, height = (full[:, k] for k in range(3))
+        wide = CUP_RADIUS + np.abs(centre) + np.sqrt(length**2 + width**2 + height**2) / 2.0
+        sideways = np.sqrt(self.apart[..., 0] ** 2 + self.apart[..., 1] ** 2)
+        return np.asarray((top > -room) & (sideways < wide[:, None] + room))
+
+
+def foreseen(objects: Objects, grasp: Floats, hand: tuple[Floats, Floats], since: Floats) -> Passage:
+    """How objects will pass if nothing but gravity acts on them.
+
+    Args:
+        objects: N.
+        grasp: true centre of mass from the cup's axis (N, 2) [m].
+        hand: position and velocity (N, K, 3) [m, m/s], the first at the release.
+        since: time from the release (K,) [s].
+    """
+    place, velocity = hand
+    fallen = velocity[:, :1] * since[:, None] - (place - place[:, :1])
+    fallen[..., 2] -= GRAVITY / 2.0 * since**2
+    hung = np.concatenate([grasp, -objects.com_depth[:, None]], axis=1)
+    drift = velocity[:, :1] - velocity
+    drift[..., 2] -= GRAVITY * since
+    return Passage(hung[:, None] + fallen, drift, _turned(objects, since))
+
+
+def vertical(attitude: Floats) -> Floats:
+    """The vertical in the axes of bodies with attitude (..., 4), w first: (..., 3)."""
+    w, x, y, z = (attitude[..., k] for k in range(4))
+    return np.stack([2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)], axis=-1)
+
+
+def _turned(objects: Objects, since: Floats) -> Floats:
+    """The vertical in the axes of objects that spin as they were let go (N, K, 3)."""
+    spin = objects.spin
+    rate = np.sqrt(spin[:, 0] ** 2 + spin[:, 1] ** 2 + spin[:, 2] ** 2)[:, None]
+    x, y, z = (spin[:, k, None] / np.where(rate > 0.0, rate, 1.0) for k in range(3))
+    cos, sin = np.cos(rate * since), np.sin(rate * since)
+    # Rodrigues' formula for the vertical, turned back.
+    level = x * z * (1.0 - cos) - y * sin, y * z * (1.0 - cos) + x * sin
+    yaw = objects.yaw[:, None]
+    along = np.cos(yaw) * level[0] + np.sin(yaw) * level[1]
+    across = np.cos(yaw) * level[1] - np.sin(yaw) * level[0]
+    return np.stack([along, across, cos + z * z * (1.0 - cos)], axis=-1)
+
+
+def _reach(objects: Objects, half: Floats, up: Floats) -> Floats:
+    """How far objects with half extents (N, 3) reach from their middle along directions (N, K, 3) (N, K) [m]."""
+    x, y, z = (np.abs(up[..., k]) * half[:, k, None] for k in range(3))
+    shape = objects.shape[:, None]
+    return np.select(
+        [shape == BOX, shape == CYLINDER], [x + y + z, x + np.sqrt(y * y + z * z)], np.sqrt(x * x + y * y + z * z)
+    )

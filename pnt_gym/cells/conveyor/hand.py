@@ -1,0 +1,105 @@
+"""What N hands do in a throw, in physics steps: when they let go, where they are, and when the objects are clear."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.cells.base.plant import step_counts
+from pnt_gym.cells.conveyor.clearance import FORESIGHT, Passage, foreseen
+from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.planning.motion.trajectory import HandPath, Samples
+from pnt_gym.planning.straight.plan import ReleaseBatch
+
+SETTLE: Final = 0.35
+"""Simulated after the planned landing, so that the object comes to lie [s]."""
+LATEST_FLIGHT: Final = 1.25
+"""A late release may lengthen the flight by this factor."""
+KNOT_SPACING: Final = 0.004
+"""The hand is looked at this often, and interpolated in between [s]."""
+
+
+@final
+@dataclass(frozen=True)
+class HandCycle:
+    """What N hands do: throw, follow through, and go to their next picks."""
+
+    release: ReleaseBatch
+    """The planned releases."""
+    release_time: Floats
+    """When the valve is commanded (N,) [s]."""
+    path: HandPath
+    """From lift to lift."""
+
+
+@final
+@dataclass(frozen=True)
+class Course:
+    """N throws on the clock of the physics: its steps, and the way of the cup's tip."""
+
+    path: HandPath
+    """Of the planner's points."""
+    offset: Floats
+    """Of the cup's tips from them (N, 3) [m]."""
+    free_at: Floats
+    """When the objects are let go, on the clock of their paths (N,) [s]."""
+    shift: Floats
+    """Paths begin this much later than the physics (N,) [s]: less than a step, so that the release falls on a step."""
+    release: Ints
+    """First step without grip (N,)."""
+    end: Ints
+    """First step after the throw (N,)."""
+    step: float
+    """Of the physics [s]."""
+
+    @classmethod
+    def of(cls, thrown: Context, plans: HandCycle, step: float) -> Course:
+        """The throws of N objects.
+
+        Raises:
+            PhysicsError: a throw takes longer than any that is simulated.
+        """
+        free_at = plans.release_time + thrown.objects.delay
+        release = np.ceil(free_at / step - 1e-9).astype(np.int64)
+        shift = release * step - free_at
+        settled = free_at + LATEST_FLIGHT * plans.release.flight_time + SETTLE
+        end = step_counts(np.maximum(plans.path.duration + shift, settled), step)
+        return cls(plans.path, thrown.cup_offset, free_at, shift, release, end, step)
+
+    @property
+    def stride(self) -> int:
+        """Steps between two looks at the hand."""
+        return max(round(KNOT_SPACING / self.step), 1)
+
+    def hand(self, steps: Ints) -> Samples:
+        """The planned motion of the cup's tip at the beginning of steps (K,) or (N, K)."""
+        motion = self.path.sample(steps * self.step - self.shift[:, None])
+        return motion._replace(position=motion.position + self.offset[:, None])
+
+    def clear(self, thrown: Context) -> Ints:
+        """First steps (N,) from which on no object should meet its cup any more, at the latest the last one."""
+        steps = np.arange(0, int((self.end - self.release).max()), self.stride, dtype=np.int64)
+        hand, since = self.hand(self.release[:, None] + steps), np.asarray(steps * self.step, dtype=np.float64)
+        passage = foreseen(thrown.objects, thrown.grasp, (hand.position, hand.velocity), since)
+        possible = passage.may_touch(thrown.objects, self.stride * self.step, FORESIGHT)
+        last = possible.shape[1] - np.argmax(possible[:, ::-1], axis=1)
+        return np.asarray(np.minimum(self.release + last * self.stride, self.end - 1))
+
+    def may_meet(self, thrown: Context, seen: tuple[Floats, Floats, Floats], first: Ints, count: Ints) -> Bools:
+        """Whether cups may touch objects that were seen flying (N,).
+
+        Args:
+            thrown: the N objects.
+            seen: their positions [m], velocities [m/s] and verticals (N, K, 3), every `stride` steps.
+            first: steps at which that begins (N,).
+            count: steps that count (N,).
+        """
+        position, velocity, up = seen
+        steps = np.arange(position.shape[1], dtype=np.int64) * self.stride
+        hand = self.hand(first[:, None] + steps)
+        passage = Passage(position - hand.position, velocity - hand.velocity, up)
+        possible = passage.may_touch(thrown.objects, self.stride * self.step)
+        return np.asarray((possible & (steps < count[:, None])).any(axis=1))
