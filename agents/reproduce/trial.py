@@ -263,7 +263,7 @@ def _judged(
     plant: ConveyorPlant, context: Context, release: ReleaseBatch, path: HandPath, followed: Followed
 ) -> Trials:
     """What the cell makes of the throws; but an object that is put down lands where it is let go."""
-    nothing, flight = np.zeros(len(release.speed)), followed.flown.flight
+    nothing, flight = np.zeros(len(release.speed)), followed.flight
     outcome = judge(followed.flown, context, plant.config, path.duration, nothing)
     let_go = flight.position[np.arange(len(nothing)), flight.release_step, :2]
     landing = np.where((release.speed < REST)[:, None], let_go, outcome.landing)
@@ -292,7 +292,7 @@ def _path_tracking(plant: ConveyorPlant, context: Context, path: HandPath, follo
     steps = np.arange(0, followed.hand.shape[1], max(round(SAMPLING / step), 1), dtype=np.int64)
     planned = path.sample(steps * step + followed.start[:, None]).position + context.cup_offset[:, None]
     error = length(followed.hand[:, steps] - planned)
-    return np.where(steps <= followed.flown.flight.last_step[:, None], error, 0.0).max(axis=1)
+    return np.where(steps <= followed.flight.last_step[:, None], error, 0.0).max(axis=1)
 
 
 def _clearance(plant: ConveyorPlant, context: Context, followed: Followed) -> Floats:
@@ -303,9 +303,9 @@ def _clearance(plant: ConveyorPlant, context: Context, followed: Followed) -> Fl
     found = np.full(len(context.pick), np.inf)
     for row in range(len(found)):
         own = plant.batch.get_model(row)
-        turn, steps = _turning(followed.flown.flight, context, row, plant.config.timestep)
+        turn, steps = _turning(followed.flight, context, row, plant.config.timestep)
         matrices = (turn * Rotation.from_quat(own.geom_quat[thing], scalar_first=True)).as_matrix()
-        centre = followed.flown.flight.position[row, steps] + turn.apply(own.geom_pos[thing])
+        centre = followed.flight.position[row, steps] + turn.apply(own.geom_pos[thing])
         for step, place, matrix in zip(steps, centre, matrices, strict=True):
             data.geom_xpos[cup] = followed.hand[row, step] + np.array([0.0, 0.0, CUP_LENGTH / 2])
             data.geom_xpos[thing], data.geom_xmat[thing] = place, matrix.ravel()

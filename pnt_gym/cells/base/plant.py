@@ -282,6 +282,25 @@ class ObjectFlight:
         rows = np.arange(len(self.position))
         return self.position[rows, self.last_step], self.velocity[rows, self.last_step]
 
+    def arrival(self, plane_z: Floats) -> Arrival:
+        """Where the objects came to, through a plane at a height (N,) [m]."""
+        return Arrival(self.landing(plane_z), *self.final(), self.recontact())
+
+
+@final
+@dataclass(frozen=True)
+class Arrival:
+    """Where N thrown objects came to."""
+
+    landing: Floats
+    """Where the free flight crosses the rim plane, x, y (N, 2) [m]; see `ObjectFlight.landing`."""
+    position: Floats
+    """At the end (N, 3) [m]."""
+    velocity: Floats
+    """At the end (N, 3) [m/s]."""
+    recontact: Bools
+    """The hand touched the object after the release (N,)."""
+
     def lies_in(self, centre: Floats, opening: Floats, rim: Floats, bottom: Floats) -> Bools:
         """Whether the objects lie in their bins for good at the end (N,).
 
@@ -293,7 +312,7 @@ class ObjectFlight:
             rim: height of the rim (N,) [m].
             bottom: height of the inner bottom (N,) [m]; what lies on it may have sunk in by `SUNK`.
         """
-        position, velocity = self.final()
+        position, velocity = self.position, self.velocity
         offset = np.abs(position[:, :2] - centre)
         inside = (offset <= opening / 2).all(axis=1)
         reach = position[:, 2] + velocity[:, 2] ** 2 / (2.0 * GRAVITY)
@@ -308,18 +327,17 @@ class ObjectFlight:
             depth: of the bins below the opening [m].
             along: horizontal unit vectors of the throws (N, 2+).
         """
-        landing = self.landing(target[:, 2])
-        miss = landing - target[:, :2]
+        miss = self.landing - target[:, :2]
         in_opening = np.asarray((np.abs(miss) <= opening / 2).all(axis=1))
         in_bin = self.lies_in(target[:, :2], opening, target[:, 2], target[:, 2] - depth)
         return {
-            "landing": landing,
+            "landing": self.landing,
             "landing_along": miss[:, 0] * along[:, 0] + miss[:, 1] * along[:, 1],
             "landing_across": miss[:, 1] * along[:, 0] - miss[:, 0] * along[:, 1],
             "in_opening": in_opening,
             "in_bin": in_bin,
             "is_success": in_opening & in_bin,
             "rim": in_opening & ~in_bin,
-            "recontact": self.recontact(),
-            "final": self.final()[0],
+            "recontact": self.recontact,
+            "final": self.position,
         }

@@ -22,6 +22,15 @@ MARGIN: Final = 0.001
 """For where the hand truly is: three times the farthest it strays from its path in the shipped levels [m]."""
 FORESIGHT: Final = 0.006
 """For where the object will be, foreseen without air [m]."""
+_FACE: Final = np.array(
+    [[0.0, 0.0, 0.0]]
+    + [
+        [radius * np.cos(turn), radius * np.sin(turn), 0.0]
+        for radius, count in ((CUP_RADIUS / 2.0, 8), (CUP_RADIUS, 16))
+        for turn in np.arange(count) * 2.0 * np.pi / count
+    ]
+)
+"""Points of the cup's face from its middle [m]."""
 
 
 @final
@@ -47,12 +56,17 @@ class Passage:
         x, y, z = (self.drift[..., k] for k in range(3))
         room = margin + 0.5 * gap * np.sqrt(x * x + y * y + z * z)
         full = lying_size(objects.shape, objects.size)
-        centre = objects.com_depth - LIP_GAP - full[:, 2] / 2.0
-        top = self.apart[..., 2] + centre[:, None] * self.up[..., 2] + _reach(objects, full / 2.0, self.up)
-        length, width, height = (full[:, k] for k in range(3))
+        centre = (objects.com_depth - LIP_GAP - full[:, 2] / 2.0)[:, None]
+        upright = self.up[..., 2]
+        length, width, height = (full[:, k, None] for k in range(3))
         wide = CUP_RADIUS + np.abs(centre) + np.sqrt(length**2 + width**2 + height**2) / 2.0
         sideways = np.sqrt(self.apart[..., 0] ** 2 + self.apart[..., 1] ** 2)
-        return np.asarray((top > -room) & (sideways < wide[:, None] + room))
+        # Below the cup an object is nowhere higher than its highest point, nor than the plane of its upper face.
+        tilt = np.sqrt(np.maximum(1.0 - upright**2, 0.0))
+        far = sideways + np.abs(centre) * tilt + CUP_RADIUS
+        face = (height / 2.0 + tilt * far) / np.maximum(np.abs(upright), 1e-9)
+        top = self.apart[..., 2] + centre * upright + np.minimum(reach(objects, full / 2.0, self.up), face)
+        return np.asarray((top > -room) & (sideways < wide + room))
 
 
 def foreseen(objects: Objects, grasp: Floats, hand: tuple[Floats, Floats], since: Floats) -> Passage:
@@ -71,6 +85,35 @@ def foreseen(objects: Objects, grasp: Floats, hand: tuple[Floats, Floats], since
     drift = velocity[:, :1] - velocity
     drift[..., 2] -= GRAVITY * since
     return Passage(hung[:, None] + fallen, drift, _turned(objects, since))
+
+
+def touches(objects: Objects, apart: Floats, attitude: Floats) -> Bools:
+    """At which moments the cup's end is inside an object (N, K), by points of its face.
+
+    Args:
+        objects: N.
+        apart: their centres of mass from the tip of the cup (N, K, 3) [m].
+        attitude: quaternions, w first (N, K, 4).
+    """
+    along, across = level_axes(attitude)
+    half = lying_size(objects.shape, objects.size)[:, None, None] / 2.0
+    axes = [axis[..., None, :] for axis in (along, across, vertical(attitude))]
+    x, y, z = (_FACE[:, k] - apart[..., None, k] for k in range(3))
+    point = x[..., None] * axes[0] + y[..., None] * axes[1] + z[..., None] * axes[2]
+    point[..., 2] -= (objects.com_depth - LIP_GAP)[:, None, None] - half[..., 2]
+    a, b, c = (np.abs(point[..., k]) / half[..., k] for k in range(3))
+    shape = objects.shape[:, None, None]
+    box, lying = (a < 1.0) & (b < 1.0) & (c < 1.0), (a < 1.0) & (b * b + c * c < 1.0)
+    inside = np.select([shape == BOX, shape == CYLINDER], [box, lying], a * a + b * b + c * c < 1.0)
+    return np.asarray(inside.any(axis=2))
+
+
+def level_axes(attitude: Floats) -> tuple[Floats, Floats]:
+    """World x and y in the axes of bodies with attitude (..., 4), w first: (..., 3) each."""
+    w, x, y, z = (attitude[..., k] for k in range(4))
+    along = np.stack([1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)], axis=-1)
+    across = np.stack([2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)], axis=-1)
+    return along, across
 
 
 def vertical(attitude: Floats) -> Floats:
@@ -93,7 +136,7 @@ def _turned(objects: Objects, since: Floats) -> Floats:
     return np.stack([along, across, cos + z * z * (1.0 - cos)], axis=-1)
 
 
-def _reach(objects: Objects, half: Floats, up: Floats) -> Floats:
+def reach(objects: Objects, half: Floats, up: Floats) -> Floats:
     """How far objects with half extents (N, 3) reach from their middle along directions (N, K, 3) (N, K) [m]."""
     x, y, z = (np.abs(up[..., k]) * half[:, k, None] for k in range(3))
     shape = objects.shape[:, None]

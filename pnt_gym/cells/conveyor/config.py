@@ -98,6 +98,11 @@ class ConveyorConfig(SortingLine):
         default=0.001,
         description="Physics step [s]; 1 ms for training, 0.4 ms for evaluation, above 2 ms the loops drift.",
     )
+    fidelity: Literal["full", "flight"] = Field(
+        default="full",
+        description="What is simulated: the robot and what it throws, or hands that move as planned and the objects' "
+        "flight alone, several times as fast.",
+    )
     limits: Limits = Limits()
     motion: Motion = Motion()
     suction: Suction = Suction()

@@ -7,9 +7,9 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import Bools, Floats, Ints, take
 from pnt_gym.cells.base.plant import step_counts
-from pnt_gym.cells.conveyor.clearance import FORESIGHT, Passage, foreseen
+from pnt_gym.cells.conveyor.clearance import FORESIGHT, MARGIN, Passage, foreseen, touches, vertical
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.planning.motion.trajectory import HandPath, Samples
 from pnt_gym.planning.straight.plan import ReleaseBatch
@@ -20,6 +20,8 @@ LATEST_FLIGHT: Final = 1.25
 """A late release may lengthen the flight by this factor."""
 KNOT_SPACING: Final = 0.004
 """The hand is looked at this often, and interpolated in between [s]."""
+PARTING: Final = 0.010
+"""While an object leaves the cup, a touch is none [s]."""
 
 
 @final
@@ -88,18 +90,37 @@ class Course:
         last = possible.shape[1] - np.argmax(possible[:, ::-1], axis=1)
         return np.asarray(np.minimum(self.release + last * self.stride, self.end - 1))
 
-    def may_meet(self, thrown: Context, seen: tuple[Floats, Floats, Floats], first: Ints, count: Ints) -> Bools:
+    def may_meet(
+        self, thrown: Context, seen: tuple[Floats, Floats, Floats], first: Ints, count: Ints, margin: float = MARGIN
+    ) -> Bools:
         """Whether cups may touch objects that were seen flying (N,).
 
         Args:
             thrown: the N objects.
-            seen: their positions [m], velocities [m/s] and verticals (N, K, 3), every `stride` steps.
+            seen: their positions [m], velocities [m/s] (N, K, 3) and attitudes (N, K, 4), every `stride` steps.
             first: steps at which that begins (N,).
             count: steps that count (N,).
+            margin: more room than geometry asks for [m].
         """
-        position, velocity, up = seen
+        position, velocity, attitude = seen
         steps = np.arange(position.shape[1], dtype=np.int64) * self.stride
         hand = self.hand(first[:, None] + steps)
-        passage = Passage(position - hand.position, velocity - hand.velocity, up)
-        possible = passage.may_touch(thrown.objects, self.stride * self.step)
+        passage = Passage(position - hand.position, velocity - hand.velocity, vertical(attitude))
+        possible = passage.may_touch(thrown.objects, self.stride * self.step, margin)
         return np.asarray((possible & (steps < count[:, None])).any(axis=1))
+
+    def meets(self, thrown: Context, seen: tuple[Floats, Floats, Floats], count: Ints) -> Bools:
+        """Whether cups touch objects that were seen flying from their release on (N,); see `may_meet`.
+
+        What touches while it leaves the cup, is none.
+        """
+        met = self.may_meet(thrown, seen, self.release, count, 0.0)
+        rows = np.flatnonzero(met)
+        if rows.size > 0:
+            position, _, attitude = seen
+            steps = np.arange(position.shape[1], dtype=np.int64) * self.stride
+            counts = (steps < count[rows, None]) & (steps * self.step >= PARTING)
+            own = take(self, rows)
+            apart = position[rows] - own.hand(own.release[:, None] + steps).position
+            met[rows] = (touches(take(thrown.objects, rows), apart, attitude[rows]) & counts).any(axis=1)
+        return met

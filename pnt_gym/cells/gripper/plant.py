@@ -93,7 +93,16 @@ class GripperPlant(Plant[Context, TossPlans, Flown]):
     def _write_models(self, hidden: Hidden, full: Floats) -> None:
         """Per-simulation object: shape, size, mass, drag and grip."""
         batch, scene = self.batch, self.scene
-        write_object(batch, scene.object_body, scene.object_geom, hidden.shape, full, hidden.mass, hidden.drag)
+        write_object(
+            batch,
+            np.arange(len(full)),
+            scene.object_body,
+            scene.object_geom,
+            hidden.shape,
+            full,
+            hidden.mass,
+            hidden.drag,
+        )
         friction = batch.expand("geom_friction")
         for pad in self.scene.pads:
             friction[:, pad, 0] = hidden.friction

@@ -25,13 +25,13 @@ def flown() -> Flown:
     return cell.plant.fly(CONTEXT, HandCycle(CONTEXT.plan, motion.release_time, path))
 
 
-def judged(flown, position):
-    moved = replace(flown, flight=replace(flown.flight, position=position))
+def judged(flown, **changes):
+    moved = replace(flown, arrival=replace(flown.arrival, **changes))
     return judge(moved, CONTEXT, CONFIG, np.full(COUNT, 0.9), np.full(COUNT, 0.1))
 
 
 def test_through_the_opening_and_in_the_bin_is_a_success(flown):
-    outcome = judged(flown, flown.flight.position)
+    outcome = judged(flown)
     assert outcome.in_opening.all()
     assert outcome.in_bin.all()
     assert outcome.is_success.all()
@@ -41,10 +41,7 @@ def test_through_the_opening_and_in_the_bin_is_a_success(flown):
 
 
 def test_an_object_that_lies_in_its_bin_without_having_crossed_its_opening_is_no_success(flown):
-    position = flown.flight.position.copy()
-    for row, last in enumerate(flown.flight.last_step):
-        position[row, :last, 0] += OPENING[row]
-    outcome = judged(flown, position)
+    outcome = judged(flown, landing=flown.arrival.landing + np.stack([OPENING, 0.0 * OPENING], axis=1))
     assert outcome.in_bin.all()
     assert not outcome.in_opening.any()
     assert not outcome.is_success.any()
@@ -52,9 +49,8 @@ def test_an_object_that_lies_in_its_bin_without_having_crossed_its_opening_is_no
 
 
 def test_an_object_that_crossed_the_opening_and_bounced_out_is_no_success(flown):
-    position = flown.flight.position.copy()
-    position[np.arange(COUNT), flown.flight.last_step, 0] += OPENING
-    outcome = judged(flown, position)
+    zero = 0.0 * OPENING
+    outcome = judged(flown, position=flown.arrival.position + np.stack([OPENING, zero, zero], axis=1))
     assert outcome.in_opening.all()
     assert not outcome.in_bin.any()
     assert not outcome.is_success.any()

@@ -1,0 +1,151 @@
+"""The flight of free objects through air in machine code: MuJoCo's ellipsoid fluid model and its Euler steps.
+
+The forces are those of MuJoCo's manual (computation, fluid forces, ellipsoid model) without added mass times
+acceleration, which the engine leaves out too. Velocities are stepped before positions, as the engine does, so a flight
+equals the engine's to rounding; a test holds it to that.
+"""
+
+from __future__ import annotations
+
+import math
+
+from pnt_gym.arrays import Floats, Ints
+from pnt_gym.compiled import compiled, part
+from pnt_gym.constants import AIR_DENSITY, AIR_VISCOSITY, GRAVITY
+
+STATE = 13
+"""Position [m], attitude (w first), velocity in the world [m/s], angular velocity in the body [rad/s]."""
+BODY = 24
+"""Mass, inertia (3), height of the geom in the body, and the geom's attitude (4), semi-axes (3), fluid (12)."""
+
+
+@part
+def _turned(w: float, x: float, y: float, z: float, a: float, b: float, c: float) -> tuple[float, float, float]:
+    """A vector (a, b, c) turned by a unit quaternion."""
+    p, q, r = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
+    return a + w * p + y * r - z * q, b + w * q + z * p - x * r, c + w * r + x * q - y * p
+
+
+@part
+def _air(
+    body: Floats, air: float, vx: float, vy: float, vz: float, wx: float, wy: float, wz: float
+) -> tuple[float, float, float, float, float, float]:
+    """Force [N] and torque [N m] on a geom with a velocity and an angular velocity, all in its own axes."""
+    rx, ry, rz = body[9], body[10], body[11]
+    density, viscosity = air * AIR_DENSITY, air * AIR_VISCOSITY
+    blunt, slender, angular, kutta, magnus = body[13], body[14], body[15], body[16], body[17]
+    speed = math.sqrt(vx * vx + vy * vy + vz * vz)
+    # Added mass and inertia: momentum of the air that moves with the body.
+    px, py, pz = density * body[18] * vx, density * body[19] * vy, density * body[20] * vz
+    lx, ly, lz = density * body[21] * wx, density * body[22] * wy, density * body[23] * wz
+    fx, fy, fz = py * wz - pz * wy, pz * wx - px * wz, px * wy - py * wx
+    gx = py * vz - pz * vy + ly * wz - lz * wy
+    gy = pz * vx - px * vz + lz * wx - lx * wz
+    gz = px * vy - py * vx + lx * wy - ly * wx
+    # Magnus lift.
+    lift = magnus * density * (4.0 / 3.0 * math.pi) * rx * ry * rz
+    fx += lift * (wy * vz - wz * vy)
+    fy += lift * (wz * vx - wx * vz)
+    fz += lift * (wx * vy - wy * vx)
+    # Kutta lift and drag, by the area that the flow meets.
+    largest, smallest = max(rx, ry, rz), min(rx, ry, rz)
+    widest = math.pi * largest * (rx + ry + rz - largest - smallest)
+    nx, ny, nz = (ry * rz) ** 2 * vx, (rz * rx) ** 2 * vy, (rx * ry) ** 2 * vz
+    along = nx * vx + ny * vy + nz * vz
+    normal = nx * nx + ny * ny + nz * nz
+    met = 0.0
+    if along > 1e-40:
+        met = math.pi * math.sqrt(normal / along)
+        share = kutta * density * met * along / (speed * normal)
+        cx, cy, cz = ny * vz - nz * vy, nz * vx - nx * vz, nx * vy - ny * vx
+        fx += share * (cy * vz - cz * vy)
+        fy += share * (cz * vx - cx * vz)
+        fz += share * (cx * vy - cy * vx)
+    ball = 2.0 / 3.0 * (rx + ry + rz)
+    drag = 3.0 * math.pi * viscosity * ball + density * speed * (blunt * met + slender * (widest - met))
+    ix = 8.0 / 15.0 * math.pi * rx * max(ry, rz) ** 4
+    iy = 8.0 / 15.0 * math.pi * ry * max(rz, rx) ** 4
+    iz = 8.0 / 15.0 * math.pi * rz * max(rx, ry) ** 4
+    top = max(ix, iy, iz)
+    tx = wx * (angular * ix + slender * (top - ix))
+    ty = wy * (angular * iy + slender * (top - iy))
+    tz = wz * (angular * iz + slender * (top - iz))
+    turn = math.pi * viscosity * ball**3 + density * math.sqrt(tx * tx + ty * ty + tz * tz)
+    return fx - drag * vx, fy - drag * vy, fz - drag * vz, gx - turn * wx, gy - turn * wy, gz - turn * wz
+
+
+@part
+def _step(state: Floats, body: Floats, air: float, step: float) -> None:
+    """One step of an object, in place."""
+    w, x, y, z = state[3], state[4], state[5], state[6]
+    a, b, c, d = body[5], body[6], body[7], body[8]
+    mass, ix, iy, iz, up = body[0], body[1], body[2], body[3], body[4]
+    ox, oy, oz = state[10], state[11], state[12]
+    # Velocity of the geom's middle, in the body's axes and then in the geom's.
+    vx, vy, vz = _turned(w, -x, -y, -z, state[7], state[8], state[9])
+    ux, uy, uz = _turned(a, -b, -c, -d, vx + oy * up, vy - ox * up, vz)
+    rx, ry, rz = _turned(a, -b, -c, -d, ox, oy, oz)
+    fx, fy, fz, gx, gy, gz = _air(body, air, ux, uy, uz, rx, ry, rz)
+    fx, fy, fz = _turned(a, b, c, d, fx, fy, fz)
+    gx, gy, gz = _turned(a, b, c, d, gx, gy, gz)
+    gx, gy = gx - up * fy, gy + up * fx
+    # Euler's equations about the centre of mass.
+    ox, oy, oz = (
+        ox + step * (gx - oy * oz * (iz - iy)) / ix,
+        oy + step * (gy - oz * ox * (ix - iz)) / iy,
+        oz + step * (gz - ox * oy * (iy - ix)) / iz,
+    )
+    fx, fy, fz = _turned(w, x, y, z, fx, fy, fz)
+    state[7] += step * fx / mass
+    state[8] += step * fy / mass
+    state[9] += step * (fz / mass - GRAVITY)
+    state[10], state[11], state[12] = ox, oy, oz
+    state[0] += step * state[7]
+    state[1] += step * state[8]
+    state[2] += step * state[9]
+    rate = math.sqrt(ox * ox + oy * oy + oz * oz)
+    if rate > 0.0:
+        half = 0.5 * step * rate
+        sine, co = math.sin(half) / rate, math.cos(half)
+        p, q, r = sine * ox, sine * oy, sine * oz
+        state[3], state[4], state[5], state[6] = (
+            w * co - x * p - y * q - z * r,
+            w * p + x * co + y * r - z * q,
+            w * q + y * co + z * p - x * r,
+            w * r + z * co + x * q - y * p,
+        )
+        size = 1.0 / math.sqrt(state[3] ** 2 + state[4] ** 2 + state[5] ** 2 + state[6] ** 2)
+        for k in range(3, 7):
+            state[k] *= size
+
+
+@compiled(
+    "void(float64[:, ::1], float64[:, ::1], float64[::1], float64, float64, int64, float64[:, :, ::1], int64[::1])"
+)
+def fly_down(
+    state: Floats, body: Floats, floor: Floats, air: float, step: float, stride: int, seen: Floats, steps: Ints
+) -> None:
+    """Let objects fly until each is below a height and sinks, in place.
+
+    Args:
+        state: N objects (N, STATE), at the end where each has just passed its height.
+        body: what they are (N, BODY).
+        floor: the heights (N,) [m].
+        air: share of the air's density and viscosity.
+        step: of the physics [s].
+        stride: steps between two records.
+        seen: filled with each object's states every `stride` steps, the first one first, and then its last one
+            (N, K, STATE); no object flies longer than that.
+        steps: filled with the steps that each flew (N,).
+    """
+    for row in range(state.shape[0]):
+        one, last = state[row], (seen.shape[1] - 1) * stride
+        count = 0
+        while count < last and not (one[2] < floor[row] and one[9] < 0.0):
+            if count % stride == 0:
+                seen[row, count // stride] = one
+            _step(one, body[row], air, step)
+            count += 1
+        steps[row] = count
+        for k in range((count + stride - 1) // stride, seen.shape[1]):
+            seen[row, k] = one

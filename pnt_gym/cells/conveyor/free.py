@@ -1,0 +1,156 @@
+"""N objects without the robot: in the engine, with what they fall on, and in the air alone, without the engine."""
+
+from __future__ import annotations
+
+from typing import Any, Final, final
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats, Ints, length, take
+from pnt_gym.cells.base.alone import Fall, fall, write_object
+from pnt_gym.cells.base.fluid import fluid_coefficients, geom_placement, lying_size, solid_shell_inertia
+from pnt_gym.cells.base.items import CYLINDER
+from pnt_gym.cells.base.plant import Arrival
+from pnt_gym.cells.base.sorting import Bins
+from pnt_gym.cells.base.stage import ITEM_RGBA
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.hand import Course
+from pnt_gym.cells.conveyor.scene import LIP_GAP, Surroundings, bin_panels, build_free_scene
+from pnt_gym.constants import GRAVITY
+from pnt_gym.engine import Batch
+from pnt_gym.planning.motion.ballistics import landing_point
+
+NEAR: Final = 0.02
+"""An object whose middle misses the opening by more does not come to lie in its bin [m]."""
+
+
+def write_models(batch: Any, rows: Ints, scene: Surroundings, context: Context, bins: Bins) -> None:
+    """Give some simulations the objects of N throws and, where they are drawn per throw, the bins."""
+    o, geom = context.objects, scene.object_geom
+    write_object(batch, rows, scene.object_body, geom, o.shape, o.size, o.mass, o.drag)
+    batch.expand("geom_pos")[rows, geom, 2] = o.com_depth - LIP_GAP - o.size[:, 2] / 2
+    batch.expand("geom_friction")[rows, geom] = np.stack(
+        [o.friction, 0.1 * o.rolling_friction, o.rolling_friction], axis=-1
+    )
+    batch.expand("geom_solref")[rows, geom] = o.solref
+    batch.expand("geom_rgba")[rows, geom] = ITEM_RGBA.take(o.kind, axis=0, mode="wrap")
+    if bins.random is not None:
+        _place_bin(batch, rows, scene, context, bins)
+
+
+def _place_bin(batch: Any, rows: Ints, scene: Surroundings, context: Context, bins: Bins) -> None:
+    body = scene.bin_bodies[0]
+    first = int(scene.model.body_geomadr[body])
+    panels = np.arange(first, first + 5)
+    half, middle = bin_panels(context.opening, bins)
+    batch.expand("body_pos")[rows, body] = context.target
+    which = rows[:, None], panels
+    batch.expand("geom_size")[which] = half
+    batch.expand("geom_pos")[which] = middle
+    batch.expand("geom_rbound")[which] = length(half)
+    expanded = batch.expand("geom_aabb")
+    aabb = np.concatenate([np.zeros_like(half), half], axis=-1)
+    expanded[which] = aabb.reshape(len(rows), 5, *expanded.shape[2:])
+
+
+@final
+class FreeObjects:
+    """N objects without the robot.
+
+    Args:
+        config: the cell.
+        count: N.
+        threads: worker threads; results do not depend on it.
+    """
+
+    def __init__(self, config: ConveyorConfig, count: int, threads: int) -> None:
+        self._config = config
+        self._scene = build_free_scene(config)
+        self._batch = Batch(self._scene.model, nsim=count, nthread=threads)
+
+    def fall(self, rows: Ints, thrown: Context, qpos: Floats, qvel: Floats, steps: Ints) -> Fall:
+        """What N objects do in the engine, in some of the simulations, from a state (N, 7) and (N, 6).
+
+        Raises:
+            PhysicsError: the engine warned, or stopped a simulation.
+        """
+        batch = self._batch
+        write_models(batch, rows, self._scene, thrown, self._config.bins)
+        batch.set_const(rows)
+        batch.state[rows] = 0.0
+        batch.bind("qpos")[rows], batch.bind("qvel")[rows] = qpos, qvel
+        return fall(batch, rows, self._scene.object_body, steps, thrown.target[:, 2])
+
+    def foretold(self, thrown: Context, course: Course) -> tuple[Arrival, Bools]:
+        """Where N objects come to that the hand lets go as planned, and which of them it may touch again.
+
+        An object that crosses the rim's height near the opening is simulated from before it could touch the rim, one
+        that misses it counts as lying where it does.
+
+        Raises:
+            PhysicsError: the engine warned, or stopped a simulation.
+        """
+        from pnt_gym.cells.base.freefall import STATE, fly_down  # noqa: PLC0415 - compiles, where nothing is kept
+
+        count, stride, step, rim = len(thrown.pick), course.stride, course.step, thrown.target[:, 2].copy()
+        state, steps = _let_go(thrown, course), np.zeros(count, dtype=np.int64)
+        seen = np.zeros((count, int((course.end - course.release).max()) // stride + 2, STATE))
+        fly_down(state, _bodies(thrown), rim, self._config.mismatch, step, stride, seen, steps)
+        before = state[:, :3] - step * state[:, 7:10], state[:, 7:10] + np.array([0.0, 0.0, GRAVITY * step])
+        landing = landing_point(*before, rim)[:, :2]
+        landing = np.where(np.isfinite(landing), landing, state[:, :2])
+        position = np.concatenate([landing, rim[:, None]], axis=1)
+        velocity = np.zeros_like(position)
+        met = course.meets(thrown, (seen[..., :3], seen[..., 7:10], seen[..., 3:7]), steps)
+        near = (np.abs(landing - thrown.target[:, :2]) <= thrown.opening / 2.0 + NEAR).all(axis=1)
+        rows = np.flatnonzero(near & ~met)
+        if rows.size > 0:
+            first = _last_above(thrown, seen[..., 2])[rows]
+            begin, rest = seen[rows, first], (course.end - course.release)[rows] - first * stride
+            fallen = self.fall(rows, take(thrown, rows), begin[:, :7], begin[:, 7:], rest)
+            ended = fallen.sensors[np.arange(rows.size), fallen.steps - 1]
+            position[rows], velocity[rows] = ended[:, :3], ended[:, 3:6]
+        return Arrival(landing, position, velocity, np.zeros_like(met)), met
+
+
+def _last_above(thrown: Context, height: Floats) -> Ints:
+    """Last moments (N,) at which nothing of objects in heights (N, K) [m] is below their rims."""
+    full, depth = lying_size(thrown.objects.shape, thrown.objects.size), thrown.objects.com_depth
+    radius = length(full) / 2.0 + np.abs(depth - full[:, 2] / 2.0)
+    below = height < (thrown.target[:, 2] + radius)[:, None]
+    return np.maximum(height.shape[1] - 1 - np.argmax(~below[:, ::-1], axis=1), 0) * (~below).any(axis=1)
+
+
+def _let_go(thrown: Context, course: Course) -> Floats:
+    """States of objects when their planned hands let them go (N, 13)."""
+    o = thrown.objects
+    # The engine's velocities belong to the middle of the step before.
+    times = course.free_at[:, None] - np.array([0.0, course.step / 2.0])
+    hand = course.path.sample(times)
+    hung = np.concatenate([thrown.grasp, -o.com_depth[:, None]], axis=1)
+    zero = np.zeros_like(o.yaw)
+    attitude = np.stack([np.cos(o.yaw / 2.0), zero, zero, np.sin(o.yaw / 2.0)], axis=1)
+    place = hand.position[:, 0] + course.offset + hung
+    return np.concatenate([place, attitude, hand.velocity[:, 1], in_body_axes(o.spin, o.yaw)], axis=1)
+
+
+def _bodies(thrown: Context) -> Floats:
+    """What the objects are (N, BODY)."""
+    o = thrown.objects
+    full = lying_size(o.shape, o.size)
+    placed = geom_placement(o.shape, full)
+    inertia, fluid = solid_shell_inertia(o.mass, full, o.shape), fluid_coefficients(o.shape, full, o.drag)
+    lies = (o.shape == CYLINDER)[:, None]
+    semi = np.where(lies, placed.size[:, [0, 0, 1]], placed.size)
+    up = o.com_depth - LIP_GAP - o.size[:, 2] / 2
+    return np.ascontiguousarray(
+        np.concatenate([o.mass[:, None], inertia, up[:, None], placed.quat, semi, fluid], axis=1)
+    )
+
+
+def in_body_axes(vector: Floats, yaw: Floats) -> Floats:
+    """World vectors (N, 3) in the axes of bodies turned by yaw (N,) about z."""
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    x, y = vector[:, 0], vector[:, 1]
+    return np.stack([cos * x + sin * y, cos * y - sin * x, vector[:, 2]], axis=-1)

@@ -1,0 +1,99 @@
+"""Flights in machine code are those of MuJoCo: the same fluid model, the same steps."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from pnt_gym.cells.base.fluid import fluid_coefficients, geom_placement, lying_size, solid_shell_inertia
+from pnt_gym.cells.base.freefall import BODY, STATE, fly_down
+
+COUNT, STEP, STRIDE = 9, 0.001, 4
+SHAPES = ("ellipsoid", "cylinder", "box")
+
+
+def things(rng):
+    """Shape, extents, mass, drag and height of the geom above the centre of mass of nine objects."""
+    shape = np.arange(COUNT) % 3
+    size = lying_size(shape, rng.uniform(0.01, 0.2, (COUNT, 3)))
+    return shape, size, rng.uniform(0.002, 0.2, COUNT), rng.uniform(0.4, 1.4, COUNT), rng.normal(0.0, 0.01, COUNT)
+
+
+def bodies(shape, size, mass, drag, up):
+    placed = geom_placement(shape, size)
+    semi = np.where((shape == 1)[:, None], placed.size[:, [0, 0, 1]], placed.size)
+    inertia, fluid = solid_shell_inertia(mass, size, shape), fluid_coefficients(shape, size, drag)
+    return np.concatenate([mass[:, None], inertia, up[:, None], placed.quat, semi, fluid], axis=1)
+
+
+def in_the_engine(things_, row, state, steps, air):
+    """The same flight stepped by MuJoCo."""
+    shape, size, mass, drag, up = (each[row : row + 1] for each in things_)
+    placed, inertia = geom_placement(shape, size), solid_shell_inertia(mass, size, shape)[0]
+    sizes, turn = " ".join(map(str, placed.size[0])), " ".join(map(str, placed.quat[0]))
+    model = mujoco.MjModel.from_xml_string(f"""<mujoco><option timestep="{STEP}" density="{1.2 * air}"
+      viscosity="{1.8e-5 * air}" gravity="0 0 -9.81" integrator="Euler"/><worldbody><body pos="0 0 0"><freejoint/>
+      <inertial pos="0 0 0" mass="{mass[0]}" diaginertia="{" ".join(map(str, inertia))}"/>
+      <geom type="{SHAPES[shape[0]]}" size="{sizes}" quat="{turn}" pos="0 0 {up[0]}" fluidshape="ellipsoid"/>
+      </body></worldbody></mujoco>""")
+    model.geom_fluid[0] = fluid_coefficients(shape, size, drag)[0]
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:] = state[:7], state[7:]
+    for _ in range(steps):
+        mujoco.mj_step(model, data)
+    return np.concatenate([data.qpos, data.qvel])
+
+
+def thrown(rng):
+    state = np.zeros((COUNT, STATE))
+    state[:, :3] = rng.normal(size=(COUNT, 3)) + np.array([0.0, 0.0, 2.0])
+    state[:, 3:7] = rng.normal(size=(COUNT, 4))
+    state[:, 3:7] /= np.linalg.norm(state[:, 3:7], axis=1, keepdims=True)
+    state[:, 7:10], state[:, 10:] = rng.normal(0.0, 2.0, (COUNT, 3)), rng.normal(0.0, 8.0, (COUNT, 3))
+    state[0, 7:] = 0.0  # at rest, where directions of flow do not exist
+    return state
+
+
+def flown(state, body, floor, air, records):
+    seen, steps = np.zeros((COUNT, records, STATE)), np.zeros(COUNT, dtype=np.int64)
+    after = state.copy()
+    fly_down(after, body, np.full(COUNT, floor), air, STEP, STRIDE, seen, steps)
+    return after, seen, steps
+
+
+@pytest.mark.parametrize("air", [0.0, 1.0, 2.5])
+def test_a_flight_is_that_of_the_engine(air):
+    rng = np.random.default_rng(3)
+    objects, state = things(rng), thrown(rng)
+    after, seen, steps = flown(state, bodies(*objects), -50.0, air, 76)
+    assert bodies(*objects).shape == (COUNT, BODY)
+    assert (steps == 300).all()
+    for row in range(COUNT):
+        expected = in_the_engine(objects, row, state[row], 300, air)
+        np.testing.assert_allclose(after[row], expected, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(
+            seen[row, 10], in_the_engine(objects, row, state[row], 10 * STRIDE, air), rtol=1e-9, atol=1e-9
+        )
+
+
+def test_it_ends_below_its_height_and_keeps_its_last_state():
+    rng = np.random.default_rng(4)
+    objects, state = things(rng), thrown(rng)
+    after, seen, steps = flown(state, bodies(*objects), 0.5, 1.0, 500)
+    assert ((after[:, 2] < 0.5) & (after[:, 9] < 0.0)).all()
+    assert ((after[:, 2] - STEP * after[:, 9] >= 0.5) | (steps <= 1)).all()
+    for row, count in enumerate(steps):
+        np.testing.assert_array_equal(seen[row, 0], state[row])
+        np.testing.assert_array_equal(
+            seen[row, -(-count // STRIDE) :], np.broadcast_to(after[row], (500 - -(-count // STRIDE), STATE))
+        )
+
+
+def test_a_row_does_not_depend_on_the_others():
+    rng = np.random.default_rng(5)
+    objects, state = things(rng), thrown(rng)
+    body = bodies(*objects)
+    together, *_ = flown(state, body, 0.0, 1.0, 300)
+    for row in range(COUNT):
+        seen, steps, alone = np.zeros((1, 300, STATE)), np.zeros(1, dtype=np.int64), state[row : row + 1].copy()
+        fly_down(alone, body[row : row + 1].copy(), np.zeros(1), 1.0, STEP, STRIDE, seen, steps)
+        np.testing.assert_array_equal(alone[0], together[row])

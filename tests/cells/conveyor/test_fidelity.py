@@ -1,0 +1,57 @@
+"""`fidelity: flight`: the same draws as the full physics, nearly the same landings, a fraction of the time."""
+
+import numpy as np
+import pytest
+
+from tests.tools.throws import make_core
+
+COUNT = 100
+SAME = ("item", "bin", "target_x", "target_y", "residual_clipped")
+
+
+def infos(level, fidelity, seed=0, count=COUNT):
+    core = make_core({"base": level, "fidelity": fidelity}, count, seed=seed)
+    return core.step(np.random.default_rng(seed).uniform(-0.4, 0.4, (count, 2))).info
+
+
+@pytest.mark.parametrize(
+    ("level", "bound"),
+    # Without any delay objects are let go while the robot still settles after accelerating.
+    [("ideal", 0.006), ("nominal", 0.0025), ("waste", 0.0025), ("unseen", 0.0025), ("fast", 0.0025)],
+)
+def test_flights_are_those_of_the_full_physics(level, bound):
+    flight, full = infos(level, "flight"), infos(level, "full")
+    for name in SAME:
+        np.testing.assert_array_equal(flight[name], full[name])
+    np.testing.assert_allclose(flight["cycle_time"], full["cycle_time"], atol=1e-12)
+    untouched = ~(flight["recontact"] | full["recontact"])
+    for name in ("landing_along", "landing_across"):
+        assert np.quantile(np.abs(flight[name] - full[name])[untouched], 0.95) < bound
+    assert (flight["is_success"] != full["is_success"]).mean() <= 0.06
+    assert abs(flight["is_success"].mean() - full["is_success"].mean()) <= 0.05
+    np.testing.assert_allclose(flight["peak_torque"], full["peak_torque"], atol=8.0)
+
+
+def test_a_cup_that_comes_back_is_found_by_geometry():
+    level = {"base": "waste", "motion": {"follow_through": {"window": 0.0}}}
+    told = []
+    for fidelity in ("flight", "full"):
+        core = make_core(level | {"fidelity": fidelity}, COUNT)
+        told.append(core.step(np.zeros((COUNT, 2))).info["recontact"])
+    flight, full = told
+    assert full.sum() > COUNT / 10
+    assert (flight & full).sum() > 0.6 * full.sum()
+    assert (flight & ~full).sum() <= 0.1 * COUNT
+
+
+@pytest.mark.parametrize("picks", ["independent", "belt"])
+def test_a_row_is_the_same_alone_and_with_others(picks):
+    level, actions = {"base": "waste", "fidelity": "flight"}, np.random.default_rng(1).uniform(-0.3, 0.3, (3, 5, 2))
+    together = make_core(level, 5, picks=picks)
+    alone = [make_core(level, 1, picks=picks, seed=row) for row in range(5)]
+    for action in actions:
+        many = together.step(action)
+        for row, core in enumerate(alone):
+            one = core.step(action[row : row + 1])
+            assert all((one.info[name] == many.info[name][row]).all() for name in one.info)
+            assert (one.observation == many.observation[row]).all()
