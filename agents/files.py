@@ -59,14 +59,18 @@ def sweep(folder: Path) -> None:
 
 
 def replace_file(path: Path, write: Callable[[Path], object]) -> None:
-    """Let `write` fill a temporary file beside `path`, then rename it over `path`."""
+    """Let `write` fill a file of the same name in a folder beside it, then rename that over `path`.
+
+    Some writers go by a file's ending, which is therefore kept.
+    """
     sweep(path.parent)
-    temporary = unfinished(path)
+    parts = unfinished(path)
     try:
-        write(temporary)
-        os.replace(temporary, path)
+        parts.mkdir(exist_ok=True)
+        write(parts / path.name)
+        os.replace(parts / path.name, path)
     finally:
-        temporary.unlink(missing_ok=True)
+        shutil.rmtree(parts, ignore_errors=True)
 
 
 def write_text(path: Path, text: str) -> None:

@@ -18,12 +18,14 @@ from .cli import UsageError, at_least, option, run
 from .controllers import make_controller
 from .environments import core_of, make_vector, stream_seed
 from .evaluation import PRACTICE, practise, thrown
-from .files import check_writable
+from .files import check_writable, replace_file
 from .tables import console
 from .trained import setting
 
 RATE: Final = 60
 """Frames per second among which a picture is chosen."""
+ENDINGS: Final = {"video": (".mp4", ".gif"), "picture": (".png", ".jpg", ".webp")}
+"""Of the files that can be written."""
 ENDLESS: Final = 10**9
 """Throws."""
 
@@ -71,16 +73,22 @@ def main(arguments: Arguments) -> None:
     if len(wanted) != 1:
         raise UsageError("give one of --video FILE.mp4, --picture FILE.png and --viewer native|web")
     check_writable(arguments.video, arguments.picture)
+    for name, endings in ENDINGS.items():
+        path: Path | None = getattr(arguments, name)
+        if path is not None and path.suffix.lower() not in endings:
+            raise UsageError(f"--{name} is {str(path)!r}; it must end in {' or '.join(endings)}")
     if arguments.viewer is not None:
         show(arguments, arguments.viewer)
         return
     with closing(Stage(arguments, arguments.controller, arguments.level)) as stage:
         if arguments.video is not None:
-            path = record_video(stage.view, islice(stage.throws, arguments.picks), arguments.video, slow=arguments.slow)
-            console().print(f"video of {arguments.picks} throws in {path}")
+            throws = islice(stage.throws, arguments.picks)
+            replace_file(arguments.video, lambda path: record_video(stage.view, throws, path, slow=arguments.slow))
+            console().print(f"video of {arguments.picks} throws in {arguments.video}")
         elif arguments.picture is not None:
             next(stage.throws)
-            save_picture(stage.view, arguments.picture, arguments.at)
+            replace_file(arguments.picture, lambda path: save_picture(stage.view, path, arguments.at))
+            console().print(f"picture of a throw in {arguments.picture}")
 
 
 @final
@@ -132,7 +140,6 @@ def save_picture(view: ThrowView, path: Path, moment: float) -> None:
     from PIL import Image  # noqa: PLC0415 - only pictures need it
 
     Image.fromarray(view.at(moment, RATE)).save(path)
-    console().print(f"picture of a throw in {path}")
 
 
 if __name__ == "__main__":

@@ -9,7 +9,6 @@ Run: python benchmarks/bench_envs.py --json bench.json
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import statistics
 import time
@@ -21,6 +20,7 @@ import gymnasium as gym
 import numpy as np
 
 import pnt_gym
+from agents.files import write_json
 
 SEED = 0
 LEVELS = {"PnTConveyor-v0": "waste", "PnTRelease-v0": "waste"}
@@ -170,8 +170,7 @@ def main() -> None:
     for env_id in options.env:
         result["envs"][env_id] = bench(env_id, options)
     if options.json is not None:
-        options.json.parent.mkdir(parents=True, exist_ok=True)
-        options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+        write_json(options.json, result)
 
 
 if __name__ == "__main__":

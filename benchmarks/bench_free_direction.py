@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import TypedDict
 
 import numpy as np
 
+from agents.files import write_json
 from agents.reproduce.hassan.cases import CEILING, limits_at
 from agents.reproduce.hassan.per_pick import CYCLE, Flown, fly, mover_of, picks_of
 from pnt_gym.arrays import take
@@ -107,7 +107,7 @@ def main() -> None:
         numbers[f"{percent:.0f}"] = measure(percent)
         show(percent, numbers[f"{percent:.0f}"])
     if arguments.json:
-        arguments.json.write_text(json.dumps({"picks": PICKS, "by_percent": numbers}, indent=2) + "\n")
+        write_json(arguments.json, {"picks": PICKS, "by_percent": numbers})
 
 
 if __name__ == "__main__":

@@ -9,12 +9,12 @@ Run: python benchmarks/bench_gripper.py --json bench.json
 from __future__ import annotations
 
 import argparse
-import json
 import time
 from pathlib import Path
 
 import numpy as np
 
+from agents.files import write_json
 from pnt_gym.cells.base.action import corrected
 from pnt_gym.cells.gripper.action import MODES
 from pnt_gym.cells.gripper.cell import GripperCell
@@ -128,7 +128,7 @@ def main() -> None:
             )
             print(f"{name}: {', '.join(values)}")
     if options.json is not None:
-        options.json.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+        write_json(options.json, result)
 
 
 if __name__ == "__main__":

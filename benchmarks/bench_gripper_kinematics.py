@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import json
 import time
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
+from agents.files import write_json
 from pnt_gym.robots.gripper import (
     check_pose,
     conditioning,
@@ -81,7 +81,7 @@ def main() -> None:
     for name, value in numbers.items():
         print(f"{name:40s} {value:16,.2f}")
     if arguments.json:
-        arguments.json.write_text(json.dumps(numbers, indent=2) + "\n")
+        write_json(arguments.json, numbers)
 
 
 if __name__ == "__main__":

@@ -9,13 +9,13 @@ Run: python benchmarks/bench_one_joint.py --json bench.json
 from __future__ import annotations
 
 import argparse
-import json
 import time
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
+from agents.files import write_json
 from pnt_gym.cells.one_joint.cell import OneJointCell
 from pnt_gym.cells.one_joint.config import OneJointConfig
 
@@ -108,7 +108,7 @@ def main() -> None:
             f"{row['release_speed_mrad_per_s']:.3f} mrad/s"
         )
     if options.json is not None:
-        options.json.write_text(json.dumps({"rates": rates, "exactness": errors}, indent=2) + "\n", encoding="utf-8")
+        write_json(options.json, {"rates": rates, "exactness": errors})
 
 
 if __name__ == "__main__":

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import json
 import time
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
+from agents.files import write_json
 from agents.reproduce.miyashita.accessible import accessible_space
 from pnt_gym.planning.one_joint import (
     Arm,
@@ -111,7 +111,7 @@ def main() -> None:
         for name, value in values.items():
             print(f"{group:22s} {name:32s} {value:12,.4g}")
     if arguments.json:
-        arguments.json.write_text(json.dumps(numbers, indent=2) + "\n")
+        write_json(arguments.json, numbers)
 
 
 if __name__ == "__main__":

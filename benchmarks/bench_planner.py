@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import json
 import statistics
 import time
 from collections.abc import Callable
@@ -12,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from agents.files import write_json
 from agents.reproduce.hassan.nlp import method_1, method_2
 from pnt_gym.arrays import take
 from pnt_gym.planning import InfeasibleThrow, JerkTrajectory, MotionLimits, plan_release, plan_release_batch
@@ -90,7 +90,7 @@ def main() -> None:
     for name, value in numbers.items():
         print(f"{name:32s} {value:14,.1f}")
     if arguments.json:
-        arguments.json.write_text(json.dumps(numbers, indent=2) + "\n")
+        write_json(arguments.json, numbers)
 
 
 if __name__ == "__main__":

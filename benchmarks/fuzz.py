@@ -7,7 +7,6 @@ level:17` repeats one. Exit code 1 at a find. A case that crashes its process or
 from __future__ import annotations
 
 import argparse
-import json
 import multiprocessing
 import os
 import resource
@@ -17,6 +16,7 @@ from collections.abc import Iterator, Sequence
 from multiprocessing.connection import Connection
 from pathlib import Path
 
+from agents.files import write_json
 from tests.tools.fuzz import SHARES, tried
 
 PATIENCE = 60.0
@@ -107,7 +107,7 @@ def main() -> int:
         )
     print()
     if arguments.json is not None:
-        arguments.json.write_text(json.dumps(found, indent=1) + "\n")
+        write_json(arguments.json, found)
     return int(bool(found))
 
 

@@ -13,7 +13,6 @@ import contextlib
 import ctypes
 import gc
 import json
-import os
 import resource
 import sys
 import time
@@ -26,6 +25,7 @@ import gymnasium as gym
 import numpy as np
 
 import pnt_gym
+from agents.files import write_json
 from pnt_gym.cells.base.stage import BELT_THICKNESS
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.scene import FLOOR_DROP, bin_panels
@@ -208,7 +208,6 @@ def main() -> int:
     every, state = list(pairs()), {"throws": 0, "rounds": 0, "finds": list[str]()}
     if arguments.state.is_file() and not arguments.fresh:
         state = json.loads(arguments.state.read_text(encoding="utf-8"))
-    arguments.state.parent.mkdir(parents=True, exist_ok=True)
     used, began, first = list[float](), time.monotonic(), state["throws"]
     while state["throws"] < arguments.throws:
         for env_id, level in every:
@@ -217,9 +216,7 @@ def main() -> int:
         state["rounds"] += 1
         used.append(memory())
         state.setdefault("memory_mb", []).append(round(used[-1], 1))
-        new = arguments.state.with_suffix(".tmp")
-        new.write_text(json.dumps(state, indent=1) + "\n", encoding="utf-8")
-        os.replace(new, arguments.state)
+        write_json(arguments.state, state)
         pace = (state["throws"] - first) / (time.monotonic() - began)
         words = f"{state['throws']} of {arguments.throws} throws, {len(state['finds'])} finds, {used[-1]:.1f} MB"
         print(f"{words}, {pace:.0f} throws/s", flush=True)

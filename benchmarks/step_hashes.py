@@ -17,6 +17,7 @@ import gymnasium as gym
 import numpy as np
 
 import pnt_gym.errors
+from agents.files import write_json
 
 CONVEYOR = ("ideal", "nominal", "waste", "unseen", "tight", "fast")
 ONE_JOINT = ("ideal", "nominal", "late", "paper", "contact")
@@ -74,7 +75,7 @@ def main() -> int:
             for mode in modes:
                 made[f"{env_id}/{level}/{mode}"] = fingerprints(env_id, level, mode)
     if args.json:
-        args.json.write_text(json.dumps({"version": pnt_gym.__version__, "made": made}, indent=1))
+        write_json(args.json, {"version": pnt_gym.__version__, "made": made})
     if not args.against:
         return 0
     before = json.loads(args.against.read_text())["made"]

@@ -13,7 +13,6 @@ Run: python benchmarks/study_physics.py --throws 1000 --json study.json      (ab
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import asdict
@@ -22,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+from agents.files import write_json
 from agents.metrics import landing, throughput, wilson
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.cell import ConveyorCell
@@ -125,8 +125,7 @@ def main() -> None:
         sys.stdout.flush()
         result.setdefault(part, {})[row] = found
     if options.json is not None:
-        options.json.parent.mkdir(parents=True, exist_ok=True)
-        options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+        write_json(options.json, result)
 
 
 if __name__ == "__main__":

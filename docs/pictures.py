@@ -8,6 +8,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
+from io import BytesIO
 from pathlib import Path
 from typing import Final
 
@@ -21,6 +23,7 @@ sys.path.insert(0, str(ROOT))
 from agents.controllers import make_controller  # noqa: E402
 from agents.environments import core_of, make_vector, stream_seed  # noqa: E402
 from agents.evaluation import practise, thrown  # noqa: E402
+from agents.files import replace_file  # noqa: E402
 
 FOLDER: Final = ROOT / "docs" / "pictures"
 SIZE: Final = (480, 270)
@@ -92,13 +95,15 @@ def save(pictures: list[NDArray[np.uint8]], path: Path) -> int:
         ValueError: it is too large at any quality.
     """
     images = [Image.fromarray(picture).resize(SIZE, Image.Resampling.LANCZOS) for picture in pictures]
+    duration = round(1000 / RATE)
     for quality in QUALITIES:
-        duration = round(1000 / RATE)
+        film = BytesIO()
         images[0].save(
-            path, save_all=True, append_images=images[1:], duration=duration, loop=0, quality=quality, method=6
+            film, "WEBP", save_all=True, append_images=images[1:], duration=duration, loop=0, quality=quality, method=6
         )
-        if path.stat().st_size <= MOST_BYTES:
-            return path.stat().st_size
+        if film.tell() <= MOST_BYTES:
+            replace_file(path, partial(Path.write_bytes, data=film.getvalue()))
+            return film.tell()
     raise ValueError(f"{path.name} is larger than {MOST_BYTES} bytes; film fewer throws")
 
 

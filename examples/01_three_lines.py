@@ -9,3 +9,6 @@ observation, info = env.reset(seed=0)
 observation, reward, terminated, truncated, info = env.step([0.0, 0.0])
 
 print(f"{info['kind']=} {info['is_success']=} {info['landing_error']=:.3f} m {info['cycle_time']=:.2f} s")
+
+observation, info = env.reset(options={"item": "can"})  # what is thrown first may be asked for
+print(f"next comes a {env.unwrapped.core.item_names[info['kind']]}")

@@ -8,10 +8,12 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import pytest
+import yaml
 
 from pnt_gym.cells.base.canvas import RENDER_MODES
 from pnt_gym.cells.base.core import Cell
 from pnt_gym.cells.base.features import CLIP
+from pnt_gym.cells.base.request import ASKED, MOST_DRAWS
 from pnt_gym.cells.base.sorting import Belt, SortingReward
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ActionScale, ConveyorConfig, Motion
@@ -194,6 +196,59 @@ def test_scales_of_a_goals_reward(env_class):
     assert f"landing error / {reward.position_scale:g} m" in rows["position"][1]
     assert f"angle error / {reward.angle_scale_deg:g} deg" in rows["angle"][1]
     assert f"speed error / {reward.speed_scale:g} m/s" in rows["speed"][1]
+
+
+def expected_terms(info, weights):
+    """What the tables of the manuals say, with the weights and scales of a level."""
+    scaled = {
+        "landing": ("landing_error", "landing_scale", 1.0),
+        "time": ("cycle_time", "time_scale", 1.0),
+        "position": ("landing_error", "position_scale", 1.0),
+        "angle": ("angle_error", "angle_scale_deg", 180.0 / np.pi),
+        "speed": ("speed_error", "speed_scale", 1.0),
+    }
+    terms = {"success": weights["success"] * info["is_success"]}
+    for name, (error, scale, unit) in scaled.items():
+        if name in weights:
+            terms[name] = weights[name] * max(0.0, 1.0 - abs(info[error]) * unit / weights[scale])
+    return terms
+
+
+def test_the_shown_reward_is_a_level_that_does_what_is_said(env_class, tmp_path):
+    (shown,) = re.findall(r"```yaml\n(.*?)```", section(env_class, "Rewards"), flags=re.DOTALL)
+    assert len(shown.splitlines()) == 3
+    (tmp_path / "mine.yaml").write_text(shown)
+    changed, seen = yaml.safe_load(shown)["reward"], []
+    default = FAMILY[env_class].reward.model_dump()
+    assert all(changed[name] != default[name] for name in changed)
+    for level, weights in (("nominal", default), (tmp_path / "mine.yaml", default | changed)):
+        env = env_class(level=level)
+        env.reset(seed=2)
+        *_, reward, _, _, info = env.step(np.zeros(env.action_space.shape))
+        terms = expected_terms(info, weights)
+        assert set(terms) == set(FAMILY[env_class].cell.reward_terms)
+        assert {name: info[f"reward_{name}"] for name in terms} == pytest.approx(terms)
+        assert reward == pytest.approx(sum(terms.values()))
+        seen.append(info)
+    terms = [f"reward_{name}" for name in FAMILY[env_class].cell.reward_terms]
+    assert any(seen[0][name] != seen[1][name] for name in terms)
+    assert all(seen[0][name] == seen[1][name] for name in seen[0] if name not in terms)
+
+
+def test_settings_of_the_reward_are_all_named(env_class):
+    text = section(env_class, "Rewards")
+    assert all(name in text for name in type(FAMILY[env_class].reward).model_fields)
+
+
+def test_what_can_be_asked_for_is_named(env_class):
+    text = words(env_class, "Arguments").partition("`reset(options=")[2]
+    assert all(f'"{name}"' in text for name in ASKED)
+    assert "`reset_mask`" in text
+    if FAMILY[env_class] is BELT:
+        assert f"does not come in {MOST_DRAWS} draws" in text
+    named = set(re.findall(r"`(\w+)`", text))
+    if env_class not in (OneJointThrowEnv, GripperTossEnv):
+        assert named & set(env_class().core.cell.target_names)
 
 
 def test_the_infos_are_the_written_ones(env_class):

@@ -11,7 +11,7 @@ import pytest
 EXAMPLES = sorted((Path(__file__).resolve().parents[1] / "examples").glob("*.py"))
 SHORT = {"06_train_sac": "110", "07_own_loop": "5", "08_offline_dataset": "6"}
 SAYS = {
-    "01_three_lines": ["info['is_success']=True"],
+    "01_three_lines": ["info['is_success']=True", "next comes a can"],
     "02_many_cells": ["0 times", "1 times"],
     "03_my_layout": ["near: release after", "across the hall: 3 of 3 picks have no throw"],
     "04_my_cell": ["sorted a minute"],

@@ -6,17 +6,19 @@ import inspect
 from abc import abstractmethod
 from collections.abc import Mapping
 from numbers import Integral
-from typing import Any, ClassVar, Final
+from typing import Any, ClassVar, Final, cast
 
 import gymnasium as gym
 import numpy as np
 from gymnasium.envs.registration import EnvSpec
+from gymnasium.utils import seeding
 from numpy.typing import NDArray
 
 from pnt_gym.cells.base.canvas import FPS, RENDER_MODES, SIZE, Picture
 from pnt_gym.cells.base.config import Level, describes_a_cell, written
 from pnt_gym.cells.base.core import Cell, Core
 from pnt_gym.cells.base.features import FeatureTable
+from pnt_gym.cells.base.request import ASKED, Request, requested
 from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.engine import has_display
 from pnt_gym.errors import ActionError, ConfigError, one_sentence
@@ -40,8 +42,12 @@ ARGUMENTS: Final = """\
 | `height` | int | 720 | of a frame [pixels], up to 1080 |
 | `camera` | mapping or None | None | `lookat` (x, y, z) [m], `distance` [m], `azimuth`, `elevation` [deg] to change |
 | `num_envs` | int | 1 | only of the vector form, `gymnasium.make_vec` |
-| `autoreset_mode` | str or AutoresetMode | `"SameStep"` | of the vector form: `SameStep`, `NextStep` or `Disabled` |"""
-"""Rows that the table of arguments has in every manual."""
+| `autoreset_mode` | str or AutoresetMode | `"SameStep"` | of the vector form: `SameStep`, `NextStep` or `Disabled` |
+
+`reset(options={"item": ..., "target": ...})` asks for the first throw of an episode: a name or an index of each, or of
+one. It is drawn until it is that; later throws come as always. In the vector form it is asked of every cell that is
+reset; the option `reset_mask`, a boolean array, says which."""
+"""Rows that the table of arguments has in every manual, and what can be asked of a reset."""
 
 
 def seed_of(value: Any) -> int | None:
@@ -53,10 +59,15 @@ def seed_of(value: Any) -> int | None:
     return int(value)
 
 
-def check_options(options: Any) -> None:
-    """Options of a reset are a mapping, or None."""
+def request_of(options: Any, core: Core, *others: str) -> Request:
+    """What options of a reset ask the first throw to be; `others` are what else they may hold."""
     if not (options is None or isinstance(options, dict)):
         raise ConfigError(f"options is {one_sentence(repr(options), 80)}; it must be a mapping, or None")
+    given, known = cast("dict[object, Any]", options or {}), (*ASKED, *others)
+    for name in given:
+        if name not in known:
+            raise ConfigError(f"options has {one_sentence(repr(name), 80)}; it may have {', '.join(known)}")
+    return requested(core.cell, {name: given[name] for name in ASKED if name in given})
 
 
 def completed(own: str, family: str) -> str:
@@ -174,14 +185,22 @@ class ThrowEnv(Facade, gym.Env[Observation, NDArray[np.floating]]):  # pyright: 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Begin an episode; `options` are not used.
+        """Begin an episode.
+
+        Args:
+            seed: of the throws, or None to go on with the generator as it is.
+            options: what the first throw has to be: "item", a name (or index) of `core.item_names`, and "target", one
+                of `core.cell.target_names`; what is not asked for is drawn. Later throws come as always.
 
         Raises:
-            ConfigError: a seed that is no whole number, or options that are no mapping.
+            ConfigError: a seed that is no whole number, or options that ask for what is not there or never comes;
+                the environment is as it was.
         """
-        check_options(options)
-        super().reset(seed=seed_of(seed))
-        self.core.reset(np.zeros(1, dtype=np.int64), [self.np_random], seeded=seed is not None)
+        request, number = request_of(options, self.core), seed_of(seed)
+        generator = self.np_random if number is None else seeding.np_random(number)[0]
+        self.core.reset(np.zeros(1, dtype=np.int64), [generator], number is not None, request)
+        if number is not None:
+            self._np_random, self._np_random_seed = generator, number
         self._show()
         return self.core.observe()[0], scalars(self.core.kinds(), 0)
 

@@ -48,6 +48,15 @@ class ConveyorEnv(ThrowEnv, observes=TABLE):
     | success | 1 if the object crossed the opening and lies in the bin | 0.1 |
     | time | max(0, 1 - cycle time / 3 s) | 0.1 |
 
+    Weights and scales are the section `reward` of a level: `landing`, `success` and `time`, of which 0 leaves a term
+    out, `landing_scale` [m] and `time_scale` [s].
+
+    ```yaml
+    reward:
+      success: 1.0          # counts as much as landing, whose weight stays 1.0
+      landing_scale: 0.10   # landing error from which on that term is 0 [m]
+    ```
+
     `info` also has `is_success`, `landing_error`, `landing_along`, `landing_across` [m], `cycle_time`,
     `wait_time` [s], `in_opening`, `in_bin`, `rim` (in the opening but not in the bin), `recontact` (the cup touched
     the object after the release), `residual_clipped`, `peak_torque` [N m], `item` and `bin` (indices of what was thrown
@@ -60,6 +69,10 @@ class ConveyorEnv(ThrowEnv, observes=TABLE):
     | `level` | str, path, mapping or ConveyorConfig | `"nominal"` | a shipped level, or one of your own |
     | `action_mode` | str or None | None | `release_point` (None), `release_xyz` or `virtual_goal` |
     {arguments}
+
+    Items are the level's `items`, targets its fixed bins, in `nominal` `inside` and `outside`; a bin that is drawn for
+    every throw has no name. On the belt the first object is met where it enters the window, from where some bins may
+    be out of reach. What does not come in 4096 draws is refused.
 
     ## Version History
 

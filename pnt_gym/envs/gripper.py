@@ -68,6 +68,15 @@ class GripperTossEnv(ThrowEnv, observes=TABLE):
     | success | 1 if the object crossed the opening and lies in its compartment | 0.5 |
     | time | max(0, 1 - cycle time / 2 s) | 0.1 |
 
+    Weights and scales are the section `reward` of a level: `landing`, `success` and `time`, of which 0 leaves a term
+    out, `landing_scale` [m] and `time_scale` [s].
+
+    ```yaml
+    reward:
+      time: 0.0             # speed is not rewarded
+      landing_scale: 0.03   # landing error from which on that term is 0 [m]
+    ```
+
     `info` also has `is_success`, `landing_error`, `landing_along`, `landing_across` [m], `release_delay` (when the
     object came free, after the planned moment) and `cycle_time` [s], `in_opening`, `in_bin`, `rim` (in the opening but
     not in the compartment), `picked` (held until the claws were told to open), `slip` (along the pads) [m], `recontact`
@@ -90,6 +99,8 @@ class GripperTossEnv(ThrowEnv, observes=TABLE):
     | `level` | str, path or mapping | `"nominal"` | shipped level (ideal, nominal, patient, late, drop, belt), yours |
     | `action_mode` | str or None | None | `release` (None) or `release_point` |
     {arguments}
+
+    Items are the level's `items`. Each has its own compartment, and a target is called by the item that belongs in it.
 
     ## Version History
 

@@ -51,6 +51,15 @@ class OneJointEnv(ThrowEnv, observes=TABLE):
     | speed | max(0, 1 - speed error / 0.4 m/s) | 0.2 |
     | success | 1 if the throw did what its task asks | 0.5 |
 
+    Weights and scales are the section `reward` of a level: the terms by name, of which 0 leaves one out, and
+    `position_scale` [m], `angle_scale_deg` [deg] and `speed_scale` [m/s].
+
+    ```yaml
+    reward:
+      success: 2.0           # as much as all that the others can give, and more
+      position_scale: 0.05   # landing error from which on that term is 0 [m]
+    ```
+
     `info` also has `is_success`, `landing_error` [m], `angle_error` [rad] and `speed_error` [m/s] of the simulated
     flight; `error_x`, `error_y`, `error_phi`, `error_dy`, what the camera saw of them, from which controllers learn;
     `cycle_time` [s] until the object has arrived and the arm is back, `residual_clipped`, `peak_torque` [N m], `item`
@@ -63,6 +72,10 @@ class OneJointEnv(ThrowEnv, observes=TABLE):
     | `level` | str, path or mapping | `"nominal"` | shipped level (contact, ideal, late, nominal, paper), yours |
     | `action_mode` | str or None | None | `virtual_goal` (None) or `release_state` |
     {arguments}
+
+    Item and target are the same here, the kind of throw: `pallet_1` to `pallet_3` of `OneJointSort-v0`, the level's
+    own goals of `OneJointThrow-v0` (where they are drawn, all are a `goal`), and `aitch`, with which
+    `OneJointAssembly-v0` always begins.
 
     ## Version History
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pnt_gym.arrays import Bools, Floats, replaced, take
 from pnt_gym.cells.base.canvas import FPS, SIZE, Picture
 from pnt_gym.cells.base.config import Level
-from pnt_gym.envs.base import Facade, Observation, ThrowEnv, check_options, seed_of
+from pnt_gym.envs.base import Facade, Observation, ThrowEnv, request_of, seed_of
 from pnt_gym.errors import ConfigError, OrderError, one_sentence
 
 
@@ -85,20 +85,23 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
 
         Args:
             seed: one number, one per cell, or None to go on with the generators as they are.
-            options: "reset_mask", a boolean array (num_envs,), restarts only the chosen cells.
+            options: "reset_mask", a boolean array (num_envs,), restarts only the chosen cells; "item" and "target" are
+                what the first throw of each has to be, as in the single environment.
 
         Raises:
-            ConfigError: seeds that are no whole numbers, or a list of them or a mask whose length is not the number of
-                cells.
+            ConfigError: seeds that are no whole numbers, a list of them or a mask whose length is not the number of
+                cells, or options that ask for what is not there or never comes; the environment is as it was.
             OrderError: the environment is closed.
         """
         if self.closed:
             raise OrderError("the environment is closed; make another one")
-        mask = self._mask(options)
-        for given, chosen in self._seed(seed, mask).items():
-            rows = np.array(chosen, dtype=np.int64)
-            if rows.size > 0:
-                self.core.reset(rows, [self._generators[r] for r in rows], seeded=given)
+        request, mask, seeds = request_of(options, self.core, "reset_mask"), self._mask(options), self._seeds(seed)
+        rows = np.flatnonzero(mask)
+        generators = [self._generators[r] if seeds[r] is None else seeding.np_random(seeds[r])[0] for r in rows]
+        if rows.size > 0:
+            self.core.reset(rows, generators, np.array([seeds[r] is not None for r in rows]), request)
+        for row, generator in zip(rows, generators, strict=True):
+            self._generators[row] = generator
         self._begun, self._over = True, self._over & ~mask
         return self.core.observe(), self._masked(self.core.kinds())
 
@@ -178,7 +181,6 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
 
     def _mask(self, options: dict[str, Any] | None) -> NDArray[np.bool_]:
         """Which cells to restart: all, unless the options choose."""
-        check_options(options)
         given: Any = (options or {}).get("reset_mask", np.ones(self.num_envs, dtype=np.bool_))
         try:
             mask: NDArray[Any] = np.asarray(given)
@@ -189,8 +191,8 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
             raise ConfigError(f"reset_mask is {said}; it must be a boolean array of shape ({self.num_envs},)")
         return mask
 
-    def _seed(self, seed: int | Sequence[int | None] | None, mask: NDArray[np.bool_]) -> dict[bool, list[int]]:
-        """Reseed the generators of the chosen rows; which got a seed (True) and which keep theirs (False)."""
+    def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
+        """The seed of every cell, None where it keeps its generator."""
         if isinstance(seed, Sequence | np.ndarray) and not isinstance(seed, str | bytes):
             seeds = [seed_of(value) for value in seed]
         else:
@@ -198,11 +200,7 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
             seeds = [None if first is None else first + i for i in range(self.num_envs)]
         if len(seeds) != self.num_envs:
             raise ConfigError(f"seed has {len(seeds)} entries; this environment has {self.num_envs} cells")
-        chosen = {row: value for row, value in enumerate(seeds) if mask[row]}
-        for row, value in chosen.items():
-            if value is not None:
-                self._generators[row] = seeding.np_random(value)[0]
-        return {given: [r for r, v in chosen.items() if (v is not None) == given] for given in (True, False)}
+        return seeds
 
     def _masked(self, info: dict[str, NDArray[Any]], rows: Bools | bool = True) -> dict[str, Any]:
         """Gymnasium's form of a vector info: every value with a mask of the rows it holds for."""

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
+from typing import Any
 
 import imageio.v3 as iio
 import pytest
+from PIL import Image
 
-from tests.tools.commands import call
+from tests.tools.commands import call, call_here, environment
 
 pytestmark = pytest.mark.usefixtures("opengl")
 
@@ -41,6 +47,59 @@ def test_a_picture_is_of_the_moment_asked_for(tmp_path: Path) -> None:
         frames.append(iio.imread(path).astype(int))
     for one, other in ((0, 1), (1, 2)):
         assert (abs(frames[one] - frames[other]).max(axis=2) > 40).sum() > 500
+
+
+SHORT = ("agents.play", "--env", "OneJointThrow-v0", "--picks", "1")
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, OSError(28, "No space left on device")])
+@pytest.mark.parametrize(("option", "name"), [("--video", "a.mp4"), ("--picture", "a.png")])
+def test_what_was_there_stays_if_writing_is_broken_off(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, option: str, name: str, error: type[BaseException] | OSError
+) -> None:
+    path = tmp_path / name
+    path.write_text("of yesterday")
+
+    def broken(*given: Any, **_: Any) -> None:
+        (target,) = (one for one in given if isinstance(one, Path))
+        assert target.suffix == path.suffix
+        target.write_text("half")
+        raise error
+
+    monkeypatch.setattr(iio, "imwrite", broken)
+    monkeypatch.setattr(Image.Image, "save", broken)
+    done = call_here(*SHORT, option, path, folder=tmp_path)
+    assert done.returncode == (130 if error is KeyboardInterrupt else 2)
+    assert done.stderr.count("\n") == 1
+    assert path.read_text() == "of yesterday"
+    assert [*tmp_path.iterdir()] == [path]
+    monkeypatch.undo()
+    assert call_here(*SHORT, option, path, folder=tmp_path).returncode == 0
+    assert iio.imread(path).shape[-1] == 3
+    assert [*tmp_path.iterdir()] == [path]
+
+
+def test_a_film_that_is_interrupted_leaves_nothing(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "agents.play", "--video", "a.mp4", "--picks", "10000"]
+    process = subprocess.Popen(command, cwd=tmp_path, env=environment(), stderr=subprocess.PIPE, text=True)
+    until = time.monotonic() + 60.0
+    while not any(tmp_path.iterdir()):
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    assert (process.returncode, said) == (130, "interrupted\n")
+    assert not any(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(("option", "path"), [("--video", "a.mpeg"), ("--video", "a"), ("--picture", "a.mp4")])
+def test_an_ending_that_cannot_be_written_is_refused_before_the_first_throw(
+    tmp_path: Path, option: str, path: str
+) -> None:
+    done = call_here("agents.play", option, path, "--picks", "10000", folder=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"error: {option} is '{path}'; it must end in .")
+    assert not any(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(("option", "value"), [("--at", "-1"), ("--at", "inf"), ("--slow", "0")])

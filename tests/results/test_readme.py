@@ -5,10 +5,13 @@ import shlex
 from importlib import import_module
 from pathlib import Path
 
+import gymnasium as gym
+import numpy as np
 import pytest
 import tyro
 import yaml
 
+import pnt_gym  # noqa: F401 - registers the environments
 from agents.console import COMMANDS
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
@@ -39,11 +42,24 @@ def test_python_blocks_run(code):
     exec(compile(code, "page", "exec"), {})
 
 
-def test_the_example_cell_is_a_working_level():
-    (text,) = [block.values[0] for block in blocks("yaml") if block.id.startswith("docs/levels.md")]
-    config = ConveyorConfig.load(yaml.safe_load(text))
-    assert config.items == ("can", "pet_05", "lid")
-    assert [b.name for b in config.bins.fixed] == ["metal", "plastic"]
+def test_the_example_levels_work():
+    shown = [yaml.safe_load(block.values[0]) for block in blocks("yaml") if block.id.startswith("docs/levels.md")]
+    cell, paid = map(ConveyorConfig.load, shown)
+    assert cell.items == ("can", "pet_05", "lid")
+    assert [b.name for b in cell.bins.fixed] == ["metal", "plastic"]
+    assert paid.items == ConveyorConfig.load("waste").items
+
+
+def test_the_example_of_a_reward_pays_what_the_page_says():
+    """At least 1 for a throw in its bin, 1.2 at most, and nothing beside it beyond 0.10 m."""
+    text = next(block.values[0] for block in blocks("yaml") if block.id == "docs/levels.md-1")
+    env = gym.make_vec("PnTRelease-v0", num_envs=32, level=yaml.safe_load(text))
+    env.reset(seed=0)
+    _, reward, *_, info = env.step(np.zeros(env.action_space.shape))
+    hit, error = info["is_success"], info["landing_error"]
+    assert hit.any()
+    assert not hit.all()
+    np.testing.assert_allclose(reward, hit + 0.2 * np.clip(1.0 - error / 0.10, 0.0, None))
 
 
 @pytest.mark.parametrize("line", commands())

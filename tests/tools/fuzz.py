@@ -153,6 +153,7 @@ def _reset(random: Random, env: Any) -> tuple[Any, str]:
         given["seed"] = pick(random, (*JUNK, 3, np.int64(3), np.array([1, 2]), [1, None], [1]))
     if random.random() < 0.3:
         options = (*JUNK, {}, {"reset_mask": np.array([True])}, {"reset_mask": [1]}, {"reset_mask": None}, {"a": 1})
+        options += ({"item": 0}, {"item": "cork"}, {"target": 0}, {"target": pick(random, JUNK)})
         given["options"] = pick(random, options)
     observation, _ = env.reset(**given)
     finite("reset", observation)

@@ -5,11 +5,12 @@ A robot is one subclass of `Cell`; environments, evaluation, training and benchm
 
 from __future__ import annotations
 
+import copy
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Integral
-from typing import Any, ClassVar, Final, Generic, Protocol, TypeVar, final
+from typing import Any, ClassVar, Final, Generic, Protocol, Self, TypeVar, final
 
 import numpy as np
 from gymnasium.spaces import Box
@@ -19,6 +20,7 @@ from pnt_gym.arrays import Bools, Floats, Ints, replaced
 from pnt_gym.cells.base.action import Correction, Modes, Plans, corrected, limited_actions, mode_of
 from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.cells.base.features import CLIP, FeatureTable
+from pnt_gym.cells.base.request import ANYTHING, Request, lead
 from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.engine import unheard
 from pnt_gym.errors import ConfigError, PhysicsError, one_sentence
@@ -87,6 +89,8 @@ class Cell(ABC, Generic[ConfigT, ThrowsT, PlansT, VerdictT]):
     """What is seen of the coming throws; who sees otherwise has `features` and `observe` of its own."""
     item_names: Sequence[str]
     """What `kind` and `item` of the info are indices into."""
+    target_names: Sequence[str] = ()
+    """Targets that a first throw can be asked for; none where each throw has one of its own."""
     dwell: float = 0.0
     """Part of the cycle time in which the hand holds still to grip [s]."""
     episode: int = 1
@@ -118,6 +122,19 @@ class Cell(ABC, Generic[ConfigT, ThrowsT, PlansT, VerdictT]):
     @abstractmethod
     def first(self, rows: Ints) -> ThrowsT:
         """The first throws of an episode in some rows."""
+
+    def target_of(self, throws: ThrowsT) -> Ints:
+        """Which of `target_names` throws are for (N,); unless a cell says otherwise, each kind has its own."""
+        return throws.kind
+
+    def scout(self, generators: Generators) -> Self:
+        """This cell with other rows, one per generator, to see which first throws they draw: it cannot throw.
+
+        A cell whose `first` keeps anything beside what it returns gives the scout a place of its own for that.
+        """
+        scout = copy.copy(self)
+        scout.generators = generators
+        return scout
 
     def following(self, outcome: VerdictT) -> ThrowsT:
         """The throws after these; new ones where none depends on the one before."""
@@ -202,10 +219,10 @@ class Episodes:
         self._throws = np.zeros(count, dtype=np.int64)
         self._fresh = np.zeros(count, dtype=np.bool_)
 
-    def begin(self, rows: Ints, seeded: bool) -> Ints:
-        """Begin new episodes in some rows; returns the positions in `rows` of those that must be drawn anew."""
+    def begin(self, rows: Ints, seeded: Bools | bool) -> Ints:
+        """Begin new episodes in some rows, seeded or not; returns the positions in `rows` that must be drawn anew."""
         self._throws[rows] = 0
-        draw = np.full(len(rows), True) if seeded else ~self._fresh[rows]
+        draw = seeded | ~self._fresh[rows]
         self._fresh[rows] = False
         return np.flatnonzero(draw)
 
@@ -268,15 +285,21 @@ class Core:
         """The coming throws."""
         return self.cell.context
 
-    def reset(self, rows: Ints, generators: Generators, seeded: bool) -> None:
+    def reset(self, rows: Ints, generators: Generators, seeded: Bools | bool, request: Request = ANYTHING) -> None:
         """Begin new episodes in some rows.
 
         Args:
             rows: which cells.
             generators: one per row; the row keeps drawing from it.
-            seeded: whether the generators are new; if not, a throw that is already drawn is kept.
+            seeded: which generators are new (rows,), or whether all are; of others a throw already drawn is kept.
+            request: what the first throws have to be; none that is already drawn is kept then.
+
+        Raises:
+            ConfigError: a row does not come to what is asked for; everything is as it was.
         """
-        chosen = self._episodes.begin(rows, seeded)
+        if request:
+            lead(self.cell, generators, request)
+        chosen = self._episodes.begin(rows, seeded | bool(request))
         if chosen.size > 0:
             self.cell.reset(rows[chosen], [generators[i] for i in chosen])
 

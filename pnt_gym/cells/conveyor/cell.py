@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Literal, final
+from typing import Any, ClassVar, Literal, Self, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.action import Correction, Modes
 from pnt_gym.cells.base.canvas import Marker
-from pnt_gym.cells.base.core import Cell
+from pnt_gym.cells.base.core import Cell, Generators
 from pnt_gym.cells.base.plant import REWARD_TERMS
 from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.cells.conveyor.action import MODES, correction
@@ -52,6 +52,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         self.terminates = picks == "independent"
         self.episode = 1 if self.terminates else config.picks_per_shift
         self.item_names = config.items
+        self.target_names = tuple(fixed.name for fixed in config.bins.fixed)
         self.dwell = config.motion.dwell
         self.planner = PickPlanner(config)
         if not config.ships():
@@ -66,6 +67,16 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
     def first(self, rows: Ints) -> Context:
         """First picks of an episode for some rows."""
         return self._source.first(rows)
+
+    def target_of(self, throws: Context) -> Ints:
+        """Which fixed bin throws are for (N,)."""
+        return throws.bin
+
+    def scout(self, generators: Generators) -> Self:
+        """This cell with other rows, to see which first picks they draw from an empty belt of their own."""
+        scout = super().scout(generators)
+        scout._source = type(self._source)(self.planner, generators)
+        return scout
 
     def throw(self, plans: ReleaseBatch) -> Outcome:
         """Throw in every cell and move on to the next picks."""

@@ -50,7 +50,7 @@ class GripperCell(Cell[GripperConfig, Context, TossPlans, Outcome]):
 
     def __init__(self, config: GripperConfig, count: int, threads: int = 1) -> None:
         super().__init__(config, count, threads)
-        self.item_names = config.items
+        self.item_names = self.target_names = config.items  # a compartment is called by what belongs in it
         self.dwell = config.grip.closing + config.grip.hold
         self.planner = TossPlanner(config)
         self._check_reach()

@@ -56,7 +56,7 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
     def __init__(self, config: OneJointConfig, count: int, threads: int = 1) -> None:
         super().__init__(config, count, threads)
         self.job = job_of(config)
-        self.item_names = self.job.names
+        self.item_names = self.target_names = self.job.names
         self.episode = len(self.job.targets) if self.job.in_order else 1
         self.planner = ThrowPlanner(config, self.job)
         self.plant = OneJointPlant(config, count, threads)

@@ -1,0 +1,186 @@
+"""Options of a reset ask for the first throw: it comes, nothing else changes, and what cannot be is refused."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.vector import SyncVectorEnv
+
+import pnt_gym
+from pnt_gym.errors import ConfigError
+from tests.tools.throws import CONVEYOR, same_bits, zeros
+
+LEFT = {"name": "left", "x": -0.25, "y": 0.45, "accepts": ["paper", "metal_can"]}
+RIGHT = {"name": "right", "x": 0.25, "y": 0.45, "accepts": ["metal_can", "plastic_package"]}
+TWO_BINS = {"name": "two", "bins": {"fixed": [LEFT, RIGHT]}, "picks_per_shift": 2}
+LEVELS = dict.fromkeys(CONVEYOR, TWO_BINS) | {"OneJointThrow-v0": "contact", "GripperToss-v0": "belt"}
+WISHES: list[tuple[str, dict[str, Any]]] = [
+    *((env_id, wish) for env_id in CONVEYOR for wish in (
+        {"item": "paper"}, {"target": "right"}, {"item": "metal_can", "target": "left"}, {"item": 2, "target": 1},
+    )),
+    ("OneJointThrow-v0", {"target": "c"}),
+    ("OneJointSort-v0", {"target": "pallet_3"}),
+    ("OneJointSort-v0", {"item": np.int64(1), "target": "pallet_2"}),
+    ("OneJointAssembly-v0", {"item": "aitch"}),
+    ("GripperToss-v0", {"item": "yoghurt_cup"}),
+    ("GripperToss-v0", {"target": 2}),
+]  # fmt: skip
+N, STEPS = 3, 3
+
+
+def single(env_id: str, **changes: Any) -> Any:
+    return gym.make(env_id, **{"level": LEVELS.get(env_id, "nominal"), **changes}).unwrapped
+
+
+def vector(env_id: str, count: int = N) -> Any:
+    return gym.make_vec(env_id, num_envs=count, level=LEVELS.get(env_id, "nominal"))
+
+
+def is_granted(core: Any, wish: dict[str, Any], row: int = 0) -> bool:
+    """Whether the coming throw is what was asked for, by what the cell itself calls it."""
+    kind = core.context.kind[row]
+    aimed = core.context.bin[row] if hasattr(core.context, "bin") else kind
+    came = {"item": (kind, core.item_names[kind])}
+    if "target" in wish:
+        came["target"] = (aimed, core.cell.target_names[aimed])
+    return all(value in came[what] for what, value in wish.items())
+
+
+@pytest.mark.parametrize(("env_id", "wish"), WISHES, ids=str)
+def test_the_first_throw_is_what_was_asked_for(env_id: str, wish: dict[str, Any]) -> None:
+    env, seen = single(env_id), set()
+    for seed in (0, 1, 2, None, None):
+        observation, info = env.reset(seed=seed, options=wish)
+        assert is_granted(env.core, wish)
+        assert info["kind"] == env.core.context.kind[0]
+        seen.add(observation.tobytes())
+        *_, told = env.step(zeros(env_id))
+        assert told["item"] == info["kind"]
+        assert (
+            "bin" not in told or "target" not in wish or wish["target"] in (told["bin"], ("left", "right")[told["bin"]])
+        )
+    assert len(seen) == 5 or env_id.startswith("OneJoint")  # where throws of one kind look the same
+
+
+@pytest.mark.parametrize(("env_id", "wish"), WISHES, ids=str)
+def test_a_row_is_the_single_environment_and_a_repetition_the_same(env_id: str, wish: dict[str, Any]) -> None:
+    """Throws, later episodes and a second request without a seed included."""
+    actions = 0.3 * np.random.default_rng(0).uniform(-1, 1, (STEPS, *zeros(env_id, N).shape)).astype(np.float32)
+
+    def observed(env: Any) -> list[np.ndarray]:
+        seen = [env.reset(seed=5, options=wish)[0], *(env.step(action)[0] for action in actions)]
+        return [*seen, env.reset(options=wish)[0], env.step(actions[0])[0]]
+
+    makers = [partial(gym.make, env_id, level=LEVELS.get(env_id, "nominal"), disable_env_checker=True)] * N
+    same_step = gym.vector.AutoresetMode.SAME_STEP
+    ours = observed(vector(env_id))
+    for others in (observed(vector(env_id)), observed(SyncVectorEnv(makers, autoreset_mode=same_step))):
+        for one, other in zip(ours, others, strict=True):
+            assert same_bits(one, other)
+
+
+@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
+def test_what_comes_anyway_may_be_asked_for_and_changes_nothing(env_id: str) -> None:
+    free, asked = single(env_id), single(env_id)
+    for seed in range(3):
+        observation, info = free.reset(seed=seed)
+        again, told = asked.reset(seed=seed, options={"item": info["kind"]})
+        assert same_bits(observation, again)
+        assert info == told
+        a, b = (env.step(zeros(env_id)) for env in (free, asked))
+        assert same_bits(a[0], b[0])
+        assert a[1:] == b[1:]
+
+
+@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
+def test_a_request_is_forgotten_by_the_next_reset(env_id: str) -> None:
+    fresh, used = single(env_id), single(env_id)
+    used.reset(seed=1, options={"item": 0})
+    used.step(zeros(env_id))
+    for options in (None, {}):
+        assert same_bits(fresh.reset(seed=8)[0], used.reset(seed=8, options=options)[0])
+
+
+def test_later_throws_come_as_always() -> None:
+    env = single("PnTConveyor-v0", level={**TWO_BINS, "picks_per_shift": 40})
+    env.reset(seed=0, options={"item": "paper", "target": "left"})
+    later = [env.step(zeros("PnTConveyor-v0"))[4]["kind"] for _ in range(30)]
+    assert set(later) == {0, 1, 2}
+
+
+@pytest.mark.parametrize("env_id", ["PnTConveyor-v0", "PnTRelease-v0", "GripperToss-v0"])
+def test_a_mask_says_of_which_cells_it_is_asked(env_id: str) -> None:
+    env = vector(env_id, 8)
+    before, _ = env.reset(seed=0)
+    mask = np.arange(8) % 2 == 1
+    after, info = env.reset(options={"reset_mask": mask, "item": 2})
+    assert same_bits(before[~mask], after[~mask])
+    assert (info["kind"][mask] == 2).all()
+    assert all((before[mask] != after[mask]).any(axis=1))
+
+
+def test_items_that_a_level_lists_twice_are_one() -> None:
+    env = single("PnTRelease-v0", level={"items": ["can", "can", "cork"]})
+    assert {env.reset(seed=seed, options={"item": "can"})[1]["kind"] for seed in range(12)} == {0, 1}
+
+
+REFUSED: list[tuple[str, Any, str]] = [
+    ("PnTRelease-v0", {"itme": "paper"}, "options has 'itme'; it may have item, target"),
+    ("PnTRelease-v0", {3: "paper"}, "options has 3"),
+    ("PnTRelease-v0", {"item": "stone"}, "item is 'stone'; it must be one of paper, metal_can, plastic_package, or an"),
+    ("PnTRelease-v0", {"item": 3}, "item is 3; it must be .* index from 0 to 2"),
+    ("PnTRelease-v0", {"item": -1}, "item is -1"),
+    ("PnTRelease-v0", {"item": True}, "item is True"),
+    ("PnTRelease-v0", {"item": None}, "item is None"),
+    ("PnTRelease-v0", {"item": 1.0}, "item is 1.0"),
+    ("PnTRelease-v0", {"item": ["paper"]}, r"item is \['paper'\]"),
+    ("PnTRelease-v0", {"item": "x" * 9999}, "item is 'xxx"),
+    ("PnTRelease-v0", {"target": "middle"}, "target is 'middle'; it must be one of left, right, or an index"),
+    ("PnTRelease-v0", {"item": "paper", "target": "right"}, "item 'paper' and target 'right' did not come in 4096 draws"
+     " of level 'two', which has items paper, metal_can, plastic_package and targets left, right$"),
+    ("PnTConveyor-v0", {"target": "left", "item": 2}, "item 'plastic_package' and target 'left' did not come"),
+    ("OneJointSort-v0", {"target": "pallet_4"}, "target is 'pallet_4'; it must be one of pallet_1, pallet_2, pallet_3"),
+    ("OneJointAssembly-v0", {"item": "tee"}, "item 'tee' did not come in .*, which has items aitch, tee"),
+    ("GripperToss-v0", {"item": "cork"}, "item is 'cork'; it must be one of paper_ball, yoghurt_cup, can_crushed"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("env_id", "options", "said"), REFUSED, ids=lambda value: repr(value)[:60])
+def test_what_cannot_be_asked_for_is_refused_and_changes_nothing(env_id: str, options: Any, said: str) -> None:
+    for make in (single, vector):
+        hurt, unhurt = make(env_id), make(env_id)
+        shape = hurt.action_space.shape
+        for env in (hurt, unhurt):
+            env.reset(seed=1)
+            env.step(np.zeros(shape))
+        for seed in (None, 7):
+            with pytest.raises(ConfigError, match=said) as caught:
+                hurt.reset(seed=seed, options=options)
+            assert "\n" not in str(caught.value)
+        for _ in range(2):
+            a, b = (env.step(np.zeros(shape)) for env in (hurt, unhurt))
+            for one, other in zip(a[:4], b[:4], strict=True):
+                assert same_bits(one, other)
+        assert same_bits(hurt.reset()[0], unhurt.reset()[0])
+
+
+def test_bins_that_are_drawn_cannot_be_asked_for() -> None:
+    with pytest.raises(ConfigError, match="target is 'left'; no target of level 'waste' has a name"):
+        single("PnTRelease-v0", level="waste").reset(options={"target": "left"})
+
+
+def test_nothing_is_reset_where_one_cell_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of two cells one finds what is asked for in the draws that are allowed, the other does not."""
+    monkeypatch.setattr("pnt_gym.cells.base.request.MOST_DRAWS", 1)
+    hurt, unhurt = vector("PnTRelease-v0", 8), vector("PnTRelease-v0", 8)
+    _, info = hurt.reset(seed=0)
+    unhurt.reset(seed=0)
+    assert 0 < (info["kind"] == 0).sum() < 8
+    with pytest.raises(ConfigError, match="did not come in 1 draws"):
+        hurt.reset(seed=0, options={"item": 0})
+    for _ in range(2):
+        assert same_bits(*(env.step(zeros("PnTRelease-v0", 8))[0] for env in (hurt, unhurt)))
