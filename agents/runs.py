@@ -39,8 +39,10 @@ if TYPE_CHECKING:
 Algorithm = Literal["sac", "td3", "ppo", "tqc"]
 ALGORITHMS: tuple[Algorithm, ...] = get_args(Algorithm)
 ARGUMENTS = ("env", "level", "algo", "steps", "seed", "num_envs", "action_mode", "checkpoint_every")
-WHOLE = ("steps", "seed", "num_envs", "checkpoint_every")
-"""Of `ARGUMENTS` those that are whole numbers; the others are text."""
+LATER = {"fidelity": "full", "full_last": 0}
+"""Arguments that older runs do not know, and what they did."""
+WHOLE = ("steps", "seed", "num_envs", "checkpoint_every", "full_last")
+"""Of all arguments those that are whole numbers; the others are text."""
 MODEL, MEMORY, RANDOM = "model.zip", "replay_buffer.npz", "random.json"
 
 
@@ -117,10 +119,12 @@ def read_arguments(folder: Path) -> dict[str, Any]:
     if not (folder / "args.yml").is_file():
         raise UsageError(f"{str(folder)!r} is not a run folder: it has no args.yml")
     data = read_yaml(folder / "args.yml", f"run folder {str(folder)!r} is damaged:")
+    if isinstance(data, dict):
+        data = {**LATER, **data}
     missing = [name for name in ARGUMENTS if not isinstance(data, dict) or name not in data]
     if missing:
         raise UsageError(f"run folder {str(folder)!r} is damaged: args.yml lacks {', '.join(missing)}")
-    for name in ARGUMENTS:
+    for name in (*ARGUMENTS, *LATER):
         kind = int if name in WHOLE else str
         if not (isinstance(data[name], kind) and not isinstance(data[name], bool)):
             raise UsageError(f"run folder {str(folder)!r} is damaged: args.yml has {name} {data[name]!r}")

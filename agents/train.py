@@ -8,13 +8,13 @@ from collections.abc import Mapping
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from . import runs
 from .cli import INTERRUPTED, UsageError, at_least, option, run
 from .controllers import make_controller
 from .controllers.own import model_policy
-from .environments import core_of, find_environment, make_vector, stream_seed
+from .environments import Env, core_of, find_environment, make_vector, stream_seed
 from .evaluation import NUM_ENVS, PRACTICE, held_out, practise
 from .files import held, write_json
 from .hyperparameters import hyperparameters
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from .progress import Stop
     from .sb3 import SameStepVecEnv
 
+LEVELS: Mapping[str, str] = dict.fromkeys(("PnTConveyor-v0", "PnTRelease-v0"), "waste")
+"""What is trained on unless it is said: where learning shows in success, not only in the landing."""
 TABLE_SEED = 0
 TABLE = "evaluation.json"
 """The table at the end of a run, in its folder."""
@@ -41,8 +43,12 @@ class Arguments:
 
     env: Annotated[str | None, option("PnTConveyor-v0", "ID|MODULE:ID")] = None
     """Environment id; with MODULE:ID one that a module of yours registers."""
-    level: Annotated[str | None, option("the environment's own", "NAME|FILE.yaml")] = None
+    level: Annotated[str | None, option("waste at the conveyor, elsewhere nominal", "NAME|FILE.yaml")] = None
     """A shipped level's name or a YAML file."""
+    fidelity: Annotated[Literal["full", "flight"] | None, option("the level's own", "full|flight")] = None
+    """What is simulated to learn from: flight is several times as fast, and is judged in the level's own fidelity."""
+    full_last: Annotated[int | None, option("0", "N")] = None
+    """With --fidelity flight: the last N throws are simulated in full."""
     algo: Annotated[Algorithm | None, option("sac", "|".join(ALGORITHMS))] = None
     """Learning algorithm."""
     steps: Annotated[int | None, option("10000, or as the resumed run was asked for", "N")] = None
@@ -72,6 +78,8 @@ class Arguments:
 DEFAULTS: Mapping[str, Any] = {
     "env": "PnTConveyor-v0",
     "level": None,
+    "fidelity": "full",
+    "full_last": 0,
     "algo": "sac",
     "steps": 10_000,
     "seed": 0,
@@ -90,6 +98,7 @@ def main(arguments: Arguments) -> None:
     level = str(arguments.resume / "env.yaml") if arguments.resume is not None else asked["level"]
     cell = make_vector(asked["env"], level, asked["num_envs"], arguments.threads, asked["action_mode"])
     core = core_of(cell)
+    quick = in_flight(cell, asked, arguments.threads)
     asked |= {"level": asked["level"] or core.config.name, "action_mode": core.action_mode}
 
     import torch  # noqa: PLC0415 - bad usage is answered without waiting for it
@@ -106,7 +115,7 @@ def main(arguments: Arguments) -> None:
             if arguments.resume is None:
                 ends.enter_context(held(folder))
                 ends.enter_context(runs.nothing_left(folder))
-            learn(model, env, folder, asked, stop, tensorboard=arguments.tensorboard)
+            learn(model, env, folder, asked, stop, quick=quick, tensorboard=arguments.tensorboard)
         if stop.asked:
             say_how_to_resume(folder, asked["env"], model.num_timesteps)
             sys.exit(INTERRUPTED)
@@ -121,12 +130,15 @@ def request(arguments: Arguments) -> dict[str, Any]:
         UsageError: a number out of its range, or an option that a resumed run has already settled.
     """
     given = {name: getattr(arguments, name) for name in DEFAULTS if getattr(arguments, name) is not None}
-    at_least(vars(arguments), steps=1, seed=0, num_envs=1, checkpoint_every=1, threads=1, eval_picks=0)
+    at_least(vars(arguments), steps=1, seed=0, num_envs=1, checkpoint_every=1, threads=1, eval_picks=0, full_last=0)
     if arguments.resume is None:
         if arguments.out is not None:
             runs.check_new(arguments.out)
         asked = {**DEFAULTS, **given}
         find_environment(asked["env"])
+        if asked["full_last"] and asked["fidelity"] != "flight":
+            raise UsageError("--full-last goes with --fidelity flight")
+        asked["level"] = asked["level"] or LEVELS.get(asked["env"])
         return asked
     recorded = runs.read_arguments(arguments.resume)
     if given.get("env") == recorded["env"]:
@@ -138,6 +150,21 @@ def request(arguments: Arguments) -> dict[str, Any]:
         name = settled[0].replace("_", "-")
         raise UsageError(f"--{name} cannot be changed with --resume: the run folder has settled it; leave it out")
     return {**recorded, **given}
+
+
+def in_flight(cell: Env, asked: Mapping[str, Any], threads: int) -> Env | None:
+    """The same cells where only flights are simulated, if that is asked for.
+
+    Raises:
+        UsageError: there is no such thing for them.
+    """
+    if asked["fidelity"] == "full":
+        return None
+    config = core_of(cell).config
+    if "fidelity" not in type(config).model_fields:
+        raise UsageError(f"--fidelity flight: environment {asked['env']!r} is simulated in full only")
+    level = config.model_copy(update={"fidelity": "flight"})
+    return make_vector(asked["env"], level, asked["num_envs"], threads, asked["action_mode"])
 
 
 def start(
@@ -173,10 +200,11 @@ def learn(
     asked: Mapping[str, Any],
     stop: Stop,
     *,
+    quick: Env | None = None,
     tensorboard: bool = False,
     quiet: bool = False,
 ) -> None:
-    """Train in legs from checkpoint to checkpoint.
+    """Train in legs from checkpoint to checkpoint; in `quick`, where there is one, until the last throws asked in full.
 
     Each leg starts from newly seeded environments, whether or not the process was restarted in between: a
     run that was resumed from a checkpoint is bit for bit the run that was not interrupted.
@@ -188,6 +216,7 @@ def learn(
     logger = configure(str(folder / "tensorboard"), ["tensorboard"]) if tensorboard else Logger(None, [])
     model.set_logger(logger)
     total, every = asked["steps"], asked["checkpoint_every"]
+    change, judged = total - asked.get("full_last", 0) if quick is not None else 0, env.env
     with throws_bar("rate", "success", "error") as bar:
         bar.live.auto_refresh = not quiet
         task = bar.add_task(
@@ -212,11 +241,13 @@ def learn(
         callback = ProgressCallback(folder / "progress.csv", model.num_timesteps, stop, show)
         while model.num_timesteps < total and not stop.asked:
             done = model.num_timesteps
-            leg = min((done // every + 1) * every, total) - done
+            env.env = quick if quick is not None and done < change else judged
+            leg = min((done // every + 1) * every, change if done < change else total) - done
             env.seed(stream_seed("train", asked["seed"], done))
             model._last_obs = None  # makes learn() reset the environment
             model.learn(leg, callback=callback, log_interval=16, reset_num_timesteps=False)
             runs.save_checkpoint(folder, model)
+    env.env = judged
 
 
 def say_how_to_resume(folder: Path, env_id: str, throws: int) -> None:

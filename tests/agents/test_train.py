@@ -97,6 +97,27 @@ def test_resume_goes_on_with_new_objects(asked: Arguments, tmp_path: Path) -> No
     assert len(np.unique(seen)) == len(seen)
 
 
+def test_flights_first_and_the_full_physics_last(asked: Arguments, tmp_path: Path) -> None:
+    config = tmp_path / "small.yml"
+    config.write_text(
+        yaml.safe_dump({"PnTRelease-v0": OFF_POLICY | {"learning_starts": 1000}})
+    )  # the same random actions
+    begun = replace(asked, env="PnTRelease-v0", level="nominal", steps=64, checkpoint_every=32)
+    main(replace(begun, fidelity="flight", full_last=32, out=tmp_path / "both"))
+    main(replace(begun, out=tmp_path / "full"))
+    both, full = (
+        runs.restore(tmp_path / name, SameStepVecEnv(make_vector("PnTRelease-v0", "nominal", 8))).replay_buffer
+        for name in ("both", "full")
+    )
+    assert np.array_equal(both.observations, full.observations)
+    assert np.array_equal(both.actions, full.actions)
+    assert not np.array_equal(both.rewards[:4], full.rewards[:4])
+    np.testing.assert_allclose(both.rewards[:4], full.rewards[:4], atol=0.15)  # a success on a rim may differ
+    assert np.array_equal(both.rewards[4:8], full.rewards[4:8])
+    recorded = yaml.safe_load((tmp_path / "both" / "env.yaml").read_text())
+    assert recorded["fidelity"] == "full", "evaluation is in full physics unless it is asked otherwise"
+
+
 @pytest.mark.parametrize("algo", ["td3", "tqc", "ppo"])
 def test_other_algorithms_train_and_resume(asked: Arguments, tmp_path: Path, algo: Any) -> None:
     config = tmp_path / "other.yml"
@@ -213,6 +234,9 @@ def test_damaged_runs_are_refused_with_one_sentence(asked: Arguments, tmp_path: 
         ({"env": "Nowhere-v0"}, "unknown environment 'Nowhere-v0'"),
         ({"level": "nowhere"}, "unknown level 'nowhere'"),
         ({"algo": "dqn", "config": None}, "dqn"),
+        ({"fidelity": "flight"}, "--fidelity flight: environment 'ToyThrow-v0' is simulated in full only"),
+        ({"full_last": 10}, "--full-last goes with --fidelity flight"),
+        ({"full_last": -1, "fidelity": "flight"}, "--full-last is -1"),
     ],
 )
 def test_bad_usage_leaves_nothing_behind(asked: Arguments, tmp_path: Path, changes: dict[str, Any], said: str) -> None:
