@@ -234,7 +234,6 @@ def test_damaged_runs_are_refused_with_one_sentence(asked: Arguments, tmp_path: 
         ({"env": "Nowhere-v0"}, "unknown environment 'Nowhere-v0'"),
         ({"level": "nowhere"}, "unknown level 'nowhere'"),
         ({"algo": "dqn", "config": None}, "dqn"),
-        ({"fidelity": "flight"}, "--fidelity flight: environment 'ToyThrow-v0' is simulated in full only"),
         ({"full_last": 10}, "--full-last goes with --fidelity flight"),
         ({"full_last": -1, "fidelity": "flight"}, "--full-last is -1"),
     ],

@@ -83,6 +83,10 @@ train --steps 0 | --steps is 0; it must be at least 1
 train --steps -1 | --steps is -1; it must be at least 1
 train --steps x | Error parsing --steps: no type matching {None}|INT could be
 train --seed -1 | --seed is -1; it must be at least 0
+train --env OneJointThrow-v0 --fidelity flight | --fidelity flight: environment 'OneJointThrow-v0' is simulated i
+train --fidelity half | Error parsing --fidelity
+train --full-last 10 | --full-last goes with --fidelity flight
+train --full-last -1 --fidelity flight | --full-last is -1; it must be at least 0
 train --num-envs 0 | --num-envs is 0; it must be at least 1
 train --num-envs 100001 | num_envs is 100001; it must be a whole number from 1 to 1000
 train --threads 0 | --threads is 0; it must be at least 1
