@@ -17,7 +17,7 @@ setup: $(STAMP) ## make .venv with what training, evaluation and pictures need, 
 $(STAMP): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; v = sys.version_info; sys.exit(v < (3, 11) and f"pnt_gym needs Python 3.11 or newer, {sys.executable} is {v.major}.{v.minor}; use make PYTHON=/path/to/python3.11")'
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install -q $(PIP_OPTIONS) -c constraints.txt -e ".[rl,report,video]"
+	$(BIN)/python -m pip install -q $(PIP_OPTIONS) -c constraints.txt -e ".[rl,report,video,onnx]"
 	@$(BIN)/python -W ignore -m pnt_gym.cells.base.canvas
 	@touch $(STAMP)
 
