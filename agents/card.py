@@ -31,6 +31,23 @@ PARTS: Final = {
     "progress.csv": "the training in figures",
 }
 """Files of the folder, and what they hold."""
+FILM: Final = f"[A film of some throws]({REPLAY})."
+TRAINING: Final = f"""The throws that it learned from, with its exploration:
+
+![success and landing error over the throws of the training]({CURVE})"""
+USE: Final = """```sh
+pnt-gym evaluate --controller {name} --picks 200
+pnt-gym play --controller {name} --video throws.mp4
+```"""
+ELSEWHERE: Final = """Observations and actions are those of the environment's manual. Without this package, wherever
+there is an ONNX runtime:
+
+```python
+import onnxruntime
+
+session = onnxruntime.InferenceSession("policy.onnx")
+(actions,) = session.run(["action"], {"observation": observations})  # (N, D) float32 to (N, A) float32
+```"""
 METRICS: Final = {
     "success_rate": "share of throws that succeed",
     "landing_error_mean_m": "landing error, mean [m]",
@@ -62,24 +79,13 @@ def card(
         f"{markdown_text(asked['action_mode'])}. Measured on {found['picks']} held-out throws per level "
         f"(seed {found['seed']}):",
         Grid("", header, rows).markdown(),
-        f"[Some of its throws]({REPLAY}); while it was trained:" if REPLAY in files else "While it was trained:",
-        f"![success and landing error over the throws of the training]({CURVE})",
-        f"```sh\npnt-gym evaluate --controller {name} --picks 200\npnt-gym play --controller {name} "
-        "--video throws.mp4\n```",
-        ONNX if GRAPH in files else "",
+        FILM if REPLAY in files else "",
+        TRAINING,
+        USE.format(name=name),
+        ELSEWHERE if GRAPH in files else "",
         "\n".join(["| file | what it holds |", "| --- | --- |", *lines]),
     )
     return "\n\n".join(part for part in parts if part) + "\n"
-
-
-ONNX: Final = """Without this package, on any machine that has an ONNX runtime:
-
-```python
-import onnxruntime
-
-session = onnxruntime.InferenceSession("policy.onnx")
-(actions,) = session.run(["action"], {"observation": observations})  # (N, D) float32 to (N, A) float32
-```"""
 
 
 def metadata(asked: Mapping[str, Any], figures: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
@@ -127,9 +133,10 @@ def curve(progress: Path) -> Figure:
 def _columns(progress: Path) -> Floats:
     """Columns of progress.csv, as `agents.progress` writes it."""
     try:
-        rows = np.loadtxt(progress, delimiter=",", skiprows=1, ndmin=2)
+        lines = progress.read_text(encoding="utf-8").splitlines()[1:]
+        rows = np.array([[float(number) for number in line.split(",")] for line in lines])
     except (OSError, ValueError):
-        rows = np.zeros((0, 0))
-    if rows.shape[1:] != (5,) or not len(rows):
+        rows = np.zeros(0)
+    if rows.shape[1:] != (5,):
         raise UsageError(f"run folder {str(progress.parent)!r} is damaged: {progress.name} is missing or torn")
     return rows.T

@@ -71,19 +71,15 @@ class Arguments:
 def main(arguments: Arguments) -> None:
     """Copy, draw, film, evaluate, write the card: a folder that is there in full or not at all."""
     at_least(vars(arguments), picks=1, seed=0)
-    asked = runs.read_arguments(arguments.folder)
-    env_id = arguments.env or own_environment(arguments.folder, asked["env"])
-    level = read_yaml(arguments.folder / "env.yaml", "level")
-    trained_on = level.get("name") if isinstance(level, dict) else None
-    name = f"{env_id.rpartition(':')[2]}-{trained_on}-{asked['algo']}-seed{asked['seed']}"
-    if not isinstance(trained_on, str) or Path(name).name != name:
-        raise UsageError(f"run folder {str(arguments.folder)!r} is damaged: env.yaml has name {trained_on!r}")
+    folder, asked = arguments.folder, runs.read_arguments(arguments.folder)
+    env_id = arguments.env or own_environment(folder, asked["env"])
+    trained_on, name = names(folder, env_id, asked)
     target = arguments.to / name
     if target.exists():
         raise UsageError(f"{str(target)!r} exists already; remove it first")
-    check_model(arguments.folder)
+    check_model(folder)
     levels = {level: level for level in arguments.levels or LEVELS.get(env_id, ())}
-    levels = levels or {trained_on: str(arguments.folder / "env.yaml")}
+    levels = levels or {trained_on: str(folder / "env.yaml")}
     for level in levels.values():
         make_vector(env_id, level, 1, 1, asked["action_mode"]).close()  # an error now, not after the film
     sweep(arguments.to)
@@ -91,13 +87,27 @@ def main(arguments: Arguments) -> None:
     try:
         parts.mkdir(parents=True)
         fill(parts, arguments, env_id, asked)
-        found = {name: figures_on(env_id, level, arguments, asked["action_mode"]) for name, level in levels.items()}
+        found = {label: figures_on(env_id, level, arguments, asked["action_mode"]) for label, level in levels.items()}
         files = {path.name for path in parts.iterdir()}
         write_text(parts / "README.md", card(asked, trained_on, found, name, files))
         parts.rename(target)
     finally:
         shutil.rmtree(parts, ignore_errors=True)
     console().print(f"policy and card in {target}")
+
+
+def names(folder: Path, env_id: str, asked: Mapping[str, Any]) -> tuple[str, str]:
+    """Name of the level that a run was trained on, and that of the folder to publish it in.
+
+    Raises:
+        UsageError: they would not make a folder's name.
+    """
+    level = read_yaml(folder / "env.yaml", "level")
+    trained_on = level.get("name") if isinstance(level, dict) else None
+    name = f"{env_id.rpartition(':')[2]}-{trained_on}-{asked['algo']}-seed{asked['seed']}"
+    if not isinstance(trained_on, str) or Path(name).name != name or not name.isprintable():
+        raise UsageError(f"run folder {str(folder)!r} is damaged: env.yaml has name {trained_on!r}")
+    return trained_on, name
 
 
 def check_model(folder: Path) -> None:
