@@ -29,6 +29,7 @@ EXTRAS = {
     "matplotlib": "report",
     "jinja2": "report",
     "imageio": "video",
+    "PIL": "video",
     "onnx": "onnx",
     "onnxruntime": "onnx",
 }

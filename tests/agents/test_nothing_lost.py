@@ -192,6 +192,7 @@ MISSING = [
     ("stable_baselines3", "rl", ("agents.train", *SMALL[:-1], "new")),
     ("sb3_contrib", "rl", ("agents.train", *SMALL[:-1], "new", "--algo", "tqc")),
     ("jinja2", "report", ("agents.report", "--results", "results", "--readme", "none.md")),
+    ("PIL", "video", ("agents.play", "--env", "PnTRelease-v0", "--picture", "x.png")),
     ("imageio", "video", ("agents.play", "--env", "PnTRelease-v0", "--video", "x.mp4", "--picks", "1")),
 ]
 
