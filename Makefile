@@ -17,7 +17,7 @@ setup: $(STAMP) ## make .venv with what training, evaluation and pictures need, 
 $(STAMP): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; v = sys.version_info; sys.exit(v < (3, 11) and f"pnt_gym needs Python 3.11 or newer, {sys.executable} is {v.major}.{v.minor}; use make PYTHON=/path/to/python3.11")'
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install -q $(PIP_OPTIONS) -c constraints.txt -e ".[rl,report,video]"
+	$(BIN)/python -m pip install -q $(PIP_OPTIONS) -c constraints.txt -e ".[rl,report,video,onnx]"
 	@$(BIN)/python -W ignore -m pnt_gym.cells.base.canvas
 	@touch $(STAMP)
 
@@ -86,9 +86,10 @@ soak: dev ## 100,000 throws in all environments: flat memory, numbers, nothing t
 package: dev ## build the wheel into dist/ and try it in an environment of its own, outside of the checkout
 	rm -rf dist && $(BIN)/python -m pip wheel -q --no-deps -w dist .
 	$(PYTHON) -m venv dist/venv
+	dist/venv/bin/python -m pip install -q $(PIP_OPTIONS) -c constraints.txt "$$(ls dist/*.whl)"
+	cd dist && for words in doctor levels demo "evaluate --controller analytic --picks 64"; do venv/bin/pnt-gym $$words || exit 1; done
 	dist/venv/bin/python -m pip install -q $(PIP_OPTIONS) -c constraints.txt "$$(ls dist/*.whl)[rl]"
-	cd dist && for words in doctor levels demo "evaluate --controller analytic --picks 64" "train --steps 64 --eval-picks 32"; \
-		do venv/bin/pnt-gym $$words || exit 1; done
+	cd dist && venv/bin/pnt-gym train --steps 64 --eval-picks 32
 
 clean: ## remove the environment and caches
 	rm -rf $(VENV) .pytest_cache .ruff_cache .hypothesis docs/_build dist build *.egg-info

@@ -6,7 +6,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import Annotated, Final, Literal, final
+from typing import Annotated, Final, Literal
 
 import numpy as np
 import tyro
@@ -15,10 +15,8 @@ from pnt_gym.cells.base.view import ThrowView, record_video
 from pnt_gym.engine import has_display
 
 from .cli import UsageError, at_least, option, run
-from .controllers import make_controller
-from .environments import core_of, make_vector, stream_seed
-from .evaluation import PRACTICE, practise, thrown
 from .files import check_writable, replace_file
+from .stage import Stage
 from .tables import console
 from .trained import setting
 
@@ -26,8 +24,6 @@ RATE: Final = 60
 """Frames per second among which a picture is chosen."""
 ENDINGS: Final = {"video": (".mp4", ".gif"), "picture": (".png", ".jpg", ".webp")}
 """Of the files that can be written."""
-ENDLESS: Final = 10**9
-"""Throws."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +76,7 @@ def main(arguments: Arguments) -> None:
     if arguments.viewer is not None:
         show(arguments, arguments.viewer)
         return
-    with closing(Stage(arguments, arguments.controller, arguments.level)) as stage:
+    with closing(stage_of(arguments, arguments.controller, arguments.level)) as stage:
         if arguments.video is not None:
             throws = islice(stage.throws, arguments.picks)
             replace_file(arguments.video, lambda path: record_video(stage.view, throws, path, slow=arguments.slow))
@@ -91,34 +87,9 @@ def main(arguments: Arguments) -> None:
             console().print(f"picture of a throw in {arguments.picture}")
 
 
-@final
-class Stage:
-    """A cell in which a controller, after its practice, throws one object after the other.
-
-    Args:
-        arguments: environment and seed.
-        controller: as `--controller` takes it.
-        level: as `--level` takes it.
-    """
-
-    def __init__(self, arguments: Arguments, controller: str, level: str | None) -> None:
-        env_id, level, mode = setting(controller, arguments.env, level, None)
-        self._env = make_vector(env_id, level, num_envs=1, threads=1, action_mode=mode)
-        try:
-            self.core = core_of(self._env)
-            thrower = make_controller(controller, self._env, trust=arguments.trust)
-            thrower.reset(arguments.seed)
-            practise(thrower, self._env, PRACTICE, arguments.seed)
-            self.view = self.core.view()
-        except BaseException:
-            self._env.close()
-            raise
-        self.throws = thrown(thrower, self._env, ENDLESS, stream_seed("evaluate", arguments.seed))
-
-    def close(self) -> None:
-        """Free pictures and cell; safe to call twice."""
-        self.view.close()
-        self._env.close()
+def stage_of(arguments: Arguments, controller: str, level: str | None) -> Stage:
+    """What is filmed or shown, with a controller and a level that a viewer may have changed."""
+    return Stage(controller, arguments.env, level, arguments.seed, trust=arguments.trust)
 
 
 def show(arguments: Arguments, viewer: str) -> None:
@@ -132,7 +103,7 @@ def show(arguments: Arguments, viewer: str) -> None:
 
     _, level, _ = setting(arguments.controller, arguments.env, arguments.level, None)
     first = Choice(arguments.controller, level or "nominal")
-    watch(lambda choice: Stage(arguments, choice.controller, choice.level), first, "web" if viewer == "web" else "")
+    watch(lambda choice: stage_of(arguments, choice.controller, choice.level), first, "web" if viewer == "web" else "")
 
 
 def save_picture(view: ThrowView, path: Path, moment: float) -> None:

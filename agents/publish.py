@@ -4,30 +4,45 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Mapping
+from contextlib import closing
 from dataclasses import dataclass
+from itertools import chain, islice
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
+import numpy as np
 import tyro
-import yaml
+
+from pnt_gym.cells.base.canvas import Picture
+from pnt_gym.cells.base.view import ThrowView, record_video
 
 from . import runs
+from .card import CURVE, GRAPH, REPLAY, card, curve
 from .cli import UsageError, at_least, option, run
+from .environments import make_vector
 from .evaluation import evaluate
 from .files import read_yaml, sweep, unfinished, write_text
+from .onnx_graph import save_onnx
 from .places import MADE
-from .tables import Grid, console, landing_cells, markdown_text, throws_bar
+from .stage import Stage
+from .tables import console, throws_bar
 from .trained import own_environment
 
-FILES = ("model.zip", "args.yml", "config.yml", "env.yaml", "versions.json", "git.txt")
+FILES = (
+    "policy.npz", "model.zip", "args.yml", "config.yml", "env.yaml", "versions.json", "git.txt", "progress.csv",
+)  # fmt: skip
 """What of a run folder a user of the policy needs: all but the replay buffer and the checkpoints."""
 LEVELS = dict.fromkeys(("PnTConveyor-v0", "PnTRelease-v0"), ("waste", "unseen"))
 """Levels that a policy is judged on unless others are named, by environment; the second has items it never saw."""
+FILMED: Final = 5
+"""Throws of the film."""
+FRAME: Final = Picture(width=640, height=368)
+"""Small, and in whole blocks of the codec."""
 
 
 @dataclass(frozen=True)
 class Arguments:
-    """Copy the policy of a run folder, evaluate it on held-out throws, and write its card.
+    """Copy the policy of a run folder, evaluate it on held-out throws, film it, and write its card.
 
     The copy is a run folder that `agents.evaluate` and `agents.play` take; training cannot go on from it.
     """
@@ -47,34 +62,90 @@ class Arguments:
     """Held-out throws per level."""
     seed: int = 0
     """Names the held-out objects."""
+    onnx: bool = True
+    """Write policy.onnx, the policy for runtimes in other languages and on other machines."""
+    video: bool = True
+    """Write replay.mp4, a film of some throws, which needs an OpenGL library."""
 
 
 def main(arguments: Arguments) -> None:
-    """Copy, evaluate, write the card."""
-    at_least(vars(arguments), picks=1)
-    asked = runs.read_arguments(arguments.folder)
-    env_id = arguments.env or own_environment(arguments.folder, asked["env"])
-    runs.load_model(arguments.folder)
-    level = read_yaml(arguments.folder / "env.yaml", "level")
-    trained_on = level.get("name") if isinstance(level, dict) else None
-    name = f"{env_id.rpartition(':')[2]}-{trained_on}-{asked['algo']}-seed{asked['seed']}"
-    if not isinstance(trained_on, str) or Path(name).name != name:
-        raise UsageError(f"run folder {str(arguments.folder)!r} is damaged: env.yaml has name {trained_on!r}")
+    """Copy, draw, film, evaluate, write the card: a folder that is there in full or not at all."""
+    at_least(vars(arguments), picks=1, seed=0)
+    folder, asked = arguments.folder, runs.read_arguments(arguments.folder)
+    env_id = arguments.env or own_environment(folder, asked["env"])
+    trained_on, name = names(folder, env_id, asked)
     target = arguments.to / name
     if target.exists():
         raise UsageError(f"{str(target)!r} exists already; remove it first")
+    check_model(folder)
     levels = {level: level for level in arguments.levels or LEVELS.get(env_id, ())}
-    levels = levels or {trained_on: str(arguments.folder / "env.yaml")}
-    figures = {name: figures_on(env_id, level, arguments, asked["action_mode"]) for name, level in levels.items()}
+    levels = levels or {trained_on: str(folder / "env.yaml")}
+    for level in levels.values():
+        make_vector(env_id, level, 1, 1, asked["action_mode"]).close()  # an error now, not after the film
     sweep(arguments.to)
     parts = unfinished(target)
-    parts.mkdir(parents=True)
+    try:
+        parts.mkdir(parents=True)
+        fill(parts, arguments, env_id, asked)
+        found = {label: figures_on(env_id, level, arguments, asked["action_mode"]) for label, level in levels.items()}
+        files = {path.name for path in parts.iterdir()}
+        write_text(parts / "README.md", card(asked, trained_on, found, name, files))
+        parts.rename(target)
+    finally:
+        shutil.rmtree(parts, ignore_errors=True)
+    console().print(f"policy and card in {target}")
+
+
+def names(folder: Path, env_id: str, asked: Mapping[str, Any]) -> tuple[str, str]:
+    """Name of the level that a run was trained on, and that of the folder to publish it in.
+
+    Raises:
+        UsageError: they would not make a folder's name.
+    """
+    level = read_yaml(folder / "env.yaml", "level")
+    trained_on = level.get("name") if isinstance(level, dict) else None
+    name = f"{env_id.rpartition(':')[2]}-{trained_on}-{asked['algo']}-seed{asked['seed']}"
+    if not isinstance(trained_on, str) or Path(name).name != name or not name.isprintable():
+        raise UsageError(f"run folder {str(folder)!r} is damaged: env.yaml has name {trained_on!r}")
+    return trained_on, name
+
+
+def check_model(folder: Path) -> None:
+    """Make sure that a run's two files of its newest policy are of the same throw.
+
+    Raises:
+        UsageError: they are not, or one is missing or damaged.
+    """
+    from .sb3 import actor_of  # noqa: PLC0415 - imports torch
+
+    kept, made = ([*chain(*actor.layers)] for actor in (runs.load_actor(folder), actor_of(runs.load_model(folder))))
+    if len(kept) != len(made) or not all(map(np.array_equal, kept, made)):
+        raise UsageError(
+            f"run folder {str(folder)!r} is damaged: {runs.POLICY} and {runs.MODEL} are not of the same throw; "
+            "training that goes on with --resume mends it"
+        )
+
+
+def fill(parts: Path, arguments: Arguments, env_id: str, asked: Mapping[str, Any]) -> None:
+    """Everything but the card."""
     for name in FILES:
         if (arguments.folder / name).is_file():
             shutil.copy2(arguments.folder / name, parts / name)
-    write_text(parts / "README.md", card(asked, trained_on, figures, arguments))
-    parts.rename(target)
-    console().print(f"policy and card in {target}")
+    # Neither a date nor a version: the same bytes for the same training.
+    curve(arguments.folder / "progress.csv").savefig(parts / CURVE, dpi=100, metadata={"Software": None})
+    if arguments.onnx:
+        about = {name: str(asked[name]) for name in ("env", "level", "algo", "steps", "seed", "action_mode")}
+        save_onnx(runs.load_actor(arguments.folder), parts / GRAPH, about)
+    if arguments.video:
+        film(arguments, env_id, parts / REPLAY)
+
+
+def film(arguments: Arguments, env_id: str, file: Path) -> None:
+    """Some throws on the level of the training."""
+    with closing(Stage(str(arguments.folder), env_id, None, arguments.seed)) as stage:
+        if isinstance(stage.view, ThrowView):
+            stage.view.aim(FRAME)
+        record_video(stage.view, islice(stage.throws, FILMED), file)
 
 
 def figures_on(env_id: str, level: str, arguments: Arguments, action_mode: str) -> dict[str, Any]:
@@ -87,29 +158,6 @@ def figures_on(env_id: str, level: str, arguments: Arguments, action_mode: str) 
             bar.advance(task, throws)
 
         return evaluate(folder, env_id, picks, seed, progress=show, level=level, action_mode=action_mode)
-
-
-def card(
-    asked: Mapping[str, Any], trained_on: str, figures: Mapping[str, Mapping[str, Any]], arguments: Arguments
-) -> str:
-    """The card: YAML metadata as model hubs read it, then what the policy is and what it is worth."""
-    metadata = {
-        "library_name": "stable-baselines3",
-        "tags": ["reinforcement-learning", "robotics", "pnt_gym", asked["env"], asked["algo"]],
-    }
-    header = ["level", "landing error", "95th percentile", "success (95 % interval)", "sorted/min"]
-    rows = [[level, *landing_cells(found), f"{found['sorted_per_min']:.1f}"] for level, found in figures.items()]
-    parts = (
-        f"---\n{yaml.safe_dump(metadata, sort_keys=False)}---",
-        markdown_text(f"# {asked['algo'].upper()} on {asked['env']}, level {trained_on}"),
-        f"Trained for {asked['steps']} throws with seed {asked['seed']}, action mode "
-        f"{markdown_text(asked['action_mode'])}. Measured on {arguments.picks} held-out throws per level "
-        f"(seed {arguments.seed}):",
-        Grid("", header, rows).markdown(),
-        "Use it with `python -m agents.evaluate --controller` and this folder. Hyperparameters are in `config.yml`, "
-        "the level in full in `env.yaml`, versions in `versions.json`.\n",
-    )
-    return "\n\n".join(parts)
 
 
 if __name__ == "__main__":

@@ -4,12 +4,13 @@
     env.yaml            the level in full            versions.json       of Python and packages
     git.txt             commit, if there is one      command.txt         the command line
     progress.csv        success and landing error while training
-    model.zip           newest policy                replay_buffer.npz   its memory
+    policy.npz          newest policy (see `agents.actor`): all that is needed to throw with it
+    model.zip           the same with what it learns by  replay_buffer.npz   its memory
     checkpoints/N/      all that is needed to go on from throw N
 
-A run folder appears complete or not at all, and so does each checkpoint in it. It is data, whoever made it: of
-model.zip, which stable-baselines3 can load too, only tensors and counts are read here, into networks that args.yml and
-config.yml describe; memory and random state are numbers. Nothing is unpickled.
+A run folder appears complete or not at all, and so does each checkpoint in it. It is data, whoever made it: policy.npz,
+memory and random state are numbers; of model.zip, which stable-baselines3 can load too, only tensors and counts are
+read here, into networks that args.yml and config.yml describe. Nothing is unpickled. Only who learns on needs torch.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ import yaml
 
 from pnt_gym.cells.base.config import LevelConfig
 
+from .actor import Actor
 from .cli import UsageError
 from .files import read_yaml, replace_file, sweep, unfinished, write_json, write_text
 from .hyperparameters import hyperparameters
@@ -43,7 +45,7 @@ LATER = {"fidelity": "full", "full_last": 0}
 """Arguments that older runs do not know, and what they did."""
 WHOLE = ("steps", "seed", "num_envs", "checkpoint_every", "full_last")
 """Of all arguments those that are whole numbers; the others are text."""
-MODEL, MEMORY, RANDOM = "model.zip", "replay_buffer.npz", "random.json"
+POLICY, MODEL, MEMORY, RANDOM = "policy.npz", "model.zip", "replay_buffer.npz", "random.json"
 
 
 def create(
@@ -133,8 +135,32 @@ def read_arguments(folder: Path) -> dict[str, Any]:
     return data
 
 
-def load_model(folder: Path, env: VecEnv | None = None, checkpoint: Path | None = None) -> BaseAlgorithm:
+def load_actor(folder: Path, checkpoint: Path | None = None) -> Actor:
     """The newest policy of a run, or that of one of its checkpoints.
+
+    Raises:
+        UsageError: the folder or its policy is missing or damaged.
+    """
+    read_arguments(folder)
+    return Actor.load(policy_of(folder, checkpoint))
+
+
+def policy_of(folder: Path, checkpoint: Path | None = None) -> Path:
+    """The file of a run's newest policy, or of that of one of its checkpoints.
+
+    Raises:
+        UsageError: it is missing.
+    """
+    file = (checkpoint or folder) / POLICY
+    if not file.is_file():
+        old = f"; before 0.2.0 none was written: its {MODEL} can be used with --trust"
+        more = old if (folder / MODEL).is_file() else ""
+        raise UsageError(f"run folder {str(folder)!r} is damaged: {POLICY} is missing{more}")
+    return file
+
+
+def load_model(folder: Path, env: VecEnv | None = None, checkpoint: Path | None = None) -> BaseAlgorithm:
+    """The newest model of a run, or that of one of its checkpoints: it can learn on.
 
     Raises:
         UsageError: the folder or its model is missing or damaged.
@@ -143,28 +169,27 @@ def load_model(folder: Path, env: VecEnv | None = None, checkpoint: Path | None 
 
     asked = read_arguments(folder)
     settings = hyperparameters(asked["algo"], asked["env"], folder / "config.yml")
-    return load_tensors(model_of(folder, checkpoint), asked, settings, env)
-
-
-def model_of(folder: Path, checkpoint: Path | None = None) -> Path:
-    """The file of a run's newest policy, or of that of one of its checkpoints.
-
-    Raises:
-        UsageError: it is missing.
-    """
     file = (checkpoint or folder) / MODEL
     if not file.is_file():
-        raise UsageError(f"run folder {str(folder)!r} is damaged: {file.name} is missing")
-    return file
+        raise UsageError(f"run folder {str(folder)!r} is damaged: {MODEL} is missing")
+    return load_tensors(file, asked, settings, env)
 
 
 def save_checkpoint(folder: Path, model: BaseAlgorithm) -> None:
-    """Keep model, memory and random state at the present throw, and make them the newest of the run."""
+    """Keep policy, model, memory and random state at the present throw, and make them the newest of the run.
+
+    Raises:
+        UsageError: the policy cannot be kept as numbers.
+    """
+    from .sb3 import actor_of  # noqa: PLC0415 - imports torch
+
+    actor = actor_of(model)
     place = folder / "checkpoints" / f"{model.num_timesteps:08d}"
     sweep(place.parent)
     parts = unfinished(place)
     shutil.rmtree(parts, ignore_errors=True)
     parts.mkdir(parents=True)
+    actor.save(parts / POLICY)
     model.save(parts / MODEL)
     if getattr(model, "replay_buffer", None) is not None:
         save_memory(model.replay_buffer, parts / MEMORY)  # type: ignore[attr-defined]
@@ -177,7 +202,7 @@ def save_checkpoint(folder: Path, model: BaseAlgorithm) -> None:
 def _newest(folder: Path) -> None:
     """Make the last checkpoint the newest of the run, as far as a kill has kept that from being done."""
     *others, last = checkpoints(folder)
-    for name in (MODEL, MEMORY):
+    for name in (POLICY, MODEL, MEMORY):
         if (last / name).is_file():
             replace_file(folder / name, partial(shutil.copyfile, last / name))
     # Only the last checkpoint is continued; the others keep their policy.

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from io import BytesIO
 from pathlib import Path
-from typing import Any, Final, final
+from typing import Any, Final, cast, final
 from zipfile import ZipFile
 
 import gymnasium as gym
@@ -25,6 +25,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvS
 
 from pnt_gym.errors import PntGymError, one_sentence
 
+from .actor import ACTIVATIONS, Actor
 from .cli import UsageError
 from .environments import Env, check_autoreset
 from .hyperparameters import checked
@@ -179,6 +180,38 @@ def start_at_zero(model: BaseAlgorithm) -> None:
             *_, last = (layer for layer in head.modules() if isinstance(layer, torch.nn.Linear))
             last.weight.mul_(SMALL)
             last.bias.zero_()
+
+
+def actor_of(model: BaseAlgorithm) -> Actor:
+    """The policy by which a model acts when it does not explore, as numbers.
+
+    Raises:
+        UsageError: it is not a network of full layers with one known activation, for observations in one vector.
+    """
+    policy, seen, given = cast("Any", model.policy), model.observation_space, cast("Box", model.action_space)
+    steps, bound = _steps(model)
+    full, between = {type(step) for step in steps[::2]}, {type(step) for step in steps[1::2]}
+    known = [name for name in ACTIVATIONS if between <= {getattr(torch.nn, name)}]
+    if full != {torch.nn.Linear} or not known or not isinstance(seen, Box) or len(seen.shape) != 1:
+        raise UsageError(
+            "the policy cannot be kept as numbers: it must take an observation in one vector, through full layers "
+            f"(net_arch), with activation_fn one of {', '.join(ACTIVATIONS)} of nn"
+        )
+    layers = tuple((step.weight.detach().numpy().copy(), step.bias.detach().numpy().copy()) for step in steps[::2])
+    return Actor(layers, known[0], "squashed" if policy.squash_output else "clipped", bound, given.low, given.high)
+
+
+def _steps(model: BaseAlgorithm) -> tuple[list[Any], float]:
+    """Full layers of a policy, with activations between them, and the bound of the last one's numbers."""
+    policy: Any = model.policy
+    if isinstance(model, PPO):
+        parts = [policy.mlp_extractor.policy_net, policy.action_net]
+    else:
+        parts = [policy.actor.mu] if isinstance(model, TD3) else [policy.actor.latent_pi, policy.actor.mu]
+    steps = [step for part in parts for step in part.modules() if not isinstance(step, torch.nn.Sequential)]
+    if isinstance(model, TD3):
+        steps.pop()  # tanh, which the others leave to their distribution
+    return (steps[:-1], steps[-1].max_val) if isinstance(steps[-1], torch.nn.Hardtanh) else (steps, np.inf)  # gSDE
 
 
 @final

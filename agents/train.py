@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from . import runs
 from .cli import INTERRUPTED, UsageError, at_least, option, run
 from .controllers import make_controller
-from .controllers.own import model_policy
+from .controllers.own import actor_policy
 from .environments import Env, core_of, find_environment, make_vector, stream_seed
 from .evaluation import NUM_ENVS, PRACTICE, held_out, practise
 from .files import held, write_json
@@ -120,7 +120,7 @@ def main(arguments: Arguments) -> None:
             say_how_to_resume(folder, asked["env"], model.num_timesteps)
             sys.exit(INTERRUPTED)
         if arguments.eval_picks:
-            compare(folder, model, env, asked, arguments.eval_picks)
+            compare(folder, model.num_timesteps, cell, asked, arguments.eval_picks)
 
 
 def request(arguments: Arguments) -> dict[str, Any]:
@@ -257,16 +257,15 @@ def say_how_to_resume(folder: Path, env_id: str, throws: int) -> None:
     print(f"stopped after {throws} throws; continue with: {command}", file=sys.stderr)
 
 
-def compare(folder: Path, model: BaseAlgorithm, env: SameStepVecEnv, asked: Mapping[str, Any], picks: int) -> None:
+def compare(folder: Path, learned_from: int, cell: Env, asked: Mapping[str, Any], picks: int) -> None:
     """Analytic, virtual goal and learned on the same held-out seeds; also kept in the run folder."""
-    cell, seed = env.env, asked["seed"]
-    core = core_of(cell)
+    core, seed = core_of(cell), asked["seed"]
     # A virtual goal is for actions that shift what the throw is judged by.
     peers = {"analytic": 0} if core.correction is None else {"analytic": 0, "virtual_goal": PRACTICE}
-    learned = model_policy(model, f"learned ({asked['algo']})", cell)
+    learned = actor_policy(runs.load_actor(folder), f"learned ({asked['algo']})", cell)
     entries = [(make_controller(name, cell), throws) for name, throws in peers.items()]
     rows: list[tuple[str, int, dict[str, Any]]] = []
-    for controller, throws in [*entries, (learned, model.num_timesteps)]:
+    for controller, throws in [*entries, (learned, learned_from)]:
         controller.reset(seed)
         practise(controller, cell, PRACTICE, seed)
         rows.append((controller.name, throws, summary(held_out(controller, cell, picks, TABLE_SEED))))

@@ -2,7 +2,7 @@
 
 Three places are understood:
 
-    runs/MY_RUN/                    a run folder of `agents.train`: model.zip, args.yml, env.yaml
+    runs/MY_RUN/                    a run folder of `agents.train`: policy.npz, args.yml, env.yaml
     logs/sac/MyEnv-v0_1/            one of RL-Zoo: MyEnv-v0.zip, or best_model.zip where training was cut short, and
                                     MyEnv-v0/ with args.yml, config.yml and perhaps vecnormalize.pkl
     any/model.zip                   a single model, with vecnormalize.pkl beside it if its observations were normalised
@@ -75,7 +75,7 @@ def find_trained(place: Path) -> Trained:
         return _zoo(place, inner[0])
     asked = runs.read_arguments(place)
     known = {"env": asked["env"], "level": str(place / "env.yaml"), "action_mode": asked["action_mode"]}
-    return Trained(runs.model_of(place), None, known, is_run=True)
+    return Trained(runs.policy_of(place), None, known, is_run=True)
 
 
 def _zoo(place: Path, inner: Path) -> Trained:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import copy
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final, Protocol, final
+from typing import Any, Final, final
 
 import mujoco
 import numpy as np
@@ -15,12 +15,12 @@ from mujoco.studio.dear_imgui import dear_imgui as imgui
 
 from pnt_gym.arrays import joined
 from pnt_gym.cells.base.canvas import Marker
-from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.base.view import Scene, ThrowView
 from pnt_gym.errors import PntGymError
 
 from .cli import UsageError
 from .controllers import NAMES
+from .stage import Stage
 from .throws import Throws, summary
 
 RATE: Final = 60
@@ -48,17 +48,6 @@ class Shown(messages.Snapshot):
     shapes: Sequence[Marker]
     lines: Sequence[str]
     camera: Any
-
-
-class Stage(Protocol):
-    """A cell in which a controller throws one object after the other."""
-
-    core: Core
-    view: Any
-    throws: Iterator[Throws]
-
-    def close(self) -> None:
-        """Free it; safe to call twice."""
 
 
 @final

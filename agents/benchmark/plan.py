@@ -25,6 +25,7 @@ Count = Annotated[int, Field(ge=0)]
 LEARNERS = ("mean_shift", "virtual_goal", "newton_goal", "ridge", "mlp", *ALGORITHMS)
 _CODE = (
     "pnt_gym/**/*.py",
+    "agents/actor.py",
     "agents/controllers/**/*.py",
     "agents/benchmark/run.py",
     "agents/evaluation.py",

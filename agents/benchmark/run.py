@@ -15,7 +15,7 @@ from pnt_gym.arrays import Bools
 
 from .. import runs
 from ..controllers import Learner, make_controller
-from ..controllers.own import Policy, model_policy
+from ..controllers.own import Policy, actor_policy
 from ..controllers.protocol import Controller
 from ..environments import Env, core_of, make_vector
 from ..evaluation import held_out, practise
@@ -127,7 +127,7 @@ def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Controller]]:
             learn(model, env, folder, leg, Stop(), quiet=True)
         seconds = round(time.perf_counter() - began, 1)
         place = next(p for p in runs.checkpoints(folder) if int(p.name) >= throws)
-        yield int(place.name), seconds, model_policy(runs.load_model(folder, checkpoint=place), algo, env.env)
+        yield int(place.name), seconds, actor_policy(runs.load_actor(folder, place), algo, env.env)
     env.close()
 
 

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from pnt_gym.errors import PntGymError, one_sentence
 
+from ..actor import Actor
 from ..cli import UsageError
 from ..environments import Env, core_of, own_module
-from ..runs import load_model
+from ..runs import load_actor, read_arguments
 from ..trained import check_trust, find_trained
 from .protocol import Actions, Controller, Observation
 
@@ -94,17 +95,29 @@ def trained_policy(place: Path, env: Env, *, trust: bool = False) -> Policy:
     Raises:
         UsageError: it is missing, damaged or not trusted, or does not fit the environment.
     """
+    found, what = find_trained(place), f"the policy of {str(place)!r}"
+    if found.is_run:
+        return actor_policy(load_actor(place), read_arguments(place)["algo"], env, what)
+    check_trust(place, trust)
     from ..sb3 import SameStepVecEnv, load_policy, load_statistics  # noqa: PLC0415 - torch takes a second to import
 
-    found = find_trained(place)
-    if not found.is_run:
-        check_trust(place, trust)
-    model = load_model(place) if found.is_run else load_policy(found.model)
-    policy = model_policy(model, type(model).__name__.lower(), env, f"the policy of {str(place)!r}")
+    model = load_policy(found.model)
+    policy = model_policy(model, type(model).__name__.lower(), env, what)
     if found.statistics is None:
         return policy
     statistics = load_statistics(found.statistics, SameStepVecEnv(env))
     return Policy(lambda features: policy.function(statistics.normalize_obs(features)), policy.name)
+
+
+def actor_policy(actor: Actor, name: str, env: Env, what: str = "the policy") -> Policy:
+    """A policy that training left as numbers.
+
+    Raises:
+        UsageError: it does not fit the environment.
+    """
+    seen, given = actor.sizes
+    _check_fit((seen,), (given,), env, what)
+    return Policy(actor, name)
 
 
 def model_policy(model: Any, name: str, env: Env, what: str = "the model") -> Policy:
@@ -113,11 +126,14 @@ def model_policy(model: Any, name: str, env: Env, what: str = "the model") -> Po
     Raises:
         UsageError: it does not fit the environment.
     """
-    own = (model.observation_space.shape, model.action_space.shape)
+    _check_fit(model.observation_space.shape, model.action_space.shape, env, what)
+    return Policy(lambda features: model.predict(features, deterministic=True)[0], name)
+
+
+def _check_fit(seen: Any, given: Any, env: Env, what: str) -> None:
     here = (env.single_observation_space.shape, env.single_action_space.shape)
-    if own != here:
+    if (seen, given) != here:
         raise UsageError(
-            f"{what} takes observations {own[0]} and gives actions {own[1]}, but the environment has {here[0]} and "
+            f"{what} takes observations {seen} and gives actions {given}, but the environment has {here[0]} and "
             f"{here[1]}"
         )
-    return Policy(lambda features: model.predict(features, deterministic=True)[0], name)

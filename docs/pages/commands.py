@@ -16,8 +16,8 @@ from agents.places import SHIPPED as ROOT
 
 from .marks import fenced, table
 
-CHECKOUT: Final = ("reproduce.__main__", "report.__main__", "publish")
-"""Commands of a checkout alone: they need the papers' parts, results, or a run to keep."""
+CHECKOUT: Final = ("reproduce.__main__", "report.__main__")
+"""Commands of a checkout alone: they need the papers' parts, or results."""
 WIDTH: Final = "100"
 
 

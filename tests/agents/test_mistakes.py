@@ -187,13 +187,40 @@ def test_a_failed_start_does_not_block_the_next(here: Path) -> None:
     assert answered("agents.train", "--resume", "run", "--steps", "16", "--eval-picks", "0")[0] == 0
 
 
-@pytest.mark.parametrize("keep", [0, 100, 161_085, 300_000, -1])
-def test_a_torn_model(here: Path, keep: int) -> None:
+@pytest.mark.parametrize("share", [0.0, 0.001, 0.5, 0.9, 0.9999])
+def test_a_torn_model(here: Path, share: float) -> None:
     shutil.copytree(SHIPPED, here / "kept")
-    file = here / "kept" / "model.zip"
-    file.write_bytes(file.read_bytes()[:keep])
-    assert "model.zip is truncated" in refused("agents.evaluate", "--controller", "kept", "--picks", "4")
-    assert "model.zip is truncated" in refused("agents.publish", "kept", "--to", ".")
+    for name in ("model.zip", "policy.npz"):  # the second is torn while the first is torn already
+        file = here / "kept" / name
+        file.write_bytes(file.read_bytes()[: int(share * file.stat().st_size)])
+        assert f"{name} is truncated" in refused("agents.publish", "kept", "--to", ".")
+    assert "policy.npz is truncated" in refused("agents.evaluate", "--controller", "kept", "--picks", "4")
+    assert sorted(path.name for path in here.iterdir()) == ["kept"]
+
+
+def test_a_policy_that_is_not_its_models(here: Path) -> None:
+    shutil.copytree(SHIPPED, here / "kept")
+    file = here / "kept" / "policy.npz"
+    with np.load(file) as parts:
+        found = {name: parts[name] for name in parts.files}
+    np.savez(file, **{**found, "bias_1": np.nextafter(found["bias_1"], np.float32(1.0))})
+    assert "policy.npz and model.zip are not of the same throw" in refused("agents.publish", "kept", "--to", ".")
+
+
+def test_a_run_of_before_there_were_policies(here: Path) -> None:
+    shutil.copytree(SHIPPED, here / "kept")
+    (here / "kept" / "policy.npz").unlink()
+    said = "policy.npz is missing; before 0.2.0 none was written: its model.zip can be used with --trust"
+    for command in (
+        ("agents.evaluate", "--controller", "kept"),
+        ("agents.play", "--controller", "kept", "--picture", "x.png"),
+        ("agents.publish", "kept", "--to", "."),
+    ):
+        assert said in refused(*command)
+    old = ("--controller", "kept/model.zip", "--trust", "--env", "PnTRelease-v0", "--level", "waste", "--picks", "16")
+    assert answered("agents.evaluate", *old)[0] == 0
+    (here / "kept" / "model.zip").unlink()
+    assert "policy.npz is missing\n" in refused("agents.evaluate", "--controller", "kept")
 
 
 @pytest.mark.parametrize(
@@ -204,7 +231,9 @@ def test_arguments_of_another_run(here: Path, name: str, value: object) -> None:
     shutil.copytree(SHIPPED, here / "kept")
     file = here / "kept" / "args.yml"
     file.write_text(yaml.safe_dump({**yaml.safe_load(file.read_text()), name: value}))
-    refused("agents.evaluate", "--controller", "kept", "--picks", "4")
+    refused("agents.publish", "kept", "--to", ".", "--picks", "4")
+    if value != "ppo":  # only the model tells
+        refused("agents.evaluate", "--controller", "kept", "--picks", "4")
 
 
 def test_a_level_whose_name_is_a_path_is_not_published(here: Path) -> None:

@@ -116,14 +116,16 @@ def test_what_a_killed_command_left_is_swept_and_what_others_write_is_not(here: 
 def test_a_resume_mends_what_a_kill_kept_from_being_done(run: Path) -> None:
     whole = state(run)
     first, last = (run / "checkpoints" / name for name in ("00000008", "00000016"))
-    shutil.copy(first / "model.zip", run / "model.zip")
+    for name in ("model.zip", "policy.npz"):
+        shutil.copy(first / name, run / name)
     (run / "replay_buffer.npz").unlink()
     shutil.copy(last / "replay_buffer.npz", first / "replay_buffer.npz")
     (run / "checkpoints" / f".00000016.{dead()}.tmp").mkdir()
     (run / "evaluation.json").unlink()
     assert answered(*RESUME) == (0, "")
     assert state(run) == whole
-    assert (run / "model.zip").read_bytes() == (last / "model.zip").read_bytes()
+    for name in ("model.zip", "policy.npz"):
+        assert (run / name).read_bytes() == (last / name).read_bytes()
     assert "has done 16 throws of 16; give a larger --steps" in refused(*RESUME)
 
 
@@ -179,12 +181,18 @@ def test_a_disk_that_is_full_costs_no_more_than_the_leg(run: Path, here: Path, s
     assert runs.load_model(run).num_timesteps == 24
 
 
+LEARNS = ("torch", "stable_baselines3", "sb3_contrib")
 MISSING = [
     ("torch", "rl", ("agents.train", *SMALL[:-1], "new")),
-    ("torch", "rl", ("agents.evaluate", "--controller", "run", "--env", "ToyThrow-v0")),
+    ("torch", "rl", ("agents.evaluate", "--controller", "run/model.zip", "--env", "ToyThrow-v0", "--trust")),
+    ("torch", "rl", ("agents.publish", "run", "--to", "new")),
+    ("onnx", "onnx", ("agents.publish", "run", "--to", "new", "--levels", "waste")),
+    ("onnxruntime", "onnx", ("agents.publish", "run", "--to", "new", "--levels", "waste")),
+    ("matplotlib", "report", ("agents.publish", "run", "--to", "new", "--levels", "waste")),
     ("stable_baselines3", "rl", ("agents.train", *SMALL[:-1], "new")),
     ("sb3_contrib", "rl", ("agents.train", *SMALL[:-1], "new", "--algo", "tqc")),
     ("jinja2", "report", ("agents.report", "--results", "results", "--readme", "none.md")),
+    ("PIL", "video", ("agents.play", "--env", "PnTRelease-v0", "--picture", "x.png")),
     ("imageio", "video", ("agents.play", "--env", "PnTRelease-v0", "--video", "x.mp4", "--picks", "1")),
 ]
 
@@ -201,7 +209,20 @@ def test_a_library_that_is_not_there_is_named_with_what_brings_it(
     said = refused(*command)
     assert f"needs {library}" in said
     assert f"pip install 'pnt_gym[{extra}]'" in said
-    assert not (here / "new").exists()
+    assert not (here / "new").exists() or not list((here / "new").iterdir())
+
+
+def test_a_trained_policy_throws_without_the_libraries_that_trained_it(
+    run: Path, here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    command = ("agents.evaluate", "--controller", "run", "--picks", "8", "--num-envs", "4", "--json")
+    assert answered(*command, "with.json") == (0, "")
+    for name in [n for n in sys.modules if n.partition(".")[0] in LEARNS or n in ("agents.sb3", "agents.progress")]:
+        monkeypatch.delitem(sys.modules, name)
+    for name in LEARNS:
+        monkeypatch.setitem(sys.modules, name, None)
+    assert answered(*command, "without.json") == (0, "")
+    assert (here / "without.json").read_bytes() == (here / "with.json").read_bytes()
 
 
 def test_paths_with_spaces_and_umlauts_without_a_home_in_an_ascii_world(tmp_path: Path) -> None:

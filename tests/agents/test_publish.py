@@ -3,31 +3,122 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
+from typing import Any
 
-from tests.tools.commands import call, call_here
+import imageio.v3 as iio
+import numpy as np
+import onnxruntime
+import pytest
+import yaml
+
+from agents import publish, runs
+from agents.publish import Arguments
+from tests.tools.commands import answer, call, call_here, refused
+
+NAME = "OneJointThrow-v0-ideal-sac-seed0"
 
 
-def test_a_published_policy_throws_as_the_run_did(tmp_path: Path) -> None:
-    folder, kept = tmp_path / "run", tmp_path / "policies"
-    train = ("--env", "PnTRelease-v0", "--level", "ideal", "--steps", "32", "--eval-picks", "0", "--out", str(folder))
-    assert call_here("agents.train", *train, folder=tmp_path).returncode == 0
-    done = call("agents.publish", str(folder), "--to", str(kept), "--levels", "ideal", "--picks", "16", folder=tmp_path)
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = tmp_path_factory.mktemp("trained")
+    train = ("--env", "OneJointThrow-v0", "--level", "ideal", "--steps", "32", "--eval-picks", "0", "--out", "run")
+    assert call_here("agents.train", *train, folder=place).returncode == 0
+    return place / "run"
+
+
+@pytest.fixture
+def run(trained: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(trained, tmp_path / "run"))
+
+
+def metadata(card: str) -> dict[str, Any]:
+    return yaml.safe_load(card.split("---\n")[1])
+
+
+def test_a_published_policy_throws_as_the_run_did(run: Path, tmp_path: Path) -> None:
+    command = ("agents.publish", run, "--to", tmp_path / "kept", "--picks", "16", "--no-video")
+    done = call("agents.publish", *command[1:], folder=tmp_path)
     assert done.returncode == 0, done.stderr
-    (copy,) = kept.iterdir()
-    assert not (copy / "replay_buffer.pkl").exists()
-    errors = []
-    for controller in (folder, copy):
-        out = tmp_path / f"{controller.name}.json"
-        judged = call_here(
-            "agents.evaluate", "--controller", str(controller), "--picks", "16", "--json", str(out), folder=tmp_path
-        )
-        assert judged.returncode == 0, judged.stderr
-        errors.append(json.loads(out.read_text())["landing_error_mean_m"])
-    assert errors[0] == errors[1]
-    assert f"{1000 * errors[0]:.1f} mm" in (copy / "README.md").read_text()
-    again = call_here(
-        "agents.publish", str(folder), "--to", str(kept), "--levels", "ideal", "--picks", "16", folder=tmp_path
-    )
-    assert again.returncode == 2
-    assert "exists already" in again.stderr
+    (copy,) = (tmp_path / "kept").iterdir()
+    lies = {path.name for path in copy.iterdir()}
+    assert copy.name == NAME
+    assert lies - {"git.txt"} == {*publish.FILES, "README.md", "policy.onnx", "curve.png"} - {"git.txt"}
+    found = []
+    for controller in (run, copy):
+        judged = ("--controller", controller, "--picks", "16", "--json", "judged.json")
+        found.append(answer(call_here("agents.evaluate", *judged, folder=tmp_path), tmp_path / "judged.json"))
+    assert found[0] | {"controller": ""} == found[1] | {"controller": ""}
+    card = (copy / "README.md").read_text()
+    assert f"| ideal | {1000 * found[0]['landing_error_mean_m']:.1f} mm |" in card
+    assert f"--controller {copy.name} " in card
+    assert "replay.mp4" not in card
+    (result,) = metadata(card)["model-index"][0]["results"]
+    told = {metric["type"]: metric["value"] for metric in result["metrics"]}
+    assert told["landing_error_mean_m"] == round(found[0]["landing_error_mean_m"], 4)
+    reward = np.array([throw["reward"] for throw in found[0]["throws"]])
+    assert told["mean_reward"] == f"{reward.mean():.2f} +/- {reward.std():.2f}"
+    assert "exists already" in refused(*command)
+
+
+def test_the_graph_acts_as_the_policy(run: Path, tmp_path: Path) -> None:
+    publish.main(Arguments(run, to=tmp_path / "kept", picks=4, video=False))
+    actor = runs.load_actor(tmp_path / "kept" / NAME)
+    session = onnxruntime.InferenceSession(tmp_path / "kept" / NAME / "policy.onnx")
+    seen = np.random.default_rng(1).standard_normal((9, actor.sizes[0])).astype(np.float32)
+    np.testing.assert_allclose(session.run(["action"], {"observation": seen})[0], actor(seen), rtol=0, atol=1e-6)
+    about = session.get_modelmeta().custom_metadata_map
+    assert about["env"] == "OneJointThrow-v0"
+    assert about["action_mode"] == runs.read_arguments(run)["action_mode"]
+
+
+@pytest.mark.usefixtures("opengl")
+def test_the_film_shows_throws_of_the_policy(run: Path, tmp_path: Path) -> None:
+    done = call("agents.publish", run, "--to", "kept", "--picks", "4", "--no-onnx", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    copy = tmp_path / "kept" / NAME
+    frames = iio.imread(copy / "replay.mp4")
+    assert frames.shape[1:] == (368, 640, 3)
+    assert publish.FILMED * 0.4 * 30 <= len(frames) <= publish.FILMED * 0.7 * 30
+    assert np.abs(frames[0].astype(int) - frames[len(frames) // 2]).max() > 40
+    card = (copy / "README.md").read_text()
+    assert "(replay.mp4)" in card
+    assert "onnx" not in card
+    assert not (copy / "policy.onnx").exists()
+
+
+@pytest.mark.parametrize("part", ["save_onnx", "film", "evaluate", "write_text"])
+@pytest.mark.parametrize("error", [OSError(28, "No space left on device"), KeyboardInterrupt()])
+def test_a_folder_is_published_in_full_or_not_at_all(
+    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, part: str, error: BaseException
+) -> None:
+    def fails(*_: Any, **__: Any) -> None:
+        raise error
+
+    kept = tmp_path / "kept"
+    asked = Arguments(run, to=kept, picks=4, video=part == "film")
+    with monkeypatch.context() as patch:
+        patch.setattr(publish, part, fails)
+        with pytest.raises(type(error)):
+            publish.main(asked)
+    assert list(kept.iterdir()) == []
+    publish.main(Arguments(run, to=kept, picks=4, video=False))
+    assert [path.name for path in kept.iterdir()] == [NAME]
+
+
+@pytest.mark.parametrize("text", [None, "", "throws\n", "throws,seconds\n1,2\n", "a,b,c,d,e\n1,2,3,4,x\n"])
+def test_a_training_without_its_figures_is_damaged(run: Path, tmp_path: Path, text: str | None) -> None:
+    (run / "progress.csv").unlink()
+    if text is not None:
+        (run / "progress.csv").write_text(text)
+    assert "is damaged: progress.csv is missing or torn" in refused("agents.publish", run, "--to", tmp_path / "kept")
+    assert not list((tmp_path / "kept").iterdir())
+
+
+def test_a_published_policy_can_be_published_again(run: Path, tmp_path: Path) -> None:
+    publish.main(Arguments(run, to=tmp_path / "one", picks=8, video=False))
+    publish.main(Arguments(tmp_path / "one" / NAME, to=tmp_path / "other", picks=8, video=False))
+    one, other = ({p.name: p.read_bytes() for p in (tmp_path / name / NAME).iterdir()} for name in ("one", "other"))
+    assert one == other
+    assert json.loads(one["versions.json"])["python"]

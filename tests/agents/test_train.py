@@ -60,6 +60,12 @@ def restored(folder: Path, env: str) -> Any:
     return runs.restore(folder, SameStepVecEnv(make_vector(env, "waste", 8)))
 
 
+def assert_acts_as_its_model(folder: Path, checkpoint: Path | None = None) -> None:
+    seen = np.random.default_rng(5).standard_normal((50, 26)).astype(np.float32)
+    theirs = runs.load_model(folder, None, checkpoint).predict(seen, deterministic=True)[0]
+    np.testing.assert_allclose(runs.load_actor(folder, checkpoint)(seen), theirs, rtol=0, atol=1e-6)
+
+
 def resumed(folder: Path, **changes: Any) -> Arguments:
     return replace(Arguments(resume=folder, eval_picks=0), **changes)
 
@@ -67,11 +73,13 @@ def resumed(folder: Path, **changes: Any) -> Arguments:
 def test_run_folder_holds_what_it_promises(asked: Arguments, tmp_path: Path) -> None:
     main(replace(asked, eval_picks=24))
     found = {p.name for p in (tmp_path / "run").iterdir()}
-    promised = {"args.yml", "config.yml", "env.yaml", "versions.json", "command.txt", "model.zip"}
+    promised = {"args.yml", "config.yml", "env.yaml", "versions.json", "command.txt", "model.zip", "policy.npz"}
     assert promised | {"replay_buffer.npz", "progress.csv", "evaluation.json", "checkpoints"} <= found
     assert not any(name.startswith(".") for name in found)
     assert [p.name for p in runs.checkpoints(tmp_path / "run")] == ["00000000", "00000104", "00000200"]
     assert runs.read_arguments(tmp_path / "run")["steps"] == 200
+    for checkpoint in (None, *runs.checkpoints(tmp_path / "run")):
+        assert_acts_as_its_model(tmp_path / "run", checkpoint)
 
 
 @pytest.mark.parametrize("env", ["ToyThrow-v0", "ToyShift-v0"])
@@ -126,6 +134,7 @@ def test_other_algorithms_train_and_resume(asked: Arguments, tmp_path: Path, alg
     main(begun)
     main(resumed(tmp_path / "run", steps=128))
     assert runs.load_model(tmp_path / "run").num_timesteps == 128
+    assert_acts_as_its_model(tmp_path / "run")
     main(replace(begun, steps=128, out=tmp_path / "whole"))
     assert all(
         np.array_equal(a, b) for a, b in zip(weights(tmp_path / "run"), weights(tmp_path / "whole"), strict=True)
@@ -242,6 +251,14 @@ def test_bad_usage_leaves_nothing_behind(asked: Arguments, tmp_path: Path, chang
     with pytest.raises(ValueError, match=said):
         main(replace(asked, **changes))
     assert not (tmp_path / "run").exists()
+    assert [p.name for p in tmp_path.iterdir()] == ["small.yml"]
+
+
+def test_a_policy_that_cannot_be_kept_as_numbers_is_not_begun(asked: Arguments, tmp_path: Path) -> None:
+    kwargs = "dict(net_arch=[8], activation_fn=nn.PReLU)"
+    (tmp_path / "small.yml").write_text(yaml.safe_dump({"default": {**OFF_POLICY, "policy_kwargs": kwargs}}))
+    with pytest.raises(UsageError, match=r"the policy cannot be kept as numbers: .* activation_fn one of ELU, GELU"):
+        main(asked)
     assert [p.name for p in tmp_path.iterdir()] == ["small.yml"]
 
 

@@ -18,7 +18,8 @@ import pytest
 from agents.controllers import make_controller
 from agents.environments import core_of, make_vector
 from agents.evaluation import thrown
-from agents.play import Arguments, Stage
+from agents.play import Arguments, stage_of
+from agents.stage import Stage
 from agents.viewer import Choice, Film, Shown, Wishes, watch
 from tests.tools.commands import call, environment
 
@@ -132,7 +133,7 @@ def test_a_choice_that_cannot_be_is_told_and_the_one_before_goes_on(monkeypatch:
     made: list[Stage] = []
 
     def make(choice: Choice) -> Stage:
-        made.append(Stage(arguments, choice.controller, choice.level))
+        made.append(stage_of(arguments, choice.controller, choice.level))
         return made[-1]
 
     watch(make, Choice("analytic", "waste"), "web")

@@ -47,6 +47,12 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (here / name).write_text(text)
     np.savez(here / "x.npz", centre=np.zeros(3))
     shutil.copytree(POLICY, here / "policy")
+    for name in ("torn", "foreign", "written", "old"):
+        shutil.copytree(POLICY, here / name)
+    (here / "torn" / "policy.npz").write_bytes((POLICY / "policy.npz").read_bytes()[:9000])
+    shutil.copy(here / "x.npz", here / "foreign" / "policy.npz")
+    (here / "written" / "policy.npz").write_text("weights")
+    (here / "old" / "policy.npz").unlink()
     return here
 
 

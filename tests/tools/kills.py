@@ -263,11 +263,12 @@ def half_files(folder: Path) -> list[str]:
 
 
 def stale_models(folder: Path) -> list[str]:
-    """Run folders whose model on top is not that of their last checkpoint."""
+    """Run folders whose model or policy on top is not that of their last checkpoint."""
     found: list[str] = []
     for place in folder.rglob("checkpoints"):
         last = max(path for path in place.iterdir() if path.name.isdigit())
-        if (place.parent / "model.zip").read_bytes() != (last / "model.zip").read_bytes():
+        names = ("model.zip", "policy.npz")
+        if any((place.parent / name).read_bytes() != (last / name).read_bytes() for name in names):
             found.append(str(place.parent))
     return found
 

@@ -8,7 +8,7 @@ WRONG_LINES: Final = r"""
 evaluate | Missing from python -m agents.evaluate: --controller NAME|RU
 evaluate analytic | Missing from python -m agents.evaluate: --controller NAME|RU
 evaluate --controller | Missing value for argument '--controller'
-evaluate --controller "" | '.' holds neither policy.zip nor best_model.zip
+evaluate --controller "" | '.' holds neither foreign.zip nor best_model.zip
 evaluate --controller analytic --picks | Missing value for argument '--picks'
 evaluate --controller analytic --picks "" | Error parsing --picks: invalid literal for int() with base 1
 evaluate --controller analytic --picks 0 | --picks is 0; it must be at least 1
@@ -76,6 +76,11 @@ evaluate --controller analytic_height --env OneJointThrow-v0 | controller 'analy
 evaluate --controller mlp --action-mode release_xyz | controller 'mlp' shifts the landing and needs an action of 2
 evaluate --controller policy --env OneJointThrow-v0 | level file 'policy/env.yaml': unknown key 'action.along'
 evaluate --controller policy --action-mode release_xyz | the policy of 'policy' takes observations (26,) and gives ac
+evaluate --controller torn | 'torn/policy.npz' is damaged: policy.npz is truncated or holds no policy
+evaluate --controller foreign | 'foreign/policy.npz' is damaged: policy.npz is truncated or holds no policy
+evaluate --controller written | 'written/policy.npz' is damaged: policy.npz is truncated or holds no policy
+evaluate --controller old | run folder 'old' is damaged: policy.npz is missing; before 0.2.0 none was written
+evaluate --controller policy/policy.npz | 'policy/policy.npz' is neither a controller
 evaluate --controller policy --level nominal.yaml | level file 'nominal.yaml': mismatch is 9: input should be le
 evaluate --controller analytic --env CartPole-v1 | environment 'CartPole-v1' has no core, so it is none of a ce
 train extra | Unrecognized options: extra
@@ -84,7 +89,7 @@ train --steps -1 | --steps is -1; it must be at least 1
 train --steps x | Error parsing --steps: no type matching {None}|INT could be
 train --seed -1 | --seed is -1; it must be at least 0
 train --env OneJointThrow-v0 --fidelity flight | --fidelity flight: environment 'OneJointThrow-v0' is simulated i
-train --fidelity half | Error parsing --fidelity
+train --fidelity half | invalid choice 'half' for argument '--fidelity'
 train --full-last 10 | --full-last goes with --fidelity flight
 train --full-last -1 --fidelity flight | --full-last is -1; it must be at least 0
 train --num-envs 0 | --num-envs is 0; it must be at least 1
@@ -164,11 +169,21 @@ play --viewer native --picture x.png | give one of --video FILE.mp4, --picture F
 play --picture x.png --controller nobody | 'nobody' is neither a controller
 play --picture x.png --env Nowhere-v0 | unknown environment 'Nowhere-v0'; known are PnTConveyor-v0,
 play --picture x.png --level nowhere | unknown level 'nowhere'; shipped levels are fast, ideal, nom
+play --picture x.png --controller torn | 'torn/policy.npz' is damaged: policy.npz is truncated or holds no policy
+play --picture x.png --controller old | run folder 'old' is damaged: policy.npz is missing; before 0.2.0
 publish | Missing from python -m agents.publish: PATH The run folder
 publish none | run folder 'none' does not exist
 publish folder | 'folder' is not a run folder: it has no args.yml
 publish file | run folder 'file' does not exist
 publish policy --picks 0 | --picks is 0; it must be at least 1
+publish policy --seed -1 | --seed is -1; it must be at least 0
+publish policy --no-onx | Unrecognized options: --no-onx; perhaps you meant --onnx
+publish policy --video x.mp4 | Unrecognized options: x.mp4
+publish policy/policy.npz | run folder 'policy/policy.npz' does not exist
+publish torn --to kept | 'torn/policy.npz' is damaged: policy.npz is truncated or holds no policy
+publish foreign --to kept | 'foreign/policy.npz' is damaged: policy.npz is truncated or holds no policy
+publish old --to kept | run folder 'old' is damaged: policy.npz is missing; before 0.2.0 none was written
+publish policy --to file | cannot read or write 'file/
 publish policy --to kept --levels nowhere | unknown level 'nowhere'; shipped levels are fast, ideal, nom
 publish policy --env nobody:Cell-v0 | module 'nobody' cannot be imported: ModuleNotFoundError: No
 publish policy policy | Unrecognized options: policy

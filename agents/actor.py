@@ -1,0 +1,127 @@
+"""A trained policy as numbers: all it takes to act, without the libraries that trained it.
+
+`policy.npz` is a NumPy archive of numbers and two names:
+
+    weight_0, bias_0, weight_1, ...   full layers from the observation to the action, weights (outputs, inputs), float32
+    activation                        after every layer but the last, a name of `ACTIVATIONS`
+    output                            "squashed": tanh, then scaled from [-1, 1] to low and high (SAC, TD3, TQC);
+                                      "clipped" to low and high (PPO)
+    bound                             the last layer's numbers are clipped to it on either side before; mostly inf
+    low, high                         of the actions
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Final, Self, final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import erf, expit
+
+from pnt_gym.arrays import Floats
+
+from .cli import UsageError
+
+Array = NDArray[np.float32]
+OUTPUTS: Final = ("squashed", "clipped")
+ACTIVATIONS: Final[Mapping[str, Callable[[Floats], Floats]]] = {
+    "ELU": lambda x: np.where(x > 0.0, x, np.expm1(np.minimum(x, 0.0))),
+    "GELU": lambda x: 0.5 * x * (1.0 + erf(x / np.sqrt(2.0))),
+    "LeakyReLU": lambda x: np.where(x > 0.0, x, 0.01 * x),
+    "Mish": lambda x: x * np.tanh(np.logaddexp(0.0, x)),
+    "ReLU": lambda x: np.maximum(x, 0.0),
+    "SiLU": lambda x: x * expit(x),
+    "Sigmoid": expit,
+    "Softplus": lambda x: np.logaddexp(0.0, x),
+    "Tanh": np.tanh,
+}
+"""By their names in torch.nn, whose default settings they have."""
+
+
+@final
+@dataclass(frozen=True)
+class Actor:
+    """The deterministic policy that a training left; `policy.npz` holds what its attributes say."""
+
+    layers: tuple[tuple[Array, Array], ...]
+    """Weight and bias of each."""
+    activation: str
+    output: str
+    """One of `OUTPUTS`."""
+    bound: float
+    low: Array
+    high: Array
+
+    def __call__(self, observations: NDArray[Any]) -> Array:
+        """Actions (N, A) for observations (N, D), each row for itself.
+
+        Computed with 64 bits, so that rounding the actions to 32 hides how many rows were computed at once.
+        """
+        *hidden, (weight, bias) = self.layers
+        value = np.asarray(observations, dtype=np.float64)
+        for inner, shift in hidden:
+            value = ACTIVATIONS[self.activation](value @ inner.T + shift)
+        value = np.clip(value @ weight.T + bias, -self.bound, self.bound)
+        if self.output == "squashed":
+            value = self.low + 0.5 * (np.tanh(value) + 1.0) * (self.high - self.low)
+        return np.clip(value, self.low, self.high).astype(np.float32)
+
+    @property
+    def sizes(self) -> tuple[int, int]:
+        """Numbers in an observation and in an action."""
+        return self.layers[0][0].shape[1], len(self.low)
+
+    def save(self, file: Path) -> None:
+        """Write it to a file."""
+        numbers: dict[str, Any] = {}
+        for k, (weight, bias) in enumerate(self.layers):
+            numbers |= {f"weight_{k}": weight, f"bias_{k}": bias}
+        numbers |= {"activation": self.activation, "output": self.output, "bound": np.float32(self.bound)}
+        np.savez(file, **numbers, low=self.low, high=self.high)
+
+    @classmethod
+    def load(cls, file: Path) -> Self:
+        """Read it; nothing in the file is run.
+
+        Raises:
+            UsageError: it is damaged, or holds something else.
+        """
+        try:
+            with np.load(file, allow_pickle=False) as parts:
+                found = {name: parts[name] for name in parts.files}
+            count = sum(name.startswith("weight_") for name in found)
+            actor = cls(
+                tuple((_numbers(found[f"weight_{k}"], 2), _numbers(found[f"bias_{k}"], 1)) for k in range(count)),
+                str(found["activation"]),
+                str(found["output"]),
+                float(found["bound"]),
+                _numbers(found["low"], 1),
+                _numbers(found["high"], 1),
+            )
+            _check(actor)
+        except Exception as error:
+            # There is no telling what a torn or foreign file upsets.
+            raise UsageError(f"{str(file)!r} is damaged: {file.name} is truncated or holds no policy") from error
+        return actor
+
+
+def _numbers(array: NDArray[Any], axes: int) -> Array:
+    """Finite numbers in so many axes."""
+    if array.dtype != np.float32 or array.ndim != axes or not np.isfinite(array).all():
+        raise ValueError(f"{array.dtype} {array.shape}")
+    return array
+
+
+def _check(actor: Actor) -> None:
+    """Make sure that the parts fit together."""
+    weights = [weight for weight, _ in actor.layers]
+    fits = [after.shape[1] == before.shape[0] for before, after in pairwise(weights)]
+    fits += [bias.shape == weight.shape[:1] for weight, bias in actor.layers]
+    fits += [actor.low.shape == actor.high.shape == weights[-1].shape[:1], bool((actor.low < actor.high).all())]
+    fits += [actor.activation in ACTIVATIONS, actor.output in OUTPUTS, actor.bound > 0.0]
+    if not all(fits):
+        raise ValueError("parts that do not fit together")
