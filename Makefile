@@ -86,8 +86,9 @@ soak: dev ## 100,000 throws in all environments: flat memory, numbers, nothing t
 package: dev ## build the wheel into dist/ and try it in an environment of its own, outside of the checkout
 	rm -rf dist && $(BIN)/python -m pip wheel -q --no-deps -w dist .
 	$(PYTHON) -m venv dist/venv
-	dist/venv/bin/python -m pip install -q $(PIP_OPTIONS) -c constraints.txt "$$(ls dist/*.whl)[rl]"
-	cd dist && for words in doctor levels demo "evaluate --controller analytic --picks 64" "train --steps 64 --eval-picks 32"; \
+	dist/venv/bin/python -m pip install -q $(PIP_OPTIONS) -c constraints.txt "$$(ls dist/*.whl)[rl,data]"
+	cd dist && for words in doctor levels demo "evaluate --controller analytic --picks 64" "train --steps 64 --eval-picks 32" \
+		"dataset --throws 64 --score-throws 64 --root data"; \
 		do venv/bin/pnt-gym $$words || exit 1; done
 
 clean: ## remove the environment and caches

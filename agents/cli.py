@@ -29,6 +29,9 @@ EXTRAS = {
     "matplotlib": "report",
     "jinja2": "report",
     "imageio": "video",
+    "minari": "data",
+    "h5py": "data",
+    "PIL": "data",
 }
 """Libraries that not every command needs, and the extra of the package that brings them."""
 

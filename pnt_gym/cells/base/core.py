@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from pnt_gym.arrays import Bools, Floats, Ints, replaced
 from pnt_gym.cells.base.action import Correction, Modes, Plans, corrected, limited_actions, mode_of
 from pnt_gym.cells.base.config import LevelConfig
-from pnt_gym.cells.base.features import CLIP, FeatureTable
+from pnt_gym.cells.base.features import CLIP, FeatureTable, Quantity
 from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.engine import unheard
 from pnt_gym.errors import ConfigError, PhysicsError, one_sentence
@@ -82,6 +82,8 @@ class Cell(ABC, Generic[ConfigT, ThrowsT, PlansT, VerdictT]):
     """Its action modes, the default first."""
     reward_terms: ClassVar[tuple[str, ...]]
     """Names of the reward's terms."""
+    hidden: ClassVar[Sequence[Quantity]] = ()
+    """What no observation tells of a throw, for those who study it afterwards."""
 
     table: FeatureTable
     """What is seen of the coming throws; who sees otherwise has `features` and `observe` of its own."""
@@ -287,6 +289,11 @@ class Core:
     def kinds(self) -> dict[str, NDArray[Any]]:
         """`kind`: what the cell's classifier says of the coming things to throw, index into `item_names`, (N,)."""
         return {"kind": self.cell.context.kind.copy()}
+
+    def hidden(self) -> dict[str, Floats]:
+        """What no observation tells of the coming throws, by the names of the cell's `hidden`, (N,) each."""
+        context = self.cell.context
+        return {one.name: np.array(one.value(context), dtype=np.float64) for one in self.cell.hidden}
 
     def plan(self, actions: object) -> tuple[Any, Bools]:
         """Feasible plans nearest to what actions (N, A) ask for, and which actions had to be shortened (N,).
