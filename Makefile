@@ -88,8 +88,9 @@ package: dev ## build the wheel into dist/ and try it in an environment of its o
 	$(PYTHON) -m venv dist/venv
 	dist/venv/bin/python -m pip install -q $(PIP_OPTIONS) -c constraints.txt "$$(ls dist/*.whl)"
 	cd dist && for words in doctor levels demo "evaluate --controller analytic --picks 64"; do venv/bin/pnt-gym $$words || exit 1; done
-	dist/venv/bin/python -m pip install -q $(PIP_OPTIONS) -c constraints.txt "$$(ls dist/*.whl)[rl]"
+	dist/venv/bin/python -m pip install -q $(PIP_OPTIONS) -c constraints.txt "$$(ls dist/*.whl)[rl,data]"
 	cd dist && venv/bin/pnt-gym train --steps 64 --eval-picks 32
+	cd dist && venv/bin/pnt-gym dataset --throws 64 --score-throws 64 --root data
 
 clean: ## remove the environment and caches
 	rm -rf $(VENV) .pytest_cache .ruff_cache .hypothesis docs/_build dist build *.egg-info

@@ -32,6 +32,8 @@ EXTRAS = {
     "PIL": "video",
     "onnx": "onnx",
     "onnxruntime": "onnx",
+    "minari": "data",
+    "h5py": "data",
 }
 """Libraries that not every command needs, and the extra of the package that brings them."""
 

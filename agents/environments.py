@@ -12,7 +12,8 @@ import inspect
 import sys
 import warnings
 import zlib
-from collections.abc import Mapping
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager
 from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
@@ -30,7 +31,7 @@ from pnt_gym.errors import one_sentence
 
 from .cli import UsageError
 
-Role = Literal["train", "practice", "evaluate"]
+Role = Literal["train", "practice", "evaluate", "dataset"]
 Env: TypeAlias = VectorEnv[Any, Any, Any]
 PLUGINS: Final = "pnt_gym.envs"
 """Entry points that name modules which register environments."""
@@ -94,29 +95,57 @@ def make_vector(
         ConfigError: no such level or action mode, or a level that describes no working cell.
     """
     spec = find_environment(env_id)
-    settings = {"level": level, "action_mode": action_mode, "threads": threads}
-    taken = _parameters(spec)
-    asked = {name: v for name, v in settings.items() if v is not None and (taken is None or name in taken)}
+    entry = spec.vector_entry_point or spec.entry_point
+    asked = _taken(spec, entry, {"level": level, "action_mode": action_mode, "threads": threads})
     if level is not None and "level" not in asked:
         raise UsageError(f"environment {env_id!r} takes no level")
     more: dict[str, Any] = {}
     if spec.vector_entry_point is None:
         more = {"vectorization_mode": "sync", "vector_kwargs": {"autoreset_mode": AutoresetMode.SAME_STEP}}
-    try:
-        with warnings.catch_warnings():
-            # Gymnasium announces Box bounds and precision that are meant here.
-            warnings.filterwarnings("ignore", category=UserWarning, module="gymnasium")
-            env = gym.make_vec(spec, num_envs=num_envs, **asked, **more)
-    except (gym.error.Error, TypeError, ImportError, AttributeError) as error:
-        raise UsageError(f"environment {env_id!r} cannot be made: {one_sentence(error)}") from error
+    with _made(env_id):
+        env = gym.make_vec(spec, num_envs=num_envs, **asked, **more)
     if action_mode not in (None, _checked(env, env_id).action_mode):
         raise UsageError(f"environment {env_id!r} takes no action mode but its own")
     return env
 
 
-def _parameters(spec: EnvSpec) -> set[str] | None:
+def make_single(env_id: str, level: str | Mapping[str, Any], action_mode: str | None) -> gym.Env[Any, Any]:
+    """Open the single form of what `make_vector` has opened.
+
+    Raises:
+        UsageError: there is none.
+    """
+    spec = find_environment(env_id)
+    if spec.entry_point is None:
+        raise UsageError(f"environment {env_id!r} has no single form")
+    with _made(env_id):
+        return gym.make(spec, **_taken(spec, spec.entry_point, {"level": level, "action_mode": action_mode}))
+
+
+@contextmanager
+def _made(env_id: str) -> Generator[None, None, None]:
+    """Gymnasium makes an environment in the block.
+
+    Raises:
+        UsageError: it cannot.
+    """
+    try:
+        with warnings.catch_warnings():
+            # Gymnasium announces Box bounds and precision that are meant here.
+            warnings.filterwarnings("ignore", category=UserWarning, module="gymnasium")
+            yield
+    except (gym.error.Error, TypeError, ImportError, AttributeError) as error:
+        raise UsageError(f"environment {env_id!r} cannot be made: {one_sentence(error)}") from error
+
+
+def _taken(spec: EnvSpec, entry: Any, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Those of the settings that were given, and that an environment can be made with."""
+    taken = _parameters(spec, entry)
+    return {name: v for name, v in settings.items() if v is not None and (taken is None or name in taken)}
+
+
+def _parameters(spec: EnvSpec, entry: Any) -> set[str] | None:
     """Names of what an environment can be made with; None if that is anything."""
-    entry: Any = spec.vector_entry_point or spec.entry_point
     try:
         creator: Any = load_env_creator(entry) if isinstance(entry, str) else entry
     except (ImportError, AttributeError) as error:
@@ -152,8 +181,13 @@ def check_autoreset(env: Env) -> None:
 
 def core_of(env: Env) -> Core:
     """The cells behind an environment; those of its first row where every row has its own."""
+    return cores_of(env)[0]
+
+
+def cores_of(env: Env) -> list[Core]:
+    """All cells behind an environment: one core, or one of each row."""
     whole: Any = env.unwrapped
-    return whole.envs[0].unwrapped.core if hasattr(whole, "envs") else whole.core
+    return [one.unwrapped.core for one in whole.envs] if hasattr(whole, "envs") else [whole.core]
 
 
 def _checked(env: Env, name: str) -> Core:

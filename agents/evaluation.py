@@ -155,8 +155,7 @@ def thrown(controller: Controller, env: Env, picks: int, env_seed: int, *, learn
     features, info = env.reset(seed=env_seed)
     done = 0
     while done < picks:
-        kind = np.array(info.get("kind", np.zeros(env.num_envs)), dtype=np.int64)
-        seen = Observation(np.array(features, dtype=np.float32), kind)
+        seen = observed(features, info.get("kind", np.zeros(env.num_envs)))
         action = controller.act(seen)
         features, reward, _, _, info = env.step(action)
         part = take(Throws.of(info, np.asarray(reward), errors), slice(picks - done))
@@ -167,6 +166,11 @@ def thrown(controller: Controller, env: Env, picks: int, env_seed: int, *, learn
             controller.learn(Outcome(seen, action[:count], *told))
         done += len(part)
         yield part
+
+
+def observed(features: Any, kind: Any) -> Observation:
+    """Coming picks as a controller sees them, from what an environment returned and the `kind` of its info."""
+    return Observation(np.array(features, dtype=np.float32), np.array(kind, dtype=np.int64))
 
 
 def _collect(batches: Iterable[Throws], progress: Progress | None) -> Throws:

@@ -1,28 +1,30 @@
-"""A dataset of random throws, and what plain regression makes of it: the yardstick for anything that learns."""
+"""A Minari dataset of random throws, and what plain regression makes of it: the yardstick for anything that learns."""
 
+import os
+import subprocess
 import sys
+from tempfile import TemporaryDirectory
 
-import gymnasium as gym
+import minari
 import numpy as np
 
 import pnt_gym
 
-steps, cells = int(sys.argv[1]) if len(sys.argv) > 1 else 32, 32
-env = gym.make_vec("PnTRelease-v0", num_envs=cells, level="waste")
-env.action_space.seed(0)
-observations, misses = [], []
-seen, _ = env.reset(seed=0)
-scale = env.core.correction.scale  # what an action of 1 moves the landing by (2,) [m]
-for _ in range(steps):
-    action = 0.5 * env.action_space.sample()
-    following, _, _, _, info = env.step(action)
-    observations.append(seen)
-    misses.append(np.stack([info["landing_along"], info["landing_across"]], axis=1) - action * scale)
-    seen = following
+throws = sys.argv[1] if len(sys.argv) > 1 else "1024"
+with TemporaryDirectory() as os.environ["MINARI_DATASETS_PATH"]:
+    command = [sys.executable, "-m", "pnt_gym", "dataset", "--throws", throws, "--score-throws", "32"]
+    subprocess.run([*command, "--expert", "oracle"], check=True)
+    dataset = minari.load_dataset("pnt_gym/release/waste-random-v0")
+    episodes = list(dataset.iterate_episodes())
+    scale = dataset.recover_environment().unwrapped.core.correction.scale  # landing moved by an action of 1 (2,) [m]
+    names = dataset.storage.metadata["columns"]["outcome"]
 
-x, y = np.concatenate(observations), np.concatenate(misses)  # the error that the planner alone would have made
+outcome = np.concatenate([episode.infos["outcome"][1:] for episode in episodes])  # entry 0 is of the reset
+landing = outcome[:, [names.index("landing_along"), names.index("landing_across")]]
+misses = landing - scale * np.concatenate([episode.actions for episode in episodes])  # of the planner alone
+x = np.concatenate([episode.observations[:-1] for episode in episodes])
 design = np.c_[np.ones(len(x)), x]
-weights = np.linalg.solve(design.T @ design + np.eye(design.shape[1]), design.T @ y)
+weights = np.linalg.solve(design.T @ design + np.eye(design.shape[1]), design.T @ misses)
 
 
 def regression(features):

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 EXAMPLES = sorted((Path(__file__).resolve().parents[1] / "examples").glob("*.py"))
-SHORT = {"06_train_sac": "110", "07_own_loop": "5", "08_offline_dataset": "6"}
+SHORT = {"06_train_sac": "110", "07_own_loop": "5", "08_offline_dataset": "96"}
 SAYS = {
     "01_three_lines": ["info['is_success']=True", "next comes a can"],
     "02_many_cells": ["0 times", "1 times"],
@@ -18,7 +18,7 @@ SAYS = {
     "05_my_controller": ["analytic:", "two_centimetres_shorter:"],
     "06_train_sac": ["analytic:"],
     "07_own_loop": ["after 160 throws"],
-    "08_offline_dataset": ["learned from 192 throws", "regression:"],
+    "08_offline_dataset": ["learned from 96 throws", "regression:"],
 }
 
 

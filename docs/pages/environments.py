@@ -67,6 +67,12 @@ def listed(folder: str) -> str:
     return table(("environment", "kind", "episode", "task"), rows)
 
 
+def hidden(env_id: str) -> str:
+    """A table of what no observation tells of a throw."""
+    rows = [(f"`{one.name}`", one.unit, one.meaning) for one in made(env_id).core.cell.hidden]
+    return table(("column", "unit", "what is true"), rows)
+
+
 def gallery(_: str) -> str:
     """A moving picture of each, which leads to its page."""
     pictures = [f"[![{i}](pictures/{i}.webp) {i}](environments/{i}.md)" for i in pnt_gym.ENV_IDS]

@@ -23,6 +23,7 @@ MADE: Final[Mapping[str, Callable[[str], str]]] = {
     "environment": environments.page,
     "environments": environments.listed,
     "gallery": environments.gallery,
+    "hidden": environments.hidden,
     "levels": levels.listed,
     "items": items.listed,
     "item-keys": items.keys,

@@ -43,6 +43,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     here = tmp_path_factory.mktemp("place")
     (here / "folder" / "full" / "thing").mkdir(parents=True)
     (here / "broken").mkdir()
+    (here / "datasets" / "one" / "two-v0" / "data").mkdir(parents=True)
     for name, text in TEXTS.items():
         (here / name).write_text(text)
     np.savez(here / "x.npz", centre=np.zeros(3))

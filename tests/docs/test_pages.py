@@ -82,6 +82,14 @@ def test_every_environment_has_a_page_and_a_small_picture(env_id):
 
 
 @pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
+def test_what_is_hidden_is_on_the_page_of_datasets(env_id):
+    shown = re.findall(r"^<!-- made: hidden (.*) -->$", (DOCS / "datasets.md").read_text(), flags=re.MULTILINE)
+    rows = names(environments.hidden(env_id))
+    assert rows in [names(environments.hidden(shown_id)) for shown_id in shown]
+    assert rows == [*environments.made(env_id).core.hidden()]
+
+
+@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
 def test_a_bandit_is_what_no_action_changes(env_id):
     """The kind that page and README name is that of the code, and shows in what comes after different actions."""
     kind = environments.kind(env_id)

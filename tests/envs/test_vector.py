@@ -49,6 +49,20 @@ def theirs(env_id):
     return rollout(env_id, SyncVectorEnv(makers, autoreset_mode=AutoresetMode.SAME_STEP), N)
 
 
+def test_what_is_hidden_of_a_row_is_hidden_of_the_single_environment(env_id):
+    env, alone = gym.make_vec(env_id, num_envs=N, level=LEVELS[env_id]), gym.make(env_id, level=LEVELS[env_id])
+    env.reset(seed=SEED)
+    hidden, names = env.core.hidden(), [one.name for one in env.core.cell.hidden]
+    assert [*hidden] == names
+    assert len({*names}) == len(names) >= 2
+    for row in range(N):
+        alone.reset(seed=SEED + row)
+        assert {name: values[row] for name, values in hidden.items()} == {
+            name: float(value) for name, (value,) in alone.unwrapped.core.hidden().items()
+        }
+    assert any(len({*values}) == N for values in hidden.values()) or LEVELS[env_id] == "ideal"
+
+
 def test_make_vec_gives_the_batched_form_without_a_warning(env_id):
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -51,6 +51,12 @@ OPTIONS: Final[dict[str, dict[str, tuple[str, ...]]]] = {
     "agents.publish": {"policy": ("",), "folder": ("",), "--to": FILES, "--picks": NUMBERS, "--levels": LEVELS},
     "agents.play": {"--controller": NAMES, "--picture": ("folder", ""), "--video": ("folder", ""), "--slow": NUMBERS},
     "agents.levels": {"": ("",), "waste": ("",), "nowhere": ("",)},
+    "agents.dataset": {
+        "--controller": ("expert", *NAMES), "--expert": NAMES, "--env": ("PnTRelease-v0", *ENVS), "--level": LEVELS,
+        "--throws": NUMBERS, "--seed": SEEDS, "--name": ("one/two-v0", "one-v1", *FILES), "--root": ("data", *FILES),
+        "--practice": NUMBERS, "--score-throws": NUMBERS, "--num-envs": NUMBERS, "--threads": NUMBERS,
+        "--action-mode": MODES, "--author": FILES, "--trust": ("",),
+    },
 }  # fmt: skip
 ALWAYS: Final = {
     "agents.evaluate": ("--controller", "analytic", "--env", "ToyThrow-v0", *SMALL),
@@ -71,7 +77,10 @@ ALWAYS: Final = {
     "agents.report": ("--results", "folder"),
     "agents.publish": ("policy", "--env", "x:y"),
     "agents.play": ("--picture", "folder"),
-}
+    "agents.dataset": (
+        "--throws", "4", "--score-throws", "4", "--num-envs", "4", "--expert", "analytic", "--root", "data",
+    ),
+}  # fmt: skip
 """What a command is given before the options drawn, so that it ends soon; options that come again go before."""
 
 

@@ -187,6 +187,38 @@ publish policy --to file | cannot read or write 'file/
 publish policy --to kept --levels nowhere | unknown level 'nowhere'; shipped levels are fast, ideal, nom
 publish policy --env nobody:Cell-v0 | module 'nobody' cannot be imported: ModuleNotFoundError: No
 publish policy policy | Unrecognized options: policy
+dataset extra | Unrecognized options: extra
+dataset --throws 0 | --throws is 0; it must be at least 1
+dataset --throws x | Error parsing --throws: invalid literal for int() with base
+dataset --score-throws 0 | --score-throws is 0; it must be at least 1
+dataset --seed -1 | --seed is -1; it must be at least 0
+dataset --practice -1 | --practice is -1; it must be at least 0
+dataset --num-envs 0 | --num-envs is 0; it must be at least 1
+dataset --num-envs 100001 | num_envs is 100001; it must be a whole number from 1 to 1000
+dataset --threads 0 | --threads is 0; it must be at least 1
+dataset --name "" | --name is ''; it must be NAMESPACE/NAME-vN
+dataset --name waste | --name is 'waste'; it must be NAMESPACE/NAME-vN
+dataset --name pnt_gym/release/waste | --name is 'pnt_gym/release/waste'; it must be NAMESPACE/NAME-vN
+dataset --name ../waste-v0 | --name is '../waste-v0'; it must be NAMESPACE/NAME-vN
+dataset --name /tmp/waste-v0 | --name is '/tmp/waste-v0'; it must be NAMESPACE/NAME-vN
+dataset --name "one two-v0" | --name is 'one two-v0'; it must be NAMESPACE/NAME-vN
+dataset --name one/two-v0 --root datasets | 'one/two-v0' exists already in
+dataset --name one/two-v0/three-v0 --root datasets | --name 'one/two-v0/three-v0' lies inside the dataset
+dataset --root file | cannot read or write
+dataset --root file/inner | cannot read or write
+dataset --controller nobody | 'nobody' is neither a controller
+dataset --controller file.zip | 'file.zip' is not a run folder of agents.train: loading it r
+dataset --controller folder | 'folder' is not a run folder: it has no args.yml
+dataset --controller policy --action-mode release_xyz | the policy of
+dataset --expert nobody | 'nobody' is neither a controller
+dataset --expert virtual_goal --action-mode release_xyz | controller 'virtual_goal' shifts the landing and needs an act
+dataset --env Nowhere-v0 | unknown environment 'Nowhere-v0'; known are PnTConveyor-v0,
+dataset --env CartPole-v1 | environment 'CartPole-v1' has no core, so it is none of a ce
+dataset --env ToyThrow-v0 | environment 'ToyThrow-v0' has no pnt_gym.cells.base.core.Core
+dataset --env OneJointThrow-v0 --level waste | unknown level 'waste'; shipped levels are contac
+dataset --level nowhere | unknown level 'nowhere'; shipped levels are fast, ideal, nom
+dataset --level heavy.yaml | level file 'heavy.yaml': suction.tau is 1000000000.0: input
+dataset --action-mode nowhere | action_mode is 'nowhere'; it must be one of release_point, r
 levels extra | Unrecognized options: extra
 levels --env Nowhere-v0 | Unrecognized options: --env, Nowhere-v0
 doctor extra | Unrecognized options: extra

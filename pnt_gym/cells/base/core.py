@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from pnt_gym.arrays import Bools, Floats, Ints, replaced
 from pnt_gym.cells.base.action import Correction, Modes, Plans, corrected, limited_actions, mode_of
 from pnt_gym.cells.base.config import LevelConfig
-from pnt_gym.cells.base.features import CLIP, FeatureTable
+from pnt_gym.cells.base.episodes import Episodes
+from pnt_gym.cells.base.features import CLIP, FeatureTable, Quantity
 from pnt_gym.cells.base.request import ANYTHING, Request, lead
 from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.engine import unheard
@@ -84,6 +85,8 @@ class Cell(ABC, Generic[ConfigT, ThrowsT, PlansT, VerdictT]):
     """Its action modes, the default first."""
     reward_terms: ClassVar[tuple[str, ...]]
     """Names of the reward's terms."""
+    hidden: ClassVar[Sequence[Quantity]] = ()
+    """What no observation tells of a throw, for those who study it afterwards."""
 
     table: FeatureTable
     """What is seen of the coming throws; who sees otherwise has `features` and `observe` of its own."""
@@ -205,42 +208,6 @@ class Step:
 
 
 @final
-class Episodes:
-    """Counts the throws of N cells, and knows which of them need a new draw when their episode begins.
-
-    Args:
-        count: number of cells N.
-        length: throws in an episode.
-        drawn: whether the cell draws the next episode's first throw by itself after the last one of an episode.
-    """
-
-    def __init__(self, count: int, length: int, drawn: bool) -> None:
-        self._length, self._drawn = length, drawn
-        self._throws = np.zeros(count, dtype=np.int64)
-        self._fresh = np.zeros(count, dtype=np.bool_)
-
-    def begin(self, rows: Ints, seeded: Bools | bool) -> Ints:
-        """Begin new episodes in some rows, seeded or not; returns the positions in `rows` that must be drawn anew."""
-        self._throws[rows] = 0
-        draw = seeded | ~self._fresh[rows]
-        self._fresh[rows] = False
-        return np.flatnonzero(draw)
-
-    def thrown(self, early: Bools | None = None) -> Bools:
-        """Count one throw in every cell; returns the episodes that are over (N,).
-
-        Args:
-            early: episodes that this throw ends before their length (N,); None for none.
-        """
-        self._throws += 1
-        ended = self._throws >= self._length
-        if early is not None:
-            ended = ended | early
-        self._fresh = ended & self._drawn
-        return ended
-
-
-@final
 class Core:
     """A cell behind the environments: actions in, observations, rewards and infos out.
 
@@ -310,6 +277,11 @@ class Core:
     def kinds(self) -> dict[str, NDArray[Any]]:
         """`kind`: what the cell's classifier says of the coming things to throw, index into `item_names`, (N,)."""
         return {"kind": self.cell.context.kind.copy()}
+
+    def hidden(self) -> dict[str, Floats]:
+        """What no observation tells of the coming throws, by the names of the cell's `hidden`, (N,) each."""
+        context = self.cell.context
+        return {one.name: np.array(one.value(context), dtype=np.float64) for one in self.cell.hidden}
 
     def plan(self, actions: object) -> tuple[Any, Bools]:
         """Feasible plans nearest to what actions (N, A) ask for, and which actions had to be shortened (N,).

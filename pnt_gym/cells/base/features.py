@@ -1,4 +1,7 @@
-"""Tables of features: every number of an observation with its unit, centre and scale, and the way there and back."""
+"""Tables of features: every number of an observation with its unit, centre and scale, and the way there and back.
+
+What no observation tells of a throw has its names and units here too.
+"""
 
 from __future__ import annotations
 
@@ -27,6 +30,18 @@ class Feature:
     meaning: str
     value: Callable[[Any], Floats]
     """Its physical value (N,) from the coming throws."""
+
+
+@final
+@dataclass(frozen=True)
+class Quantity:
+    """One number of a coming throw that is true and that no observation tells."""
+
+    name: str
+    unit: str
+    meaning: str
+    value: Callable[[Any], Floats]
+    """Its value (N,) from the coming throws."""
 
 
 @final

@@ -19,7 +19,7 @@ from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.hand import HandCycle
 from pnt_gym.cells.conveyor.movers import ThrowMotion
 from pnt_gym.cells.conveyor.objects import Objects
-from pnt_gym.cells.conveyor.observation import TABLE
+from pnt_gym.cells.conveyor.observation import HIDDEN, TABLE
 from pnt_gym.cells.conveyor.outcome import Outcome, judge
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.conveyor.plant import ConveyorPlant
@@ -46,6 +46,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
     modes: ClassVar[Modes] = MODES
     reward_terms: ClassVar[tuple[str, ...]] = REWARD_TERMS
     table = TABLE
+    hidden = HIDDEN
 
     def __init__(self, config: ConveyorConfig, count: int, picks: Picks, threads: int = 1) -> None:
         super().__init__(config, count, threads)

@@ -1,4 +1,4 @@
-"""What the agent sees of a pick: measured values, the nominal plan, and the ratios that matter.
+"""What the agent sees of a pick: measured values, the nominal plan, and the ratios that matter; and what it does not.
 
 One table names every feature with its unit, scale and value; the environments' docs, their spaces and `decode` are all
 made from it. Nothing hidden enters: `Context` hands over measurements only.
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.base.features import Feature, FeatureTable
+from pnt_gym.cells.base.features import Feature, FeatureTable, Quantity
 from pnt_gym.cells.base.items import BOX, CYLINDER, ELLIPSOID
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.constants import GRAVITY
@@ -78,6 +78,27 @@ FEATURES: Final = (
     ),
 )  # fmt: skip
 TABLE: Final = FeatureTable(FEATURES)
+HIDDEN: Final = (
+    Quantity("length", "m", "true extent along the object", lambda c: c.objects.size[:, 0]),
+    Quantity("width", "m", "true extent across the object", lambda c: c.objects.size[:, 1]),
+    Quantity("height", "m", "true extent", lambda c: c.objects.size[:, 2]),
+    Quantity("mass", "kg", "true mass", lambda c: c.objects.mass),
+    Quantity("drag", "-", "drag coefficient Cd on the area facing the flow", lambda c: c.objects.drag),
+    Quantity("com_depth", "m", "centre of mass below the cup", lambda c: c.objects.com_depth),
+    Quantity("seal", "N", "true vacuum force F0 before the release", lambda c: c.objects.seal),
+    Quantity("delay", "s", "release later than commanded", lambda c: c.objects.delay),
+    Quantity("jitter", "s", "part of the delay that differs from throw to throw", lambda c: c.objects.jitter),
+    Quantity("friction", "-", "sliding friction of its surface", lambda c: c.objects.friction),
+    Quantity("rolling_friction", "m", "rolling friction of its surface", lambda c: c.objects.rolling_friction),
+    Quantity("yaw", "rad", "true direction of the object on the belt", lambda c: c.objects.yaw),
+    Quantity("grasp_x", "m", "true centre of mass from the cup axis, along the belt", lambda c: c.grasp[:, 0]),
+    Quantity("grasp_y", "m", "true centre of mass from the cup axis, across the belt", lambda c: c.grasp[:, 1]),
+    Quantity("belt_error", "-", "true belt speed over the nominal one, less 1", lambda c: c.objects.belt_error),
+    Quantity("spin_x", "rad/s", "angular velocity gained at the release", lambda c: c.objects.spin[:, 0]),
+    Quantity("spin_y", "rad/s", "angular velocity gained at the release", lambda c: c.objects.spin[:, 1]),
+    Quantity("spin_z", "rad/s", "angular velocity gained at the release", lambda c: c.objects.spin[:, 2]),
+)
+"""What it does not see."""
 
 
 def decode(observation: NDArray[np.floating]) -> dict[str, Floats]:

@@ -19,7 +19,7 @@ from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.context import Context
 from pnt_gym.cells.gripper.hidden import draw_hidden, expected_hidden
 from pnt_gym.cells.gripper.motion import TossPlans
-from pnt_gym.cells.gripper.observation import TABLE, feature_table
+from pnt_gym.cells.gripper.observation import HIDDEN, TABLE, feature_table
 from pnt_gym.cells.gripper.outcome import Outcome, judge
 from pnt_gym.cells.gripper.planner import TossPlanner
 from pnt_gym.cells.gripper.plant import GripperPlant
@@ -47,6 +47,7 @@ class GripperCell(Cell[GripperConfig, Context, TossPlans, Outcome]):
     reward_terms: ClassVar[tuple[str, ...]] = REWARD_TERMS
     table = TABLE
     """With the centres and scales of a cell that has none of its own; see `feature_table`."""
+    hidden = HIDDEN
 
     def __init__(self, config: GripperConfig, count: int, threads: int = 1) -> None:
         super().__init__(config, count, threads)

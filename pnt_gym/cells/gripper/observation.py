@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats, length
-from pnt_gym.cells.base.features import Feature, FeatureTable
+from pnt_gym.cells.base.features import Feature, FeatureTable, Quantity
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.context import Context
 from pnt_gym.errors import ConfigError
@@ -30,6 +30,11 @@ def _elevation(context: Context) -> Floats:
 
 def _is(kind: int, context: Context) -> Floats:
     return (context.kind == kind).astype(np.float64)
+
+
+def _belt_speed(context: Context) -> Floats:
+    speed = context.hidden.belt_speed
+    return np.zeros(len(context.kind)) if speed is None else speed
 
 
 _PLACE: Final = "where the object lies; on a belt, as the claws begin to close"
@@ -51,6 +56,20 @@ FEATURES: Final = (
     Feature("is_third", "-", 0.5, 0.5, "kind of object, one-hot", lambda c: _is(2, c)),
 )
 TABLE: Final = FeatureTable(FEATURES)
+HIDDEN: Final = (
+    Quantity("length", "m", "true extent along the object's first axis", lambda c: c.hidden.size[:, 0]),
+    Quantity("width", "m", "true extent between the claws", lambda c: c.hidden.size[:, 1]),
+    Quantity("height", "m", "true extent along the object's third axis", lambda c: c.hidden.size[:, 2]),
+    Quantity("mass", "kg", "true mass", lambda c: c.hidden.mass),
+    Quantity("friction", "-", "against the pads", lambda c: c.hidden.friction),
+    Quantity("drag", "-", "drag coefficient Cd on the area facing the flow", lambda c: c.hidden.drag),
+    Quantity("offset_x", "m", "place on the table, true minus seen", lambda c: c.hidden.offset[:, 0]),
+    Quantity("offset_y", "m", "place on the table, true minus seen", lambda c: c.hidden.offset[:, 1]),
+    Quantity("yaw", "rad", "direction about the vertical from that planned for", lambda c: c.hidden.yaw),
+    Quantity("delay", "s", "of the claws' opening", lambda c: c.hidden.delay),
+    Quantity("belt_speed", "m/s", "true speed of the belt; 0 where nothing moves", _belt_speed),
+)
+"""What it does not see."""
 
 
 def feature_table(config: GripperConfig) -> FeatureTable:

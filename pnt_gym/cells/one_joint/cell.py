@@ -17,7 +17,7 @@ from pnt_gym.cells.one_joint.action import MODES, correction
 from pnt_gym.cells.one_joint.config import GoalRegion, OneJointConfig
 from pnt_gym.cells.one_joint.context import Context
 from pnt_gym.cells.one_joint.hidden import draw_hidden, expected_hidden
-from pnt_gym.cells.one_joint.observation import TABLE
+from pnt_gym.cells.one_joint.observation import HIDDEN, TABLE
 from pnt_gym.cells.one_joint.outcome import Outcome, judge
 from pnt_gym.cells.one_joint.pallets import SWEEP, stacked
 from pnt_gym.cells.one_joint.planner import ThrowPlanner
@@ -52,6 +52,7 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
     modes: ClassVar[Modes] = MODES
     reward_terms: ClassVar[tuple[str, ...]] = ("position", "angle", "speed", "success")
     table = TABLE
+    hidden = HIDDEN
 
     def __init__(self, config: OneJointConfig, count: int, threads: int = 1) -> None:
         super().__init__(config, count, threads)

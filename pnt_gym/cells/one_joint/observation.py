@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.base.features import Feature, FeatureTable
+from pnt_gym.cells.base.features import Feature, FeatureTable, Quantity
 from pnt_gym.cells.one_joint.context import Context
 
 MOST_KINDS: Final = 3
@@ -52,6 +52,11 @@ FEATURES: Final = (
     ),
 )  # fmt: skip
 TABLE: Final = FeatureTable(FEATURES)
+HIDDEN: Final = (
+    Quantity("radius_error", "m", "true minus planned radius of the part on the arm", lambda c: c.hidden.radius),
+    Quantity("delay", "s", "from the planned release to the moment the part comes free", lambda c: c.hidden.delay),
+)
+"""What it does not see; that the camera's frames are noisy too makes the errors that are told, not the throw."""
 
 
 def decode(observation: NDArray[np.floating]) -> dict[str, Floats]:

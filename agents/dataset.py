@@ -1,0 +1,281 @@
+"""Throws for offline learning, as a Minari dataset: `python -m agents.dataset --controller random`."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass, field
+from functools import partial
+from itertools import chain
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Final, final
+
+import numpy as np
+import tyro
+from rich.progress import Progress
+
+from pnt_gym.cells.base.core import Core
+
+from .cli import UsageError, at_least, option, run
+from .controllers import make_controller
+from .controllers.protocol import Controller, Learner
+from .environments import Env, core_of, cores_of, make_single, make_vector
+from .episodes import Episode, episode_seeds, episodes
+from .evaluation import NUM_ENVS, PRACTICE, practise
+from .places import POLICY
+from .tables import Grid, console, millimetres, throws_bar
+from .trained import setting
+from .versions import git_state, versions
+
+if TYPE_CHECKING:
+    from .offline import Facts
+
+EXPERT: Final = "expert"
+"""Stands for what `--expert` names."""
+EXPERTS: Final = dict.fromkeys(("PnTConveyor-v0", "PnTRelease-v0"), str(POLICY))
+"""What scores 1 unless another is named, by environment; elsewhere the oracle does."""
+NEEDED: Final = ("pnt_gym", "mujoco", "gymnasium", "numpy", "scipy")
+"""Packages on whose versions the bits of a throw depend."""
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """Collect throws of a controller and write them as a Minari dataset, which replays bit for bit.
+
+    Scores are given with it: 0 is what random actions are worth, 1 what an expert is. A dataset appears complete or not
+    at all; nothing is fetched or sent.
+    """
+
+    controller: Annotated[str, tyro.conf.arg(metavar="NAME|expert|RUN_DIR|MODULE:CLASS|MODEL.zip")] = "random"
+    """Who throws: a controller's name, the expert, the folder of a training run, a class of your own, or with --trust a
+    model of others."""
+    expert: Annotated[str | None, option("the policy that ships, off the conveyor oracle", "NAME|RUN_DIR|...")] = None
+    """Whose mean return is the score 1; the shipped policy needs the extra rl, any other controller will do."""
+    trust: bool = False
+    """Load a stable-baselines3 model or an RL-Zoo folder, which runs whatever code is in it. Run folders need no trust:
+    they hold none."""
+    env: Annotated[str | None, option("PnTRelease-v0, or that of the run folder", "ID|MODULE:ID")] = None
+    """Environment id; with MODULE:ID one that a module of yours registers."""
+    level: Annotated[str | None, option("waste, with --env that one's own", "NAME|FILE.yaml")] = None
+    """A shipped level's name or a YAML file."""
+    action_mode: Annotated[str | None, option("the environment's own, or that of the run folder", "MODE")] = None
+    """What an action means: one of the environment's action modes."""
+    throws: int = 10_000
+    """Throws to collect; the episode in which the last one falls is completed."""
+    seed: int = 0
+    """Names the throws; no training, practice or evaluation with any seed sees them."""
+    name: Annotated[str | None, option("pnt_gym/ENVIRONMENT/LEVEL-CONTROLLER-v0", "NAMESPACE/NAME-vN")] = None
+    """Of the dataset."""
+    root: Annotated[Path | None, option("MINARI_DATASETS_PATH, or ~/.minari/datasets", "DIR")] = None
+    """The folder of all datasets."""
+    practice: int = PRACTICE
+    """Throws before for a controller that learns; others throw none."""
+    score_throws: int = 1000
+    """Throws by which random actions and the expert are scored."""
+    author: str = "anonymous"
+    """Who makes the dataset."""
+    author_email: Annotated[str | None, option("none", "EMAIL")] = None
+    """How to reach them."""
+    code_permalink: Annotated[str | None, option("none", "URL")] = None
+    """Where the code lies that collected it, at its version."""
+    num_envs: int = NUM_ENVS
+    """Cells simulated side by side; where actions are random, they depend on it."""
+    threads: int = 2
+    """Threads that simulate; results do not depend on it."""
+
+
+def main(arguments: Arguments) -> None:
+    """Collect, write, say what there is."""
+    at_least(vars(arguments), throws=1, seed=0, practice=0, score_throws=1, num_envs=1, threads=1)
+    from . import offline  # noqa: PLC0415 - of an extra
+
+    if arguments.name is not None:
+        offline.check_name(arguments.name)
+    home, (env_id, level, mode) = offline.Home.of(arguments.root), task(arguments)
+    with closing(make_vector(env_id, level, arguments.num_envs, arguments.threads, mode)) as env:
+        config, crew = core_of(env).config, Crew(arguments, env, env_id)
+        whole = config.name if config.ships() else config.model_dump(mode="json")
+        name = arguments.name or offline.proper_name(env_id, config.name, crew.label)
+        home.check_free(name)
+        tally = Tally()
+        with closing(make_single(env_id, whole, mode)) as single, home.made(name), throws_bar() as bar:
+            scores = crew.scores(bar)
+            found = tally.counted(crew.thrown(bar))
+            first = next(found)
+            facts = facts_of(crew, scores, offline.columns(first))
+            offline.write(name, single, chain([first], found), facts, packing(bar))
+    console().print(tally.table(name, scores).terminal())
+    console().print(f"it lies in {home.folder / name}", markup=False)
+
+
+def task(arguments: Arguments) -> tuple[str, str | None, str | None]:
+    """Environment id, level and action mode; the last two None for the environment's own."""
+    env, level = arguments.env, arguments.level
+    if env is None and not os.path.isdir(arguments.controller):
+        env, level = "PnTRelease-v0", "waste" if level is None else level
+    return setting(arguments.controller, env, level, arguments.action_mode)
+
+
+@final
+class Crew:
+    """Who throws for a dataset, and between whose scores everybody's lie.
+
+    Args:
+        arguments: of the command.
+        env: where they throw.
+        env_id: what it is called.
+
+    Raises:
+        UsageError: no such controllers, or an environment of other making.
+    """
+
+    def __init__(self, arguments: Arguments, env: Env, env_id: str) -> None:
+        if not all(isinstance(core, Core) for core in cores_of(env)):
+            raise UsageError(f"environment {env_id!r} has no pnt_gym.cells.base.core.Core, which tells what is hidden")
+        self.arguments, self.env, self.env_id = arguments, env, env_id
+        expert = arguments.expert or EXPERTS.get(env_id, "oracle")
+        chosen = expert if arguments.controller == EXPERT else arguments.controller
+        self.lowest, self.highest, self.thrower = (self._made(name) for name in ("random", expert, chosen))
+        self.label = EXPERT if arguments.controller == EXPERT else self.thrower.name
+        """In the name of the dataset."""
+        self.expert, self.algorithm = _described(self.highest, expert), _described(self.thrower, chosen)
+
+    def scores(self, bar: Progress) -> Scores:
+        """What random actions and the expert are worth on the same throws, which are in no dataset."""
+        found: list[float] = []
+        for controller in (self.lowest, self.highest):
+            seeds = episode_seeds("evaluate", self.arguments.seed)
+            thrown = self._episodes(controller, self.arguments.score_throws, seeds, bar, f"score of {controller.name}")
+            returns = [episode.rewards.sum() for episode in thrown]
+            found.append(float(np.mean(returns)))
+        return Scores(*found, len(returns))
+
+    def thrown(self, bar: Progress) -> Iterator[Episode]:
+        """The episodes of the dataset, as they end."""
+        seeds = episode_seeds("dataset", self.arguments.seed)
+        return self._episodes(self.thrower, self.arguments.throws, seeds, bar, "throws")
+
+    def _made(self, name: str) -> Controller:
+        return make_controller(name, self.env, trust=self.arguments.trust)
+
+    def _episodes(
+        self, controller: Controller, throws: int, seeds: Iterator[int], bar: Progress, what: str
+    ) -> Iterator[Episode]:
+        controller.reset(self.arguments.seed)
+        if isinstance(controller, Learner) and self.arguments.practice:
+            advance = partial(bar.advance, bar.add_task("practice", total=self.arguments.practice))
+            practise(controller, self.env, self.arguments.practice, self.arguments.seed, progress=advance)
+        bars = bar.add_task(what, total=throws)
+        for episode in episodes(controller, self.env, throws, seeds):
+            bar.advance(bars, len(episode))
+            yield episode
+
+
+def _described(controller: Controller, given: str) -> str:
+    """A controller by its name, and that of its folder, but not where that lies."""
+    return f"{controller.name} of {Path(given).name}" if os.path.isdir(given) else controller.name
+
+
+@final
+@dataclass(frozen=True)
+class Scores:
+    """Mean returns of an episode, by which others are measured."""
+
+    lowest: float
+    highest: float
+    episodes: int
+    """By which they were found."""
+
+
+@final
+@dataclass
+class Tally:
+    """What the episodes of a dataset are worth, counted while they pass."""
+
+    returns: list[float] = field(default_factory=list)
+    errors: list[float] = field(default_factory=list)
+    successes: list[float] = field(default_factory=list)
+
+    def counted(self, found: Iterator[Episode]) -> Iterator[Episode]:
+        """The same episodes."""
+        for episode in found:
+            self.returns.append(float(episode.rewards.sum()))
+            self.errors += episode.told["landing_error"][1:].tolist()
+            self.successes += episode.told["is_success"][1:].tolist()
+            yield episode
+
+    def table(self, name: str, scores: Scores) -> Grid:
+        """All that was counted."""
+        mean, span = float(np.mean(self.returns)), scores.highest - scores.lowest
+        rows = [
+            ("episodes", f"{len(self.returns)}"),
+            ("throws", f"{len(self.errors)}"),
+            ("success", f"{100 * np.mean(self.successes):.1f} %"),
+            ("landing error, mean", millimetres(float(np.nanmean(self.errors)))),
+            ("return of an episode, mean", f"{mean:.3f}"),
+            ("score: 0 is random, 1 the expert", f"{(mean - scores.lowest) / span:.3f}" if span else "-"),
+        ]
+        return Grid(name, ("figure", "value"), rows)
+
+
+def packing(bar: Progress) -> Callable[[int, int], None]:
+    """Shows how many of all episodes are packed, as soon as there are some."""
+    shown = bar.add_task("packing", total=None, visible=False)
+    return lambda done, total: bar.update(shown, completed=done, total=total, visible=True)
+
+
+def facts_of(crew: Crew, scores: Scores, columns: Mapping[str, Sequence[str]]) -> Facts:
+    """What the dataset tells of itself.
+
+    Args:
+        crew: who throws in it.
+        scores: found with them.
+        columns: of the arrays of `infos`.
+    """
+    from .offline import Facts  # noqa: PLC0415 - of an extra
+
+    arguments, core = crew.arguments, core_of(crew.env)
+    minari = {
+        "algorithm_name": crew.algorithm,
+        "author": arguments.author,
+        "author_email": arguments.author_email,
+        "code_permalink": arguments.code_permalink,
+        "ref_min_score": scores.lowest,
+        "ref_max_score": scores.highest,
+        "num_episodes_average_score": scores.episodes,
+        "description": description(crew, scores, columns),
+        "requirements": [f"{name}=={versions()[name]}" for name in NEEDED],
+    }
+    ours = {
+        "seed": arguments.seed,
+        "num_envs": arguments.num_envs,
+        "practice": arguments.practice if isinstance(crew.thrower, Learner) else 0,
+        "expert": crew.expert,
+        "items": list(core.item_names),
+        "level": core.config.model_dump(mode="json"),
+        "versions": versions(),
+        "commit": (git_state() or "").partition("\n")[0] or None,
+    }
+    return Facts(minari, {"columns": columns, "pnt_gym": ours})
+
+
+def description(crew: Crew, scores: Scores, columns: Mapping[str, Sequence[str]]) -> str:
+    """The dataset in words."""
+    core = core_of(crew.env)
+    hidden = "; ".join(f"{one.name} [{one.unit}], {one.meaning}" for one in core.cell.hidden)
+    parts = [
+        f"Throws of {crew.env_id}, level {core.config.name}, action mode {core.action_mode}, by {crew.algorithm}.",
+        "Reset the recovered environment with the seed of an episode and give it its actions: with the packages of "
+        "`requirements`, observations and rewards are the same bit for bit.",
+        "In `infos`, entry k + 1 is of throw k, and entry 0, of the reset, NaN or False. `landing_error` is in metres.",
+        f"Columns of `outcome`, as in the manual of the environment: {', '.join(columns['outcome'])}.",
+        f"Columns of `hidden`, which no observation tells: {hidden}." if hidden else "",
+        f"Score 0 is the mean return of random actions, score 1 that of {crew.expert}, on {scores.episodes} other "
+        "episodes.",
+    ]
+    return " ".join(filter(None, parts))
+
+
+if __name__ == "__main__":
+    run(main, Arguments, "agents.dataset")

@@ -1,0 +1,213 @@
+"""Datasets for offline learning in Minari's format: their names, what stands in them, and how they get there at once.
+
+Minari writes episodes of one throw in a layout made for long ones, so that a throw takes 25 kB; a dataset is packed
+before it appears under its name, and takes 6 kB then.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import warnings
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import Any, Final, final
+
+import gymnasium as gym
+import h5py
+import minari
+import numpy as np
+import PIL  # noqa: F401 - Minari needs it and does not say so
+from minari.data_collector import EpisodeBuffer
+from minari.dataset.minari_dataset import DATASET_ID_RE, parse_dataset_id
+from minari.namespace import create_namespace, list_local_namespaces
+
+from pnt_gym.arrays import Floats
+from pnt_gym.errors import one_sentence
+
+from .cli import UsageError
+from .episodes import Episode
+from .files import sweep, unfinished
+
+PLACE: Final = "MINARI_DATASETS_PATH"
+"""Environment variable that tells Minari where datasets are."""
+ALONE: Final = ("landing_error", "is_success")
+"""What stands in `infos` by itself; every array of an episode costs space and time, so all else shares two."""
+PIECE: Final = 1000
+"""Episodes written at a time."""
+MAIN: Final = "main_data.hdf5"
+"""Minari's name for the file with all episodes."""
+
+
+@final
+@dataclass(frozen=True)
+class Home:
+    """The folder of all datasets on this machine."""
+
+    folder: Path
+
+    @classmethod
+    def of(cls, folder: Path | None) -> Home:
+        """The user's, or Minari's own if that is None."""
+        own = os.environ.get(PLACE) or Path.home() / ".minari" / "datasets"
+        return cls(Path(own if folder is None else folder).absolute())  # Minari stumbles over another
+
+    def check_free(self, name: str) -> None:
+        """Make sure that a dataset can get this name here.
+
+        Raises:
+            UsageError: it is no name, or taken.
+        """
+        check_name(name)
+        if (self.folder / name).exists():
+            raise UsageError(f"{name!r} exists already in {str(self.folder)!r}; choose another --name, or remove it")
+        for above in Path(name).parents:
+            if (self.folder / above / "data").exists():
+                raise UsageError(f"--name {name!r} lies inside the dataset {above.as_posix()!r}; choose another one")
+
+    @contextmanager
+    def made(self, name: str) -> Generator[None, None, None]:
+        """Let the block create a dataset with Minari, elsewhere; it gets its place when the block is over."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        sweep(self.folder)
+        elsewhere = unfinished(self.folder / "dataset")
+        elsewhere.mkdir()
+        try:
+            with _minari_in(elsewhere):
+                yield
+            with _minari_in(self.folder):
+                namespace = parse_dataset_id(name)[0]
+                if namespace is not None and namespace not in list_local_namespaces():
+                    create_namespace(namespace)
+            (elsewhere / name).rename(self.folder / name)
+        finally:
+            shutil.rmtree(elsewhere, ignore_errors=True)
+
+
+@contextmanager
+def _minari_in(folder: Path) -> Generator[None, None, None]:
+    """Minari looks for datasets in a folder during the block."""
+    before = os.environ.get(PLACE)
+    os.environ[PLACE] = str(folder)
+    try:
+        yield
+    finally:
+        os.environ.pop(PLACE)
+        if before is not None:
+            os.environ[PLACE] = before
+
+
+def check_name(name: str) -> None:
+    """Make sure that a name is one of Minari's.
+
+    Raises:
+        UsageError: it is not.
+    """
+    found = DATASET_ID_RE.fullmatch(name)
+    if found is None or found["version"] is None:
+        raise UsageError(
+            f"--name is {one_sentence(repr(name), 80)}; it must be NAMESPACE/NAME-vN of letters, digits, - and _, for "
+            "instance pnt_gym/release/waste-random-v0"
+        )
+
+
+def proper_name(env_id: str, level: str, label: str) -> str:
+    """The name of a dataset by task, level and controller."""
+    task = re.sub(r"-v\d+$", "", env_id.rpartition(":")[2]).removeprefix("PnT")
+    words = re.sub(r"(?<=[a-z\d])(?=[A-Z])", "_", task).lower()
+    plain = [re.sub(r"[^A-Za-z\d]+", "_", part).strip("_") or "own" for part in (words, level, label)]
+    return f"pnt_gym/{plain[0]}/{plain[1]}-{plain[2]}-v0"
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What Minari's metadata tell of a dataset, by its own names, and ours on top."""
+
+    minari: Mapping[str, Any]
+    ours: Mapping[str, Any]
+
+
+def write(
+    name: str, env: gym.Env[Any, Any], episodes: Iterable[Episode], facts: Facts, packed: Callable[[int, int], None]
+) -> None:
+    """Create a dataset where Minari looks for them.
+
+    Args:
+        name: of the dataset.
+        env: gives every episode again.
+        episodes: at least one; they may come as they are thrown.
+        facts: of the dataset.
+        packed: told how many of all episodes are packed.
+    """
+    pieces = _pieces(map(_buffer, episodes))
+    with warnings.catch_warnings():
+        # Minari announces what it is not told, and Gymnasium bounds that are meant.
+        warnings.simplefilter("ignore", UserWarning)
+        dataset = minari.create_dataset_from_buffers(
+            name, next(pieces), env, env, data_format="hdf5", jpeg_encoding=False, **facts.minari
+        )
+        for piece in pieces:
+            dataset.update_dataset_from_buffer(piece)
+    _pack(Path(dataset.storage.data_path) / MAIN, packed)
+    dataset.storage.update_metadata({**facts.ours, "dataset_size": dataset.storage.get_size()})
+
+
+def columns(episode: Episode) -> dict[str, list[str]]:
+    """What stands in the columns of the arrays of `infos` that have some."""
+    found = {"outcome": [name for name in episode.told if name not in ALONE], "hidden": list(episode.hidden)}
+    return {name: names for name, names in found.items() if names}
+
+
+def _buffer(episode: Episode) -> EpisodeBuffer:
+    last = np.arange(len(episode)) == len(episode) - 1
+    told = episode.told
+    # Minari's arrays of infos have an entry for the reset, so what is hidden of throw k stands beside its outcome.
+    hidden = {name: np.concatenate([[np.nan], values]) for name, values in episode.hidden.items()}
+    tables = {"outcome": told, "hidden": hidden}
+    return EpisodeBuffer(
+        seed=episode.seed,
+        observations=episode.observations,
+        actions=episode.actions,
+        rewards=episode.rewards,
+        terminations=last & episode.terminated,
+        truncations=last & (not episode.terminated),
+        infos={
+            "landing_error": told["landing_error"],
+            "is_success": told["is_success"] == 1.0,
+            **{name: _table(tables[name], names) for name, names in columns(episode).items()},
+        },
+    )
+
+
+def _table(values: Mapping[str, Floats], names: Sequence[str]) -> Floats:
+    return np.stack([values[name] for name in names], axis=-1)
+
+
+def _pieces(buffers: Iterable[EpisodeBuffer]) -> Iterator[list[EpisodeBuffer]]:
+    rest = iter(buffers)
+    while piece := list(islice(rest, PIECE)):
+        yield piece
+
+
+def _pack(file: Path, packed: Callable[[int, int], None]) -> None:
+    """Write every array of an HDF5 file anew in one block, without the index that lets it grow."""
+    small = unfinished(file)
+    with h5py.File(file) as old, h5py.File(small, "w", track_order=True) as new:
+        new.attrs.update(old.attrs)
+        for done, (name, episode) in enumerate(old.items(), start=1):
+            _copy(episode, new.create_group(name))
+            packed(done, len(old))
+    small.replace(file)
+
+
+def _copy(old: h5py.Group, new: h5py.Group) -> None:
+    new.attrs.update(old.attrs)
+    for name, part in old.items():
+        if isinstance(part, h5py.Group):
+            _copy(part, new.create_group(name))
+        else:
+            new.create_dataset(name, data=part[()])

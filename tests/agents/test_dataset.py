@@ -1,0 +1,315 @@
+"""Datasets of throws: what Minari reads back is what the environment gives again."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import socket
+import sys
+from collections.abc import Iterator
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import minari
+import numpy as np
+import pytest
+import yaml
+
+from agents.cli import UsageError
+from agents.environments import stream_seed
+from agents.episodes import LEAST_SEED, Episode, episode_seeds
+from agents.offline import check_name, proper_name
+from agents.places import POLICY, SHIPPED
+from agents.versions import versions
+from pnt_gym.cells.conveyor.observation import HIDDEN
+from tests.agents.test_trust import poisoned
+from tests.tools.commands import answered, call, refused
+
+SMALL = ("agents.dataset", "--score-throws", "8", "--num-envs", "4", "--expert", "analytic")
+NAME = "pnt_gym/release/waste-random-v0"
+BLOCKS = re.findall(r"```python\n(.*?)```", (SHIPPED / "docs" / "datasets.md").read_text(), flags=re.DOTALL)
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a dataset that the command has made as a user calls it."""
+    folder = tmp_path_factory.mktemp("data")
+    who = ("--author", "Ada", "--author-email", "ada@here", "--code-permalink", "https://here/code")
+    done = call(*SMALL, "--throws", "22", "--root", folder / "sets", *who, folder=folder)
+    assert done.returncode == 0, done.stderr
+    assert "score of analytic" in done.stdout
+    assert f"{NAME}" in done.stdout
+    return folder / "sets"
+
+
+@pytest.fixture
+def sets(place: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Minari's folder with that dataset in it."""
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(place))
+    return place
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder, below which Minari's is."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MINARI_DATASETS_PATH", "sets")
+    return tmp_path
+
+
+def collected(*arguments: str, name: str = "a_b/c-v0") -> minari.MinariDataset:
+    code, words = answered(*SMALL, "--name", name, *arguments)
+    assert code == 0, words
+    return minari.load_dataset(name)
+
+
+def known(dataset: minari.MinariDataset) -> list[dict[str, Any]]:
+    return list(dataset.storage.get_episode_metadata(dataset.episode_indices))
+
+
+def replayed(dataset: minari.MinariDataset) -> list[tuple[bool, bool]]:
+    """Whether each episode terminated or was truncated, after everything in it came out of the environment again."""
+    env, ends = dataset.recover_environment(), []
+    columns = dataset.storage.metadata["columns"]
+    for episode, told in zip(dataset.iterate_episodes(), known(dataset), strict=True):
+        observation, info = env.reset(seed=told["seed"])
+        assert np.array_equal(observation, episode.observations[0])
+        assert info["kind"] == episode.infos["outcome"][0, columns["outcome"].index("kind")]
+        for k, action in enumerate(episode.actions):
+            hidden = env.unwrapped.core.hidden()
+            observation, reward, terminated, truncated, info = env.step(action)
+            assert np.array_equal(observation, episode.observations[k + 1])
+            assert reward == episode.rewards[k]
+            assert (terminated, truncated) == (episode.terminations[k], episode.truncations[k])
+            found = dict(zip(columns["outcome"], episode.infos["outcome"][k + 1], strict=True))
+            found |= {name: episode.infos[name][k + 1] for name in ("landing_error", "is_success")}
+            assert found.keys() == info.keys()
+            np.testing.assert_array_equal([*found.values()], [float(info[name]) for name in found])
+            if hidden:
+                np.testing.assert_array_equal(episode.infos["hidden"][k + 1], np.concatenate([*hidden.values()]))
+                assert [*hidden] == columns["hidden"]
+        assert len(episode) == told["total_steps"] == len(episode.observations) - 1
+        ends.append((bool(terminated), bool(truncated)))
+    return ends
+
+
+def test_every_throw_comes_again_bit_for_bit(sets: Path) -> None:
+    dataset = minari.load_dataset(NAME)
+    assert (dataset.total_episodes, dataset.total_steps) == (22, 22)
+    assert replayed(dataset) == [(True, False)] * 22
+    assert len({tuple(episode.actions[0]) for episode in dataset.iterate_episodes()}) == 22
+
+
+def test_seeds_are_those_of_no_other_use(sets: Path) -> None:
+    seeds = [told["seed"] for told in known(minari.load_dataset(NAME))]
+    assert seeds == [*islice(episode_seeds("dataset", 0), 22)]
+    assert not {*seeds} & {*islice(episode_seeds("evaluate", 0), 1000), *islice(episode_seeds("dataset", 1), 1000)}
+    highest = max(stream_seed(role, seed) for role in ("train", "practice", "evaluate") for seed in range(50))
+    assert highest + 100_000 < LEAST_SEED <= min(seeds)
+
+
+def test_what_is_hidden_is_the_truth_and_not_what_is_seen(sets: Path) -> None:
+    dataset = minari.load_dataset(NAME)
+    names = dataset.storage.metadata["columns"]["hidden"]
+    assert names == [one.name for one in HIDDEN]
+    hidden = np.array([episode.infos["hidden"][1] for episode in dataset.iterate_episodes()])
+    mass, delay = hidden[:, names.index("mass")], hidden[:, names.index("delay")]
+    seen = np.array([episode.observations[0] for episode in dataset.iterate_episodes()])
+    measured = np.exp(0.8 * seen[:, 17] - 4.2)  # ln_mass, by the centre and scale of the manual
+    assert 0.02 < np.std(np.log(measured / mass)) < 0.3
+    assert (delay > 0.0).all()
+    assert (delay < 0.1).all()
+
+
+def test_it_says_what_it_is(sets: Path) -> None:
+    dataset = minari.load_dataset(NAME)
+    told = dataset.storage.metadata
+    assert dataset.env_spec.id == "PnTRelease-v0"
+    assert dataset.env_spec.kwargs == {"level": "waste"}
+    assert (told["author"], told["author_email"]) == ({"Ada"}, {"ada@here"})
+    assert (told["algorithm_name"], told["code_permalink"]) == ("random", "https://here/code")
+    assert f"mujoco=={versions()['mujoco']}" in told["requirements"]
+    assert told["pnt_gym"]["versions"] == versions()
+    assert told["pnt_gym"]["level"]["name"] == "waste"
+    assert told["minari_version"] == minari.__version__
+    assert all(f"{one.name} [{one.unit}], {one.meaning}" in told["description"] for one in HIDDEN)
+    assert all(name in told["description"] for name in told["columns"]["outcome"])
+    assert minari.list_local_datasets().keys() == {NAME}
+    assert str(SHIPPED) not in str(told)
+    assert str(sets) not in str(told)
+
+
+def test_the_scores_are_mean_returns_on_other_throws(sets: Path) -> None:
+    dataset = minari.load_dataset(NAME)
+    told, env = dataset.storage.metadata, gym.make("PnTRelease-v0", level="waste")
+    random, returns = np.random.default_rng(0), []
+    seeds = [*islice(episode_seeds("evaluate", 0), 8)]
+    # Random actions are drawn for all cells at a time, for four cells twice; the planner's own throw is zero.
+    actions = np.concatenate([random.uniform(-1.0, 1.0, (4, 2)) for _ in range(2)]).astype(np.float32)
+    for given in (actions, np.zeros((8, 2))):
+        rewards = []
+        for seed, action in zip(seeds, given, strict=True):
+            env.reset(seed=seed)
+            rewards.append(env.step(action)[1])
+        returns.append(np.mean(rewards))
+    assert [told["ref_min_score"], told["ref_max_score"]] == returns
+    assert told["num_episodes_average_score"] == 8
+    assert minari.get_normalized_score(dataset, returns[1]) == 1.0
+
+
+def test_a_name_that_is_taken_is_refused_and_a_killed_command_swept(sets: Path) -> None:
+    (sets / ".dataset.999999999.tmp").mkdir()
+    before = {path: path.read_bytes() for path in sets.rglob("*") if path.is_file()}
+    assert f"'{NAME}' exists already" in refused(*SMALL, "--throws", "4")
+    assert {path: path.read_bytes() for path in sets.rglob("*") if path.is_file()} == before
+    assert collected("--throws", "4").total_steps == 4
+    assert not [*sets.glob(".*.tmp")]
+    minari.delete_dataset("a_b/c-v0")
+    shutil.rmtree(sets / "a_b")
+
+
+CELLS = {
+    "shifts": ("random", "--env", "PnTConveyor-v0", "--level", "short.yaml", "--throws", "13"),
+    "assembly": ("analytic", "--env", "OneJointAssembly-v0", "--level", "mild.yaml", "--throws", "16"),
+    "learner": ("virtual_goal", "--env", "OneJointSort-v0", "--practice", "16", "--throws", "5"),
+    "mode": ("random", "--env", "GripperToss-v0", "--action-mode", "release_point", "--throws", "4"),
+    "alone": ("random", "--env", "ReleaseAlone-v0", "--throws", "6"),
+}
+
+
+@pytest.fixture
+def alone() -> Iterator[None]:
+    """An environment without a vector form of its own."""
+    gym.register("ReleaseAlone-v0", entry_point="pnt_gym.envs.conveyor:PnTReleaseEnv")
+    yield
+    gym.registry.pop("ReleaseAlone-v0")
+
+
+@pytest.mark.usefixtures("alone")
+@pytest.mark.parametrize("which", CELLS)
+def test_any_task_and_controller(here: Path, which: str) -> None:
+    (here / "short.yaml").write_text(yaml.safe_dump({"base": "waste", "picks_per_shift": 3}))
+    (here / "mild.yaml").write_text(yaml.safe_dump({"mismatch": 0.1}))
+    who, *options = CELLS[which]
+    dataset = collected("--controller", who, *options)
+    for level in here.glob("*.yaml"):  # a dataset stands by itself
+        level.unlink()
+    ends, throws = replayed(dataset), int(options[options.index("--throws") + 1])
+    lengths = [told["total_steps"] for told in known(dataset)]
+    assert sum(lengths[:-1]) < throws <= sum(lengths)
+    assert dataset.storage.metadata["algorithm_name"] == who
+    assert {*ends} == {(which != "shifts", which == "shifts")}
+    if which == "shifts":
+        assert lengths == [3] * 5
+    if which == "assembly":
+        assert {*lengths} == {1, 2}
+    assert dataset.storage.metadata["pnt_gym"]["practice"] == (16 if which == "learner" else 0)
+
+
+def test_neither_threads_nor_cells_change_what_is_thrown(here: Path) -> None:
+    options = ("--controller", "analytic", "--throws", "6")
+    one = collected(*options, "--threads", "1")
+    other = collected(*options, "--num-envs", "3", name="other-v0")
+    assert [told["seed"] for told in known(one)] == [told["seed"] for told in known(other)]
+    for mine, theirs in zip(one.iterate_episodes(), other.iterate_episodes(), strict=True):
+        assert np.array_equal(mine.observations, theirs.observations)
+        assert np.array_equal(mine.rewards, theirs.rewards)
+        np.testing.assert_array_equal(mine.infos["hidden"], theirs.infos["hidden"])
+
+
+def test_pieces_follow_each_other(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("agents.offline.PIECE", 3)
+    dataset = collected("--throws", "8")
+    assert [told["seed"] for told in known(dataset)] == [*islice(episode_seeds("dataset", 0), 8)]
+    assert dataset.storage.metadata["total_episodes"] == len(replayed(dataset)) == 8
+
+
+def stopped(after: int) -> Any:
+    """What gives a few episodes and is interrupted then."""
+
+    def thrown(controller: Any, env: Any, throws: int, seeds: Iterator[int]) -> Iterator[Episode]:
+        told = {"landing_error": np.zeros(2), "is_success": np.zeros(2), "kind": np.zeros(2)}
+        for seed in islice(seeds, after):
+            yield Episode(seed, np.zeros((2, 26)), np.zeros((1, 2)), np.zeros(1), True, told, {})
+        if throws == 5:  # and not those of the scores
+            raise KeyboardInterrupt
+
+    return thrown
+
+
+@pytest.mark.parametrize("after", [0, 4])
+def test_what_is_stopped_leaves_nothing(here: Path, monkeypatch: pytest.MonkeyPatch, after: int) -> None:
+    monkeypatch.setattr("agents.offline.PIECE", 2)
+    with monkeypatch.context() as patch:
+        patch.setattr("agents.episodes.episodes", stopped(after) if after else stopped(1))
+        code, words = answered(*SMALL, "--throws", "5", "--name", "a_b/c-v0")
+    assert (code, words) == (130, "interrupted\n")
+    assert [*(here / "sets").rglob("*")] == []
+    assert collected("--throws", "5").total_steps == 5
+
+
+def test_nothing_is_fetched_or_sent(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: Any, **__: Any) -> None:
+        raise AssertionError("a connection")
+
+    for name in ("socket", "create_connection", "getaddrinfo"):
+        monkeypatch.setattr(socket, name, refuse)
+    assert collected("--throws", "4").total_steps == 4
+
+
+def test_nothing_is_unpickled(here: Path) -> None:
+    shutil.copytree(POLICY, here / "run")
+    poisoned(here / "run" / "model.zip", here / "canary")
+    dataset = collected("--controller", "run", "--throws", "4")
+    assert not (here / "canary").exists()
+    assert dataset.storage.metadata["algorithm_name"] == "sac of run"
+    assert dataset.env_spec.kwargs["level"] == "waste"
+
+
+def test_the_expert_is_the_policy_that_ships(here: Path) -> None:
+    options = ("--controller", "expert", "--throws", "16", "--score-throws", "16", "--num-envs", "16")
+    code, words = answered("agents.dataset", *options)
+    assert code == 0, words
+    dataset = minari.load_dataset("pnt_gym/release/waste-expert-v0")
+    told = dataset.storage.metadata
+    assert told["algorithm_name"] == f"sac of {POLICY.name}"
+    assert told["ref_max_score"] > 1.0 > told["ref_min_score"]
+    assert np.mean([episode.infos["landing_error"][1] for episode in dataset.iterate_episodes()]) < 0.03
+
+
+@pytest.mark.parametrize(("library", "extra"), [("minari", "data"), ("h5py", "data"), ("PIL", "video")])
+def test_a_missing_library_is_one_sentence(
+    here: Path, monkeypatch: pytest.MonkeyPatch, library: str, extra: str
+) -> None:
+    monkeypatch.setitem(sys.modules, library, None)
+    monkeypatch.delitem(sys.modules, "agents.offline", raising=False)
+    assert refused(*SMALL) == f"error: this needs {library}: pip install 'pnt_gym[{extra}]'\n"
+
+
+@pytest.mark.parametrize(
+    ("env", "level", "label", "name"),
+    [
+        ("PnTRelease-v0", "waste", "random", NAME),
+        ("OneJointThrow-v0", "nominal", "virtual_goal", "pnt_gym/one_joint_throw/nominal-virtual_goal-v0"),
+        ("catapult:Catapult-v2", "my cell!", "é", "pnt_gym/catapult/my_cell-own-v0"),
+    ],
+)
+def test_a_proper_name(env: str, level: str, label: str, name: str) -> None:
+    assert proper_name(env, level, label) == name
+    check_name(name)
+
+
+@pytest.mark.parametrize("name", ["", "a", "a-v", "../a-v0", "/a/b-v0", "a/b-v0/", "a b-v0", "a.b/c-v0", "x" * 300])
+def test_no_name(name: str) -> None:
+    with pytest.raises(UsageError, match="it must be NAMESPACE/NAME-vN"):
+        check_name(name)
+
+
+@pytest.mark.parametrize("block", BLOCKS, ids=["replay", "learn"])
+def test_the_page_does_what_it_says(sets: Path, block: str, capsys: pytest.CaptureFixture[str]) -> None:
+    for many, few in (("steps=4000", "steps=4"), ("steps=2000", "steps=4"), ("picks=500", "picks=16")):
+        block = block.replace(many, few)
+    exec(compile(block, "datasets.md", "exec"), {"__name__": "page"})
+    assert "fit" not in block or 0.0 < float(capsys.readouterr().out) < 1.0
