@@ -49,7 +49,7 @@ def compiled(signature: str) -> Callable[[FunctionT], FunctionT]:
 def _warn() -> None:
     """Once: how to get rid of seconds at the start of every process."""
     warnings.warn(
-        "the planner's machine code cannot be kept or read, so every process makes it anew, which takes seconds; "
+        "machine code cannot be kept or read, so every process makes it anew, which takes seconds; "
         "set NUMBA_CACHE_DIR to an empty folder that can be written",
         stacklevel=3,
     )
