@@ -9,7 +9,18 @@ from importlib import metadata
 
 from .places import CHECKOUT, SHIPPED
 
-PACKAGES = ("pnt_gym", "mujoco", "gymnasium", "numpy", "scipy", "casadi", "torch", "stable_baselines3", "sb3_contrib")
+PACKAGES = (
+    "pnt_gym",
+    "mujoco",
+    "gymnasium",
+    "numpy",
+    "numba",
+    "scipy",
+    "casadi",
+    "torch",
+    "stable_baselines3",
+    "sb3_contrib",
+)
 
 
 @cache

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 from typing import Any, Final, TypeVar
 
 import numba
@@ -38,12 +38,18 @@ def compiled(signature: str) -> Callable[[FunctionT], FunctionT]:
     def made(function: FunctionT) -> FunctionT:
         try:
             return _NJIT(signature, cache=True)(function)
-        except Exception as error:  # whatever can be wrong with a folder; what is wrong with the code is so again below
-            warnings.warn(
-                f"the compiled planner cannot be kept ({error}), so every process compiles it anew, which takes "
-                "seconds; set NUMBA_CACHE_DIR to a folder that can be written",
-                stacklevel=2,
-            )
+        except Exception:  # whatever can be wrong with a folder; what is wrong with the code is so again below
+            _warn()
             return _NJIT(signature)(function)
 
     return made
+
+
+@cache
+def _warn() -> None:
+    """Once: how to get rid of seconds at the start of every process."""
+    warnings.warn(
+        "machine code cannot be kept or read, so every process makes it anew, which takes seconds; "
+        "set NUMBA_CACHE_DIR to an empty folder that can be written",
+        stacklevel=3,
+    )

@@ -4,7 +4,7 @@
 folder     subject                                                     who flies it
 ========== =========================================================== ==========================================
 motion     limits, S-curves, transfers, meetings with a belt, roots    all cells
-straight   the throw on a straight line (Hassan et al. 2022)           conveyor; `single` and `scalar` users alone
+straight   the throw on a straight line (Hassan et al. 2022)           conveyor
 free       the throw in a free direction                               conveyor, level `fast`
 one_joint  the one-joint throw to a pose (Miyashita et al. 2010)       one_joint; papers alone: `plan`,
                                                                        `programme`, `interior`, `goals`

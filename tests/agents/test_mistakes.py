@@ -270,7 +270,7 @@ RESULTS: list[tuple[Any, str]] = [
     ({"plan": {}, "table": [], "comparisons": [], "results": []}, "of another form"),
     ({"plan": 5, "table": 5, "comparisons": 5, "results": 5}, "of another form"),
     ({"ideal": {}, "ladder": {}, "dial": {}}, "of another form"),
-    ({"plan_release_median_us": "fast"}, "of another form"),
+    ({"plan_release_us": "fast", "batch_plans_per_s": 5}, "of another form"),
     ({"envs": {"a": {}}, "cpus": 1}, "of another form"),
     ({"rows": [{}], "papers": ["p"], "figures": {}}, "older version"),
     ({"rows": [5], "figures": []}, "of another form"),

@@ -21,8 +21,8 @@ from pnt_gym.planning.free.rules import HandRules
 from pnt_gym.planning.motion.limits import LimitRows, Limits
 from pnt_gym.planning.motion.scurve import brake_distance
 from pnt_gym.planning.motion.transfer import estimate
+from pnt_gym.planning.straight.frame import Frame
 from pnt_gym.planning.straight.plan import MIN_REACH
-from pnt_gym.planning.straight.release import Frame
 
 TURN: Final = 1.6
 """Way of a hand that turns back, as a multiple of the shortest stop."""
@@ -86,7 +86,7 @@ def free_releases(
     Raises:
         ValueError: an input is NaN or infinite, or shapes disagree.
     """
-    frame = Frame.of(picks, targets, limits, 0.0)
+    frame = Frame.of(picks, targets)
     count = len(frame.picks)
     rows = limits.arrays(count)
     roof = finite_rows(ceiling, count, "ceiling")
@@ -94,8 +94,8 @@ def free_releases(
     for begin in range(0, count, CHUNK):
         part = np.arange(begin, min(begin + CHUNK, count))
         chosen[:, part], cost[part] = _refined(take(frame, part), take(rows, part), roof[part], rules)
-    position, velocity, flight = _release(frame, chosen, roof)
-    feasible = np.isfinite(cost) & (frame.plane.reach > MIN_REACH) & (frame.picks[:, 2] <= roof)
+    position, velocity, flight = _release(frame, rows.velocity, chosen, roof)
+    feasible = np.isfinite(cost) & (frame.reach > MIN_REACH) & (frame.picks[:, 2] <= roof)
     gap = np.where(feasible, 0.0, np.nan)
     return FreeReleases(position + gap[:, None], velocity + gap[:, None], flight + gap, feasible)
 
@@ -117,9 +117,9 @@ def _best(frame: Frame, limits: LimitRows, roof: Floats, rules: HandRules, choic
     # Row i, choice c is row i C + c.
     index = np.arange(count, dtype=np.int64)
     rows = np.repeat(index, each)
-    tried = _release(take(frame, rows), choices.reshape(3, -1), roof[rows])
-    room = top(roof, rules)[rows] - tried[0][:, 2]
     own = take(limits, rows)
+    tried = _release(take(frame, rows), own.velocity, choices.reshape(3, -1), roof[rows])
+    room = top(roof, rules)[rows] - tried[0][:, 2]
     good = (tried[2] > 0.0) & (CAUTION * _rise(tried[1], own, rules) <= room)
     falling = approach_entry(limits, count, rules.approach).velocity
     cost = _cost(frame.picks[rows], tried, falling[rows], own, rules, good).reshape(count, each)
@@ -138,17 +138,17 @@ def turning_point(start: Floats, velocity: Floats, limits: Limits) -> Floats:
     return start + level * way[:, None]
 
 
-def _release(frame: Frame, choice: Floats, roof: Floats) -> tuple[Floats, Floats, Floats]:
+def _release(frame: Frame, fastest: Floats, choice: Floats, roof: Floats) -> tuple[Floats, Floats, Floats]:
     """Position (N, 3), velocity (N, 3) and flight time (N,) of one choice; flight 0 where the target is not reached."""
     elevation, share, height = choice
-    speed = share * frame.plane.velocity
+    speed = share * fastest
     low = frame.picks[:, 2]
     start = low + height * np.maximum(roof - low, 0.0)
     rise, level = speed * np.sin(elevation), speed * np.cos(elevation)
-    drop = start - (low + frame.plane.rise)
+    drop = start - (low + frame.rise)
     square = rise * rise + 2.0 * GRAVITY * drop
     flight = np.where(square > 0.0, (rise + np.sqrt(np.maximum(square, 0.0))) / GRAVITY, 0.0)
-    along = frame.plane.reach - level * flight
+    along = frame.reach - level * flight
     position = np.stack([low * 0.0 + along * frame.cosine, along * frame.sine, start], axis=1)
     position[:, :2] += frame.picks[:, :2]
     return position, np.stack([level * frame.cosine, level * frame.sine, rise], axis=1), flight

@@ -21,7 +21,7 @@ from pnt_gym.planning.motion.limits import MotionLimits
 from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
 from pnt_gym.planning.optimal.fastest import ROUNDING, NoMotionFound
 from pnt_gym.planning.optimal.legs import Leg, add_leg, hermite, inside, join, rest, set_guess, solved
-from pnt_gym.planning.straight.release import Frame
+from pnt_gym.planning.straight.frame import Frame
 
 INTERVALS: Final = {"throw": 28, "clearing": 16, "return": 30, "approach": 10}
 """Pieces of constant jerk per leg; twice as many of them gain less than 0.5 %."""
@@ -133,11 +133,11 @@ def _checked(
                 f"{name} lies at z = {point[2]:.4g} m, above ceiling + hand_cap, where the hand may be at most: "
                 f"{roof:.4g} m"
             )
-    frame = Frame.of(first[None], vector(target, "target")[None], limits, tolerance)
-    reach = float(frame.plane.reach[0])
+    frame = Frame.of(first[None], vector(target, "target")[None], tolerance)
+    reach = float(frame.reach[0])
     if reach <= 0.0:
         raise PlanningError(f"target {list(target)} lies within the tolerance of the pick; there is nothing to throw")
-    aim = first + np.array([reach * frame.cosine[0], reach * frame.sine[0], frame.plane.rise[0]])
+    aim = first + np.array([reach * frame.cosine[0], reach * frame.sine[0], frame.rise[0]])
     return _ThrowTask(first, aim, last, ceiling, rules, limits.numbers())
 
 

@@ -5,73 +5,76 @@ nonlinear programme. The hand leaves the pick at rest, moves on a straight line 
 minimum-time S-curve and releases at its middle; the object then flies without drag. The least release
 distance is also the least time, with bounds or without. A plan is exact or it is infeasible, never clipped.
 
-The formulas stand twice: for N rows in `optimum`, for one throw in `scalar` and `single`. A
-batch of one row takes 0.4 to 2 ms because every numpy call has its price, the plain numbers of `plan_release` take 15
-to 19 us; tests hold the two to the same values.
+`kernel` holds the formulas, compiled; one throw is a batch of one row there, so that both give the same bits.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import math
+from dataclasses import replace
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Bools, Floats, Ints, finite_points, finite_rows, length, take
+from pnt_gym.arrays import Bools, Floats, Ints, Point, finite_points, finite_rows, length
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion.ballistics import flight_time
-from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits, LineBounds
+from pnt_gym.planning.motion.limits import EllipticWorkspace, Limits, LineBounds, MotionLimits
 from pnt_gym.planning.motion.scurve import scurves
-from pnt_gym.planning.straight.optimum import ThrowPlane, best_slope, bounded_slope, crossing
-from pnt_gym.planning.straight.plan import CONTACT, MIN_REACH, Reason, ReleaseBatch
-from pnt_gym.planning.straight.single import plan_release
+from pnt_gym.planning.straight.frame import Frame, checked
+from pnt_gym.planning.straight.plan import MIN_REACH, InfeasibleThrow, Reason, Release, ReleaseBatch
 
 __all__ = ["plan_release", "plan_release_batch", "release_at_elevation", "release_at_point"]
 
-# Rows planned together; few enough for the working arrays to stay in cache.
-CHUNK = 4096
 
+class _Found(NamedTuple):
+    """The fields of `Release` in their order, (3, N, 3), (7, N) and (2, N), and `Reason` codes (N,)."""
 
-class Frame(NamedTuple):
-    """Picks (N, 3), azimuths as cosine and sine (N,), and the throws in their planes."""
-
-    picks: Floats
-    cosine: Floats
-    sine: Floats
-    plane: ThrowPlane
-
-    @classmethod
-    def of(cls, picks: ArrayLike, targets: ArrayLike, limits: Limits, tolerance: ArrayLike) -> Frame:
-        """Check the inputs and lay the throws out; reach is shortened by the tolerance and may be negative.
-
-        Raises:
-            ValueError: if an input is not finite, a tolerance is negative, or shapes disagree.
-        """
-        start = finite_points(picks, "picks")
-        count = len(start)
-        end = finite_points(targets, "targets", count)
-        box = finite_rows(tolerance, count, "tolerance")
-        if (box < 0.0).any():
-            raise PlanningError(f"tolerance must not be negative [m], got {box.min()}")
-        x, y = end[:, 0] - start[:, 0], end[:, 1] - start[:, 1]
-        full = np.sqrt(x * x + y * y)
-        known = full > 0.0
-        divisor = np.where(known, full, 1.0)
-        cosine, sine = np.where(known, x / divisor, 1.0), y / divisor
-        reach = full - box / np.maximum(np.abs(cosine), np.abs(sine))
-        return cls(start, cosine, sine, ThrowPlane(reach, end[:, 2] - start[:, 2], *limits.arrays(count)))
-
-
-class LineMotion(NamedTuple):
-    """What the planners find for each row; numbers in rows without a plan are ignored."""
-
-    direction: Floats
-    angle: Floats
-    azimuth: Floats
-    distance: Floats
-    speed: Floats
-    flight_time: Floats
+    vectors: Floats
+    numbers: Floats
+    active: Bools
     reason: Ints
+
+
+_OPEN: Final = (0.0, math.inf, -math.inf, math.inf)
+"""Line bounds without a workspace."""
+
+
+def plan_release(
+    pick: Point,
+    target: Point,
+    limits: MotionLimits,
+    ceiling: float | None = None,
+    tolerance: float = 0.0,
+    workspace: EllipticWorkspace | None = None,
+) -> Release:
+    """Return the quickest throw from ``pick`` to ``target``.
+
+    Args:
+        pick: start of the hand at rest (3,) [m].
+        target: point the object must pass through on its way down (3,) [m].
+        limits: largest speed, acceleration and jerk of the hand.
+        ceiling: greatest height z of the release point [m]; None for no bound.
+        tolerance: half width of the square box around the target that counts as hit [m]; the throw is
+            shortened to the near side of the box along the line of throw (Hassan et al. 2022, Eqs. 16-17).
+        workspace: where the release point must lie; None for no bound.
+
+    Raises:
+        InfeasibleThrow: if no throw exists; a target straight above or below the pick has none.
+        ValueError: if an input is NaN or infinite, or the tolerance is negative.
+    """
+    start, end = point_of(pick, "pick"), point_of(target, "target")
+    _check(ceiling, tolerance)
+    roof = math.inf if ceiling is None else ceiling
+    bounds = _OPEN if workspace is None else [b.item() for b in _line_bounds([start], [end], workspace)]
+    given = np.array([*start, *end, *limits.numbers(), tolerance, roof, *bounds])
+    found = _thrown(given[:, None], walled=workspace is not None)
+    reason = Reason(found.reason.item())
+    if reason != Reason.FEASIBLE:
+        told = {Reason.NO_REACH: f" (pick {start}, target {end})", Reason.CEILING: f" z = {ceiling} m"}
+        raise InfeasibleThrow(reason, told.get(reason, f" {workspace}"))
+    return Release(*found.vectors[:, 0], *found.numbers[:, 0].tolist(), *found.active[:, 0].tolist())
 
 
 def plan_release_batch(
@@ -91,21 +94,12 @@ def plan_release_batch(
     Raises:
         ValueError: if an input is NaN or infinite, a tolerance is negative, or shapes disagree.
     """
-    frame = Frame.of(picks, targets, limits, tolerance)
-    count = len(frame.picks)
-    roof = None if ceiling is None else finite_rows(ceiling, count, "ceiling")
-    slope = np.full(count, np.nan)
-    moved = np.zeros(count, dtype=np.bool_)
-    reason = np.full(count, Reason.NO_REACH, dtype=np.int64)
-    rows = np.flatnonzero(frame.plane.reach > MIN_REACH)
-    for first in range(0, rows.size, CHUNK):
-        part = rows[first : first + CHUNK]
-        slope[part], moved[part], reason[part] = _plan_rows(frame, part, roof, workspace)
-    motion = _motion(frame, slope, reason)
-    height = frame.picks[:, 2] + motion.distance * motion.direction[:, 2]
-    roofed = moved if roof is None or workspace is None else moved & (height >= roof - CONTACT)
-    roofed = roofed & (roof is not None)
-    return _assembled(frame.picks, motion, frame.plane, roofed, moved & ~roofed)
+    start, end, box = checked(picks, targets, tolerance)
+    rows, never = limits.arrays(len(start)), np.full(len(start), np.inf)
+    roof = never if ceiling is None else finite_rows(ceiling, len(start), "ceiling")
+    bounds = LineBounds.below(never) if workspace is None else _line_bounds(start, end, workspace)
+    given = np.array([*start.T, *end.T, *rows, box, roof, *bounds])
+    return _batch(_thrown(given, walled=workspace is not None))
 
 
 def release_at_elevation(picks: ArrayLike, targets: ArrayLike, limits: Limits, elevation: ArrayLike) -> ReleaseBatch:
@@ -123,15 +117,14 @@ def release_at_elevation(picks: ArrayLike, targets: ArrayLike, limits: Limits, e
     Raises:
         ValueError: if an input is NaN or infinite, an elevation is out of range, or shapes disagree.
     """
-    frame = Frame.of(picks, targets, limits, 0.0)
-    angle = finite_rows(elevation, len(frame.picks), "elevation")
+    start, end, none = checked(picks, targets, 0.0)
+    angle = finite_rows(elevation, len(start), "elevation")
     if (np.abs(angle) >= 0.5 * np.pi).any():
         raise PlanningError(f"elevation must lie in (-pi/2, pi/2) rad, got {angle[np.argmax(np.abs(angle))]}")
-    slope = np.tan(angle)
-    reason = np.where(frame.plane.line(slope)[1] > 0.0, int(Reason.FEASIBLE), int(Reason.ELEVATION))
-    reason = np.where(frame.plane.reach > MIN_REACH, reason, int(Reason.NO_REACH))
-    motion = _motion(frame, np.where(reason == Reason.FEASIBLE, slope, np.nan), reason)
-    return _assembled(frame.picks, motion._replace(angle=angle), frame.plane)
+    never = np.full(len(start), np.inf)
+    given = np.array([*start.T, *end.T, *limits.arrays(len(start)), none, never, *LineBounds.below(never)])
+    plans = _batch(_thrown(given, slope=np.tan(angle)))
+    return replace(plans, angle=np.where(plans.feasible, angle, np.nan))
 
 
 def release_at_point(
@@ -167,93 +160,68 @@ def release_at_point(
         plane = finite_rows(plane_z, count, "plane_z")
         flight = flight_time(end, speed[:, None] * direction, plane)
         reason = np.where(apart & np.isnan(flight), int(Reason.PLANE), reason)
+    # NaN in rows without a plan.
+    gap = np.where(reason == Reason.FEASIBLE, 0.0, np.nan)
+    distance, speed, direction = distance + gap, speed + gap, direction + gap[:, None]
+    peak = np.minimum(np.sqrt(rows.jerk * speed), rows.acceleration)
     flat = np.sqrt(way[:, 0] * way[:, 0] + way[:, 1] * way[:, 1])
-    angle, azimuth = np.arctan2(way[:, 2], flat), np.arctan2(way[:, 1], way[:, 0])
-    motion = LineMotion(direction, angle, azimuth, distance, speed, flight, reason)
-    return _assembled(start, motion, rows)
+    angle, azimuth = np.arctan2(way[:, 2], flat) + gap, np.arctan2(way[:, 1], way[:, 0]) + gap
+    # As in the kernel.
+    time = distance / speed + 0.5 * (speed / peak + peak / rows.jerk)
+    vectors = np.array([start + distance[:, None] * direction, speed[:, None] * direction, direction])
+    numbers = np.array([speed, peak, angle, azimuth, distance, time, flight + gap])
+    return _batch(_Found(vectors, numbers, np.zeros((2, count), dtype=np.bool_), reason))
 
 
-def _plan_rows(
-    frame: Frame, rows: Ints, roof: Floats | None, workspace: EllipticWorkspace | None
-) -> tuple[Floats, Bools, Ints]:
-    """Slope, whether a bound moved it, and reason of the rows given."""
-    plane = take(frame.plane, rows)
-    best = best_slope(plane)
-    if roof is None and workspace is None:
-        return best, np.zeros(best.shape, dtype=np.bool_), np.full(best.shape, int(Reason.FEASIBLE))
-    picks = frame.picks[rows]
-    ceiling = None if roof is None else roof[rows] - picks[:, 2]
-    bounds = LineBounds.below(np.full(len(picks), np.inf) if ceiling is None else ceiling)
-    if workspace is not None:
-        inside = workspace.line_bounds(picks, frame.cosine[rows], frame.sine[rows])
-        bounds = inside._replace(high=np.minimum(inside.high, bounds.high))
-    slope = bounded_slope(plane, bounds, best, upward=workspace is not None)
-    lost = np.isnan(slope)
-    reason = np.full(best.shape, int(Reason.FEASIBLE))
-    if lost.any():
-        ceiling = None if ceiling is None else ceiling[lost]
-        reason[lost] = _blame(take(plane, lost), best[lost], ceiling)
-    return slope, slope != best, reason
+def point_of(values: Point, name: str) -> tuple[float, float, float]:
+    """Three coordinates as floats; a ValueError that names them where there are not three."""
+    if len(values) != 3:
+        raise PlanningError(f"{name} must hold three coordinates, got {len(values)}")
+    x, y, z = float(values[0]), float(values[1]), float(values[2])
+    if not math.isfinite(x + y + z):
+        raise PlanningError(f"{name} must be finite, got {(x, y, z)}")
+    return x, y, z
 
 
-def _blame(plane: ThrowPlane, best: Floats, ceiling: Floats | None) -> Ints:
-    """Of throws without a plan: the ceiling where it alone rules the throw out, else the workspace."""
-    if ceiling is None:
-        return np.full(best.shape, int(Reason.WORKSPACE))
-    alone = bounded_slope(plane, LineBounds.below(ceiling), best, upward=False)
-    return np.where(np.isnan(alone), int(Reason.CEILING), int(Reason.WORKSPACE))
+def _check(ceiling: float | None, tolerance: float) -> None:
+    if ceiling is not None and not math.isfinite(ceiling):
+        raise PlanningError(f"ceiling must be finite, or None for no bound, got {ceiling}")
+    if not (math.isfinite(tolerance) and tolerance >= 0.0):
+        raise PlanningError(f"tolerance must be finite and not negative [m], got {tolerance}")
 
 
-def _motion(frame: Frame, slope: Floats, reason: Ints) -> LineMotion:
-    """Solve the crossing at ``slope``; rows with NaN stay NaN."""
-    gone = np.isnan(slope)
-    reachable = np.where(gone, np.abs(frame.plane.reach) + 1.0, frame.plane.reach)
-    plane = frame.plane._replace(reach=reachable)
-    level = np.where(gone, np.maximum(plane.rise, 0.0) / plane.reach + 1.0, slope)
-    distance, speed = crossing(plane, level)
-    gap = np.where(gone, np.nan, 0.0)
-    cosine = 1.0 / np.sqrt(1.0 + level * level)
-    return LineMotion(
-        np.stack([cosine * frame.cosine, cosine * frame.sine, cosine * level], axis=1),
-        np.arctan(level),
-        np.arctan2(frame.sine, frame.cosine),
-        distance + gap,
-        speed,
-        plane.line(level)[1],
-        reason,
-    )
+def _line_bounds(picks: ArrayLike, targets: ArrayLike, workspace: EllipticWorkspace) -> LineBounds:
+    frame = Frame.of(picks, targets)
+    return workspace.line_bounds(frame.picks, frame.cosine, frame.sine)
 
 
-def _assembled(
-    picks: Floats,
-    motion: LineMotion,
-    limits: LimitRows | ThrowPlane,
-    ceiling_active: Bools | None = None,
-    workspace_active: Bools | None = None,
-) -> ReleaseBatch:
-    """Return the batch of plans, NaN in rows whose reason is not FEASIBLE."""
-    feasible = motion.reason == Reason.FEASIBLE
-    gap = np.where(feasible, 0.0, np.nan)
-    distance, speed = motion.distance + gap, motion.speed + gap
-    jerk = limits.jerk
-    peak = np.minimum(np.sqrt(jerk * speed), limits.acceleration)
-    direction = motion.direction + gap[:, None]
-    never = np.zeros(feasible.shape, dtype=np.bool_)
+def _thrown(given: Floats, *, walled: bool = False, slope: Floats | None = None) -> _Found:
+    """The throws along lines of given slopes (N,), or along the quickest ones.
+
+    Args:
+        given: N throws (15, N), as the kernel takes them.
+        walled: whether there is a workspace.
+        slope: tangents of the elevations (N,).
+    """
+    from pnt_gym.planning.straight.kernel import choose_slopes, release_rows  # noqa: PLC0415 - numba takes a while
+
+    count = given.shape[1]
+    moved, reason = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.int64)
+    slopes = np.empty(count) if slope is None else slope
+    if slope is None:
+        choose_slopes(given, walled, slopes, moved, reason)
+    found = _Found(np.empty((3, count, 3)), np.empty((7, count)), np.empty((2, count), dtype=np.bool_), reason)
+    release_rows(given, walled, slopes, moved, reason, *found[:3])
+    return found
+
+
+def _batch(found: _Found) -> ReleaseBatch:
+    feasible = found.reason == Reason.FEASIBLE
     return ReleaseBatch(
-        position=picks + distance[:, None] * direction,
-        velocity=speed[:, None] * direction,
-        direction=direction,
-        speed=speed,
-        acceleration=peak,
-        angle=motion.angle + gap,
-        azimuth=motion.azimuth + gap,
-        distance=distance,
-        # Half of Eq. 4 over the stroke 2 P_r, which is Eq. 12.
-        time=distance / speed + 0.5 * (speed / peak + peak / jerk),
-        flight_time=motion.flight_time + gap,
-        ceiling_active=never if ceiling_active is None else ceiling_active & feasible,
-        workspace_active=never if workspace_active is None else workspace_active & feasible,
+        *found.vectors,
+        *found.numbers,
+        *found.active,
         feasible=feasible,
-        reason=motion.reason,
-        straight=~never,
+        reason=found.reason,
+        straight=np.ones(len(found.reason), dtype=np.bool_),
     )

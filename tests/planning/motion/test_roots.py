@@ -1,8 +1,7 @@
 import numpy as np
-import pytest
 from scipy.optimize import elementwise
 
-from pnt_gym.planning.motion.roots import bisect, highest
+from pnt_gym.planning.motion.roots import bisect
 
 LOW, HIGH = np.full(50, -1.0), np.linspace(2.0, 4.0, 50)
 SHIFT = np.linspace(-0.9, 1.9, 50)
@@ -22,14 +21,9 @@ def test_the_end_that_holds_may_be_the_greater_one():
     assert (outside <= SHIFT).all()
 
 
-def test_golden_section_finds_the_greatest_value():
-    place, value = highest(lambda x: SHIFT - (x - SHIFT) ** 2, LOW, HIGH, 40)
-    np.testing.assert_allclose(place, SHIFT, atol=1e-7)
-    np.testing.assert_allclose(value, SHIFT, atol=1e-12)
+def test_a_row_gets_the_same_bits_alone():
+    def search(shift, low, high):
+        return bisect(lambda x: x < shift, low, high, 9)[0]
 
-
-@pytest.mark.parametrize("search", [lambda s, a, b: bisect(lambda x: x < s, a, b, 9)[0],
-                                    lambda s, a, b: highest(lambda x: -abs(x - s), a, b, 9)[0]])  # fmt: skip
-def test_a_row_gets_the_same_bits_alone(search):
     many = search(SHIFT, LOW, HIGH)
     assert all(search(SHIFT[k : k + 1], LOW[k : k + 1], HIGH[k : k + 1])[0] == many[k] for k in range(50))

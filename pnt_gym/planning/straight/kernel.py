@@ -1,0 +1,404 @@
+"""Where and how fast a throw along a line releases, and which line is the quickest: closed forms and root finding.
+
+**Crossing.** In the vertical plane of a throw let X be the horizontal distance from the pick to the target, Z the
+height of the target above the pick and u the tangent of the elevation. A release at distance P with speed V on that
+line hits the target when P + V c = L, where L = X sqrt(1 + u^2) is the length of the line up to above the target and
+c = sqrt(2 (X u - Z) / g) is the time of flight (Hassan et al. 2022, Eq. 20). The S-curve adds V = V_S(P); written as
+P = P_S(V) that makes P_S(V) + V c = L, whose left side grows with V, so there is exactly one crossing.
+
+**Optimum.** Where nothing bounds the release point, the object of the quickest throw lands at right angles to its
+release direction: V = g c sin(theta). Put into the crossing this leaves one equation in u = tan(theta), with no inner
+solve and one root:
+
+    H(u) = sqrt(1 + u^2) P_S(V(u)) + X u^2 - 2 Z u - X = 0,   V(u)^2 = 2 g (X u - Z) u^2 / (1 + u^2).
+
+Where that speed exceeds Vmax the release happens at Vmax, and V(u) = Vmax is a cubic with one positive root. The
+optimum is the smaller of the two roots. H is not negative at u = (Z + sqrt(X^2 + Z^2)) / X, the elevation of least
+speed for a release at the pick, so its root lies below that.
+
+**Bounds.** Seen from the pick, the release point may lie between ``near`` and ``far`` horizontally and between ``low``
+and ``high`` vertically: a ceiling, a workspace. The release distance grows on either side of the free optimum, so the
+bounded optimum is the feasible elevation next to it: the greatest one below, or with a workspace perhaps the least one
+above. The feasible set can fall apart into intervals (a flat and a steep way to throw), so it is searched on a grid
+from the free optimum outwards, and a peak of the slack between two grid points that might reach zero is looked at
+closely. Bounds translate to bounds on the distance, and P*(u) <= p can be asked without solving for P*: it holds when
+the speed that a release at p would need, (L - p) / c, is allowed and is reached within p.
+
+The functions are compiled; one throw and N throws run through the same machine code, row by row.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.compiled import compiled, part
+from pnt_gym.constants import GRAVITY
+from pnt_gym.planning.straight.plan import CONTACT, MIN_REACH, Reason
+
+# Rows of `given`: pick, target, limits, tolerance, ceiling, and the workspace seen from the pick; all in SI units.
+X, Y, Z, TO_X, TO_Y, TO_Z, VELOCITY, ACCELERATION, JERK, TOLERANCE, CEILING, NEAR, FAR, LOW, HIGH = range(15)
+NO_REACH, TOO_HIGH, OUTSIDE, TOO_FLAT = map(int, (Reason.NO_REACH, Reason.CEILING, Reason.WORKSPACE, Reason.ELEVATION))
+
+# Newton steps for the cubic of the jerk-only crossing: its start is within a factor sqrt(2) of the root, from
+# where five steps reach rounding.
+CROSSING_STEPS = 7
+# Stands in for a flight time of zero, at the very foot of the elevation range.
+TINY = 1e-300
+CUBIC_STEPS = 9
+NEWTON_STEPS = 80
+# Newton's error squares with every step: the step after one this small is below rounding.
+SLOPE_PRECISION = 1e-9
+GRID = 96
+GOLDEN = 0.6180339887498949
+GOLDEN_STEPS = 40
+BRACKET_STEPS = 100
+# A bracket this narrow, relative to the slope plus one, is an answer.
+BRACKET_WIDTH = 2e-16
+
+
+class PlaneThrow(NamedTuple):
+    """One throw in its vertical plane: reach X [m], rise Z [m] and the limits of the S-curve."""
+
+    reach: float
+    rise: float
+    velocity: float
+    acceleration: float
+    jerk: float
+
+
+class Box(NamedTuple):
+    """Bounds of the release point seen from the pick [m]; near may be 0, the others infinite."""
+
+    near: float
+    far: float
+    low: float
+    high: float
+
+
+@part
+def _laid_out(given: Floats, row: int) -> tuple[PlaneThrow, float, float]:
+    """A throw, and cosine and sine of its azimuth; reach is shortened by the tolerance and may be negative."""
+    x, y = given[TO_X, row] - given[X, row], given[TO_Y, row] - given[Y, row]
+    full = math.sqrt(x * x + y * y)
+    cosine, sine = (x / full, y / full) if full > 0.0 else (1.0, 0.0)
+    reach = full - given[TOLERANCE, row] / max(abs(cosine), abs(sine))
+    rise = given[TO_Z, row] - given[Z, row]
+    return PlaneThrow(reach, rise, given[VELOCITY, row], given[ACCELERATION, row], given[JERK, row]), cosine, sine
+
+
+@part
+def _ramp_distance(speed: float, acceleration: float, jerk: float) -> float:
+    """P_S(V) [m], the shortest way from rest to ``speed`` without acceleration left: V_S inverted."""
+    if jerk * speed <= acceleration * acceleration:
+        return speed * math.sqrt(speed / jerk)
+    return 0.5 * speed * (speed / acceleration + acceleration / jerk)
+
+
+@part
+def _flight_time(throw: PlaneThrow, slope: float) -> float:
+    """Time of flight c [s] at the tangent ``slope`` of the elevation."""
+    return math.sqrt(2.0 * max(throw.reach * slope - throw.rise, 0.0) / GRAVITY)
+
+
+@part
+def _crossing(throw: PlaneThrow, slope: float) -> tuple[float, float]:
+    """Release distance P [m] and speed V [m/s] at the tangent ``slope`` of the elevation."""
+    velocity, acceleration, jerk = throw.velocity, throw.acceleration, throw.jerk
+    length, flight = throw.reach * math.sqrt(1.0 + slope * slope), _flight_time(throw, slope)
+    cruising = length - velocity * flight
+    if _ramp_distance(velocity, acceleration, jerk) <= cruising:
+        return cruising, velocity
+    knee = min(acceleration * acceleration / jerk, velocity)
+    if knee * math.sqrt(knee / jerk) + knee * flight <= length:
+        speed = _plateau_speed(length, flight, acceleration, jerk)
+    else:
+        speed = _jerk_speed(length, flight, jerk)
+    speed = min(speed, velocity)
+    return _ramp_distance(speed, acceleration, jerk), speed
+
+
+@part
+def _plateau_speed(length: float, flight: float, acceleration: float, jerk: float) -> float:
+    """Root of J V^2 + (A^2 + 2 J A c) V = 2 J A L: segment 2 of V_S, free of cancellation."""
+    linear = acceleration * (acceleration + 2.0 * jerk * flight)
+    root = math.sqrt(linear * linear + 8.0 * jerk * jerk * acceleration * length)
+    return 4.0 * jerk * acceleration * length / (linear + root)
+
+
+@part
+def _jerk_speed(length: float, flight: float, jerk: float) -> float:
+    """Square of the root of w^3 / sqrt(J) + c w^2 = L: segment 1 of V_S, V = w^2."""
+    scale = 1.0 / math.sqrt(jerk)
+    w = min(np.cbrt(length / scale), math.sqrt(length / max(flight, TINY)))
+    for _ in range(CROSSING_STEPS):
+        value = w * w * (scale * w + flight) - length
+        w -= value / (w * (3.0 * scale * w + 2.0 * flight))
+    return w * w
+
+
+@part
+def _best_slope(throw: PlaneThrow) -> float:
+    """The tangent of the elevation of the quickest throw without bounds: Newton inside a shrinking bracket."""
+    cap = _saturation_slope(throw)
+    if _optimality(throw, cap)[0] <= 0.0:
+        return cap
+    low = max(throw.rise / throw.reach, 0.0)
+    u = high = min(cap, _steepest(throw))
+    for _ in range(NEWTON_STEPS):
+        value, slope = _optimality(throw, u)
+        low, high = (u, high) if value < 0.0 else (low, u)
+        before = u
+        u -= value / slope
+        if not low < u < high:
+            u = 0.5 * (low + high)
+        if abs(u - before) <= SLOPE_PRECISION * before:
+            break
+    return u
+
+
+@part
+def _saturation_slope(throw: PlaneThrow) -> float:
+    """The tangent at which the optimal speed reaches Vmax: root of u^3 - b u^2 - d = 0.
+
+    Newton's method starts above the root, where the cubic is convex, and comes down monotonically.
+    """
+    d = throw.velocity * throw.velocity / (2.0 * GRAVITY * throw.reach)
+    b = throw.rise / throw.reach + d
+    u = max(b, 0.0) + np.cbrt(d)
+    if b < 0.0:
+        u = min(u, math.sqrt(d / -b))
+    for _ in range(CUBIC_STEPS):
+        u -= (u * u * (u - b) - d) / (u * (3.0 * u - 2.0 * b))
+    return u
+
+
+@part
+def _steepest(throw: PlaneThrow) -> float:
+    """(Z + sqrt(X^2 + Z^2)) / X without cancellation for Z < 0."""
+    reach, rise = throw.reach, throw.rise
+    slant = math.sqrt(reach * reach + rise * rise)
+    return reach / (slant - rise) if rise < 0.0 else (rise + slant) / reach
+
+
+@part
+def _optimality(throw: PlaneThrow, u: float) -> tuple[float, float]:
+    """H(u) and its derivative."""
+    reach, rise, acceleration, jerk = throw.reach, throw.rise, throw.acceleration, throw.jerk
+    square = 1.0 + u * u
+    secant = math.sqrt(square)
+    drop = max(reach * u - rise, 0.0)
+    share = u * u / square
+    energy_slope = 2.0 * GRAVITY * (reach * share + 2.0 * drop * u / (square * square))
+    speed = math.sqrt(2.0 * GRAVITY * drop * share)
+    root = math.sqrt(speed * jerk)
+    if root <= acceleration:
+        way, way_slope = speed * root / jerk, 1.5 * root / jerk
+    else:
+        way = 0.5 * speed * (speed / acceleration + acceleration / jerk)
+        way_slope = speed / acceleration + 0.5 * acceleration / jerk
+    # dP/dV, then dV/du = (dE/du) / (2 V); the two branches share 1 / (2 V).
+    speed_slope = 0.5 * energy_slope / (speed if speed > 0.0 else 1.0)
+    value = secant * way + reach * (u * u - 1.0) - 2.0 * rise * u
+    return value, secant * way_slope * speed_slope + way * u / secant + 2.0 * (reach * u - rise)
+
+
+@part
+def _slack(throw: PlaneThrow, box: Box, slope: float) -> float:
+    """A margin [m], continuous in ``slope``, that is negative exactly where a bound is broken."""
+    secant = math.sqrt(1.0 + slope * slope)
+    length, flight = throw.reach * secant, _flight_time(throw, slope)
+    if slope == 0.0:
+        roof, floor = math.inf if box.low <= 0.0 <= box.high else -math.inf, -math.inf
+    else:
+        per_height = secant / slope
+        roof, floor = box.high * per_height, box.low * per_height
+        if slope < 0.0:
+            roof, floor = floor, roof
+    longest, shortest = min(box.far * secant, roof), max(box.near * secant, floor)
+    # The crossing never lies beyond the full line, so a bound that leaves the line whole cannot bind.
+    margin = math.inf if longest >= length else _room(throw, length, flight, longest)
+    return margin if shortest <= 0.0 else min(margin, -_room(throw, length, flight, shortest))
+
+
+@part
+def _room(throw: PlaneThrow, length: float, flight: float, distance: float) -> float:
+    """Negative exactly where the crossing lies beyond ``distance``."""
+    speed = max((length - distance) / max(flight, TINY), 0.0)
+    way = _ramp_distance(min(speed, throw.velocity), throw.acceleration, throw.jerk)
+    return min(distance - way, flight * throw.velocity - (length - distance))
+
+
+@part
+def _bounded_slope(throw: PlaneThrow, box: Box, best: float, upward: bool) -> float:
+    """The tangent of the quickest throw within bounds, NaN where there is none.
+
+    Elevations above the free optimum are searched too if ``upward``, which bounds other than a ceiling need.
+    """
+    if _slack(throw, box, best) >= 0.0:
+        return best
+    foot = throw.rise / throw.reach
+    if not upward and box.high >= 0.0:
+        # A level throw keeps any ceiling not below the pick, so the answer lies above it.
+        foot = max(foot, 0.0)
+    answer, way = math.nan, math.inf
+    for above in range(1 + upward):
+        slope = _nearest(throw, box, best, foot, above)
+        if _flight_time(throw, slope) > 0.0:
+            distance, _ = _crossing(throw, slope)
+            if distance < way:
+                answer, way = slope, distance
+    return answer
+
+
+@part
+def _grid_point(best: float, foot: float, above: int, k: int) -> float:
+    """Point k of the grid from the free optimum up, or down to the foot itself.
+
+    It is densest next to the foot, where a low ceiling leaves only a sliver.
+    """
+    share = k / GRID
+    if above:
+        return best + (1.0 + best) * (share / (1.0 - share))
+    share = (1.0 - share) * (1.0 - share)
+    return best * share + foot * (1.0 - share)
+
+
+@part
+def _nearest(throw: PlaneThrow, box: Box, best: float, foot: float, above: int) -> float:
+    """The slope with no negative slack that is nearest to the free optimum, which has one; NaN where there is none."""
+    older, old, last = -math.inf, _slack(throw, box, best), best
+    before = best
+    for k in range(1, GRID + 1 - above):
+        slope = _grid_point(best, foot, above, k)
+        value = _slack(throw, box, slope)
+        # A concave peak rises at most one climb above its grid point; two leave room for kinks.
+        if older < old < 0.0 and value <= old and old + 2.0 * max(old - older, old - value) >= 0.0:
+            peak, height = _golden(throw, box, before, slope)
+            if height >= 0.0:
+                return _border(throw, box, peak, height, before, older if k > 1 else old)
+        if value >= 0.0:
+            return _border(throw, box, slope, value, last, old)
+        older, old, before, last = old, value, last, slope
+    return math.nan
+
+
+@part
+def _golden(throw: PlaneThrow, box: Box, low: float, high: float) -> tuple[float, float]:
+    """Where between two slopes the slack is greatest, and the slack there, by golden section."""
+    left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+    at_left, at_right = _slack(throw, box, left), _slack(throw, box, right)
+    for _ in range(GOLDEN_STEPS):
+        if at_left >= at_right:
+            high, right, at_right = right, left, at_left
+            left = high - GOLDEN * (high - low)
+            at_left = _slack(throw, box, left)
+        else:
+            low, left, at_left = left, right, at_right
+            right = low + GOLDEN * (high - low)
+            at_right = _slack(throw, box, right)
+    return (left, at_left) if at_left >= at_right else (right, at_right)
+
+
+@part
+def _border(throw: PlaneThrow, box: Box, a: float, at_a: float, b: float, at_b: float) -> float:
+    """Zero of the slack between a slope ``a`` that keeps the bounds and a ``b`` that does not, on the safe side.
+
+    By Chandrupatla's method, which halves wherever the slack is not close to a line: a kink or an infinite slack cannot
+    stall it.
+    """
+    share = 0.5
+    for _ in range(BRACKET_STEPS):
+        probe = a + share * (b - a)
+        value = _slack(throw, box, probe)
+        # The point that falls out of the bracket still tells how the slack bends.
+        c, at_c = (b, at_b) if (value >= 0.0) != (at_a >= 0.0) else (a, at_a)
+        b, at_b = (a, at_a) if (value >= 0.0) != (at_a >= 0.0) else (b, at_b)
+        a, at_a = probe, value
+        width = BRACKET_WIDTH * (1.0 + abs(a))
+        if abs(b - a) <= width:
+            break
+        # At least so far that the zero ends up in between.
+        least = 0.5 * width / abs(b - a)
+        share = min(max(_share(a, at_a, b, at_b, c, at_c), least), 1.0 - least)
+    return a if at_a >= 0.0 else b
+
+
+@part
+def _share(a: float, at_a: float, b: float, at_b: float, c: float, at_c: float) -> float:
+    """Share of the way from ``a`` to ``b`` to look at next: inverse quadratic interpolation, or a half."""
+    place, level = (a - b) / (c - b), (at_a - at_b) / (at_c - at_b)
+    if level * level < place and (1.0 - level) * (1.0 - level) < 1.0 - place:
+        straight = at_a / (at_b - at_a) * at_c / (at_b - at_c)
+        return straight + (c - a) / (b - a) * at_a / (at_c - at_a) * at_b / (at_c - at_b)
+    return 0.5
+
+
+@compiled("void(f8[:, ::1], b1, f8[::1], b1[::1], i8[::1])")
+def choose_slopes(given: Floats, walled: bool, slopes: Floats, moved: Bools, reasons: Ints) -> None:
+    """Find the quickest lines of N throws ``given`` (15, N), within a workspace if ``walled``.
+
+    ``slopes`` (N,) takes the tangents of their elevations, NaN where there is no throw, ``moved`` (N,) whether a bound
+    moved them, and ``reasons`` (N,) the `Reason` where there is no throw.
+    """
+    for row in range(given.shape[1]):
+        throw, _, _ = _laid_out(given, row)
+        slopes[row], moved[row], reasons[row] = math.nan, False, NO_REACH
+        if throw.reach <= MIN_REACH:
+            continue
+        best = _best_slope(throw)
+        roof = given[CEILING, row] - given[Z, row]
+        box = Box(given[NEAR, row], given[FAR, row], given[LOW, row], min(given[HIGH, row], roof))
+        slope = _bounded_slope(throw, box, best, walled)
+        slopes[row], moved[row], reasons[row] = slope, slope != best, 0
+        if math.isnan(slope):
+            # The ceiling is to blame where it alone rules the throw out.
+            if walled:
+                slope = _bounded_slope(throw, Box(0.0, math.inf, -math.inf, roof), best, not walled)
+            moved[row], reasons[row] = False, TOO_HIGH if math.isnan(slope) else OUTSIDE
+
+
+@compiled("void(f8[:, ::1], b1, f8[::1], b1[::1], i8[::1], f8[:, :, ::1], f8[:, ::1], b1[:, ::1])")
+def release_rows(
+    given: Floats,
+    walled: bool,
+    slopes: Floats,
+    moved: Bools,
+    reasons: Ints,
+    vectors: Floats,
+    numbers: Floats,
+    active: Bools,
+) -> None:
+    """Work out the releases of N throws along the lines that `choose_slopes` found, or others; NaN makes NaN.
+
+    ``reasons`` (N,) takes the `Reason` where a line leads to no throw, ``vectors`` (3, N, 3) position, velocity and
+    direction, ``numbers`` (7, N) speed, acceleration, angle, azimuth, distance, time and time of flight, and ``active``
+    (2, N) whether the ceiling moved the release, and whether the workspace did.
+    """
+    for row in range(given.shape[1]):
+        throw, cosine, sine = _laid_out(given, row)
+        slope, flight = slopes[row], _flight_time(throw, slopes[row])
+        vectors[:, row], numbers[:, row], active[:, row] = math.nan, math.nan, False
+        if math.isnan(slope):
+            continue
+        if throw.reach <= MIN_REACH or flight <= 0.0:
+            reasons[row] = TOO_FLAT if throw.reach > MIN_REACH else NO_REACH
+            continue
+        distance, speed = _crossing(throw, slope)
+        peak = min(math.sqrt(throw.jerk * speed), throw.acceleration)
+        # Half of Eq. 4 over the stroke 2 P_r, which is Eq. 12.
+        time = distance / speed + 0.5 * (speed / peak + peak / throw.jerk)
+        found = (speed, peak, math.atan(slope), math.atan2(sine, cosine), distance, time, flight)
+        for k in range(7):
+            numbers[k, row] = found[k]
+        level = 1.0 / math.sqrt(1.0 + slope * slope)
+        direction = (level * cosine, level * sine, level * slope)
+        for k in range(3):
+            vectors[0, row, k] = given[X + k, row] + distance * direction[k]
+            vectors[1, row, k] = speed * direction[k]
+            vectors[2, row, k] = direction[k]
+        roofed = moved[row] and (not walled or vectors[0, row, 2] >= given[CEILING, row] - CONTACT)
+        active[0, row], active[1, row] = roofed, moved[row] and not roofed

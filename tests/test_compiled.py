@@ -1,0 +1,94 @@
+"""The planner's machine code: made once, kept, made anew where it cannot be kept, and true to its Python text."""
+
+import os
+import shutil
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+from agents.places import SHIPPED as ROOT
+
+# Prints the plans of 400 throws under a ceiling and in a workspace as hexadecimal bytes.
+PLAN = """
+import numpy as np
+from pnt_gym.planning import EllipticWorkspace, MotionLimits, plan_release_batch, release_at_elevation
+from tests.tools.planning import random_throws
+
+picks, targets, numbers = random_throws(400, seed=51)
+picks[:, :2] *= 0.6
+space = EllipticWorkspace(z_min=-1.0, z_max=-0.65)
+roof = picks[:, 2] + np.linspace(0.01, 0.2, 400)
+plans = plan_release_batch(picks, targets, MotionLimits(*numbers), roof, 0.01, space)
+level = release_at_elevation(picks, targets, MotionLimits(*numbers), 0.2)
+parts = [x for p in (plans, level) for x in (p.position, p.velocity, p.angle, p.azimuth, p.time, p.flight_time)]
+print(b"".join(x.tobytes() for x in (*parts, plans.reason, plans.ceiling_active, plans.workspace_active)).hex())
+"""
+KEPT = """
+from pnt_gym.planning.straight.kernel import choose_slopes, release_rows
+print(*(len(f.stats.cache_hits) + 10 * len(f.stats.cache_misses) for f in (choose_slopes, release_rows)))
+"""
+
+
+def run(code, **variables):
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, "PYTHONPATH": str(ROOT), **{name: str(value) for name, value in variables.items()}},
+        capture_output=True, text=True, timeout=120, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return done
+
+
+@pytest.fixture(scope="module")
+def known():
+    """The plans as they come from the machine code that is kept."""
+    return run(PLAN).stdout
+
+
+def test_machine_code_computes_what_the_text_says(known):
+    """To the bit: nothing is reordered, contracted or left over from an older text or constant."""
+    assert run(PLAN, NUMBA_DISABLE_JIT=1).stdout == known
+    assert len(known) > 400 * 19 * 8
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """What two processes say that make the machine code at once, and the folder they keep it in."""
+    folder = tmp_path_factory.mktemp("kept") / "new"
+    with ThreadPoolExecutor(2) as both:
+        return list(both.map(lambda code: run(code, NUMBA_CACHE_DIR=folder), (PLAN, PLAN))), folder
+
+
+def test_two_processes_at_once_make_it_and_a_third_finds_it(made, known):
+    found, folder = made
+    assert [one.stdout for one in found] == [known, known]
+    assert not any(one.stderr for one in found)
+    assert run(KEPT, NUMBA_CACHE_DIR=folder).stdout.split() == ["1", "1"]
+
+
+@pytest.mark.parametrize("broken", ["no folder", "empty files"])
+def test_where_it_cannot_be_kept_plans_are_made_all_the_same(made, known, tmp_path, broken):
+    # Nothing but a folder below a file is offered, as where neither the package nor the home can be written.
+    where = {"NUMBA_CACHE_DIR": ROOT / "LICENSE" / "no", "NUMBA_CACHE_LOCATOR_CLASSES": "UserProvidedCacheLocator"}
+    if broken == "empty files":
+        where = {"NUMBA_CACHE_DIR": shutil.copytree(made[1], tmp_path / "copy")}
+        for file in (tmp_path / "copy").rglob("*.nbi"):
+            file.write_bytes(b"")
+    done = run(PLAN, **where)
+    assert done.stdout == known
+    assert done.stderr.count("set NUMBA_CACHE_DIR to an empty folder that can be written") == 1
+    assert "Traceback" not in done.stderr
+
+
+def test_importing_the_planner_does_not_load_the_compiler():
+    script = "import sys, pnt_gym.planning; print('numba' in sys.modules)"
+    assert run(script).stdout.strip() == "False"
+
+
+def test_the_bytes_are_numbers(known):
+    """A guard of this file: what is compared above holds plans, not NaN alone."""
+    numbers = np.frombuffer(bytes.fromhex(known.strip())[: 400 * 3 * 8])
+    assert np.isfinite(numbers).mean() > 0.5
