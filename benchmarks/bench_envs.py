@@ -23,7 +23,8 @@ import pnt_gym
 from agents.files import write_json
 
 SEED = 0
-LEVELS = {"PnTConveyor-v0": "waste", "PnTRelease-v0": "waste"}
+FLIGHT = {"name": "waste, fidelity: flight", "base": "waste", "fidelity": "flight"}
+LEVELS = {"PnTConveyor-v0": ("waste", FLIGHT), "PnTRelease-v0": ("waste", FLIGHT)}
 """What is measured where nothing else is asked for; the other environments at their default."""
 ACTIONS = 0.1
 """Random actions up to this: large enough to be planned for, too small to be shortened often."""
@@ -34,33 +35,30 @@ class Tap:
 
     def __init__(self, batch: Any) -> None:
         self._batch = batch
-        self.calls: list[tuple[tuple[Any, ...], dict[str, Any]]] = []
-        self._state: Any = None
+        self.calls: list[tuple[Any, tuple[Any, ...], dict[str, Any]]] = []
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._batch, name)
 
     def forget(self) -> None:
         """Begin anew."""
-        self.calls, self._state = [], None
+        self.calls = []
 
     def rollout(self, *args: Any, **options: Any) -> Any:
         """Roll out and remember."""
-        if self._state is None:
-            self._state = self._batch.state.copy()
-        self.calls.append((args, options))
+        self.calls.append((self._batch.state.copy(), args, options))
         return self._batch.rollout(*args, **options)
 
     def repeat(self) -> None:
         """The remembered rollouts again, from the same states, without recording."""
-        self._batch.state[:] = self._state
-        for args, options in self.calls:
+        for state, args, options in self.calls:
+            self._batch.state[:] = state
             self._batch.rollout(*args, **{key: value for key, value in options.items() if key != "record"})
 
     @property
     def steps(self) -> int:
         """Physics steps of all simulations."""
-        return sum(int(args[0]) * args[1].shape[0] for args, _ in self.calls)
+        return sum(int(args[0]) * len(options["ids"]) for _, args, options in self.calls)
 
 
 Clock = tuple[float, float]
@@ -80,7 +78,8 @@ class Vector:
         self.cells, self.threads = cells, threads
         self._env = gym.make_vec(env_id, num_envs=cells, level=level, threads=threads)
         plant = self._env.unwrapped.core.cell.plant
-        plant.batch = self._tap = Tap(plant.batch)
+        self._taps = [Tap(batch) for batch in plant.batches]
+        plant.batches = self._taps
         self._env.reset(seed=SEED)
         self._rng = np.random.default_rng(SEED)
         self._rounds: list[tuple[Clock, Clock, int]] = []
@@ -88,9 +87,11 @@ class Vector:
     def round(self) -> None:
         """One step and its physics alone, in turn so that both see the same noise."""
         actions = self._rng.uniform(-ACTIONS, ACTIONS, self._env.action_space.shape).astype(np.float32)
-        self._tap.forget()
-        step, bare = timed(lambda: self._env.step(actions)), timed(self._tap.repeat)
-        self._rounds.append((step, bare, self._tap.steps))
+        for tap in self._taps:
+            tap.forget()
+        step = timed(lambda: self._env.step(actions))
+        bare = timed(lambda: [tap.repeat() for tap in self._taps])
+        self._rounds.append((step, bare, sum(tap.steps for tap in self._taps)))
 
     def figures(self) -> dict[str, float]:
         """Rates by the least time of all rounds but the first, which warms up."""
@@ -136,24 +137,24 @@ class Singles:
 
 
 def bench(env_id: str, options: argparse.Namespace) -> dict[str, Any]:
-    level = options.level or LEVELS.get(env_id, "nominal")
-    singles = Singles(env_id, level, options.singles)
-    vectors = [Vector(env_id, level, options.cells, threads) for threads in options.threads]
+    levels = (options.level,) if options.level else LEVELS.get(env_id, ("nominal",))
+    singles = Singles(env_id, levels[0], options.singles)
+    vectors = [(level, Vector(env_id, level, options.cells, t)) for level in levels for t in options.threads]
     for _ in range(options.rounds + 1):
-        for each in (singles, *vectors):
+        for each in (singles, *(vector for _, vector in vectors)):
             each.round()
     rate = singles.throws_per_s()
-    rows = [v.figures() for v in vectors]
-    print(f"{env_id}, {level}: {options.singles} single environments in a loop: {rate:.1f} throws/s")
+    rows = [{"level": level if isinstance(level, str) else level["name"], **v.figures()} for level, v in vectors]
+    print(f"{env_id}, {rows[0]['level']}: {options.singles} single environments in a loop: {rate:.1f} throws/s")
     for row in rows:
         row["env_over_singles"] = row["env_throws_per_s"] / rate
         print(
-            f"  N={row['cells']}, {row['threads']} threads: {row['env_throws_per_s']:.1f} throws/s; "
+            f"  {row['level']}, N={row['cells']}, {row['threads']} threads: {row['env_throws_per_s']:.1f} throws/s; "
             f"bare physics {row['bare_throws_per_s']:.1f}, of which {row['env_over_bare'] * 100:.0f} % "
             f"({row['env_over_bare_cpu'] * 100:.0f} % in processor time); {row['env_over_singles']:.2f} x the loop; "
             f"{row['physics_us_per_step']:.1f} us/step"
         )
-    return {"level": level, "singles": options.singles, "singles_throws_per_s": rate, "vector": rows}
+    return {"singles": options.singles, "singles_throws_per_s": rate, "vector": rows}
 
 
 def main() -> None:

@@ -56,7 +56,7 @@ def environment_table(data: Data) -> Grid:
     rows = [
         [
             f"`{env}`",
-            figures["level"],
+            line["level"],
             str(line["cells"]),
             str(line["threads"]),
             f"{line['env_throws_per_s']:.0f}",

@@ -67,7 +67,7 @@ class FreeObjects:
     def __init__(self, config: ConveyorConfig, count: int, threads: int) -> None:
         self._config = config
         self._scene = build_free_scene(config)
-        self._batch = Batch(self._scene.model, nsim=count, nthread=threads)
+        self.batch = Batch(self._scene.model, nsim=count, nthread=threads)
 
     def fall(self, rows: Ints, thrown: Context, qpos: Floats, qvel: Floats, steps: Ints) -> Fall:
         """What N objects do in the engine, in some of the simulations, from a state (N, 7) and (N, 6).
@@ -75,7 +75,7 @@ class FreeObjects:
         Raises:
             PhysicsError: the engine warned, or stopped a simulation.
         """
-        batch = self._batch
+        batch = self.batch
         write_models(batch, rows, self._scene, thrown, self._config.bins)
         batch.set_const(rows)
         batch.state[rows] = 0.0

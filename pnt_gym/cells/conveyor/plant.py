@@ -10,8 +10,9 @@ again, the whole throw is simulated with the robot.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
@@ -55,6 +56,15 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         self._robot_qpos = qpos_columns(model, robot)
         self._rods_per_arm = robot.rods_per_arm
         self._controls = int(model.nu) + int(model.neq)
+
+    @property
+    def batches(self) -> Sequence[Any]:
+        """With the robot, and without."""
+        return self.batch, self._free.batch
+
+    @batches.setter
+    def batches(self, batches: Sequence[Any]) -> None:
+        self.batch, self._free.batch = batches
 
     def fly(self, thrown: Context, plans: HandCycle) -> Flown:
         """Simulate one throw in every simulation: the N picks, and what the hands do."""
