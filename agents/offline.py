@@ -67,7 +67,8 @@ class Home:
             raise UsageError(f"{name!r} exists already in {str(self.folder)!r}; choose another --name, or remove it")
         for above in Path(name).parents:
             if (self.folder / above / "data").exists():
-                raise UsageError(f"--name {name!r} lies inside the dataset {above.as_posix()!r}; choose another one")
+                place = str(self.folder / above)
+                raise UsageError(f"{name!r} would lie in {place!r}, which Minari takes for a dataset: it holds 'data'")
 
     @contextmanager
     def made(self, name: str) -> Generator[None, None, None]:
@@ -123,6 +124,7 @@ def proper_name(env_id: str, level: str, label: str) -> str:
     return f"pnt_gym/{plain[0]}/{plain[1]}-{plain[2]}-v0"
 
 
+@final
 @dataclass(frozen=True)
 class Facts:
     """What Minari's metadata tell of a dataset, by its own names, and ours on top."""

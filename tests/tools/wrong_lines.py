@@ -203,7 +203,7 @@ dataset --name ../waste-v0 | --name is '../waste-v0'; it must be NAMESPACE/NAME-
 dataset --name /tmp/waste-v0 | --name is '/tmp/waste-v0'; it must be NAMESPACE/NAME-vN
 dataset --name "one two-v0" | --name is 'one two-v0'; it must be NAMESPACE/NAME-vN
 dataset --name one/two-v0 --root datasets | 'one/two-v0' exists already in
-dataset --name one/two-v0/three-v0 --root datasets | --name 'one/two-v0/three-v0' lies inside the dataset
+dataset --name one/two-v0/three-v0 --root datasets | 'one/two-v0/three-v0' would lie in
 dataset --root file | cannot read or write
 dataset --root file/inner | cannot read or write
 dataset --controller nobody | 'nobody' is neither a controller
