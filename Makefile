@@ -58,6 +58,7 @@ perf: dev ## planner, robot and environment speed, and the physics checks of res
 	$(BIN)/python benchmarks/bench_free_direction.py --json results/perf_free_direction.json
 	$(BIN)/python benchmarks/bench_envs.py --json results/perf_envs.json
 	$(BIN)/python benchmarks/study_physics.py --json results/physics.json
+	$(BIN)/python benchmarks/study_fidelity.py --json results/fidelity.json
 
 reproduce: dev ## the papers' figures computed anew, beside the published ones, into results/ (minutes)
 	$(BIN)/python -m agents.reproduce all --json results/reproduction.json --figures results/figures

@@ -74,12 +74,41 @@ def environment_table(data: Data) -> Grid:
     return Grid("Throws per second", header, rows, note)
 
 
+def fidelity_table(data: Data) -> Grid:
+    """Flights against the full physics, level by level."""
+    header = [
+        "level",
+        "landings apart",
+        "95th percentile",
+        "success, full",
+        "flight",
+        "differs",
+        "touched again",
+        "flight",
+    ]
+    rows = [
+        [
+            level,
+            *(f"{1000 * found[name]:.2f} mm" for name in ("landing_mean_m", "landing_p95_m")),
+            *(f"{100 * found[name]:.1f} %" for name in ("success_full", "success_flight", "success_differs")),
+            *(f"{100 * found[name]:.1f} %" for name in ("recontact_full", "recontact_flight")),
+        ]
+        for level, found in data["fidelity"].items()
+    ]
+    note = (
+        f"{data['throws']} throws per row, seed {data['seed']}, the same objects, targets and actions in both. "
+        "Landings where the cup touches nothing again."
+    )
+    return Grid("`fidelity: flight` against the full physics", header, rows, note)
+
+
 TABLES: Final = (
     ({"ideal", "ladder", "dial"}, physics_table),
     ({"plan_release_us", "batch_plans_per_s"}, planner_table),
     ({"envs", "cpus"}, environment_table),
+    ({"fidelity", "throws"}, fidelity_table),
 )
-"""By what the files of benchmarks/study_physics.py, bench_planner.py and bench_envs.py are known, and their tables."""
+"""By what the files that `make perf` writes are known, and their tables."""
 
 
 def _physics_row(level: str, controller: str, figures: Data) -> list[str]:
