@@ -78,8 +78,10 @@ class Vector:
         self.cells, self.threads = cells, threads
         self._env = gym.make_vec(env_id, num_envs=cells, level=level, threads=threads)
         plant = self._env.unwrapped.core.cell.plant
-        self._taps = [Tap(batch) for batch in plant.batches]
-        plant.batches = self._taps
+        self._taps: list[Tap] = []
+        for physics in (plant, *([plant.free] if hasattr(plant, "free") else [])):  # with and without the robot
+            physics.batch = Tap(physics.batch)
+            self._taps.append(physics.batch)
         self._env.reset(seed=SEED)
         self._rng = np.random.default_rng(SEED)
         self._rounds: list[tuple[Clock, Clock, int]] = []

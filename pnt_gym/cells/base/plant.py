@@ -93,15 +93,6 @@ class Plant(ABC, Generic[ThrowsT, PlansT, FlightT]):
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), self._made_of, {"recording": self.recording}
 
-    @property
-    def batches(self) -> Sequence[Any]:
-        """Of all its physics."""
-        return (self.batch,)
-
-    @batches.setter
-    def batches(self, batches: Sequence[Any]) -> None:
-        (self.batch,) = batches
-
     @abstractmethod
     def fly(self, thrown: ThrowsT, plans: PlansT) -> FlightT:
         """Simulate one throw in every simulation.

@@ -10,9 +10,8 @@ again, the whole throw is simulated with the robot.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, final
+from typing import final
 
 import numpy as np
 
@@ -51,20 +50,11 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         self.config = config
         self.scene: Scene = build_scene(config)
         super().__init__(config, self.scene.model, count, threads)
-        self._free = FreeObjects(config, count, threads)
+        self.free = FreeObjects(config, count, threads)
         model, robot = self.scene.model, self.scene.robot
         self._robot_qpos = qpos_columns(model, robot)
         self._rods_per_arm = robot.rods_per_arm
         self._controls = int(model.nu) + int(model.neq)
-
-    @property
-    def batches(self) -> Sequence[Any]:
-        """With the robot, and without."""
-        return self.batch, self._free.batch
-
-    @batches.setter
-    def batches(self, batches: Sequence[Any]) -> None:
-        self.batch, self._free.batch = batches
 
     def fly(self, thrown: Context, plans: HandCycle) -> Flown:
         """Simulate one throw in every simulation: the N picks, and what the hands do."""
@@ -109,7 +99,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         moment = rows, clear - 1  # recorded at the end of a step
         qpos, qvel = held["qpos"][moment], held["qvel"][moment]
         q, v = (slice(first, first + size) for first, size in ((scene.object_qpos, 7), (scene.object_qvel, 6)))
-        fallen = self._free.fall(rows, thrown, qpos[:, q], qvel[:, v], course.end - clear)
+        fallen = self.free.fall(rows, thrown, qpos[:, q], qvel[:, v], course.end - clear)
         seen = fallen.sensors[:, :: course.stride]
         position, velocity = seen[..., SENSORS["object_position"]], seen[..., SENSORS["object_velocity"]]
         attitude = fallen.attitude[:, :: course.stride]
@@ -124,7 +114,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         if (row := self.record_row) is not None:
             self.write(take(thrown, [row]), rows[[row]])
             self._keep_recorded(thrown, plans, course)
-        arrival, unsure = self._free.foretold(thrown, course)
+        arrival, unsure = self.free.foretold(thrown, course)
         zero = np.zeros(len(rows))
         return Flown(arrival, zero, self._torque_ahead(course, np.zeros_like(rows))), unsure
 
