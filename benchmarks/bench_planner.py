@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import json
 import os
 import statistics
 import subprocess
@@ -21,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from agents.files import write_json
 from agents.reproduce.hassan.nlp import method_1, method_2
 from pnt_gym.arrays import Floats, Ints, take
 from pnt_gym.planning import InfeasibleThrow, JerkTrajectory, MotionLimits, plan_release, plan_release_batch
@@ -141,7 +141,7 @@ def main() -> None:
         parts = value.items() if isinstance(value, dict) else [("", value)]
         print(f"{name:28s} " + "  ".join(f"{part} {number:,.4g}" for part, number in parts))
     if arguments.json:
-        arguments.json.write_text(json.dumps(numbers, indent=2) + "\n")
+        write_json(arguments.json, numbers)
 
 
 if __name__ == "__main__":
