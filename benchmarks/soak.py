@@ -28,7 +28,7 @@ import pnt_gym
 from agents.files import write_json
 from pnt_gym.cells.base.stage import BELT_THICKNESS
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.scene import FLOOR_DROP, bin_panels
+from pnt_gym.cells.conveyor.scene import FLOOR_DROP, SENSORS, bin_panels
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.scene import TABLE_THICKNESS, tray_panels
 from pnt_gym.engine import mujoco
@@ -124,15 +124,20 @@ def through(env: Any, thrown: Any, flown: Any) -> str:
     """What an object of the last throws went through; empty if nothing."""
     config = env.core.config
     if not isinstance(config, ConveyorConfig | GripperConfig):
-        return through_pallets(env, flown)
-    solids = (conveyor_solids if isinstance(config, ConveyorConfig) else gripper_solids)(config, thrown)
-    flight = flown.flight
-    free, final = flight.free, flight.final()[0]
+        return through_pallets(env, flown[1])
+    if isinstance(config, ConveyorConfig):
+        (_, thrown, *_), fallen = flown
+        solids, position = conveyor_solids(config, thrown), fallen.sensors[..., SENSORS["object_position"]]
+        free = np.arange(position.shape[1]) < fallen.steps[:, None]
+        final = position[np.arange(len(position)), fallen.steps - 1]
+    else:
+        solids, flight = gripper_solids(config, thrown), flown[1].flight
+        position, free, final = flight.position, flight.free, flight.final()[0]
     for k in range(solids.half.shape[1]):
-        crossed = crossings(flight.position - solids.centre[:, None, k], solids.half[:, k], free)
+        crossed = crossings(position - solids.centre[:, None, k], solids.half[:, k], free)
         if crossed.any():
             row, step = np.argwhere(crossed)[0]
-            return f"cell {row} went through solid {k} at {flight.position[row, step].round(4).tolist()}"
+            return f"cell {row} went through solid {k} at {position[row, step].round(4).tolist()}"
     if not (np.abs(final) < FAR).all() or (final[:, 2] < solids.floor - SOFT).any():
         return f"an object ended at {final[np.argmin(final[:, 2])].tolist()}"
     return ""
@@ -153,16 +158,19 @@ def through_pallets(env: Any, flown: Any) -> str:
     return "" if (np.abs(flown.final_pose[..., 1]) < FAR).all() else "a part ended far away"
 
 
-def watched(plant: Any) -> Callable[[], Any]:
-    """What the plant's last throws were, asked for after them."""
-    fly, last = plant.fly, list[Any]()
+@contextlib.contextmanager
+def watched(plant: Any) -> Iterator[Callable[[], Any]]:
+    """What the plant's last throws were given and gave, asked for after them; at the conveyor without the robot."""
+    physics, name = (plant.free, "fall") if hasattr(plant, "free") else (plant, "fly")
+    watch, last = getattr(physics, name), list[Any]()
 
     def told(*given: Any) -> Any:
-        last[:] = [fly(*given)]
-        return last[0]
+        last[:] = [(given, watch(*given))]
+        return last[0][1]
 
-    plant.fly = told
-    return lambda: last[0]
+    setattr(physics, name, told)
+    yield lambda: last[0]
+    delattr(physics, name)  # or it would wait for the next collection, with all it flew
 
 
 def soaked(env_id: str, level: str, number: int) -> list[str]:
@@ -172,21 +180,19 @@ def soaked(env_id: str, level: str, number: int) -> list[str]:
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         env: Any = gym.make_vec(env_id, num_envs=CELLS, level=level, threads=1).unwrapped
-        last = watched(env.core.cell.plant)
         env.reset(seed=1000 * number)
-        try:
-            for scale in ACTIONS:
-                thrown = env.core.context
-                action = scale * random.uniform(-1.0, 1.0, env.action_space.shape)
-                observation, reward, *_ = env.step(action)
-                if not (np.isfinite(observation).all() and np.isfinite(reward).all()):
-                    found.append(f"{name}: a number is none")
-                said = through(env, thrown, last())
-                found += [f"{name}, actions to {scale}: {said}"] if said else []
-        except PntGymError as error:
-            found.append(f"{name}: {type(error).__name__}: {error}")
-        env.close()
-        del env.core.cell.plant.fly  # or it would wait for the next collection, with all it flew
+        with watched(env.core.cell.plant) as last, contextlib.closing(env):
+            try:
+                for scale in ACTIONS:
+                    thrown = env.core.context
+                    action = scale * random.uniform(-1.0, 1.0, env.action_space.shape)
+                    observation, reward, *_ = env.step(action)
+                    if not (np.isfinite(observation).all() and np.isfinite(reward).all()):
+                        found.append(f"{name}: a number is none")
+                    said = through(env, thrown, last())
+                    found += [f"{name}, actions to {scale}: {said}"] if said else []
+            except PntGymError as error:
+                found.append(f"{name}: {type(error).__name__}: {error}")
     return found + [f"{name}: warned {w.message}" for w in told]
 
 

@@ -154,7 +154,7 @@ def test_train_resume_evaluate(tmp_path: Path) -> None:
     judged = call_here("agents.evaluate", "--controller", "run", "--picks", "8", "--json", "o.json", folder=tmp_path)
     assert judged.returncode == 0, judged.stderr
     data = json.loads((tmp_path / "o.json").read_text())
-    assert (data["env"], data["level"], data["controller"]) == ("PnTConveyor-v0", "nominal", "run")
+    assert (data["env"], data["level"], data["controller"]) == ("PnTConveyor-v0", "waste", "run")
 
 
 def test_train_explains_mistakes(tmp_path: Path) -> None:

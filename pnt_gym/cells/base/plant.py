@@ -282,14 +282,14 @@ class ObjectFlight:
         rows = np.arange(len(self.position))
         return self.position[rows, self.last_step], self.velocity[rows, self.last_step]
 
-    def arrival(self, plane_z: Floats) -> Arrival:
+    def touchdown(self, plane_z: Floats) -> Touchdown:
         """Where the objects came to, through a plane at a height (N,) [m]."""
-        return Arrival(self.landing(plane_z), *self.final(), self.recontact())
+        return Touchdown(self.landing(plane_z), *self.final(), self.recontact())
 
 
 @final
 @dataclass(frozen=True)
-class Arrival:
+class Touchdown:
     """Where N thrown objects came to."""
 
     landing: Floats

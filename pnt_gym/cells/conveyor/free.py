@@ -10,12 +10,12 @@ from pnt_gym.arrays import Bools, Floats, Ints, length, take
 from pnt_gym.cells.base.alone import Fall, fall, write_object
 from pnt_gym.cells.base.fluid import fluid_coefficients, geom_placement, lying_size, solid_shell_inertia
 from pnt_gym.cells.base.items import CYLINDER
-from pnt_gym.cells.base.plant import Arrival
+from pnt_gym.cells.base.plant import Touchdown
 from pnt_gym.cells.base.sorting import Bins
 from pnt_gym.cells.base.stage import ITEM_RGBA
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.hand import Course
+from pnt_gym.cells.conveyor.hand import ThrowClock
 from pnt_gym.cells.conveyor.scene import LIP_GAP, Surroundings, bin_panels, build_free_scene
 from pnt_gym.constants import GRAVITY
 from pnt_gym.engine import Batch
@@ -82,7 +82,7 @@ class FreeObjects:
         batch.bind("qpos")[rows], batch.bind("qvel")[rows] = qpos, qvel
         return fall(batch, rows, self._scene.object_body, steps, thrown.target[:, 2])
 
-    def foretold(self, thrown: Context, course: Course) -> tuple[Arrival, Bools]:
+    def foretold(self, thrown: Context, clock: ThrowClock) -> tuple[Touchdown, Bools]:
         """Where N objects come to that the hand lets go as planned, and which of them it may touch again.
 
         An object that crosses the rim's height near the opening is simulated from before it could touch the rim, one
@@ -93,25 +93,25 @@ class FreeObjects:
         """
         from pnt_gym.cells.base.freefall import STATE, fly_down  # noqa: PLC0415 - compiles, where nothing is kept
 
-        count, stride, step, rim = len(thrown.pick), course.stride, course.step, thrown.target[:, 2].copy()
-        state, steps = _let_go(thrown, course), np.zeros(count, dtype=np.int64)
-        seen = np.zeros((count, int((course.end - course.release).max()) // stride + 2, STATE))
+        count, stride, step, rim = len(thrown.pick), clock.stride, clock.step, thrown.target[:, 2].copy()
+        state, steps = _let_go(thrown, clock), np.zeros(count, dtype=np.int64)
+        seen = np.zeros((count, int((clock.end - clock.release).max()) // stride + 2, STATE))
         fly_down(state, _bodies(thrown), rim, self._config.mismatch, step, stride, seen, steps)
         before = state[:, :3] - step * state[:, 7:10], state[:, 7:10] + np.array([0.0, 0.0, GRAVITY * step])
         landing = landing_point(*before, rim)[:, :2]
         landing = np.where(np.isfinite(landing), landing, state[:, :2])
         position = np.concatenate([landing, rim[:, None]], axis=1)
         velocity = np.zeros_like(position)
-        met = course.meets(thrown, (seen[..., :3], seen[..., 7:10], seen[..., 3:7]), steps)
+        met = clock.meets(thrown, (seen[..., :3], seen[..., 7:10], seen[..., 3:7]), steps)
         near = (np.abs(landing - thrown.target[:, :2]) <= thrown.opening / 2.0 + NEAR).all(axis=1)
         rows = np.flatnonzero(near & ~met)
         if rows.size > 0:
             first = _last_above(thrown, seen[..., 2])[rows]
-            begin, rest = seen[rows, first], (course.end - course.release)[rows] - first * stride
+            begin, rest = seen[rows, first], (clock.end - clock.release)[rows] - first * stride
             fallen = self.fall(rows, take(thrown, rows), begin[:, :7], begin[:, 7:], rest)
             ended = fallen.sensors[np.arange(rows.size), fallen.steps - 1]
             position[rows], velocity[rows] = ended[:, :3], ended[:, 3:6]
-        return Arrival(landing, position, velocity, np.zeros_like(met)), met
+        return Touchdown(landing, position, velocity, np.zeros_like(met)), met
 
 
 def _last_above(thrown: Context, height: Floats) -> Ints:
@@ -122,16 +122,16 @@ def _last_above(thrown: Context, height: Floats) -> Ints:
     return np.maximum(height.shape[1] - 1 - np.argmax(~below[:, ::-1], axis=1), 0) * (~below).any(axis=1)
 
 
-def _let_go(thrown: Context, course: Course) -> Floats:
+def _let_go(thrown: Context, clock: ThrowClock) -> Floats:
     """States of objects when their planned hands let them go (N, 13)."""
     o = thrown.objects
     # The engine's velocities belong to the middle of the step before.
-    times = course.free_at[:, None] - np.array([0.0, course.step / 2.0])
-    hand = course.path.sample(times)
+    times = clock.free_at[:, None] - np.array([0.0, clock.step / 2.0])
+    hand = clock.path.sample(times)
     hung = np.concatenate([thrown.grasp, -o.com_depth[:, None]], axis=1)
     zero = np.zeros_like(o.yaw)
     attitude = np.stack([np.cos(o.yaw / 2.0), zero, zero, np.sin(o.yaw / 2.0)], axis=1)
-    place = hand.position[:, 0] + course.offset + hung
+    place = hand.position[:, 0] + clock.offset + hung
     return np.concatenate([place, attitude, hand.velocity[:, 1], in_body_axes(o.spin, o.yaw)], axis=1)
 
 

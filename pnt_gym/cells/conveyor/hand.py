@@ -39,7 +39,7 @@ class HandCycle:
 
 @final
 @dataclass(frozen=True)
-class Course:
+class ThrowClock:
     """N throws on the clock of the physics: its steps, and the way of the cup's tip."""
 
     path: HandPath
@@ -58,7 +58,7 @@ class Course:
     """Of the physics [s]."""
 
     @classmethod
-    def of(cls, thrown: Context, plans: HandCycle, step: float) -> Course:
+    def of(cls, thrown: Context, plans: HandCycle, step: float) -> ThrowClock:
         """The throws of N objects.
 
         Raises:

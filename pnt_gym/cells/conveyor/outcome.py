@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.base.plant import Arrival, Landed
+from pnt_gym.cells.base.plant import Landed, Touchdown
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 
@@ -18,7 +18,7 @@ from pnt_gym.cells.conveyor.context import Context
 class Flown:
     """N throws as the simulator ran them, before they are judged."""
 
-    arrival: Arrival
+    touchdown: Touchdown
     tracking_error: Floats
     """Distance of the hand from its reference at the moment of release (N,) [m]."""
     peak_torque: Floats
@@ -46,7 +46,7 @@ def judge(flown: Flown, context: Context, config: ConveyorConfig, cycle_time: Fl
         cycle_time: from lift to lift, dwell included (N,) [s].
         wait_time: part of it spent waiting for the next object (N,) [s].
     """
-    landed = flown.arrival.landed(context.target, context.opening, config.bins.depth, context.direction)
+    landed = flown.touchdown.landed(context.target, context.opening, config.bins.depth, context.direction)
     return Outcome(
         **landed,
         landing_error=np.sqrt(landed["landing_along"] ** 2 + landed["landing_across"] ** 2),

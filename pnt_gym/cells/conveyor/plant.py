@@ -21,7 +21,7 @@ from pnt_gym.cells.base.plant import ObjectFlight, Plant, staged_rollout, touchi
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.free import FreeObjects, in_body_axes, write_models
-from pnt_gym.cells.conveyor.hand import Course, HandCycle
+from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
 from pnt_gym.cells.conveyor.outcome import Flown
 from pnt_gym.cells.conveyor.scene import SENSORS, Scene, build_scene
 from pnt_gym.robots.t3kr.kinematics import closed_pose
@@ -58,16 +58,16 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
 
     def fly(self, thrown: Context, plans: HandCycle) -> Flown:
         """Simulate one throw in every simulation: the N picks, and what the hands do."""
-        course, rows = Course.of(thrown, plans, self.config.timestep), np.arange(len(thrown.pick))
+        clock, rows = ThrowClock.of(thrown, plans, self.config.timestep), np.arange(len(thrown.pick))
         flying = self._in_the_air if self.config.fidelity == "flight" else self._in_two_stages
-        flown, unsure = flying(rows, thrown, plans, course)
-        return made_anew(flown, unsure, self._to_the_end, rows, thrown, course)
+        flown, unsure = flying(rows, thrown, plans, clock)
+        return made_anew(flown, unsure, self._to_the_end, rows, thrown, clock)
 
     def follow(self, thrown: Context, plans: HandCycle) -> Followed:
         """As `fly`, with the robot simulated to the end and its hand recorded."""
-        course, rows = Course.of(thrown, plans, self.config.timestep), np.arange(len(thrown.pick))
+        clock, rows = ThrowClock.of(thrown, plans, self.config.timestep), np.arange(len(thrown.pick))
         self.write(thrown, rows)
-        return self._followed(rows, thrown, course)
+        return self._followed(rows, thrown, clock)
 
     def write(self, context: Context, rows: Ints | None = None) -> None:
         """Set simulations up for N throws: robot closed and at rest at the pick, object under the cup.
@@ -90,93 +90,93 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         batch.bind("qpos")[rows] = qpos
         batch.bind("eq_active")[rows] = 1.0
 
-    def _in_two_stages(self, rows: Ints, thrown: Context, plans: HandCycle, course: Course) -> tuple[Flown, Bools]:
+    def _in_two_stages(self, rows: Ints, thrown: Context, plans: HandCycle, clock: ThrowClock) -> tuple[Flown, Bools]:
         """The throws with the robot until the objects are clear, then without; and which may meet the cup again."""
         self.write(thrown, rows)
-        self._keep_recorded(thrown, plans, course)
-        clear, scene = course.clear(thrown), self.scene
-        held = self._with_robot(rows, thrown, course, clear)
+        self._keep_recorded(thrown, plans, clock)
+        clear, scene = clock.clear(thrown), self.scene
+        held = self._with_robot(rows, thrown, clock, clear)
         moment = rows, clear - 1  # recorded at the end of a step
         qpos, qvel = held["qpos"][moment], held["qvel"][moment]
         q, v = (slice(first, first + size) for first, size in ((scene.object_qpos, 7), (scene.object_qvel, 6)))
-        fallen = self.free.fall(rows, thrown, qpos[:, q], qvel[:, v], course.end - clear)
-        seen = fallen.sensors[:, :: course.stride]
+        fallen = self.free.fall(rows, thrown, qpos[:, q], qvel[:, v], clock.end - clear)
+        seen = fallen.sensors[:, :: clock.stride]
         position, velocity = seen[..., SENSORS["object_position"]], seen[..., SENSORS["object_velocity"]]
-        attitude = fallen.attitude[:, :: course.stride]
-        unsure = course.may_meet(thrown, (position, velocity, attitude), clear, fallen.steps)
-        flight = _one_after_the_other(course, clear, held["sensordata"], fallen)
-        torque = np.maximum(_largest_torque(held["sensordata"], clear), self._torque_ahead(course, clear))
-        astray = _astray(held["sensordata"], course)
-        return Flown(flight.arrival(thrown.target[:, 2]), astray, torque), unsure
+        attitude = fallen.attitude[:, :: clock.stride]
+        unsure = clock.may_meet(thrown, (position, velocity, attitude), clear, fallen.steps)
+        flight = _one_after_the_other(clock, clear, held["sensordata"], fallen)
+        torque = np.maximum(_largest_torque(held["sensordata"], clear), self._torque_ahead(clock, clear))
+        astray = _astray(held["sensordata"], clock)
+        return Flown(flight.touchdown(thrown.target[:, 2]), astray, torque), unsure
 
-    def _in_the_air(self, rows: Ints, thrown: Context, plans: HandCycle, course: Course) -> tuple[Flown, Bools]:
+    def _in_the_air(self, rows: Ints, thrown: Context, plans: HandCycle, clock: ThrowClock) -> tuple[Flown, Bools]:
         """The throws of hands that move as planned, without any robot; and which may meet the cup again."""
         if (row := self.record_row) is not None:
             self.write(take(thrown, [row]), rows[[row]])
-            self._keep_recorded(thrown, plans, course)
-        arrival, unsure = self.free.foretold(thrown, course)
+            self._keep_recorded(thrown, plans, clock)
+        touchdown, unsure = self.free.foretold(thrown, clock)
         zero = np.zeros(len(rows))
-        return Flown(arrival, zero, self._torque_ahead(course, np.zeros_like(rows))), unsure
+        return Flown(touchdown, zero, self._torque_ahead(clock, np.zeros_like(rows))), unsure
 
-    def _to_the_end(self, rows: Ints, thrown: Context, course: Course) -> Flown:
+    def _to_the_end(self, rows: Ints, thrown: Context, clock: ThrowClock) -> Flown:
         """Throws of some rows with the robot to the end."""
         self.write(thrown, rows)
-        return self._followed(rows, thrown, course).flown
+        return self._followed(rows, thrown, clock).flown
 
-    def _keep_recorded(self, thrown: Context, plans: HandCycle, course: Course) -> None:
+    def _keep_recorded(self, thrown: Context, plans: HandCycle, clock: ThrowClock) -> None:
         """Keep the throw that is recorded, set up as it is."""
         row, plan = self.record_row, plans.release
         if row is not None:
             one = np.array([row])
-            control = self._references(one, take(thrown, one), take(course, one), int(course.end[row]))
+            control = self._references(one, take(thrown, one), take(clock, one), int(clock.end[row]))
             flight = plan.position[row], plan.velocity[row], plan.flight_time[row]
             self.keep(self.scene.object_body, control[0], flight, thrown.target[row])
 
-    def _with_robot(self, rows: Ints, thrown: Context, course: Course, until: Ints) -> dict[str, Floats]:
+    def _with_robot(self, rows: Ints, thrown: Context, clock: ThrowClock, until: Ints) -> dict[str, Floats]:
         """Records of some rows up to a step of each."""
-        control = self._references(rows, thrown, course, int(until.max()))
+        control = self._references(rows, thrown, clock, int(until.max()))
         return staged_rollout(self.batch, control, until, ("sensordata", "qpos", "qvel"), rows)
 
-    def _followed(self, rows: Ints, thrown: Context, course: Course) -> Followed:
+    def _followed(self, rows: Ints, thrown: Context, clock: ThrowClock) -> Followed:
         """Throws of some rows, set up as they are, with the robot to the end."""
-        sensors = self._with_robot(rows, thrown, course, course.end)["sensordata"]
+        sensors = self._with_robot(rows, thrown, clock, clock.end)["sensordata"]
         flight = ObjectFlight(
             position=sensors[..., SENSORS["object_position"]],
             velocity=sensors[..., SENSORS["object_velocity"]],
             hand_touch=touching(sensors[..., SENSORS["cup_contact"]]),
             any_touch=touching(sensors[..., SENSORS["any_contact"]]),
-            release_step=course.release,
-            last_step=course.end - 1,
+            release_step=clock.release,
+            last_step=clock.end - 1,
         )
-        arrival, torque = flight.arrival(thrown.target[:, 2]), _largest_torque(sensors, course.end)
-        flown = Flown(arrival, _astray(sensors, course), torque)
-        return Followed(flown, flight, sensors[..., SENSORS["hand_position"]], -course.shift)
+        touchdown, torque = flight.touchdown(thrown.target[:, 2]), _largest_torque(sensors, clock.end)
+        flown = Flown(touchdown, _astray(sensors, clock), torque)
+        return Followed(flown, flight, sensors[..., SENSORS["hand_position"]], -clock.shift)
 
-    def _torque_ahead(self, course: Course, clear: Ints) -> Floats:
+    def _torque_ahead(self, clock: ThrowClock, clear: Ints) -> Floats:
         """Largest torque that the motion needs from a step on (N,) [N m]."""
-        ahead = course.end - clear
-        steps = np.minimum(np.arange(0, int(ahead.max()), course.stride, dtype=np.int64), ahead[:, None])
-        return np.asarray(np.abs(self._knots(course, clear[:, None] + steps).torque).max(axis=(0, 2)))
+        ahead = clock.end - clear
+        steps = np.minimum(np.arange(0, int(ahead.max()), clock.stride, dtype=np.int64), ahead[:, None])
+        return np.asarray(np.abs(self._knots(clock, clear[:, None] + steps).torque).max(axis=(0, 2)))
 
-    def _references(self, rows: Ints, thrown: Context, course: Course, steps: int) -> Floats:
+    def _references(self, rows: Ints, thrown: Context, clock: ThrowClock, steps: int) -> Floats:
         """Controls (N, steps, nu + neq) of some rows: motors, spin and grip, every other equality active."""
         control = np.zeros((len(rows), steps, self._controls))
         control[..., int(self.scene.model.nu) :] = 1.0
-        stride = course.stride
-        knots = self._knots(course, np.arange(knot_count(steps, stride), dtype=np.int64) * stride)
+        stride = clock.stride
+        knots = self._knots(clock, np.arange(knot_count(steps, stride), dtype=np.int64) * stride)
         weak = 1.0 - self.config.mismatch * self.config.spread.feedforward
-        upsample(replace(knots, torque=knots.torque * weak), stride * course.step, stride, control)
+        upsample(replace(knots, torque=knots.torque * weak), stride * clock.step, stride, control)
         grip = int(self.scene.model.nu) + self.scene.grip_equality
-        control[..., grip] = np.arange(steps, dtype=np.int64) < course.release[:, None]
+        control[..., grip] = np.arange(steps, dtype=np.int64) < clock.release[:, None]
         inertia = self.batch.expand("body_inertia")[rows, self.scene.object_body]
-        torque = inertia * in_body_axes(thrown.objects.spin, thrown.objects.yaw) / course.step
+        torque = inertia * in_body_axes(thrown.objects.spin, thrown.objects.yaw) / clock.step
         # The object gets its spin in the one step in which it is let go.
-        control[np.arange(len(rows)), course.release, self.scene.spin_controls] = torque
+        control[np.arange(len(rows)), clock.release, self.scene.spin_controls] = torque
         return control
 
-    def _knots(self, course: Course, steps: Ints) -> JointMotion:
+    def _knots(self, clock: ThrowClock, steps: Ints) -> JointMotion:
         """What the motors should do at steps (K,) or (N, K)."""
-        position, velocity, acceleration = course.hand(steps)
+        position, velocity, acceleration = clock.hand(steps)
         return joint_knots(position, velocity, acceleration, geometry=self.scene.robot.geometry)
 
     def _write_grip_point(self, rows: Ints, context: Context) -> None:
@@ -188,9 +188,9 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         batch.expand("site_quat")[rows, site] = np.stack([np.cos(o.yaw / 2), zero, zero, -np.sin(o.yaw / 2)], axis=-1)
 
 
-def _one_after_the_other(course: Course, clear: Ints, held: Floats, fallen: Fall) -> ObjectFlight:
+def _one_after_the_other(clock: ThrowClock, clear: Ints, held: Floats, fallen: Fall) -> ObjectFlight:
     """Flights recorded with the robot up to a step of each (N,), and then without it."""
-    sensors = np.zeros((len(held), max(int(course.end.max()), held.shape[1]), fallen.sensors.shape[2]))
+    sensors = np.zeros((len(held), max(int(clock.end.max()), held.shape[1]), fallen.sensors.shape[2]))
     sensors[:, : held.shape[1]] = held[..., : sensors.shape[2]]
     for row, (first, steps) in enumerate(zip(clear, fallen.steps, strict=True)):
         sensors[row, first : first + steps] = fallen.sensors[row, :steps]
@@ -202,7 +202,7 @@ def _one_after_the_other(course: Course, clear: Ints, held: Floats, fallen: Fall
         velocity=sensors[..., SENSORS["object_velocity"]],
         hand_touch=hand_touch,
         any_touch=touching(sensors[..., SENSORS["any_contact"]]),
-        release_step=course.release,
+        release_step=clock.release,
         last_step=clear + fallen.steps - 1,
     )
 
@@ -214,7 +214,7 @@ def _largest_torque(sensors: Floats, end: Ints) -> Floats:
     return np.where(counts, torque, 0.0).max(axis=1)
 
 
-def _astray(sensors: Floats, course: Course) -> Floats:
+def _astray(sensors: Floats, clock: ThrowClock) -> Floats:
     """Distance of recorded hands (N, M, columns) from their references at the moment of release (N,) [m]."""
-    planned = course.path.sample(course.free_at[:, None]).position[:, 0] + course.offset
-    return length(sensors[np.arange(len(planned)), course.release][:, SENSORS["hand_position"]] - planned)
+    planned = clock.path.sample(clock.free_at[:, None]).position[:, 0] + clock.offset
+    return length(sensors[np.arange(len(planned)), clock.release][:, SENSORS["hand_position"]] - planned)

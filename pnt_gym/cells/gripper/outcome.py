@@ -102,7 +102,7 @@ def judge(flown: Flown, plans: TossPlans, config: GripperConfig, return_time: Fl
     """
     tray, arrival = config.tray, flown.release_time + plans.flight_time
     opening = np.broadcast_to(np.array(tray.opening), (len(arrival), 2))
-    landed = flown.flight.arrival(plans.target[:, 2]).landed(plans.target, opening, tray.depth, plans.heading)
+    landed = flown.flight.touchdown(plans.target[:, 2]).landed(plans.target, opening, tray.depth, plans.heading)
     return Outcome(
         **landed,
         landing_error=np.hypot(landed["landing_along"], landed["landing_across"]),

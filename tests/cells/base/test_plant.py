@@ -110,11 +110,13 @@ def test_touch_needs_a_found_contact_that_is_closed():
 def test_lying_in_a_bin(position, velocity, inside):
     positions, velocities = parabola()
     positions[0, -1], velocities[0, -1] = position, velocity
-    arrived = flight(positions, velocities).arrival(np.array([RIM]))
+    arrived = flight(positions, velocities).touchdown(np.array([RIM]))
     lies = arrived.lies_in(np.array([[0.3, 0.4]]), np.array([[0.22, 0.22]]), RIM, RIM - 0.30)
     assert lies.tolist() == [inside]
 
 
 def test_a_flight_lies_where_its_last_step_says():
-    lies = flight().arrival(np.array([RIM])).lies_in(np.array([[0.3, 0.4]]), np.array([[0.22, 0.22]]), RIM, RIM - 0.30)
+    lies = (
+        flight().touchdown(np.array([RIM])).lies_in(np.array([[0.3, 0.4]]), np.array([[0.22, 0.22]]), RIM, RIM - 0.30)
+    )
     assert lies.tolist() == [False]

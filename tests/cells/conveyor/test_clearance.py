@@ -34,8 +34,8 @@ def both_ways(level, seed=0):
 @pytest.mark.parametrize("level", ["nominal", "waste", "fast", TOUCHY], ids=["nominal", "waste", "fast", "touchy"])
 def test_without_the_robot_the_object_flies_and_lands_as_with_it(level):
     _, two, whole = both_ways(level)
-    np.testing.assert_allclose(two.arrival.landing, whole.arrival.landing, atol=1e-9)
-    np.testing.assert_array_equal(two.arrival.recontact, whole.arrival.recontact)
+    np.testing.assert_allclose(two.touchdown.landing, whole.touchdown.landing, atol=1e-9)
+    np.testing.assert_array_equal(two.touchdown.recontact, whole.touchdown.recontact)
     np.testing.assert_array_equal(two.tracking_error, whole.tracking_error)
     np.testing.assert_allclose(two.peak_torque, whole.peak_torque, atol=6.0)
 
@@ -47,7 +47,7 @@ def test_what_is_decided_early_stays_so(level):
     for seed in range(2):
         context, *both = both_ways(level, seed)
         lies = [
-            flown.arrival.landed(context.target, context.opening, 0.3, context.direction)["in_bin"] for flown in both
+            flown.touchdown.landed(context.target, context.opening, 0.3, context.direction)["in_bin"] for flown in both
         ]
         differing += int((lies[0] != lies[1]).sum())
     assert differing <= 1
@@ -55,8 +55,8 @@ def test_what_is_decided_early_stays_so(level):
 
 def test_a_cup_that_comes_back_is_simulated():
     _, two, whole = both_ways(TOUCHY)
-    assert whole.arrival.recontact.sum() > COUNT / 10
-    np.testing.assert_array_equal(two.arrival.recontact, whole.arrival.recontact)
+    assert whole.touchdown.recontact.sum() > COUNT / 10
+    np.testing.assert_array_equal(two.touchdown.recontact, whole.touchdown.recontact)
 
 
 def objects_like(count, seed):

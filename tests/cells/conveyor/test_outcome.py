@@ -26,7 +26,7 @@ def flown() -> Flown:
 
 
 def judged(flown, **changes):
-    moved = replace(flown, arrival=replace(flown.arrival, **changes))
+    moved = replace(flown, touchdown=replace(flown.touchdown, **changes))
     return judge(moved, CONTEXT, CONFIG, np.full(COUNT, 0.9), np.full(COUNT, 0.1))
 
 
@@ -41,7 +41,7 @@ def test_through_the_opening_and_in_the_bin_is_a_success(flown):
 
 
 def test_an_object_that_lies_in_its_bin_without_having_crossed_its_opening_is_no_success(flown):
-    outcome = judged(flown, landing=flown.arrival.landing + np.stack([OPENING, 0.0 * OPENING], axis=1))
+    outcome = judged(flown, landing=flown.touchdown.landing + np.stack([OPENING, 0.0 * OPENING], axis=1))
     assert outcome.in_bin.all()
     assert not outcome.in_opening.any()
     assert not outcome.is_success.any()
@@ -50,7 +50,7 @@ def test_an_object_that_lies_in_its_bin_without_having_crossed_its_opening_is_no
 
 def test_an_object_that_crossed_the_opening_and_bounced_out_is_no_success(flown):
     zero = 0.0 * OPENING
-    outcome = judged(flown, position=flown.arrival.position + np.stack([OPENING, zero, zero], axis=1))
+    outcome = judged(flown, position=flown.touchdown.position + np.stack([OPENING, zero, zero], axis=1))
     assert outcome.in_opening.all()
     assert not outcome.in_bin.any()
     assert not outcome.is_success.any()
