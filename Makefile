@@ -60,6 +60,9 @@ perf: dev ## planner, robot and environment speed, and the physics checks of res
 	$(BIN)/python benchmarks/study_physics.py --json results/physics.json
 	$(BIN)/python benchmarks/study_fidelity.py --json results/fidelity.json
 
+studies: dev ## what the oracle leaves, into results/ (minutes)
+	$(BIN)/python benchmarks/study_oracle.py --json results/oracle.json
+
 reproduce: dev ## the papers' figures computed anew, beside the published ones, into results/ (minutes)
 	$(BIN)/python -m agents.reproduce all --json results/reproduction.json --figures results/figures
 	$(BIN)/python -m agents.report

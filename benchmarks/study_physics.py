@@ -7,7 +7,7 @@ Three parts, each on the same seeded throws:
   throws that missed the opening, crossed it without staying in the bin, or were touched by the cup again.
 * `dial`: the analytic planner on `waste` as the mismatch dial is turned.
 
-Run: python benchmarks/study_physics.py --throws 1000 --json study.json      (about 27 throws per throw asked for)
+Run: python benchmarks/study_physics.py --throws 1000 --json study.json      (minutes)
 """
 
 from __future__ import annotations
@@ -21,6 +21,9 @@ from typing import Any
 
 import numpy as np
 
+from agents.controllers.analytic import Analytic
+from agents.controllers.oracle import Oracle
+from agents.controllers.protocol import Controller, Observation
 from agents.files import write_json
 from agents.metrics import landing, throughput, wilson
 from pnt_gym.cells.base.core import Core
@@ -29,42 +32,30 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 LEVELS = ("nominal", "waste", "unseen", "tight")
 DIAL = (0.0, 0.25, 0.5, 1.0, 1.5)
-PREVIEWS = 3
 BATCH = 100
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
-Controller = Callable[[Core], Floats]
 
 
-def analytic(core: Core) -> Floats:
-    """The planner as it is."""
-    return np.zeros((core.count, 2))
+def oracle(core: Core) -> Controller:
+    """The oracle of the suite."""
+    if core.correction is None:
+        raise RuntimeError(f"actions {core.action_mode!r} do not shift the landing")
+    return Oracle(core, core.correction)
 
 
-def oracle(core: Core) -> Floats:
-    """The best of a few corrections, each simulated beforehand with the hidden values (but not the jitter)."""
-    scale = np.array([core.config.action.along, core.config.action.across])
-    action = best = np.zeros((core.count, 2))
-    smallest = np.full((core.count, 1), np.inf)
-    for _ in range(PREVIEWS + 1):
-        seen = core.preview(action)
-        better = seen.landing_error[:, None] < smallest
-        best = np.where(better, action, best)
-        smallest = np.where(better, seen.landing_error[:, None], smallest)
-        miss = np.stack([seen.landing_along, seen.landing_across], axis=-1)
-        action = np.clip(action - miss / scale, -1.0, 1.0)
-    return best
+CONTROLLERS: dict[str, Callable[[Core], Controller]] = {"analytic": lambda core: Analytic(2), "oracle": oracle}
 
 
-CONTROLLERS: dict[str, Controller] = {"analytic": analytic, "oracle": oracle}
-
-
-def throws(config: ConveyorConfig, controller: Controller, count: int, seed: int, threads: int) -> dict[str, Floats]:
+def throws(config: ConveyorConfig, name: str, count: int, seed: int, threads: int) -> dict[str, Floats]:
     """Infos of `count` independent throws; controllers get the same throws at the same seed."""
     cells = min(BATCH, count)
     core = Core(ConveyorCell(config, cells, "independent", threads))
     core.reset(np.arange(cells), [np.random.default_rng([seed, i]) for i in range(cells)], seeded=True)
-    infos = [core.step(controller(core)).info for _ in range(-(-count // cells))]
+    controller, infos = CONTROLLERS[name](core), list[dict[str, Floats]]()
+    for _ in range(-(-count // cells)):
+        coming = Observation(core.cell.observe(), core.cell.context.kind)
+        infos.append(core.step(controller.act(coming)).info)
     return {name: np.concatenate([info[name] for info in infos])[:count] for name in infos[0]}
 
 
@@ -89,7 +80,7 @@ def studies(throws_each: int, seed: int, threads: int, step: float) -> Iterator[
 
     def measured(level: str, controller: str, **changes: float) -> dict[str, Any]:
         config = ConveyorConfig.load(level, timestep=step, **changes)
-        return summary(throws(config, CONTROLLERS[controller], throws_each, seed, threads))
+        return summary(throws(config, controller, throws_each, seed, threads))
 
     yield "ideal", "analytic", measured("ideal", "analytic")
     for level in LEVELS:

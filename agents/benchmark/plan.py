@@ -125,7 +125,7 @@ class Piece:
     def cost(self) -> int:
         """Throws that will be simulated; the oracle simulates each one several times."""
         learning = max(self.throws)
-        times = 5 if self.entry.controller == "oracle" else 1
+        times = 15 if self.entry.controller == "oracle" else 1
         return learning + times * len(self.throws) * len(self.levels) * self.plan.picks
 
 

@@ -1,59 +1,150 @@
 """A controller that cheats: it simulates each throw with its hidden values before throwing it.
 
-It bounds what a learner can reach where errors follow the action one to one, or nearly so; only what is drawn anew in
-every throw is unknown to it. Where they run the other way (the level `contact`), its iteration fails as theirs do.
+It bounds what a learner can reach: only what is drawn anew in every throw (the scatter of the release) is unknown to
+it, and beyond the range of an action it cannot go either.
 """
 
 from __future__ import annotations
 
-from typing import final
+from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats
+from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.core import Core
 
 from .protocol import Actions, Controller, Observation
 
+ENOUGH: Final = 2e-3
+"""Errors below need no further preview, in actions."""
+PATIENCE: Final = 8
+"""Previews in a row that may fail to improve a throw before the best of it is taken."""
+LEAST_DAMPING: Final = 1e-6
+MORE_DAMPING: Final = 1e-2
+MOST_DAMPING: Final = 1e3
+"""Added to the squares of the Jacobian's singular values: at least, after a failure, and before it starts anew."""
+TRUST: Final = 0.02
+"""Weight of the one-to-one map against what one earlier preview says of the Jacobian."""
+JUMPS: Final = (0.01, 0.03, 0.1)
+"""Deviations of the shifts that are tried where Newton's steps do not help, in actions."""
+
 
 @final
 class Oracle(Controller):
-    """Fixed-point iteration on the simulated outcome: action <- action - error / scale.
+    """Damped Newton steps on the simulated outcome of each throw, with a Jacobian from all of its previews.
+
+    The first step is that of a fixed point with gain 1, action <- action - error / scale. Each later one uses what the
+    earlier previews told of the Jacobian (a secant method, in several numbers), damped after Levenberg and Marquardt.
+    A throw that this does not improve tries in turns what has helped another throw of its bucket, and a chance.
 
     Args:
         core: simulates the coming throws.
         correction: what an action means.
-        iterations: simulations after the first.
+        previews: simulations of a throw, at most; fewer where all throws come out right.
     """
 
     name = "oracle"
 
-    def __init__(self, core: Core, correction: Correction, iterations: int = 3) -> None:
+    def __init__(self, core: Core, correction: Correction, previews: int = 25) -> None:
         self._core = core
         self._correction = correction
-        self._iterations = iterations
+        self._previews = previews
+        self.reset(0)
+
+    def reset(self, seed: int) -> None:
+        """Reseed what is tried by chance."""
+        self._random = np.random.default_rng(seed)
 
     def act(self, observation: Observation) -> Actions:
         """The best of the actions tried for each throw, (N, E)."""
-        scale = self._correction.scale
-        action = np.zeros((len(observation.kind), self._correction.count))
-        error = self._error(action)
-        best, smallest = action, self._size(error)
-        for _ in range(self._iterations):
-            # An unmeasured throw says nothing about where to go.
-            action = np.clip(action - np.nan_to_num(error, nan=0.0) / scale, -1.0, 1.0)
-            error = self._error(action)
-            size = self._size(error)
-            best = np.where(size < smallest, action, best)
-            smallest = np.minimum(size, smallest)
-        return best.astype(np.float32)
+        weight = self._correction.scale / self._correction.tolerance
+        buckets = self._correction.buckets(observation.features, observation.kind)
+        search = _Search(weight / weight.max(), np.unique(buckets, axis=0, return_inverse=True)[1].reshape(-1))
+        trial = search.best
+        for _ in range(self._previews):
+            search.learn(trial, self._error(trial))
+            if search.over.all():
+                break
+            trial = search.propose(self._random)
+        return search.best.astype(np.float32)
 
     def _error(self, action: Floats) -> Floats:
+        """In actions (N, E); NaN where a throw was not measured."""
         seen = self._core.preview(action.astype(np.float32), jitter=False)
-        return np.stack([getattr(seen, name) for name in self._correction.errors], axis=-1)
+        return np.stack([getattr(seen, name) for name in self._correction.errors], axis=-1) / self._correction.scale
 
-    def _size(self, error: Floats) -> Floats:
-        """Length of the error in tolerances (N, 1); infinite where it was not measured."""
-        length = np.hypot.reduce(error / self._correction.tolerance, axis=1, keepdims=True)
-        return np.nan_to_num(length, nan=np.inf)
+
+@final
+class _Search:
+    """The previews of N throws, and where to look next; all in actions.
+
+    Args:
+        weight: of each error (E,), the largest 1.
+        bucket: of each throw (N,).
+    """
+
+    def __init__(self, weight: Floats, bucket: np.ndarray) -> None:
+        count, size = len(bucket), len(weight)
+        self._weight, self._bucket = weight, bucket
+        self._shifts = self._errors = np.zeros((count, 0, size))
+        self.best, self._error = np.zeros((count, size)), np.zeros((count, size))
+        self._smallest = np.full(count, np.inf)
+        self._damping = np.full(count, LEAST_DAMPING)
+        self._failures = np.zeros(count, dtype=np.int64)
+        self._jumped = np.full(count, False)
+
+    @property
+    def over(self) -> Bools:
+        """Which throws need no further preview (N,)."""
+        return (self._smallest <= ENOUGH) | (self._failures >= PATIENCE)
+
+    def learn(self, shift: Floats, error: Floats) -> None:
+        """Take in a preview of all throws, (N, E) each; one that was not measured is no improvement."""
+        size = np.nan_to_num(np.hypot.reduce(self._weight * error, axis=1), nan=np.inf)
+        better = size < self._smallest
+        self._shifts = np.concatenate([self._shifts, shift[:, None]], axis=1)
+        self._errors = np.concatenate([self._errors, error[:, None]], axis=1)
+        self.best = np.where(better[:, None], shift, self.best)
+        self._error = np.where(better[:, None], error, self._error)
+        self._smallest = np.where(better, size, self._smallest)
+        self._failures = np.where(better, 0, self._failures + 1)
+        more = np.where(self._jumped, self._damping, 10.0 * np.maximum(self._damping, 0.1 * MORE_DAMPING))
+        damping = np.where(better, np.maximum(0.1 * self._damping, LEAST_DAMPING), more)
+        self._damping = np.where(damping > MOST_DAMPING, MORE_DAMPING, damping)
+
+    def propose(self, random: np.random.Generator) -> Floats:
+        """The shifts (N, E) to preview next, the best one where a throw is over."""
+        jumps = self._failures >= 2
+        self._jumped = jumps & (self._failures % 2 == 0)
+        trial = np.where(self._jumped[:, None], self._elsewhere(random), self._newton())
+        return np.where(self.over[:, None], self.best, np.clip(trial, -1.0, 1.0))
+
+    def _newton(self) -> Floats:
+        """The best shifts and a damped Newton step from each."""
+        square, jacobian = self._weight**2, self._jacobian()
+        normal = np.einsum("nki,k,nkj->nij", jacobian, square, jacobian)
+        normal += self._damping[:, None, None] * np.eye(len(square))
+        slope = np.einsum("nki,k,nk->ni", jacobian, square, self._error)
+        return self.best - np.linalg.solve(normal, slope[..., None])[..., 0]
+
+    def _jacobian(self) -> Floats:
+        """Of the error by the shift at the best shifts (N, E, E): a fit to the previews, near ones counting more."""
+        moved, came = self._shifts - self.best[:, None], self._errors - self._error[:, None]
+        square = (moved**2).sum(axis=2)
+        known = (square > 0.0) & np.isfinite(came).all(axis=2)
+        weight = np.where(known, 1.0 / np.where(known, square, 1.0), 0.0)
+        came = np.where(known[..., None], came, 0.0)
+        spread = np.einsum("nm,nmi,nmj->nij", weight, moved, moved) + TRUST * np.eye(self.best.shape[1])
+        surprise = np.einsum("nm,nmi,nmj->nij", weight, moved, came - np.where(known[..., None], moved, 0.0))
+        return np.eye(self.best.shape[1]) + np.linalg.solve(spread, surprise).transpose(0, 2, 1)
+
+    def _elsewhere(self, random: np.random.Generator) -> Floats:
+        """Near the best shift of a throw of the bucket, any of those that came out no worse, itself included."""
+        order = np.lexsort((self._smallest, self._bucket))
+        ranked = self._bucket[order]
+        rank = np.empty_like(order)
+        rank[order] = np.arange(len(order)) - np.searchsorted(ranked, ranked)
+        donor = order[np.searchsorted(ranked, self._bucket) + random.integers(rank + 1)]
+        far = random.choice(JUMPS, size=(len(order), 1)) * random.standard_normal(self.best.shape)
+        return self.best[donor] + far

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +13,6 @@ from agents.cli import UsageError
 from agents.controllers import NAMES, Learner, load_state, make_controller, save_state
 from agents.controllers.ballistic import AnalyticHeight, MeanLead, landing_change, mean_delay
 from agents.controllers.bucket_table import mean_shift, virtual_goal
-from agents.controllers.oracle import Oracle
 from agents.controllers.ridge import Ridge
 from agents.controllers.shift import ideal_shift, to_action
 from agents.evaluation import held_out, practise
@@ -235,12 +233,6 @@ def test_ridge_learns_from_few_throws_what_a_mean_cannot() -> None:
     assert error["ridge"] < 0.5 * error["mean_shift"]
 
 
-def test_oracle_leaves_the_noise() -> None:
-    env = ToyVectorEnv(8)
-    error = summary(held_out(make_controller("oracle", env), env, 400, 0))["landing_error_mean_m"]
-    assert error < 0.003  # the toy's noise is 2 mm per axis
-
-
 def test_exploration_ends_with_practice() -> None:
     env = ToyVectorEnv(8)
     controller = make_controller("ridge", env)
@@ -357,21 +349,6 @@ def test_state_of_another_cell_is_refused(name: str, tmp_path: Path) -> None:
         with pytest.raises(UsageError, match=f"'{name}' learned") as refused:
             load_state(make_controller(name, other), tmp_path / "state.npz")
         assert "\n" not in str(refused.value)
-
-
-def test_the_oracle_weighs_errors_by_their_tolerances() -> None:
-    """Its second action halves the error in plain numbers, but is worse in tolerances: the first one is kept."""
-    first, second = [0.004, 0.0, 0.0, 0.2], [0.030, 0.0, 0.0, 0.1]
-
-    class Stubborn:
-        correction = POSE
-
-        def preview(self, actions: np.ndarray, *, jitter: bool = False) -> SimpleNamespace:
-            error = np.where(actions.any(axis=1, keepdims=True), second, first)
-            return SimpleNamespace(**dict(zip(POSE.errors, error.T, strict=True)))
-
-    action = Oracle(Stubborn(), POSE, iterations=1).act(observation_of(np.zeros((2, 5))))
-    assert not action.any()
 
 
 @pytest.mark.parametrize("name", ["analytic_height", "mean_lead"])
