@@ -7,7 +7,7 @@ DEV := $(VENV)/.installed-dev
 PIP_OPTIONS ?=
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help setup dev train test lint format docs bench bench-quick perf reproduce pictures report kill fuzz soak package clean
+.PHONY: help setup dev train test lint format docs bench bench-quick perf reproduce pictures report studies kill fuzz soak package clean
 
 help: ## show this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -60,7 +60,8 @@ perf: dev ## planner, robot and environment speed, and the physics checks of res
 	$(BIN)/python benchmarks/study_physics.py --json results/physics.json
 	$(BIN)/python benchmarks/study_fidelity.py --json results/fidelity.json
 
-studies: dev ## what the oracle leaves, into results/ (minutes)
+studies: dev ## what learning from flights saves and the oracle leaves, into results/ (half an hour)
+	$(BIN)/python benchmarks/study_training.py --json results/training.json
 	$(BIN)/python benchmarks/study_oracle.py --json results/oracle.json
 
 reproduce: dev ## the papers' figures computed anew, beside the published ones, into results/ (minutes)

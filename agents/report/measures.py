@@ -133,12 +133,52 @@ def oracle_table(data: Data) -> Grid:
     return Grid("What the oracle leaves", header, rows, note)
 
 
+def training_table(data: Data) -> Grid:
+    """What learning from flights costs and saves, after equal throws and in equal time."""
+    throws, seconds = (2000, 5000, 10_000), (5, 15, 40)
+    header = ["learner", "learns in", *(f"{n:,} throws" for n in throws), *(f"{t} s" for t in seconds)]
+    rows = [
+        [
+            learner,
+            way,
+            *(_error([row for row in found if row["throws"] == count]) for count in throws),
+            *(
+                _error(_latest([row for row in found if row["seconds"] <= limit], len(data["seeds"])))
+                for limit in seconds
+            ),
+        ]
+        for learner, ways in data["training"].items()
+        for way, found in ways.items()
+    ]
+    note = (
+        f"Level `{data['level']}`, landing error in the full physics of {data['picks']} held-out throws, mean of seeds "
+        f"{', '.join(map(str, data['seeds']))}; in brackets the seconds of learning. After equal throws, and the last "
+        "policy done within equal time, 2 threads, of those judged: SAC every 1,000 throws up to 10,000, from flights "
+        "20,000; MLP after 250, 500, 1,000, 2,000, 5,000, 10,000 and 20,000. Flight then full: the last fifth in full."
+    )
+    return Grid("Learning from flights", header, rows, note)
+
+
+def _latest(rows: list[dict[str, float]], seeds: int) -> list[dict[str, float]]:
+    """The last row of each seed; none where a seed has none, which a mean over the others would hide."""
+    last = {row["seed"]: row for row in sorted(rows, key=lambda row: row["throws"])}
+    return list(last.values()) if len(last) == seeds else []
+
+
+def _error(rows: list[dict[str, float]]) -> str:
+    if not rows:
+        return "-"
+    error, seconds = (sum(row[name] for row in rows) / len(rows) for name in ("landing_error_mean_m", "seconds"))
+    return f"{1000 * error:.1f} mm ({seconds:.0f} s)"
+
+
 TABLES: Final = (
     ({"ideal", "ladder", "dial"}, physics_table),
     ({"plan_release_us", "batch_plans_per_s"}, planner_table),
     ({"envs", "cpus"}, environment_table),
     ({"fidelity", "throws"}, fidelity_table),
     ({"oracle", "throws"}, oracle_table),
+    ({"training", "picks"}, training_table),
 )
 """By what the files that `make perf` writes are known, and their tables."""
 

@@ -1,0 +1,135 @@
+"""What learning from flights costs and saves: three ways to learn, each judged in the full physics.
+
+`full` learns in the full physics, `flight` from flights alone, `flight then full` from flights and, for the last fifth
+of its throws, in full. SAC is judged on its way; the MLP learns anew for each number of throws. Seconds are those of
+learning alone, on this machine, with 16 cells and 2 threads.
+
+Run: python benchmarks/study_training.py --json results/training.json      (a quarter of an hour on a quiet machine)
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+import torch
+
+from agents import runs
+from agents.controllers import make_controller
+from agents.controllers.own import actor_policy
+from agents.controllers.protocol import Controller
+from agents.environments import Env, core_of, make_vector
+from agents.evaluation import NUM_ENVS, held_out, practise
+from agents.files import write_json
+from agents.hyperparameters import hyperparameters
+from agents.progress import Stop
+from agents.sb3 import SameStepVecEnv, build
+from agents.throws import summary
+from agents.train import learn
+
+ENV: Final = "PnTRelease-v0"
+LEVEL: Final = "waste"
+THREADS: Final = 2
+WAYS: Final = {"full": 0.0, "flight": 1.0, "flight then full": 0.8}
+"""Share of the throws that are flights."""
+MOST: Final = 10_000
+"""Throws to learn from; flights alone go on to twice as many, in less time than the full physics takes for these."""
+TABLED: Final = (2000, 5000, MOST)
+SAC_MARKS: Final = tuple(range(1000, 2 * MOST + 1, 1000))
+MLP_MARKS: Final = (250, 500, 1000, 2000, 5000, MOST, 2 * MOST)
+
+
+class Cells(NamedTuple):
+    """The same cells twice."""
+
+    full: Env
+    flight: Env
+
+
+def judged(controller: Controller, cells: Cells, picks: int) -> dict[str, float]:
+    """What a controller is worth in the full physics; lengths in m."""
+    found = summary(held_out(controller, cells.full, picks, 0))
+    return {name: float(found[name]) for name in ("landing_error_mean_m", "success_rate", "sorted_per_min")}
+
+
+def sac(cells: Cells, share: float, seed: int, most: int, picks: int) -> Iterator[dict[str, float]]:
+    """Trainings, judged on their way; one that changes its physics is judged when it is over."""
+    if share in (0.0, 1.0):
+        yield from _training(cells, share, seed, [mark for mark in SAC_MARKS if mark <= most], picks)
+        return
+    for total in (mark for mark in TABLED if mark <= most):
+        yield list(_training(cells, share, seed, [round(share * total), total], picks))[-1]
+
+
+def _training(cells: Cells, share: float, seed: int, marks: list[int], picks: int) -> Iterator[dict[str, float]]:
+    """One training, judged at each mark."""
+    env, seconds = SameStepVecEnv(cells.full), 0.0
+    asked = {"env": ENV, "level": LEVEL, "algo": "sac", "seed": seed, "num_envs": NUM_ENVS, "steps": marks[-1]}
+    asked |= {"checkpoint_every": 2 * MOST, "action_mode": core_of(cells.full).action_mode}
+    with tempfile.TemporaryDirectory() as place:
+        folder, settings = Path(place) / "run", hyperparameters("sac", ENV)
+        model = build("sac", env, settings, seed)
+        runs.create(folder, asked, settings, core_of(cells.full).config, model)
+        for mark in marks:
+            quick = cells.flight if mark <= share * marks[-1] else None
+            began = time.perf_counter()
+            learn(model, env, folder, {**asked, "steps": mark}, Stop(), quick=quick, quiet=True)
+            seconds += time.perf_counter() - began
+            policy = actor_policy(runs.load_actor(folder, runs.checkpoints(folder)[-1]), "sac", cells.full)
+            yield {"throws": mark, "seconds": seconds, **judged(policy, cells, picks)}
+
+
+def mlp(cells: Cells, share: float, seed: int, most: int, picks: int) -> Iterator[dict[str, float]]:
+    """Regressions, each from throws of its own."""
+    for mark in MLP_MARKS:
+        if mark > most:
+            return
+        controller = make_controller("mlp", cells.full)
+        controller.reset(seed)
+        flights = round(share * mark)
+        began = time.perf_counter()
+        practise(controller, cells.flight, flights, seed)
+        practise(controller, cells.full, mark - flights, seed, start=flights)
+        seconds = time.perf_counter() - began
+        yield {"throws": mark, "seconds": seconds, **judged(controller, cells, picks)}
+
+
+LEARNERS: Final = {"sac": sac, "mlp": mlp}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--picks", type=int, default=1000, help="held-out throws by which a policy is judged")
+    parser.add_argument("--most", type=int, default=MOST, help="throws to learn from")
+    parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2])
+    parser.add_argument("--json", type=Path, help="file to write the figures to")
+    options = parser.parse_args()
+    if options.picks < 1 or options.most < TABLED[0]:
+        parser.error(f"--picks must be at least 1 and --most at least {TABLED[0]}")
+    torch.set_num_threads(1)
+    found: dict[str, Any] = {learner: {way: [] for way in WAYS} for learner in LEARNERS}
+    flying = {"base": LEVEL, "fidelity": "flight"}
+    with (
+        closing(make_vector(ENV, LEVEL, NUM_ENVS, THREADS)) as full,
+        closing(make_vector(ENV, flying, NUM_ENVS, THREADS)) as flight,
+    ):
+        cells = Cells(full, flight)
+        for seed in options.seeds:
+            for learner, study in LEARNERS.items():
+                for way, share in WAYS.items():
+                    for row in study(cells, share, seed, options.most * (2 if share == 1.0 else 1), options.picks):
+                        found[learner][way].append({"seed": seed, **row})
+                    print(f"seed {seed} {learner} {way:<17}{found[learner][way][-1]}")
+                    sys.stdout.flush()
+    if options.json is not None:
+        write_json(options.json, {"level": LEVEL, "picks": options.picks, "seeds": options.seeds, "training": found})
+
+
+if __name__ == "__main__":
+    main()
