@@ -12,6 +12,7 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -20,7 +21,6 @@ from typing import Any, Final, Self, final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import erf, expit
 
 from pnt_gym.arrays import Floats
 
@@ -28,14 +28,25 @@ from .cli import UsageError
 
 Array = NDArray[np.float32]
 OUTPUTS: Final = ("squashed", "clipped")
+
+
+def _gelu(x: Floats) -> Floats:
+    erf = importlib.import_module("scipy.special").erf  # at first use, because it takes a while
+    return 0.5 * x * (1.0 + erf(x / np.sqrt(2.0)))
+
+
+def _sigmoid(x: Floats) -> Floats:
+    return 0.5 * (1.0 + np.tanh(0.5 * x))
+
+
 ACTIVATIONS: Final[Mapping[str, Callable[[Floats], Floats]]] = {
     "ELU": lambda x: np.where(x > 0.0, x, np.expm1(np.minimum(x, 0.0))),
-    "GELU": lambda x: 0.5 * x * (1.0 + erf(x / np.sqrt(2.0))),
+    "GELU": _gelu,
     "LeakyReLU": lambda x: np.where(x > 0.0, x, 0.01 * x),
     "Mish": lambda x: x * np.tanh(np.logaddexp(0.0, x)),
     "ReLU": lambda x: np.maximum(x, 0.0),
-    "SiLU": lambda x: x * expit(x),
-    "Sigmoid": expit,
+    "SiLU": lambda x: x * _sigmoid(x),
+    "Sigmoid": _sigmoid,
     "Softplus": lambda x: np.logaddexp(0.0, x),
     "Tanh": np.tanh,
 }
