@@ -29,6 +29,7 @@ FAILURES: Final = {
     "failed_missed": "failed: missed the target",
     "failed_rim": "failed: reached it, did not stay",
     "failed_recontact": "failed: touched again by the robot",
+    "failed_dropped": "failed: lost on the way to the release",
 }
 """Figures of some cells, and what they are called."""
 

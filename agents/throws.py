@@ -23,7 +23,7 @@ FIELDS: Final = {
 """What every cell tells of a throw: our name, and the key and type in the info."""
 METRES: Final = {"landing_along": "landing_along_m", "landing_across": "landing_across_m"}
 """Numbers of some cells that records name with their unit."""
-FAILURES: Final = ("recontact", "rim")
+FAILURES: Final = ("dropped", "recontact", "rim")
 """What stood between a throw and success, the first that holds; the last one tells a target that was reached."""
 
 

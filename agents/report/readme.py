@@ -10,7 +10,15 @@ from typing import Any, Final
 from ..cli import UsageError
 from ..files import of_its_form, read_json, write_text
 from ..tables import Grid, markdown_text
-from .measures import environment_table, fidelity_table, oracle_table, physics_table, planner_table, training_table
+from .measures import (
+    environment_table,
+    fidelity_table,
+    grip_table,
+    oracle_table,
+    physics_table,
+    planner_table,
+    training_table,
+)
 from .reproduction import table as reproduced_table
 from .tables import benchmark_table
 
@@ -21,6 +29,7 @@ BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
     "environments": ("perf_envs.json", environment_table),
     "fidelity": ("fidelity.json", fidelity_table),
     "training": ("training.json", training_table),
+    "grip": ("grip.json", grip_table),
     "oracle": ("oracle.json", oracle_table),
 }
 """Blocks of a README by name: the file of results, and what makes the table of it; others are "paper/table"."""

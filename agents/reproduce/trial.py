@@ -163,13 +163,15 @@ def trial_context(
     index = np.array([config.items.index(name) for name in items])
     uniforms[:, 0] = (index + 0.5) / len(config.items)
     objects = objects_from_draws(normals, uniforms, config, item_arrays(config.item_list()))
+    limits = LimitRows.t3kr(objects.percent)
     return Context(
         objects=objects,
         pick=pick,
         target=target,
         opening=np.tile(OPENING, (count, 1)),
         bin=np.zeros(count, dtype=np.int64),
-        limits=LimitRows.t3kr(objects.percent),
+        limits=limits,
+        throw_limits=limits,
         plan=release,
         belt_speed=config.belt.speed,
         ceiling=np.full(count, ceiling),

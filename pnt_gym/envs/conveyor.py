@@ -59,8 +59,10 @@ class ConveyorEnv(ThrowEnv, observes=TABLE):
 
     `info` also has `is_success`, `landing_error`, `landing_along`, `landing_across` [m], `cycle_time`,
     `wait_time` [s], `in_opening`, `in_bin`, `rim` (in the opening but not in the bin), `recontact` (the cup touched
-    the object after the release), `residual_clipped`, `peak_torque` [N m], `item` and `bin` (indices of what was thrown
-    where), `target_x`, `target_y`, and `kind`: the index, into the level's `items`, of the object now under the cup.
+    the object after the release), `dropped` (lost on the way to it), `grip_margin` (how many times the load the cup
+    could hold, at the worst moment until then), `residual_clipped`, `peak_torque` [N m], `item` and `bin` (indices of
+    what was thrown where), `target_x`, `target_y`, and `kind`: the index, into the level's `items`, of the object now
+    under the cup.
 
     ## Arguments
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, model_validator
 
 from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.cells.base.grip import SURFACES, Surface
 from pnt_gym.constants import GRAVITY
 from pnt_gym.errors import ConfigError
 
@@ -57,6 +58,7 @@ class Item(BaseModel):
         pad_friction: friction against the pads of claws; None: that of its sliding.
         opening_delay: at m = 1 claws that hold it begin to open this much late, in s.
         oversize: at m = 1 it is larger by this share than the planner of the claws thinks.
+        surface: under a suction cup; gives friction and the safety that a grip should have, see `grip.SURFACES`.
         source: one line: where the numbers come from, or what is assumed and why.
     """
 
@@ -77,6 +79,7 @@ class Item(BaseModel):
     pad_friction: float | None = Field(default=None, gt=0.0, le=2.0)
     opening_delay: float = Field(default=0.0, ge=0.0, le=1.0)
     oversize: float = Field(default=0.0, gt=-0.5, le=1.0)
+    surface: Surface = "smooth"
     source: _Line
 
     @property
@@ -113,6 +116,8 @@ class ItemTable:
         friction: (K,).
         rolling_friction: (K,) m.
         solref: (K, 2) of contacts that rebound so, see `contact_solref`.
+        cup_friction: (K,) against a suction cup's lip.
+        safety: (K,) that a suction cup should have, see `SURFACES`.
     """
 
     names: tuple[str, ...]
@@ -126,6 +131,8 @@ class ItemTable:
     friction: Floats
     rolling_friction: Floats
     solref: Floats
+    cup_friction: Floats
+    safety: Floats
 
 
 def item_arrays(items: Sequence[Item]) -> ItemTable:
@@ -150,6 +157,8 @@ def item_arrays(items: Sequence[Item]) -> ItemTable:
         shape=_read_only(np.array([shape_index(i.shape) for i in items], dtype=np.int64)),
         container=_read_only(np.array([i.container for i in items], dtype=np.bool_)),
         solref=_read_only(contact_solref([i.restitution for i in items])),
+        cup_friction=_read_only(np.array([SURFACES[i.surface].friction for i in items])),
+        safety=_read_only(np.array([SURFACES[i.surface].safety for i in items])),
         **columns,
     )
 

@@ -45,7 +45,7 @@ def _moved(planner: PickPlanner, context: Context, residual: Floats) -> ReleaseB
 
 def _replanned(planner: PickPlanner, context: Context, residual: Floats) -> ReleaseBatch:
     goal = _goal(context, residual)
-    return planner.checked(context, planner.mover.plan(context.pick, goal, context.limits, context.ceiling))
+    return planner.checked(context, planner.mover.plan(context.pick, goal, context.throw_limits, context.ceiling))
 
 
 def _goal(context: Context, residual: Floats) -> Floats:

@@ -82,7 +82,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
     def throw(self, plans: ReleaseBatch) -> Outcome:
         """Throw in every cell and move on to the next picks."""
         context = self.context
-        motion = self.planner.mover.throw(context.pick, plans, context.limits, context.ceiling)
+        motion = self.planner.mover.throw(context.pick, plans, context.throw_limits, context.ceiling)
         if self.plant.record_row is not None:
             self.upstream = self._source.waiting(self.plant.record_row)
         # Where the hand returns to without a belt belongs to the present pick's draw.
@@ -94,7 +94,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
     def preview(self, plans: ReleaseBatch, jitter: bool = False) -> Outcome:
         """What the coming throws would do; the hand returns to its own pick, `jitter` is that of the release time."""
         context = self.context if jitter else self.context.expected()
-        motion = self.planner.mover.throw(context.pick, plans, context.limits, context.ceiling)
+        motion = self.planner.mover.throw(context.pick, plans, context.throw_limits, context.ceiling)
         back = self.planner.mover.back(motion, context.pick, context.limits)
         return self._flown(context, plans, motion, back, np.zeros(self.count))
 
@@ -112,6 +112,8 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
             "in_bin": outcome.in_bin,
             "rim": outcome.rim,
             "recontact": outcome.recontact,
+            "dropped": outcome.dropped,
+            "grip_margin": outcome.grip_margin,
             "peak_torque": outcome.peak_torque,
             "bin": thrown.bin.copy(),
             "target_x": thrown.target[:, 0].copy(),

@@ -80,6 +80,21 @@ class Suction(Section):
     jitter: NonNegative = Field(default=0.001, description="Standard deviation of the release time [s].")
 
 
+class Grip(Section):
+    """What the cup can hold on the way to the release, slip and peel (`cells.base.grip`)."""
+
+    limit: bool = Field(
+        default=False,
+        description="Whether an object that is more than the cup can hold leaves it on the way; its load scales with "
+        "the mismatch.",
+    )
+    safety: Annotated[float, Field(ge=1, le=10)] | Literal["surface"] | None = Field(
+        default=None,
+        description="Throws are slowed until the cup could hold this many times what is measured, or what the item's "
+        "surface asks for; objects that cannot be held so ride on. null: throws take no care.",
+    )
+
+
 class ActionScale(Section):
     """What an action of 1 means in each action mode."""
 
@@ -106,6 +121,7 @@ class ConveyorConfig(SortingLine):
     limits: Limits = Limits()
     motion: Motion = Motion()
     suction: Suction = Suction()
+    grip: Grip = Grip()
     action: ActionScale = ActionScale()
     reward: SortingReward = SortingReward()
     planner: Literal["straight", "free_direction"] = Field(

@@ -8,7 +8,7 @@ from typing import final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints
+from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.conveyor.objects import Objects
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.straight.plan import ReleaseBatch
@@ -47,6 +47,8 @@ class Context:
     """Index of the fixed bin, or 0 where the bin is drawn per throw, (N,)."""
     limits: LimitRows
     """Of the hand, by each object's own speed setting."""
+    throw_limits: LimitRows
+    """The same for the way to the release and on until the hand stops, where the grip may ask for less."""
     plan: ReleaseBatch
     """The analytic planner's release: object as a point at the cup."""
     belt_speed: float
@@ -105,6 +107,11 @@ class Context:
         """The same picks without what differs from throw to throw of one object."""
         objects = self.objects
         return replace(self, objects=replace(objects, delay=objects.delay - objects.jitter))
+
+    def lost(self, rows: Bools) -> Context:
+        """The same picks, of which some are lost (N,): nothing sets those spinning."""
+        objects = self.objects
+        return replace(self, objects=replace(objects, spin=np.where(rows[:, None], 0.0, objects.spin)))
 
     def to_throw_frame(self, vector: Floats) -> tuple[Floats, Floats]:
         """Horizontal vectors (N, 2+) as components along the throw and to its left, each (N,)."""

@@ -190,7 +190,9 @@ class FreeMover:
 
     def _shifted(self, context: Context, position: Floats, flight: Floats) -> ReleaseBatch:
         """Releases at moved points with the nominal velocity."""
-        return self._released(context.pick, position, context.plan.velocity, flight, context.limits, context.ceiling)
+        return self._released(
+            context.pick, position, context.plan.velocity, flight, context.throw_limits, context.ceiling
+        )
 
     def _released(
         self,

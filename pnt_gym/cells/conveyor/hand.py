@@ -10,7 +10,9 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats, Ints, take
 from pnt_gym.cells.base.plant import step_counts
 from pnt_gym.cells.conveyor.clearance import FORESIGHT, MARGIN, Passage, foreseen, touches, vertical
+from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.hold import Grips, grips
 from pnt_gym.planning.motion.trajectory import HandPath, Samples
 from pnt_gym.planning.straight.plan import ReleaseBatch
 
@@ -56,20 +58,24 @@ class ThrowClock:
     """First step after the throw (N,)."""
     step: float
     """Of the physics [s]."""
+    grips: Grips
+    """Which objects are lost before they are let go."""
 
     @classmethod
-    def of(cls, thrown: Context, plans: HandCycle, step: float) -> ThrowClock:
-        """The throws of N objects.
+    def of(cls, thrown: Context, plans: HandCycle, config: ConveyorConfig) -> ThrowClock:
+        """The throws of N objects; one that is lost on the way is let go there.
 
         Raises:
             PhysicsError: a throw takes longer than any that is simulated.
         """
-        free_at = plans.release_time + thrown.objects.delay
+        step, held = config.timestep, grips(thrown, plans.path, plans.release_time, config)
+        let_go: Floats = plans.release_time + thrown.objects.delay
+        free_at: Floats = np.where(held.dropped, held.lost_at * step, let_go)
         release = np.ceil(free_at / step - 1e-9).astype(np.int64)
         shift = release * step - free_at
         settled = free_at + LATEST_FLIGHT * plans.release.flight_time + SETTLE
         end = step_counts(np.maximum(plans.path.duration + shift, settled), step)
-        return cls(plans.path, thrown.cup_offset, free_at, shift, release, end, step)
+        return cls(plans.path, thrown.cup_offset, free_at, shift, release, end, step, held)
 
     @property
     def stride(self) -> int:

@@ -139,7 +139,7 @@ class StraightMover:
 
     def aimed(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
         """Releases at the nominal elevation, lower only where they would exceed ceiling and slack."""
-        limits, top = context.limits, context.ceiling + slack
+        limits, top = context.throw_limits, context.ceiling + slack
         angle = np.where(context.plan.feasible, context.plan.angle, 0.0)
         release = release_at_elevation(context.pick, goal, limits, angle)
         rows = np.flatnonzero(release.feasible & (release.position[:, 2] > top))
@@ -150,7 +150,7 @@ class StraightMover:
 
     def moved(self, context: Context, point: Floats) -> ReleaseBatch:
         """Releases at the points, at the speed that the way there allows."""
-        return release_at_point(context.pick, point, context.limits, plane_z=context.target[:, 2])
+        return release_at_point(context.pick, point, context.throw_limits, plane_z=context.target[:, 2])
 
     def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
         """Which throws exist and stay inside the workspace until the hand has stopped.

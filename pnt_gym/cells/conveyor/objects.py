@@ -85,6 +85,8 @@ class Objects:
     jitter: Floats
     """The part of `delay` that differs from throw to throw [s]."""
     friction: Floats
+    cup_friction: Floats
+    """Under the lip of the cup."""
     rolling_friction: Floats
     solref: Floats
     """Of its contacts, S + (2,)."""
@@ -151,6 +153,7 @@ def objects_from_draws(normals: Floats, uniforms: Floats, config: ConveyorConfig
         delay=np.maximum(m * release_delay(seal, mass, config.suction) + jitter, 0.0),
         jitter=jitter,
         friction=table.friction[kind],
+        cup_friction=table.cup_friction[kind],
         rolling_friction=table.rolling_friction[kind],
         solref=table.solref[kind],
         yaw=yaw,

@@ -7,10 +7,11 @@ from typing import final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats
+from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.base.plant import Landed, Touchdown
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.hold import Grips
 
 
 @final
@@ -23,6 +24,8 @@ class Flown:
     """Distance of the hand from its reference at the moment of release (N,) [m]."""
     peak_torque: Floats
     """Largest motor torque (N,) [N m]: as simulated, and as planned where the robot is not."""
+    grips: Grips
+    """How the cups held."""
 
 
 @final
@@ -34,6 +37,10 @@ class Outcome(Landed):
     """Part of the cycle spent waiting above the belt for the next object (N,) [s]."""
     tracking_error: Floats
     """Distance of the hand from its reference at the moment of release (N,) [m]."""
+    dropped: Bools
+    """The object was lost on the way to its release (N,)."""
+    grip_margin: Floats
+    """How many times the load the cup could hold, at the worst moment until its release (N,)."""
 
 
 def judge(flown: Flown, context: Context, config: ConveyorConfig, cycle_time: Floats, wait_time: Floats) -> Outcome:
@@ -54,4 +61,6 @@ def judge(flown: Flown, context: Context, config: ConveyorConfig, cycle_time: Fl
         wait_time=wait_time,
         peak_torque=flown.peak_torque,
         tracking_error=flown.tracking_error,
+        dropped=flown.grips.dropped,
+        grip_margin=flown.grips.margin,
     )

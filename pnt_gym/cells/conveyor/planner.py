@@ -14,6 +14,7 @@ from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.free_mover import FreeMover
+from pnt_gym.cells.conveyor.hold import LEAST_ACCELERATION, measured_hold
 from pnt_gym.cells.conveyor.movers import Mover, StraightMover
 from pnt_gym.cells.conveyor.objects import NORMALS, TARGET_DRAWS, UNIFORMS, Objects, objects_from_draws
 from pnt_gym.cells.conveyor.scene import LIP_GAP
@@ -72,7 +73,7 @@ class PickPlanner:
 
     def checked(self, context: Context, release: ReleaseBatch) -> ReleaseBatch:
         """The releases, of which only those that the robot can execute are called feasible."""
-        return replace(release, feasible=self.mover.is_feasible(context.pick, release, context.limits))
+        return replace(release, feasible=self.mover.is_feasible(context.pick, release, context.throw_limits))
 
     def plan(self, objects: Objects, pick: Floats, attempt: int = 0) -> tuple[Context, Bools]:
         """Contexts for objects at their picks, and which of them can be thrown (N,).
@@ -83,6 +84,8 @@ class PickPlanner:
         target, opening, index = self._bin(objects, attempt)
         ceiling = pick[:, 2] + self.config.motion.ceiling
         limits = LimitRows.t3kr(objects.percent)
+        belt_shift = objects.belt_error * (pick[:, 0] - self.config.belt.camera_x)
+        throw_limits, good = self._careful(objects, belt_shift, limits)
         context = Context(
             objects=objects,
             pick=pick,
@@ -90,12 +93,13 @@ class PickPlanner:
             opening=opening,
             bin=index,
             limits=limits,
-            plan=self.mover.plan(pick, target, limits, ceiling),
+            throw_limits=throw_limits,
+            plan=self.mover.plan(pick, target, throw_limits, ceiling),
             belt_speed=self.config.belt.speed,
             ceiling=ceiling,
-            belt_shift=objects.belt_error * (pick[:, 0] - self.config.belt.camera_x),
+            belt_shift=belt_shift,
         )
-        good = self.mover.is_feasible(pick, context.plan, limits)
+        good &= self.mover.is_feasible(pick, context.plan, throw_limits)
         reserve = self.config.motion.reserve
         for sign in (-1.0, 1.0) if reserve > 0.0 else ():
             good &= self._has_reserve(context, sign * reserve)
@@ -118,12 +122,22 @@ class PickPlanner:
                     stacklevel=2,
                 )
 
+    def _careful(self, objects: Objects, belt_shift: Floats, limits: LimitRows) -> tuple[LimitRows, Bools]:
+        """Limits at which measured objects stay under the cup, and which of them can be held at all (N,)."""
+        safety = self.config.grip.safety
+        if safety is None:
+            return limits, np.full(len(objects.kind), True)
+        wanted = self._table.safety[objects.kind] if safety == "surface" else safety
+        most = measured_hold(objects, belt_shift).acceleration(wanted)
+        slow = np.minimum(limits.acceleration, np.maximum(most, LEAST_ACCELERATION))
+        return limits._replace(acceleration=slow), most >= LEAST_ACCELERATION
+
     def _has_reserve(self, context: Context, along: float) -> Bools:
         """Whether the throw is feasible too with its target moved along it."""
         shift = np.zeros_like(context.target)
         shift[:, :2] = along * context.direction
         release = self.mover.aimed(context, context.target + shift, np.inf)
-        return self.mover.is_feasible(context.pick, release, context.limits)
+        return self.mover.is_feasible(context.pick, release, context.throw_limits)
 
     def _bin(self, objects: Objects, attempt: int) -> tuple[Floats, Floats, Ints]:
         """Centre at the rim (N, 3), opening (N, 2) and index (N,) of the bin tried at this attempt."""

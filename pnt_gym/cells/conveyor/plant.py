@@ -58,14 +58,16 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
 
     def fly(self, thrown: Context, plans: HandCycle) -> Flown:
         """Simulate one throw in every simulation: the N picks, and what the hands do."""
-        clock, rows = ThrowClock.of(thrown, plans, self.config.timestep), np.arange(len(thrown.pick))
+        clock, rows = ThrowClock.of(thrown, plans, self.config), np.arange(len(thrown.pick))
+        thrown = thrown.lost(clock.grips.dropped)
         flying = self._in_the_air if self.config.fidelity == "flight" else self._in_two_stages
         flown, unsure = flying(rows, thrown, plans, clock)
         return made_anew(flown, unsure, self._to_the_end, rows, thrown, clock)
 
     def follow(self, thrown: Context, plans: HandCycle) -> Followed:
         """As `fly`, with the robot simulated to the end and its hand recorded."""
-        clock, rows = ThrowClock.of(thrown, plans, self.config.timestep), np.arange(len(thrown.pick))
+        clock, rows = ThrowClock.of(thrown, plans, self.config), np.arange(len(thrown.pick))
+        thrown = thrown.lost(clock.grips.dropped)
         self.write(thrown, rows)
         return self._followed(rows, thrown, clock)
 
@@ -107,7 +109,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         flight = _one_after_the_other(clock, clear, held["sensordata"], fallen)
         torque = np.maximum(_largest_torque(held["sensordata"], clear), self._torque_ahead(clock, clear))
         astray = _astray(held["sensordata"], clock)
-        return Flown(flight.touchdown(thrown.target[:, 2]), astray, torque), unsure
+        return Flown(flight.touchdown(thrown.target[:, 2]), astray, torque, clock.grips), unsure
 
     def _in_the_air(self, rows: Ints, thrown: Context, plans: HandCycle, clock: ThrowClock) -> tuple[Flown, Bools]:
         """The throws of hands that move as planned, without any robot; and which may meet the cup again."""
@@ -116,7 +118,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
             self._keep_recorded(thrown, plans, clock)
         touchdown, unsure = self.free.foretold(thrown, clock)
         zero = np.zeros(len(rows))
-        return Flown(touchdown, zero, self._torque_ahead(clock, np.zeros_like(rows))), unsure
+        return Flown(touchdown, zero, self._torque_ahead(clock, np.zeros_like(rows)), clock.grips), unsure
 
     def _to_the_end(self, rows: Ints, thrown: Context, clock: ThrowClock) -> Flown:
         """Throws of some rows with the robot to the end."""
@@ -149,7 +151,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
             last_step=clock.end - 1,
         )
         touchdown, torque = flight.touchdown(thrown.target[:, 2]), _largest_torque(sensors, clock.end)
-        flown = Flown(touchdown, _astray(sensors, clock), torque)
+        flown = Flown(touchdown, _astray(sensors, clock), torque, clock.grips)
         return Followed(flown, flight, sensors[..., SENSORS["hand_position"]], -clock.shift)
 
     def _torque_ahead(self, clock: ThrowClock, clear: Ints) -> Floats:

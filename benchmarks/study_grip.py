@@ -1,0 +1,98 @@
+"""What the cup loses on the way to the release, level by level, and what a safety of the grip costs.
+
+The analytic planner throws with `grip: {limit: true}`: without care, and slowed until the measured objects are held
+with some safety. A level of heavy objects shows what a cup is not made for.
+
+Run: python benchmarks/study_grip.py --throws 1000 --json results/grip.json      (a minute)
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from agents.files import write_json
+from agents.metrics import throughput
+from pnt_gym.cells.base.core import Core
+from pnt_gym.cells.conveyor.cell import ConveyorCell
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+
+CELLS: Final = 50
+SAFETIES: Final = (None, 1.0, 1.25, 1.5, 2.0, "surface")
+_ROUND: Final = {
+    "shape": "cylinder",
+    "drag": 0.8,
+    "seal_force": 20.0,
+    "friction": 0.47,
+    "rolling_friction": 0.002,
+    "restitution": 0.2,
+    "source": "a filled container at the seal of a smooth wall",
+}
+HEAVY: Final = {
+    "base": "nominal",
+    "items": ["full_can", "jar"],
+    "extra_items": [
+        {"name": "full_can", "size": [0.115, 0.066, 0.066], "mass": 0.36, **_ROUND},
+        {"name": "jar", "size": [0.110, 0.070, 0.070], "mass": 0.20, **_ROUND},
+    ],
+    "bins": {"fixed": [{"name": "inside", "x": 0.30, "y": 0.40, "size": [0.24, 0.235]}]},
+}
+LEVELS: Final[dict[str, dict[str, Any]]] = {
+    **{name: {"base": name} for name in ("nominal", "waste", "unseen")},
+    "heavy": HEAVY,
+}
+
+
+def measured(level: dict[str, Any], safety: float | str | None, count: int, seed: int, threads: int) -> dict[str, Any]:
+    """Figures of `count` throws."""
+    config = ConveyorConfig.load({**level, "grip": {"limit": True, "safety": safety}})
+    core = Core(ConveyorCell(config, CELLS, "independent", threads))
+    core.reset(np.arange(CELLS), [np.random.default_rng([seed, row]) for row in range(CELLS)], seeded=True)
+    infos = [core.step(np.zeros((CELLS, 2))).info for _ in range(-(-count // CELLS))]
+    info = {name: np.concatenate([one[name] for one in infos])[:count] for name in infos[0]}
+    pace = throughput(info["is_success"], info["cycle_time"])
+    return {
+        "safety": safety,
+        **{f"below_{value:g}": float((info["grip_margin"] < value).mean()) for value in (1.0, 1.5, 2.0)},
+        "dropped": float(info["dropped"].mean()),
+        "success": float(info["is_success"].mean()),
+        "cycle_time": pace.cycle_time,
+        "sorted_per_min": pace.sorted,
+        "dropped_by_item": {
+            name: float(info["dropped"][info["item"] == index].mean())
+            for index, name in enumerate(config.items)
+            if (info["item"] == index).any()
+        },
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--throws", type=int, default=1000, help="throws per row")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--threads", type=int, default=2, help="physics threads; results do not depend on it")
+    parser.add_argument("--json", type=Path, help="file to write the figures to")
+    options = parser.parse_args()
+    if options.throws < 1:
+        parser.error(f"--throws is {options.throws}; at least 1 throw is needed")
+    result: dict[str, Any] = {"throws": options.throws, "seed": options.seed, "grip": {}}
+    for name, level in LEVELS.items():
+        for safety in SAFETIES:
+            found = measured(level, safety, options.throws, options.seed, options.threads)
+            result["grip"].setdefault(name, []).append(found)
+            print(
+                f"{name:<9}safety {safety!s:<9}lost {100 * found['dropped']:5.1f} %  "
+                f"success {100 * found['success']:5.1f} %  cycle {found['cycle_time']:.3f} s  "
+                f"{found['sorted_per_min']:.1f} sorted/min"
+            )
+            sys.stdout.flush()
+    if options.json is not None:
+        write_json(options.json, result)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,84 @@
+"""What a cup can hold, against forces and moments added up one by one."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pnt_gym.cells.base.grip import SURFACES, Hold, first_below
+
+GRAVITY = 9.81
+RADIUS = 0.018
+
+
+def hold(force=15.0, mass=0.03, friction=0.5, depth=0.03, offset=0.004):
+    return Hold(*(np.array([value]) for value in (force, mass, friction, depth, offset)), RADIUS)
+
+
+def margin(one, acceleration):
+    return float(one.margin(np.array([[acceleration]]))[0, 0])
+
+
+def stays(one, acceleration):
+    """Whether friction and the moment about the lip's edge suffice, in newtons and newton metres."""
+    f, m, mu, z, e = (float(v[0]) for v in (one.force, one.mass, one.friction, one.depth, one.offset))
+    down, sideways = m * (GRAVITY + acceleration[2]), m * float(np.hypot(*acceleration[:2]))
+    pressed = f - down
+    return pressed * mu > sideways and f * RADIUS > sideways * z + down * (e + RADIUS)
+
+
+def test_at_rest_it_holds_as_many_times_as_force_over_weight():
+    central = hold(force=0.981, mass=0.02, offset=0.0)
+    assert margin(central, (0.0, 0.0, 0.0)) == pytest.approx(5.0)
+    beside = hold(force=0.981, mass=0.02, offset=RADIUS)
+    assert margin(beside, (0.0, 0.0, 0.0)) == pytest.approx(2.5)
+
+
+def test_sideways_on_a_thin_object_friction_decides():
+    # m (g + a / mu) = 0.1 (9.81 + 40) = 4.981
+    assert margin(hold(force=9.962, mass=0.1, depth=0.001, offset=0.0), (20.0, 0.0, 0.0)) == pytest.approx(2.0)
+
+
+def test_sideways_on_a_deep_object_the_moment_decides():
+    # (m a z + m g r) / r = 0.1 (20 * 0.09 / 0.018 + 9.81) = 10.981
+    assert margin(hold(force=10.981, mass=0.1, depth=0.09, offset=0.0), (0.0, 20.0, 0.0)) == pytest.approx(1.0)
+
+
+def test_a_hand_that_falls_faster_than_its_object_loses_nothing():
+    assert margin(hold(), (0.0, 0.0, -20.0)) > 1e6
+
+
+@given(
+    st.floats(1.0, 60.0), st.floats(0.002, 0.5), st.floats(0.2, 0.8), st.floats(0.001, 0.15), st.floats(0.0, 0.03),
+    st.tuples(*[st.floats(-60.0, 60.0)] * 3),
+)  # fmt: skip
+def test_a_margin_of_one_is_where_it_leaves(force, mass, friction, depth, offset, acceleration):
+    one = hold(force, mass, friction, depth, offset)
+    value = margin(one, acceleration)
+    if abs(value - 1.0) > 1e-6:
+        assert stays(one, acceleration) == (value > 1.0)
+
+
+@given(st.floats(5.0, 60.0), st.floats(0.002, 0.2), st.floats(0.2, 0.8), st.floats(0.001, 0.15), st.floats(1.0, 3.0))
+def test_no_direction_asks_for_more_than_the_safety(force, mass, friction, depth, safety):
+    one = hold(force, mass, friction, depth)
+    most = float(one.acceleration(safety)[0])
+    if most <= 0.0:
+        assert margin(one, (0.0, 0.0, 0.0)) <= safety * (1.0 + 1e-9)
+        return
+    tilt, turn = np.meshgrid(np.linspace(-np.pi / 2, np.pi / 2, 721), np.linspace(0.0, np.pi, 3))
+    ways = np.stack([np.cos(tilt) * np.cos(turn), np.cos(tilt) * np.sin(turn), np.sin(tilt)], axis=-1).reshape(1, -1, 3)
+    least = one.margin(most * ways).min()
+    assert least == pytest.approx(safety, rel=1e-4)
+    assert least >= safety * (1.0 - 1e-9)
+
+
+def test_rough_surfaces_need_more_safety_and_wet_ones_slip():
+    assert SURFACES["rough"].safety > SURFACES["smooth"].safety
+    assert SURFACES["wet"].friction < SURFACES["smooth"].friction < SURFACES["rough"].friction
+
+
+def test_the_first_step_below_one_counts():
+    margins = np.array([[2.0, 0.9, 0.5, 2.0], [2.0, 2.0, 2.0, 0.5], [0.5, 2.0, 2.0, 2.0]])
+    counts = np.array([[True] * 4, [True, True, True, False], [True] * 4])
+    assert first_below(margins, counts).tolist() == [1, -1, 0]
