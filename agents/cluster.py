@@ -1,0 +1,157 @@
+"""Jobs done by the machines of a Ray cluster, which share nothing but the network with this one.
+
+Code and jobs travel there as bytes, what was found comes back as bytes, and this machine alone writes. Ray does the
+work of a machine that died again on another one.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import socket
+import subprocess
+import sys
+from collections.abc import Generator, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache, partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Final
+
+from pnt_gym.errors import one_sentence
+
+from .cli import UsageError
+from .parcel import check_identity, identity, pack
+from .work import Done, Job, Pool, do, processes
+
+RETRIES: Final = 10
+"""Times that a job is begun again after the machine or the process that did it died."""
+ANSWER: Final = 60.0
+"""Seconds in which a cluster has to answer, and after which one without any machine left is given up."""
+ALONE: Final = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA")}
+"""Environment of a job, which has one core."""
+_QUIET: Final = {"log_to_driver": False, "logging_level": "ERROR"}
+_JOIN: Final = f"import sys, ray; ray.init(address=sys.argv[1], **{_QUIET})"
+
+
+@dataclass(frozen=True)
+class Needs:
+    """What jobs need of a machine beside the code.
+
+    Attributes:
+        modules: of the user's, that the jobs import.
+        torch: whether networks are fitted.
+    """
+
+    modules: tuple[str, ...] = ()
+    torch: bool = False
+
+
+def pool(count: int, cluster: str | None, needs: Needs) -> Pool:
+    """Processes on this machine, or all cores of a cluster: HOST:PORT of its head, or "auto" on one of its machines."""
+    return processes(count) if cluster is None else partial(_on_cluster, cluster, needs)
+
+
+@contextmanager
+def _on_cluster(
+    address: str, needs: Needs, jobs: Sequence[Job], _folder: Path
+) -> Generator[Iterator[tuple[Job, Done]], None, None]:
+    """The cores of a cluster, one for each job; whatever ends the block ends the jobs.
+
+    Raises:
+        UsageError: it cannot be reached or used, or one of its machines would not compute the same.
+    """
+    # Ray announces here what it will do some day about machines with accelerators.
+    os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
+    import ray  # noqa: PLC0415 - of an extra
+
+    sent = [_sent(job) for job in jobs]
+    _check_answers(address)
+    here = identity(needs.modules, needs.torch)
+    with TemporaryDirectory() as folder:
+        pack(Path(folder), needs.modules)
+        ray.init(address=address, runtime_env={"working_dir": folder, "env_vars": ALONE}, **_QUIET)
+        try:
+            _check_cores(ray)
+            remote = ray.remote(num_cpus=1, max_retries=RETRIES)(_on_node)
+            tasks = {remote.remote(job, here, needs): n for n, job in enumerate(sent)}
+            yield ((jobs[n], done) for n, done in _ended(ray, tasks))
+        finally:
+            ray.shutdown()  # the cluster ends the jobs of who leaves it
+
+
+def _sent(job: Job) -> bytes:
+    try:
+        return pickle.dumps(job)
+    except Exception as error:  # there is no telling what an object of the user's does
+        raise UsageError(f"{job.name!r} cannot be sent to another machine: {one_sentence(error)}") from error
+
+
+def _on_node(sent: bytes, here: Mapping[str, str], needs: Needs) -> Done:
+    """Do a job on one of the machines, if it computes the same there."""
+    _check_once(tuple(here.items()), needs)
+    with TemporaryDirectory() as folder:
+        return do(pickle.loads(sent), Path(folder))._replace(where=f" on {socket.gethostname()}")
+
+
+@cache
+def _check_once(here: tuple[tuple[str, str], ...], needs: Needs) -> None:
+    check_identity(dict(here), needs.modules, needs.torch)
+
+
+def _ended(ray: Any, tasks: dict[Any, int]) -> Iterator[tuple[int, Done]]:
+    """Jobs by their number, as they end."""
+    while tasks:
+        ended, _ = ray.wait([*tasks], timeout=ANSWER)
+        for task in ended:
+            yield tasks.pop(task), _result(ray, task)
+        if not ended:
+            _check_cores(ray)
+
+
+def _result(ray: Any, task: Any) -> Done:
+    try:
+        return ray.get(task)
+    except ray.exceptions.RayTaskError as error:
+        if isinstance(error.cause, RuntimeError) and "failed to import on the worker" in str(error.cause):
+            raise UsageError(f"a node lacks what the code needs: {_last_line(str(error.cause))}") from None
+        raise error.cause from None
+    except ray.exceptions.RayError as error:
+        raise UsageError(f"the cluster could not do a job; run the command again to go on: {error}") from None
+
+
+def _check_cores(ray: Any) -> None:
+    if not any(node["Alive"] and node["Resources"].get("CPU") for node in ray.nodes()):
+        raise UsageError("no machine with a core is in the cluster; let one join and run the command again to go on")
+
+
+def _check_answers(address: str) -> None:
+    """Make sure that a Ray cluster answers, and takes this machine; Ray itself would try for many minutes.
+
+    Raises:
+        UsageError: it does not.
+    """
+    host, _, port = address.rpartition(":")
+    if address != "auto":
+        if not (host and port.isdecimal()):
+            raise UsageError(f"--cluster is {address!r}; it must be HOST:PORT of the cluster's head, or auto")
+        try:
+            socket.create_connection((host, int(port)), timeout=10.0).close()
+        except (OSError, OverflowError) as error:
+            raise UsageError(f"no cluster can be reached at {address!r}: {one_sentence(error)}") from None
+    try:
+        joined = subprocess.run(
+            [sys.executable, "-c", _JOIN, address], capture_output=True, text=True, timeout=ANSWER, check=False
+        )
+    except subprocess.TimeoutExpired:
+        raise UsageError(f"no Ray cluster answers at {address!r} within {ANSWER:.0f} s") from None
+    if joined.returncode != 0:
+        raise UsageError(f"the cluster at {address!r} cannot be joined: {_last_line(joined.stderr)}")
+
+
+def _last_line(said: str) -> str:
+    """What a traceback ends with, from the line with the error's name on."""
+    lines = said.strip().splitlines()
+    first = next((n for n in reversed(range(len(lines))) if lines[n][:1].isalpha() and "Error: " in lines[n]), -1)
+    return one_sentence(" ".join(lines[first:]))
