@@ -6,12 +6,13 @@ work of a machine that died again on another one.
 
 from __future__ import annotations
 
+import importlib
 import os
 import pickle
 import socket
 import subprocess
 import sys
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache, partial
@@ -74,8 +75,8 @@ def _on_cluster(
         ray.init(address=address, runtime_env={"working_dir": folder, "env_vars": ALONE}, **_QUIET)
         try:
             _check_cores(ray)
-            remote = ray.remote(num_cpus=1, max_retries=RETRIES)(_on_node)
-            tasks = {remote.remote(job, here, needs): n for n, job in enumerate(sent)}
+            remote = ray.remote(num_cpus=1, max_retries=RETRIES)(_whole(__name__))
+            tasks = {remote.remote(job, here, needs.modules, needs.torch): n for n, job in enumerate(sent)}
             yield ((jobs[n], done) for n, done in _ended(ray, tasks))
         finally:
             ray.shutdown()  # the cluster ends the jobs of who leaves it
@@ -88,16 +89,29 @@ def _sent(job: Job) -> bytes:
         raise UsageError(f"{job.name!r} cannot be sent to another machine: {one_sentence(error)}") from error
 
 
-def _on_node(sent: bytes, here: Mapping[str, str], needs: Needs) -> Done:
+def _whole(module: str) -> Callable[..., Done | str]:
+    """A function that travels as it is, unlike one that is named by its module: it can tell what a node lacks."""
+
+    def call(*given: Any) -> Done | str:
+        try:
+            code = importlib.import_module(module)
+        except ImportError as error:
+            return f"node {socket.gethostname()!r} lacks what the code needs: {error}"
+        return code.on_node(*given)
+
+    return call
+
+
+def on_node(sent: bytes, here: Mapping[str, str], modules: Sequence[str], torch: bool) -> Done:
     """Do a job on one of the machines, if it computes the same there."""
-    _check_once(tuple(here.items()), needs)
+    _check_once(tuple(here.items()), tuple(modules), torch)
     with TemporaryDirectory() as folder:
         return do(pickle.loads(sent), Path(folder))._replace(where=f" on {socket.gethostname()}")
 
 
 @cache
-def _check_once(here: tuple[tuple[str, str], ...], needs: Needs) -> None:
-    check_identity(dict(here), needs.modules, needs.torch)
+def _check_once(here: tuple[tuple[str, str], ...], modules: tuple[str, ...], torch: bool) -> None:
+    check_identity(dict(here), modules, torch)
 
 
 def _ended(ray: Any, tasks: dict[Any, int]) -> Iterator[tuple[int, Done]]:
@@ -112,13 +126,14 @@ def _ended(ray: Any, tasks: dict[Any, int]) -> Iterator[tuple[int, Done]]:
 
 def _result(ray: Any, task: Any) -> Done:
     try:
-        return ray.get(task)
+        found = ray.get(task)
     except ray.exceptions.RayTaskError as error:
-        if isinstance(error.cause, RuntimeError) and "failed to import on the worker" in str(error.cause):
-            raise UsageError(f"a node lacks what the code needs: {_last_line(str(error.cause))}") from None
         raise error.cause from None
     except ray.exceptions.RayError as error:
         raise UsageError(f"the cluster could not do a job; run the command again to go on: {error}") from None
+    if isinstance(found, str):
+        raise UsageError(found)
+    return found
 
 
 def _check_cores(ray: Any) -> None:
