@@ -16,6 +16,7 @@ from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache, partial
+from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final
@@ -30,6 +31,8 @@ RETRIES: Final = 10
 """Times that a job is begun again after the machine or the process that did it died."""
 ANSWER: Final = 60.0
 """Seconds in which a cluster has to answer, and after which one without any machine left is given up."""
+AHEAD: Final = 4
+"""Jobs on their way for each core."""
 ALONE: Final = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA")}
 """Environment of a job, which has one core."""
 _QUIET: Final = {"log_to_driver": False, "logging_level": "ERROR"}
@@ -67,17 +70,17 @@ def _on_cluster(
     os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
     import ray  # noqa: PLC0415 - of an extra
 
-    sent = [_sent(job) for job in jobs]
+    for job in jobs:
+        _sent(job)
     _check_answers(address)
     here = identity(needs.modules, needs.torch)
     with TemporaryDirectory() as folder:
         pack(Path(folder), needs.modules)
         ray.init(address=address, runtime_env={"working_dir": folder, "env_vars": ALONE}, **_QUIET)
         try:
-            _check_cores(ray)
+            _cores(ray)
             remote = ray.remote(num_cpus=1, max_retries=RETRIES)(_whole(__name__))
-            tasks = {remote.remote(job, here, needs.modules, needs.torch): n for n, job in enumerate(sent)}
-            yield ((jobs[n], done) for n, done in _ended(ray, tasks))
+            yield _ended(ray, jobs, lambda job: remote.remote(_sent(job), here, needs.modules, needs.torch))
         finally:
             ray.shutdown()  # the cluster ends the jobs of who leaves it
 
@@ -114,14 +117,17 @@ def _check_once(here: tuple[tuple[str, str], ...], modules: tuple[str, ...], tor
     check_identity(dict(here), modules, torch)
 
 
-def _ended(ray: Any, tasks: dict[Any, int]) -> Iterator[tuple[int, Done]]:
-    """Jobs by their number, as they end."""
-    while tasks:
+def _ended(ray: Any, jobs: Sequence[Job], begin: Callable[[Job], Any]) -> Iterator[tuple[Job, Done]]:
+    """Jobs as they end; no more are on their way than keep the cores busy, as a job may hold a whole policy."""
+    left, tasks = iter(jobs), dict[Any, Job]()
+    while True:
+        room = AHEAD * _cores(ray) - len(tasks)
+        tasks |= {begin(job): job for job in islice(left, max(room, 0))}
+        if not tasks:
+            return
         ended, _ = ray.wait([*tasks], timeout=ANSWER)
         for task in ended:
             yield tasks.pop(task), _result(ray, task)
-        if not ended:
-            _check_cores(ray)
 
 
 def _result(ray: Any, task: Any) -> Done:
@@ -136,9 +142,16 @@ def _result(ray: Any, task: Any) -> Done:
     return found
 
 
-def _check_cores(ray: Any) -> None:
-    if not any(node["Alive"] and node["Resources"].get("CPU") for node in ray.nodes()):
+def _cores(ray: Any) -> int:
+    """Cores in the cluster.
+
+    Raises:
+        UsageError: there are none.
+    """
+    found = sum(int(node["Resources"].get("CPU", 0)) for node in ray.nodes() if node["Alive"])
+    if not found:
         raise UsageError("no machine with a core is in the cluster; let one join and run the command again to go on")
+    return found
 
 
 def _check_answers(address: str) -> None:

@@ -38,19 +38,22 @@ class Job:
     Attributes:
         name: for people and for the file; "/" makes a folder.
         key: changes when anything changes that the result depends on (see `key`).
-        run: does the work; it is sent to a process, gets the folder of all that is kept, and returns JSON values.
+        run: does the work; it is sent to a process, gets the folder of all that is kept, and returns JSON values, or
+            the file that keeps what it found.
         cost: how much work it is compared with the other jobs.
+        suffix: of that file.
     """
 
     name: str
     key: str
-    run: Callable[[Path], Mapping[str, Any]]
+    run: Callable[[Path], Mapping[str, Any] | bytes]
     cost: int = 1
+    suffix: str = "json"
 
     @property
     def file(self) -> str:
         """Name of the file that keeps what it found, in the folder of all that is kept."""
-        return f"{self.name}-{self.key}.json"
+        return f"{self.name}-{self.key}.{self.suffix}"
 
 
 class Done(NamedTuple):
@@ -98,7 +101,14 @@ def key(**inputs: Any) -> str:
 def do_missing(
     jobs: Sequence[Job], folder: Path, pool: Pool, *, fresh: bool = False, unit: str = "parts"
 ) -> list[Found]:
-    """What every job found, in their order; those without a kept result are done first.
+    """What every job found as JSON values; the arguments are those of `keep_missing`."""
+    return [read_json(path) for path in keep_missing(jobs, folder, pool, fresh=fresh, unit=unit)]
+
+
+def keep_missing(
+    jobs: Sequence[Job], folder: Path, pool: Pool, *, fresh: bool = False, unit: str = "parts"
+) -> list[Path]:
+    """The files of what every job found, in their order; those without a kept result are done first.
 
     A result is kept as soon as it is there, so what was interrupted goes on where it was.
 
@@ -124,7 +134,7 @@ def do_missing(
                     write_bytes(folder / job.file, done.found)
                     bar.advance(task, job.cost)
                     bar.console.print(f"done: {job.name} ({done.seconds:.0f} s{done.where})", markup=False)
-        return [read_json(folder / job.file) for job in jobs]
+    return [folder / job.file for job in jobs]
 
 
 def processes(count: int) -> Pool:
@@ -161,6 +171,8 @@ def do(job: Job, folder: Path) -> Done:
     began = time.perf_counter()
     found = job.run(folder)
     seconds = time.perf_counter() - began
+    if isinstance(found, bytes):
+        return Done(found, seconds)
     text = json.dumps({"seconds": round(seconds, 1), **found}, allow_nan=False)
     return Done(f"{text}\n".encode(), seconds)
 

@@ -250,3 +250,35 @@ def test_environments_and_controllers_of_the_user_travel(machines: Machines, her
         assert done.returncode == 0, done.stderr
         found.append(fingerprint(json.loads((here / f"out{options[0]}.json").read_text())))
     assert found[0] == found[1]
+
+
+def test_throws_of_all_machines_make_one_dataset(machines: Machines, first: Any, here: Path) -> None:
+    """Random actions, and a controller that has practised; one machine dies, and the file has the same bytes."""
+    second = machines.join()
+    small = [
+        "--throws",
+        "1400",
+        "--score-throws",
+        "16",
+        "--practice",
+        "16",
+        "--expert",
+        "virtual_goal",
+        "--work",
+        "kept",
+    ]
+    for options, doomed in ((["--cluster", machines.address], second), (["--jobs", "2"], None)):
+        command = [sys.executable, "-m", "agents.dataset", *small, "--root", f"sets{options[0]}", *options]
+        process = subprocess.Popen(
+            command, cwd=here, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+        if doomed is not None:
+            at_work(here, 0, first, second)
+            time.sleep(2.0)
+            assert lose_power(doomed)
+        code, said = ended(process)
+        assert code == 0, said
+        assert not (here / "kept").exists()
+    bytes_of = [path.read_bytes() for path in sorted(here.glob("sets*/pnt_gym/release/*/data/main_data.hdf5"))]
+    assert len(bytes_of) == 2
+    assert bytes_of[0] == bytes_of[1]
