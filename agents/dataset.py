@@ -100,19 +100,20 @@ def main(arguments: Arguments) -> None:
     if arguments.name is not None:
         offline.check_name(arguments.name)
     home, (env_id, level, mode) = offline.Home.of(arguments.root), task(arguments)
-    with closing(make_vector(env_id, level, arguments.num_envs, arguments.jobs, mode)) as env:
+    with closing(make_vector(env_id, level, arguments.num_envs, action_mode=mode)) as env:
         crew = Crew(arguments, env, env_id)
         config = core_of(env).config
         name = arguments.name or offline.proper_name(env_id, config.name, crew.label)
         home.check_free(name)
-        thrown = Thrown(crew, arguments.work or MADE / "runs" / "dataset" / name)
         whole = config.name if config.ships() else config.model_dump(mode="json")
-        with closing(make_single(env_id, whole, mode)) as single, home.made(name), throws_bar() as bar:
+        with closing(make_single(env_id, whole, mode)) as single, home.made(name):
+            thrown = Thrown(crew, arguments.work or MADE / "runs" / "dataset" / name)
             scores, tally = thrown.scores(), Tally()
             found = tally.counted(thrown.episodes())
             first = next(found)
             facts = facts_of(crew, scores, offline.columns(first))
-            offline.write(name, single, chain([first], found), facts, packing(bar))
+            with throws_bar() as bar:
+                offline.write(name, single, chain([first], found), facts, packing(bar))
     thrown.remove()
     console().print(tally.table(name, scores).terminal())
     console().print(f"it lies in {home.folder / name}", markup=False)

@@ -115,14 +115,14 @@ def begun(folder: Path, address: str) -> subprocess.Popen[str]:
     )
 
 
-def at_work(folder: Path, least: int, *machines: Any) -> None:
+def at_work(process: subprocess.Popen[str], folder: Path, least: int, *machines: Any) -> None:
     """Wait until some jobs are done and every machine is at another one."""
     deadline = time.monotonic() + 120.0
-    while time.monotonic() < deadline:
+    while time.monotonic() < deadline and process.poll() is None:
         if len(kept(folder / "kept")) >= least and all(map(workers, machines)):
             return
         time.sleep(0.05)
-    raise AssertionError("the study does not get on")
+    raise AssertionError(f"it does not get on: {[*map(workers, machines)]}, {ended(process)}")
 
 
 def ended(process: subprocess.Popen[str]) -> tuple[int, str]:
@@ -142,7 +142,7 @@ def test_work_of_a_machine_that_dies_is_done_by_another(
 ) -> None:
     second = machines.join()
     process = begun(study, machines.address)
-    at_work(study, 4, first, second)
+    at_work(process, study, 4, first, second)
     before = len(kept(study / "kept"))
     victims = lose_power(second)
     code, said = ended(process)
@@ -162,7 +162,7 @@ def test_a_study_that_was_interrupted_goes_on(
     machines: Machines, first: Any, study: Path, serial: dict[str, str]
 ) -> None:
     process = begun(study, machines.address)
-    at_work(study, 3, first)
+    at_work(process, study, 3, first)
     os.killpg(process.pid, signal.SIGINT)
     code, said = ended(process)
     assert code == 130
@@ -179,7 +179,7 @@ def test_a_study_that_was_interrupted_goes_on(
 
 def test_workers_end_with_a_command_that_was_killed(machines: Machines, first: Any, study: Path) -> None:
     process = begun(study, machines.address)
-    at_work(study, 1, first)
+    at_work(process, study, 1, first)
     process.kill()
     process.communicate(timeout=60)
     assert all_gone(first)
@@ -273,7 +273,7 @@ def test_throws_of_all_machines_make_one_dataset(machines: Machines, first: Any,
             command, cwd=here, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
         )
         if doomed is not None:
-            at_work(here, 0, first, second)
+            at_work(process, here, 0, first, second)
             time.sleep(2.0)
             assert lose_power(doomed)
         code, said = ended(process)
