@@ -23,7 +23,6 @@ from .work import code_digest
 PARTS: Final = ("pnt_gym", "agents", "configs", "pyproject.toml") if CHECKOUT else ("pnt_gym",)
 """The code below `CODE` and what it reads; results, tests and environments stay."""
 _TEXTS: Final = ("pnt_gym/**/*.py", "pnt_gym/**/*.y*ml", "agents/**/*.py", "configs/**/*.y*ml")
-_OURS: Final = ("pnt_gym", "agents")
 _MOST: Final = 200_000_000
 """Bytes of a module of the user's that are sent."""
 
@@ -36,7 +35,7 @@ def pack(folder: Path, modules: Iterable[str]) -> None:
     """
     for part in PARTS:
         _copy(CODE / part, folder / part)
-    for top in sorted({name.partition(".")[0] for name in modules} - {*_OURS}):
+    for top in sorted({name.partition(".")[0] for name in modules} - {*PARTS}):
         source = _source(top)
         size = sum(path.stat().st_size for path in (source, *source.rglob("*")) if path.is_file())
         if size > _MOST:

@@ -34,12 +34,12 @@ STUDY: dict[str, Any] = {
     "name": "study",
     "train_level": "waste",
     "levels": ["waste", "mild.yaml"],
-    "picks": 16,
-    "num_envs": 8,
+    "picks": 32,
+    "num_envs": 16,
     "seeds": [*range(10)],
-    "entries": [{"label": "shift", "controller": "mean_shift", "throws": [8, 16]}],
+    "entries": [{"label": "shift", "controller": "mean_shift", "throws": [16, 32]}],
 }
-"""Twenty jobs."""
+"""Twenty jobs of a second or two."""
 MILD = {"base": "waste", "mismatch": 0.5}
 TIMES = ("seconds", "learn_seconds")
 """What a job finds that no two runs have in common."""
@@ -142,7 +142,7 @@ def test_work_of_a_machine_that_dies_is_done_by_another(
 ) -> None:
     second = machines.join()
     process = begun(study, machines.address)
-    at_work(process, study, 4, first, second)
+    at_work(process, study, 2, first, second)
     before = len(kept(study / "kept"))
     victims = lose_power(second)
     code, said = ended(process)
