@@ -68,6 +68,8 @@ def _on_cluster(
     """
     # Ray announces here what it will do some day about machines with accelerators.
     os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
+    # Else a job too large for every machine would be begun again for ever.
+    os.environ.setdefault("RAY_task_oom_retries", f"{RETRIES}")
     import ray  # noqa: PLC0415 - of an extra
 
     for job in jobs:
@@ -168,14 +170,18 @@ def _check_answers(address: str) -> None:
             socket.create_connection((host, int(port)), timeout=10.0).close()
         except (OSError, OverflowError) as error:
             raise UsageError(f"no cluster can be reached at {address!r}: {one_sentence(error)}") from None
+    command = [sys.executable, "-c", _JOIN, address]
+    # Ray looks as long for a part of the cluster on this machine, for which 60 s would be its own patience.
+    patient = {**os.environ, "RAY_gcs_server_request_timeout_seconds": f"{ANSWER / 2:.0f}"}
+    hint = "this machine has to be in it, for instance by `ray start --address=HOST:PORT --num-cpus=0`"
     try:
-        joined = subprocess.run(
-            [sys.executable, "-c", _JOIN, address], capture_output=True, text=True, timeout=ANSWER, check=False
-        )
+        joined = subprocess.run(command, env=patient, capture_output=True, text=True, timeout=ANSWER, check=False)
     except subprocess.TimeoutExpired:
-        raise UsageError(f"no Ray cluster answers at {address!r} within {ANSWER:.0f} s") from None
+        raise UsageError(f"no Ray cluster answers at {address!r} within {ANSWER:.0f} s; {hint}") from None
     if joined.returncode != 0:
-        raise UsageError(f"the cluster at {address!r} cannot be joined: {_last_line(joined.stderr)}")
+        said = _last_line(joined.stderr)
+        more = f"; {hint}" if said.startswith("ConnectionError") else ""
+        raise UsageError(f"the cluster at {address!r} cannot be joined: {said}{more}")
 
 
 def _last_line(said: str) -> str:

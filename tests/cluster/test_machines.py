@@ -234,11 +234,12 @@ def test_what_a_job_says_and_how_it_ends_is_told(
 
 
 @pytest.mark.usefixtures("first", "theirs")
-def test_environments_and_controllers_of_the_user_travel(machines: Machines, here: Path) -> None:
+def test_training_and_what_is_of_the_user_travel(machines: Machines, here: Path) -> None:
     entries = [
         {"label": "plain", "controller": "analytic"},
         {"label": "theirs", "controller": "theirs:Better", "options": {"gain": 0.5}},
         {"label": "goal", "controller": "virtual_goal", "throws": [16]},
+        {"label": "sac", "controller": "sac", "throws": [110]},
     ]
     own = {"env": "lob:Lob-v0", "train_level": "home", "levels": ["home"], "seeds": [0], "entries": entries}
     (here / "plan.yaml").write_text(yaml.safe_dump(STUDY | own))
@@ -257,7 +258,7 @@ def test_throws_of_all_machines_make_one_dataset(machines: Machines, first: Any,
     second = machines.join()
     small = [
         "--throws",
-        "1400",
+        "1000",
         "--score-throws",
         "16",
         "--practice",

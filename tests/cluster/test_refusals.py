@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import socket
+import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
@@ -13,6 +15,9 @@ from ray._private.ray_constants import KV_NAMESPACE_CLUSTER
 from ray._raylet import GcsClient
 
 from agents import cluster
+from agents.cli import UsageError
+from agents.cluster import Needs, pool
+from agents.work import Job, do_missing
 from tests.cluster.conftest import Machines
 from tests.tools.commands import refused
 
@@ -31,8 +36,19 @@ metadata.version = lambda name: "2.0.1" if name == "numpy" else known(name)
 """
 OTHER_CODE = """
 from pathlib import Path
+from typing import Any
 read = Path.read_bytes
 Path.read_bytes = lambda path: read(path) + (b"#" if path.name == "features.py" else b"")
+"""
+DOOMED = """
+import os
+import signal
+import time
+
+
+def take_down(folder):
+    os.kill(os.getppid(), signal.SIGKILL)
+    time.sleep(60)
 """
 NO_MUJOCO = """
 import sys
@@ -82,6 +98,23 @@ def test_another_machine(
         machines.leave(machine)
     assert said in words
     assert f"error: node {socket.gethostname()!r} " in words
+
+
+@pytest.fixture
+def doomed(here: Path) -> Iterator[Any]:
+    """A module of the user's with jobs that do not end well."""
+    (here / "doomed.py").write_text(DOOMED)
+    import doomed  # noqa: PLC0415
+
+    yield doomed
+    sys.modules.pop("doomed", None)
+
+
+def test_the_last_machine_dies(machines: Machines, doomed: Any, here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cluster, "ANSWER", 20.0)
+    machines.join()
+    with pytest.raises(UsageError, match="no machine with a core is in the cluster"):
+        do_missing([Job("a", "k", doomed.take_down)], here / "kept", pool(1, machines.address, Needs(("doomed",))))
 
 
 @pytest.mark.parametrize(
