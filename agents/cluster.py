@@ -30,7 +30,9 @@ from .work import Done, Job, Pool, do, processes
 RETRIES: Final = 10
 """Times that a job is begun again after the machine or the process that did it died."""
 ANSWER: Final = 60.0
-"""Seconds in which a cluster has to answer, and after which one without any machine left is given up."""
+"""Seconds in which a cluster has to answer."""
+LOOK: Final = 30.0
+"""Seconds without any job done after which it is looked whether a machine is left."""
 AHEAD: Final = 4
 """Jobs on their way for each core."""
 ALONE: Final = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA")}
@@ -127,7 +129,7 @@ def _ended(ray: Any, jobs: Sequence[Job], begin: Callable[[Job], Any]) -> Iterat
         tasks |= {begin(job): job for job in islice(left, max(room, 0))}
         if not tasks:
             return
-        ended, _ = ray.wait([*tasks], timeout=ANSWER)
+        ended, _ = ray.wait([*tasks], timeout=LOOK)
         for task in ended:
             yield tasks.pop(task), _result(ray, task)
 

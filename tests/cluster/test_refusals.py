@@ -111,7 +111,7 @@ def doomed(here: Path) -> Iterator[Any]:
 
 
 def test_the_last_machine_dies(machines: Machines, doomed: Any, here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cluster, "ANSWER", 20.0)
+    monkeypatch.setattr(cluster, "LOOK", 2.0)
     machines.join()
     with pytest.raises(UsageError, match="no machine with a core is in the cluster"):
         do_missing([Job("a", "k", doomed.take_down)], here / "kept", pool(1, machines.address, Needs(("doomed",))))
