@@ -347,6 +347,13 @@ def test_a_missing_library_is_one_sentence(
     assert refused(*SMALL) == f"error: this needs {library}: pip install 'pnt_gym[{extra}]'\n"
 
 
+def test_a_cluster_without_ray_is_one_sentence(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "ray", None)
+    words = refused(*SMALL, "--throws", "4", "--cluster", "auto")
+    assert words == "error: this needs ray: pip install 'pnt_gym[cluster]'\n"
+    assert not [path for path in here.rglob("*") if path.is_file()]
+
+
 @pytest.mark.parametrize(
     ("env", "level", "label", "name"),
     [
