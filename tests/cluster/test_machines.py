@@ -160,6 +160,7 @@ def test_work_of_a_machine_that_dies_is_done_by_another(
 def test_a_study_that_was_interrupted_goes_on(
     machines: Machines, first: Any, study: Path, serial: dict[str, str]
 ) -> None:
+    (study / "plan.yaml").write_text(yaml.safe_dump(STUDY | {"seeds": [0, 1, 2, 3, 4]}))
     process = begun(study, machines.address)
     at_work(process, study, 3, first)
     os.killpg(process.pid, signal.SIGINT)
@@ -168,12 +169,14 @@ def test_a_study_that_was_interrupted_goes_on(
     assert said.endswith("interrupted\n")
     assert all_gone(first)
     done = kept(study / "kept")
-    assert 3 <= len(done) < 20
+    assert 3 <= len(done) < 10
     assert done.items() <= serial.items()
     code, said = ended(begun(study, machines.address))
     assert code == 0
-    assert said.count("done: ") == 20 - len(done)
-    assert kept(study / "kept") == serial
+    assert said.count("done: ") == 10 - len(done)
+    found = kept(study / "kept")
+    assert len(found) == 10
+    assert found.items() <= serial.items()
 
 
 def test_workers_end_with_a_command_that_was_killed(machines: Machines, first: Any, study: Path) -> None:
@@ -257,7 +260,7 @@ def test_throws_of_all_machines_make_one_dataset(machines: Machines, first: Any,
     second = machines.join()
     small = [
         "--throws",
-        "1000",
+        "800",
         "--score-throws",
         "16",
         "--practice",

@@ -55,7 +55,8 @@ OPTIONS: Final[dict[str, dict[str, tuple[str, ...]]]] = {
         "--controller": ("expert", *NAMES), "--expert": NAMES, "--env": ("PnTRelease-v0", *ENVS), "--level": LEVELS,
         "--throws": NUMBERS, "--seed": SEEDS, "--name": ("one/two-v0", "one-v1", *FILES), "--root": ("data", *FILES),
         "--practice": NUMBERS, "--score-throws": NUMBERS, "--num-envs": NUMBERS, "--jobs": NUMBERS,
-        "--action-mode": MODES, "--work": FILES, "--cluster": ("", "x", "127.0.0.1:1"), "--author": FILES, "--trust": ("",),
+        "--action-mode": MODES, "--work": FILES, "--cluster": ("", "x", "127.0.0.1:1"),
+        "--author": FILES, "--trust": ("",),
     },
 }  # fmt: skip
 ALWAYS: Final = {
