@@ -4,10 +4,12 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 DEV := $(VENV)/.installed-dev
+CLUSTER := $(VENV)/.installed-cluster
 PIP_OPTIONS ?=
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help setup dev train test lint format docs bench bench-quick perf reproduce pictures report studies kill fuzz soak package clean
+.PHONY: help setup dev train test test-cluster lint format docs bench bench-quick perf reproduce pictures report studies kill \
+	fuzz soak package clean
 
 help: ## show this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -32,6 +34,13 @@ train: setup ## train on PnTConveyor-v0, then compare with the analytic planner 
 
 test: dev ## run the tests
 	$(BIN)/python -m pytest -n auto --dist loadfile
+
+test-cluster: $(CLUSTER) ## run the tests on two machines of a Ray cluster, one of which dies (adds Ray to .venv)
+	$(BIN)/python -m pytest tests/cluster
+
+$(CLUSTER): $(DEV)
+	$(BIN)/python -m pip install -q $(PIP_OPTIONS) -c constraints.txt -e ".[cluster]"
+	@touch $(CLUSTER)
 
 lint: dev ## style, types, and the one-way flow between rooms
 	$(BIN)/ruff check .

@@ -34,6 +34,7 @@ EXTRAS = {
     "onnxruntime": "onnx",
     "minari": "data",
     "h5py": "data",
+    "ray": "cluster",
 }
 """Libraries that not every command needs, and the extra of the package that brings them."""
 

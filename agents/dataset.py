@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import chain
@@ -18,15 +18,18 @@ from rich.progress import Progress
 from pnt_gym.cells.base.core import Core
 
 from .cli import UsageError, at_least, option, run
+from .cluster import Needs, pool
+from .collection import Collection, Thrower, unpacked
 from .controllers import make_controller
 from .controllers.protocol import Controller, Learner
-from .environments import Env, core_of, cores_of, make_single, make_vector
-from .episodes import Episode, episode_seeds, episodes
+from .environments import Env, Role, core_of, cores_of, make_single, make_vector
+from .episodes import Episode
 from .evaluation import NUM_ENVS, PRACTICE, practise
-from .places import POLICY
+from .places import MADE, POLICY
 from .tables import Grid, console, millimetres, throws_bar
-from .trained import setting
+from .trained import files_of, setting
 from .versions import git_state, versions
+from .work import keep_missing
 
 if TYPE_CHECKING:
     from .offline import Facts
@@ -44,7 +47,7 @@ class Arguments:
     """Collect throws of a controller and write them as a Minari dataset, which replays bit for bit.
 
     Scores are given with it: 0 is what random actions are worth, 1 what an expert is. A dataset appears complete or not
-    at all; nothing is fetched or sent.
+    at all, and what was interrupted goes on where it was; nothing is fetched, or sent but to the machines of --cluster.
     """
 
     controller: Annotated[str, tyro.conf.arg(metavar="NAME|expert|RUN_DIR|MODULE:CLASS|MODEL.zip")] = "random"
@@ -81,30 +84,37 @@ class Arguments:
     """Where the code lies that collected it, at its version."""
     num_envs: int = NUM_ENVS
     """Cells simulated side by side; where actions are random, they depend on it."""
-    threads: int = 2
-    """Threads that simulate; results do not depend on it."""
+    jobs: int = 2
+    """Processes side by side, one thread each; results do not depend on it."""
+    cluster: Annotated[str | None, option("this machine alone", "HOST:PORT|auto")] = None
+    """Let the machines of a Ray cluster throw, instead of --jobs processes here: the address of its head."""
+    work: Annotated[Path | None, option("runs/dataset/NAME", "DIR")] = None
+    """Folder of what has been thrown, until the dataset is there."""
 
 
 def main(arguments: Arguments) -> None:
     """Collect, write, say what there is."""
-    at_least(vars(arguments), throws=1, seed=0, practice=0, score_throws=1, num_envs=1, threads=1)
+    at_least(vars(arguments), throws=1, seed=0, practice=0, score_throws=1, num_envs=1, jobs=1)
     from . import offline  # noqa: PLC0415 - of an extra
 
     if arguments.name is not None:
         offline.check_name(arguments.name)
     home, (env_id, level, mode) = offline.Home.of(arguments.root), task(arguments)
-    with closing(make_vector(env_id, level, arguments.num_envs, arguments.threads, mode)) as env:
-        config, crew = core_of(env).config, Crew(arguments, env, env_id)
-        whole = config.name if config.ships() else config.model_dump(mode="json")
+    with closing(make_vector(env_id, level, arguments.num_envs, action_mode=mode)) as env:
+        crew = Crew(arguments, env, env_id)
+        config = core_of(env).config
         name = arguments.name or offline.proper_name(env_id, config.name, crew.label)
         home.check_free(name)
-        tally = Tally()
-        with closing(make_single(env_id, whole, mode)) as single, home.made(name), throws_bar() as bar:
-            scores = crew.scores(bar)
-            found = tally.counted(crew.thrown(bar))
+        whole = config.name if config.ships() else config.model_dump(mode="json")
+        with closing(make_single(env_id, whole, mode)) as single, home.made(name):
+            thrown = Thrown(crew, arguments.work or MADE / "runs" / "dataset" / name)
+            scores, tally = thrown.scores(), Tally()
+            found = tally.counted(thrown.episodes())
             first = next(found)
             facts = facts_of(crew, scores, offline.columns(first))
-            offline.write(name, single, chain([first], found), facts, packing(bar))
+            with throws_bar() as bar:
+                offline.write(name, single, chain([first], found), facts, packing(bar))
+    thrown.remove()
     console().print(tally.table(name, scores).terminal())
     console().print(f"it lies in {home.folder / name}", markup=False)
 
@@ -136,40 +146,81 @@ class Crew:
         self.arguments, self.env, self.env_id = arguments, env, env_id
         expert = arguments.expert or EXPERTS.get(env_id, "oracle")
         chosen = expert if arguments.controller == EXPERT else arguments.controller
+        self.chosen = (expert, chosen)
         self.lowest, self.highest, self.thrower = (self._made(name) for name in ("random", expert, chosen))
         self.label = EXPERT if arguments.controller == EXPERT else self.thrower.name
         """In the name of the dataset."""
         self.expert, self.algorithm = _described(self.highest, expert), _described(self.thrower, chosen)
 
-    def scores(self, bar: Progress) -> Scores:
-        """What random actions and the expert are worth on the same throws, which are in no dataset."""
-        found: list[float] = []
-        for controller in (self.lowest, self.highest):
-            seeds = episode_seeds("evaluate", self.arguments.seed)
-            thrown = self._episodes(controller, self.arguments.score_throws, seeds, bar, f"score of {controller.name}")
-            returns = [episode.rewards.sum() for episode in thrown]
-            found.append(float(np.mean(returns)))
-        return Scores(*found, len(returns))
+    def collection(self, controller: Controller, given: str, role: Role) -> Collection:
+        """Throws of one of them, who practises before if it learns."""
+        core, config = core_of(self.env), core_of(self.env).config
+        return Collection(
+            env=self.env_id,
+            level=config.name if config.ships() else config,
+            mode=core.action_mode,
+            num_envs=self.env.num_envs,
+            episode=core.cell.episode,
+            thrower=self._thrower(controller, given),
+            role=role,
+            seed=self.arguments.seed,
+        )
 
-    def thrown(self, bar: Progress) -> Iterator[Episode]:
-        """The episodes of the dataset, as they end."""
-        seeds = episode_seeds("dataset", self.arguments.seed)
-        return self._episodes(self.thrower, self.arguments.throws, seeds, bar, "throws")
+    def _thrower(self, controller: Controller, given: str) -> Thrower:
+        arguments, state = self.arguments, None
+        if isinstance(controller, Learner):
+            controller.reset(arguments.seed)
+            with throws_bar() as bar:
+                advance = partial(bar.advance, bar.add_task(f"practice of {controller.name}", total=arguments.practice))
+                practise(controller, self.env, arguments.practice, arguments.seed, progress=advance)
+            state = controller.state()
+        is_trained = os.path.isdir(given) or given.endswith(".zip")
+        files = files_of(Path(given)) if is_trained else {}
+        return Thrower(Path(given).resolve().name if is_trained else given, files, arguments.trust, state)
 
     def _made(self, name: str) -> Controller:
         return make_controller(name, self.env, trust=self.arguments.trust)
 
-    def _episodes(
-        self, controller: Controller, throws: int, seeds: Iterator[int], bar: Progress, what: str
-    ) -> Iterator[Episode]:
-        controller.reset(self.arguments.seed)
-        if isinstance(controller, Learner) and self.arguments.practice:
-            advance = partial(bar.advance, bar.add_task("practice", total=self.arguments.practice))
-            practise(controller, self.env, self.arguments.practice, self.arguments.seed, progress=advance)
-        bars = bar.add_task(what, total=throws)
-        for episode in episodes(controller, self.env, throws, seeds):
-            bar.advance(bars, len(episode))
+
+@final
+class Thrown:
+    """What a crew has thrown, kept in a folder: what is there already is not thrown again."""
+
+    def __init__(self, crew: Crew, folder: Path) -> None:
+        arguments, self._folder = crew.arguments, folder
+        planned = (
+            ("random", crew.collection(crew.lowest, "random", "evaluate"), arguments.score_throws),
+            ("expert", crew.collection(crew.highest, crew.chosen[0], "evaluate"), arguments.score_throws),
+            ("throws", crew.collection(crew.thrower, crew.chosen[1], "dataset"), arguments.throws),
+        )
+        jobs = {name: collection.jobs(name, throws) for name, collection, throws in planned}
+        modules = sorted({module for _, collection, _ in planned for module in collection.modules})
+        models = [path for _, one, _ in planned for path in one.thrower.files if path.endswith(".zip")]
+        hands = pool(arguments.jobs, arguments.cluster, Needs(tuple(modules), torch=bool(models)))
+        files = iter(keep_missing([*chain(*jobs.values())], folder, hands, unit="throws"))
+        self._files = {name: [next(files) for _ in some] for name, some in jobs.items()}
+        self._throws = {name: throws for name, _, throws in planned}
+
+    def episodes(self, name: str = "throws") -> Iterator[Episode]:
+        """Episodes of the dataset, or by which random actions or the expert are scored, as many as were asked for."""
+        done = 0
+        for episode in chain.from_iterable(map(unpacked, self._files[name])):
+            if done >= self._throws[name]:
+                return
+            done += len(episode)
             yield episode
+
+    def scores(self) -> Scores:
+        """What random actions and the expert are worth on the same throws, which are in no dataset."""
+        found = [[float(episode.rewards.sum()) for episode in self.episodes(name)] for name in ("random", "expert")]
+        return Scores(float(np.mean(found[0])), float(np.mean(found[1])), len(found[1]))
+
+    def remove(self) -> None:
+        """Forget it, now that it stands in a dataset."""
+        for file in chain.from_iterable(self._files.values()):
+            file.unlink(missing_ok=True)
+        with suppress(OSError):  # something else lies there
+            self._folder.rmdir()
 
 
 def _described(controller: Controller, given: str) -> str:

@@ -50,9 +50,9 @@ class Episode:
         return len(self.rewards)
 
 
-def episode_seeds(role: Role, seed: int) -> Iterator[int]:
-    """Endless seeds of episodes: the same for the same arguments."""
-    draws = np.random.default_rng([seed, zlib.crc32(role.encode())])
+def episode_seeds(role: Role, seed: int, chunk: int) -> Iterator[int]:
+    """Endless seeds of the episodes in a chunk: the same for the same arguments."""
+    draws = np.random.default_rng([seed, zlib.crc32(role.encode()), chunk])
     while True:
         yield int(draws.integers(LEAST_SEED, MOST_SEED))
 

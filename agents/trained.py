@@ -78,6 +78,23 @@ def find_trained(place: Path) -> Trained:
     return Trained(runs.policy_of(place), None, known, is_run=True)
 
 
+def files_of(place: Path) -> dict[str, bytes]:
+    """Contents of the files that `find_trained` and who loads what it finds read, by path from beside the place.
+
+    Raises:
+        UsageError: there is no policy in it, or it cannot be read.
+    """
+    root = place.resolve()
+    found = find_trained(root)
+    kept = [found.model, *([] if found.statistics is None else [found.statistics])]
+    if root.is_dir():
+        kept += [path for pattern in ("*.y*ml", "*/args.yml", "*/config.yml") for path in root.glob(pattern)]
+    try:
+        return {path.relative_to(root.parent).as_posix(): path.read_bytes() for path in kept}
+    except OSError as error:
+        raise UsageError(f"cannot read {error.filename!r}: {error.strerror}") from None
+
+
 def _zoo(place: Path, inner: Path) -> Trained:
     asked, settings = _zoo_yaml(inner / "args.yml"), _zoo_yaml(inner / "config.yml")
     for name in REFUSED:

@@ -1,4 +1,4 @@
-"""Jobs that are done once: by processes side by side, each kept until something changes that it depends on."""
+"""Jobs that are done once, here or elsewhere, each kept until something changes that it depends on."""
 
 from __future__ import annotations
 
@@ -9,16 +9,17 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any, Final, TypeAlias, final
+from typing import Any, Final, NamedTuple, Protocol, TypeAlias, final
 
 from .cli import UsageError
-from .files import check_writable, held, read_json, write_json
+from .files import check_writable, held, read_json, write_bytes
 from .places import CODE, code_pattern
 from .tables import throws_bar
 from .versions import versions
@@ -37,19 +38,49 @@ class Job:
     Attributes:
         name: for people and for the file; "/" makes a folder.
         key: changes when anything changes that the result depends on (see `key`).
-        run: does the work; it is sent to a process, gets the folder of all that is kept, and returns JSON values.
+        run: does the work; it is sent to a process, gets the folder of all that is kept, and returns JSON values, or
+            the file that keeps what it found.
         cost: how much work it is compared with the other jobs.
+        suffix: of that file.
     """
 
     name: str
     key: str
-    run: Callable[[Path], Mapping[str, Any]]
+    run: Callable[[Path], Mapping[str, Any] | bytes]
     cost: int = 1
+    suffix: str = "json"
 
     @property
     def file(self) -> str:
         """Name of the file that keeps what it found, in the folder of all that is kept."""
-        return f"{self.name}-{self.key}.json"
+        return f"{self.name}-{self.key}.{self.suffix}"
+
+
+class Done(NamedTuple):
+    """What became of a job.
+
+    Attributes:
+        found: the file that keeps it.
+        seconds: that it took.
+        where: it was done, if not here; for the line that says that it is done.
+    """
+
+    found: bytes
+    seconds: float
+    where: str = ""
+
+
+class Pool(Protocol):
+    """Who does jobs."""
+
+    def __call__(self, jobs: Sequence[Job], folder: Path, /) -> AbstractContextManager[Iterator[tuple[Job, Done]]]:
+        """The jobs as they end, begun in their order; whatever ends the block ends the work.
+
+        Args:
+            jobs: what to do, at least one.
+            folder: of all that is kept on this machine; jobs done elsewhere get another, which is empty.
+        """
+        ...
 
 
 def code_digest(code: Iterable[str], without: Sequence[str] = (), root: Path = CODE) -> str:
@@ -68,16 +99,23 @@ def key(**inputs: Any) -> str:
 
 
 def do_missing(
-    jobs: Sequence[Job], folder: Path, processes: int, *, fresh: bool = False, unit: str = "parts"
+    jobs: Sequence[Job], folder: Path, pool: Pool, *, fresh: bool = False, unit: str = "parts"
 ) -> list[Found]:
-    """What every job found, in their order; those without a kept result are done first, `processes` at a time.
+    """What every job found as JSON values; the arguments are those of `keep_missing`."""
+    return [read_json(path) for path in keep_missing(jobs, folder, pool, fresh=fresh, unit=unit)]
+
+
+def keep_missing(
+    jobs: Sequence[Job], folder: Path, pool: Pool, *, fresh: bool = False, unit: str = "parts"
+) -> list[Path]:
+    """The files of what every job found, in their order; those without a kept result are done first.
 
     A result is kept as soon as it is there, so what was interrupted goes on where it was.
 
     Args:
         jobs: what to do.
         folder: of all that is kept.
-        processes: side by side.
+        pool: who does it.
         fresh: do also what has been done.
         unit: what the costs count, for the progress bar.
 
@@ -89,30 +127,35 @@ def do_missing(
         missing = [job for job in jobs if fresh or not (folder / job.file).is_file()]
         if missing:
             left, total = (sum(job.cost for job in some) for some in (missing, jobs))
-            with workers(min(processes, len(missing))) as pool, throws_bar() as bar:
+            longest_first = sorted(missing, key=lambda job: -job.cost)
+            with pool(longest_first, folder) as ended, throws_bar() as bar:
                 task = bar.add_task(unit, total=total, completed=total - left)
-                longest_first = sorted(missing, key=lambda job: -job.cost)
-                with _interrupts_wait():
-                    futures = {pool.submit(_timed, job, folder): job for job in longest_first}
-                for future in as_completed(futures):
-                    job, found = futures[future], future.result()
-                    write_json(folder / job.file, found, indent=None)
+                for job, done in ended:
+                    write_bytes(folder / job.file, done.found)
                     bar.advance(task, job.cost)
-                    bar.console.print(f"done: {job.name} ({found['seconds']:.0f} s)", markup=False)
-        return [read_json(folder / job.file) for job in jobs]
+                    bar.console.print(f"done: {job.name} ({done.seconds:.0f} s{done.where})", markup=False)
+    return [folder / job.file for job in jobs]
+
+
+def processes(count: int) -> Pool:
+    """A pool of processes on this machine."""
+    return partial(_side_by_side, count)
 
 
 @contextmanager
-def workers(processes: int) -> Generator[Executor, None, None]:
-    """What jobs are handed to: processes of one thread each; whatever ends the block ends them.
+def _side_by_side(count: int, jobs: Sequence[Job], folder: Path) -> Generator[Iterator[tuple[Job, Done]], None, None]:
+    """Processes of one thread each; whatever ends the block ends them.
 
     Raises:
         UsageError: a process died, for instance for lack of memory.
     """
     os.environ["OMP_NUM_THREADS"] = "1"  # the workers inherit it: threads of theirs would fight for the cores
-    pool = ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"), initializer=_end_with_parent)
+    spawning = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(min(count, len(jobs)), spawning, initializer=_end_with_parent)
     try:
-        yield pool
+        with _interrupts_wait():
+            futures = {pool.submit(do, job, folder): job for job in jobs}
+        yield ((futures[future], future.result()) for future in as_completed(futures))
     except BrokenProcessPool:
         raise UsageError(
             "a worker process died, perhaps for lack of memory; run the command again with fewer --jobs to go on"
@@ -123,11 +166,15 @@ def workers(processes: int) -> Generator[Executor, None, None]:
             process.terminate()
 
 
-def _timed(job: Job, folder: Path) -> Found:
-    """What a job found and the seconds it took."""
+def do(job: Job, folder: Path) -> Done:
+    """What a job found, as it is kept, and the seconds it took."""
     began = time.perf_counter()
     found = job.run(folder)
-    return {"seconds": round(time.perf_counter() - began, 1), **found}
+    seconds = time.perf_counter() - began
+    if isinstance(found, bytes):
+        return Done(found, seconds)
+    text = json.dumps({"seconds": round(seconds, 1), **found}, allow_nan=False)
+    return Done(f"{text}\n".encode(), seconds)
 
 
 def _end_with_parent() -> None:

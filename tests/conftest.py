@@ -17,6 +17,12 @@ import pnt_gym.engine  # noqa: E402, F401
 from pnt_gym.cells.base.canvas import rendering_problem  # noqa: E402
 
 
+def pytest_ignore_collect(collection_path, config):
+    """The machines of a cluster need Ray, which `dev` does not bring: only who names their tests gets them."""
+    named = any("tests/cluster" in str(argument) for argument in config.args)
+    return True if collection_path.name == "cluster" and not named else None
+
+
 @pytest.fixture(scope="session")
 def opengl():
     """Pictures need an OpenGL library of the system; without one the tests of pictures say so and are left out."""

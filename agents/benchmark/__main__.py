@@ -7,13 +7,14 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from ..cli import at_least, option, run
+from ..cluster import Needs, pool
 from ..files import check_writable, write_json
 from ..places import MADE, SHIPPED
 from ..tables import comparison_table, console
 from ..versions import versions
 from ..work import do_missing
 from .compare import assemble
-from .plan import Plan, read_plan
+from .plan import Plan, needs, read_plan
 from .run import jobs
 
 
@@ -28,6 +29,8 @@ class Arguments:
     """The plan."""
     jobs: int = 2
     """Processes side by side, one thread each."""
+    cluster: Annotated[str | None, option("this machine alone", "HOST:PORT|auto")] = None
+    """Let the machines of a Ray cluster do the work, instead of --jobs processes here: the address of its head."""
     out: Annotated[Path | None, option("results/NAME.json with the plan's name", "FILE")] = None
     """Where all figures and throws go."""
     work: Annotated[Path | None, option("runs/benchmark/NAME", "DIR")] = None
@@ -41,7 +44,9 @@ def main(arguments: Arguments) -> None:
     out = arguments.out or MADE / "results" / f"{plan.name}.json"
     check_writable(out)
     work = arguments.work or MADE / "runs" / "benchmark" / plan.name
-    parts = do_missing(jobs(plan), work, arguments.jobs, unit="throws")
+    planned = jobs(plan)
+    hands = pool(arguments.jobs, arguments.cluster, needs(plan) if arguments.cluster else Needs())
+    parts = do_missing(planned, work, hands, unit="throws")
     results = [result for part in parts for result in part["results"]]
     found = assemble(plan, results)
     head = {"plan": plan.model_dump(mode="json"), "versions": versions()}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import dataclass
@@ -11,12 +12,14 @@ from typing import Annotated, Any, Self, final
 
 from pydantic import Field, ValidationError, model_validator
 
-from pnt_gym.cells.base.config import Section, first_problem
+from pnt_gym.cells.base.config import LevelConfig, Section, first_problem
 
 from ..cli import UsageError
+from ..cluster import Needs
 from ..controllers import NAMES
-from ..environments import core_of, make_vector, own_module
+from ..environments import core_of, make_vector
 from ..files import read_yaml
+from ..parcel import own_code
 from ..places import SHIPPED
 from ..runs import ALGORITHMS
 from ..work import code_digest, key
@@ -113,6 +116,8 @@ class Piece:
     seed: int
     levels: tuple[str, ...]
     train_level: str
+    configs: Mapping[str, LevelConfig]
+    """What the levels say that do not ship: a file may change while others wait, and lies on this machine alone."""
     key: str
     """Changes when anything changes that the numbers depend on."""
 
@@ -167,26 +172,43 @@ def _piece(plan: Plan, entry: Entry, throws: tuple[int, ...], seed: int, code: s
         "entry": entry.model_dump(mode="json", include={"controller", "options"}),
         "throws": throws,
         "seed": seed,
-        "levels": [_level(plan.env, level) for level in levels],
-        "train_level": _level(plan.env, train_level),
+        "levels": [_config(plan.env, level).model_dump(mode="json") for level in levels],
+        "train_level": _config(plan.env, train_level).model_dump(mode="json"),
         "settings": settings.read_text(encoding="utf-8") if entry.controller in ALGORITHMS else "",
         "plan": plan.model_dump(mode="json", include={"env", "picks", "seed", "num_envs"}),
         "code": code,
-        "own": [_own_code(name.partition(":")[0]) for name in (entry.controller, plan.env) if ":" in name],
+        "own": [own_code(name.partition(":")[0]) for name in (entry.controller, plan.env) if ":" in name],
     }
-    return Piece(plan, entry, throws, seed, levels, train_level, key(**inputs))
+    known = {level: _config(plan.env, level) for level in (*levels, train_level)}
+    own = {level: config for level, config in known.items() if _is_own(level, config)}
+    return Piece(plan, entry, throws, seed, levels, train_level, own, key(**inputs))
 
 
 @cache
-def _level(env_id: str, name: str) -> dict[str, Any]:
+def _config(env_id: str, level: str) -> Any:
     """A level in full, as the environment reads it."""
-    with closing(make_vector(env_id, name, num_envs=1, threads=1)) as env:
-        return core_of(env).config.model_dump(mode="json")
+    with closing(make_vector(env_id, level, num_envs=1, threads=1)) as env:
+        return core_of(env).config
 
 
-@cache
-def _own_code(module: str) -> str:
-    """Digest of a user's module, or of the whole package that it is."""
-    found = own_module(module)
-    file = Path(found.__file__ or "")
-    return code_digest(["**/*.py" if hasattr(found, "__path__") else file.name], root=file.parent)
+def _is_own(level: str, config: Any) -> bool:
+    """Whether a level is a file of the user's, and an environment can be made with what it says instead."""
+    return isinstance(config, LevelConfig) and level not in config.level_names()
+
+
+def needs(plan: Plan) -> Needs:
+    """What the work needs of another machine than this one.
+
+    Raises:
+        UsageError: it reads what lies on this machine alone.
+    """
+    for entry in plan.entries:
+        for level in {*(entry.levels or plan.levels), entry.train_level or plan.train_level}:
+            if not isinstance(_config(plan.env, level), LevelConfig) and os.path.exists(level):
+                raise UsageError(f"level {level!r} is a file, which {plan.env!r} would have to read on another machine")
+        for name, value in entry.options.items():
+            if isinstance(value, str) and os.path.isfile(value):
+                raise UsageError(f"entry {entry.label!r}: {name} {value!r} is a file, which lies on this machine alone")
+    named = [entry.controller for entry in plan.entries]
+    modules = sorted({name.partition(":")[0] for name in (plan.env, *named) if ":" in name})
+    return Needs(tuple(modules), torch=any(name in (*ALGORITHMS, "mlp") for name in named))

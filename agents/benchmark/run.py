@@ -49,7 +49,7 @@ def run_piece(piece: Piece, kept: Path) -> dict[str, Any]:
 
 
 def _cells(piece: Piece, level: str) -> Env:
-    return make_vector(piece.plan.env, level, piece.plan.num_envs, threads=1)
+    return make_vector(piece.plan.env, piece.configs.get(level, level), piece.plan.num_envs, threads=1)
 
 
 def columns(throws: Throws) -> dict[str, Any]:

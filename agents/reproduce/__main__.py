@@ -15,7 +15,7 @@ from ..cli import UsageError, at_least, option, run
 from ..files import check_writable, write_json, write_text
 from ..places import MADE
 from ..tables import console
-from ..work import Job, do_missing
+from ..work import Job, do_missing, processes
 from .papers import PAPERS, jobs
 from .record import assemble, headlines
 
@@ -50,7 +50,7 @@ def main(arguments: Arguments) -> None:
     chosen = check(arguments)
     work = arguments.work or MADE / "runs" / "reproduce"
     planned = select([job for paper in chosen for job in jobs(paper)], [*chain(*arguments.only)])
-    parts = do_missing(planned, work, arguments.jobs or available(), fresh=arguments.fresh)
+    parts = do_missing(planned, work, processes(arguments.jobs or available()), fresh=arguments.fresh)
     found = {job.name: part for job, part in zip(planned, parts, strict=True)}
     record, drawings = assemble(f"python -m agents.reproduce {arguments.paper}", found)
     for grid in headlines(record):

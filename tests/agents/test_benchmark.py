@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import pickle
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +13,10 @@ import yaml
 
 from agents.benchmark import plan as plans
 from agents.benchmark.compare import assemble, errors, successes
-from agents.benchmark.plan import Plan, pieces, read_plan
+from agents.benchmark.plan import Plan, needs, pieces, read_plan
 from agents.benchmark.run import jobs, run_piece
 from agents.cli import UsageError
+from agents.cluster import Needs
 from agents.places import SHIPPED as ROOT
 from agents.report.__main__ import Arguments as ReportArguments
 from agents.report.__main__ import main as report
@@ -113,6 +115,39 @@ def test_keys_change_with_what_numbers_depend_on(monkeypatch: pytest.MonkeyPatch
     before = keys()
     monkeypatch.setattr(plans, "code_digest", lambda _: "other code")
     assert not before & keys()
+
+
+def test_a_level_of_the_users_is_done_as_it_was_when_planned(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("base.yaml").write_text(yaml.safe_dump({"base": "waste", "mismatch": 0.5}))
+    Path("mild.yaml").write_text(yaml.safe_dump({"base": "base.yaml", "picks_per_shift": 3}))
+    few = {"levels": ["mild.yaml", "unseen"], "train_level": "mild.yaml", "picks": 16}
+    alone = {"entries": PLAN["entries"][1:2], "learned": [], "references": [], "floors": {}}
+    first, second = pieces(Plan.model_validate({**PLAN, **few, **alone}))
+    assert str(tmp_path).encode() not in pickle.dumps(first)
+    before = run_piece(first, tmp_path)
+    Path("base.yaml").unlink()
+    Path("mild.yaml").unlink()
+    after = run_piece(pickle.loads(pickle.dumps(first)), tmp_path)
+    assert [r["columns"] for r in after["results"]] == [r["columns"] for r in before["results"]]
+    assert [r["level"] for r in after["results"]] == ["mild.yaml", "unseen"]
+    assert second.configs["mild.yaml"].mismatch == 0.5
+    assert [*second.configs] == ["mild.yaml"]
+
+
+def test_what_lies_on_this_machine_alone_is_refused(here: Path) -> None:
+    Path("weights").write_text("1")
+    own = {"label": "own", "controller": "theirs:Better", "options": {"gain": 0.5}}
+    plan = {**PLAN, "env": "lob:Lob-v0", "levels": ["home"], "train_level": "home", "entries": [own]}
+    plan |= {"learned": [], "references": [], "floors": {}}
+    assert needs(Plan.model_validate(plan)) == Needs(("lob", "theirs"), torch=False)
+    assert needs(Plan.model_validate(PLAN)) == Needs((), torch=False)
+    fitted = {**plan, "entries": [own, {"label": "mlp", "controller": "mlp", "throws": [16]}]}
+    assert needs(Plan.model_validate(fitted)).torch
+    with pytest.raises(UsageError, match="entry 'own': gain 'weights' is a file, which lies on this machine alone"):
+        needs(Plan.model_validate({**plan, "entries": [own | {"options": {"gain": "weights"}}]}))
+    with pytest.raises(UsageError, match="level 'weights' is a file, which 'lob:Lob-v0' would have to read"):
+        needs(Plan.model_validate({**plan, "levels": ["weights"]}))
 
 
 def test_training_is_one_piece_for_all_its_throw_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

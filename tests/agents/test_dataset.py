@@ -7,7 +7,8 @@ import shutil
 import socket
 import sys
 from collections.abc import Iterator
-from itertools import islice
+from contextlib import closing
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +19,11 @@ import pytest
 import yaml
 
 from agents.cli import UsageError
-from agents.environments import stream_seed
+from agents.collection import packed, unpacked
+from agents.controllers import make_controller
+from agents.environments import make_vector, stream_seed
 from agents.episodes import LEAST_SEED, Episode, episode_seeds
+from agents.evaluation import observed, practise
 from agents.offline import check_name, proper_name
 from agents.places import POLICY, SHIPPED
 from agents.versions import versions
@@ -27,7 +31,8 @@ from pnt_gym.cells.conveyor.observation import HIDDEN
 from tests.agents.test_trust import poisoned
 from tests.tools.commands import answered, call, refused
 
-SMALL = ("agents.dataset", "--score-throws", "8", "--num-envs", "4", "--expert", "analytic")
+WORK = ("--jobs", "1", "--work", "kept")
+SMALL = ("agents.dataset", "--score-throws", "8", "--num-envs", "4", "--expert", "analytic", *WORK)
 NAME = "pnt_gym/release/waste-random-v0"
 BLOCKS = re.findall(r"```python\n(.*?)```", (SHIPPED / "docs" / "datasets.md").read_text(), flags=re.DOTALL)
 
@@ -39,14 +44,16 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     who = ("--author", "Ada", "--author-email", "ada@here", "--code-permalink", "https://here/code")
     done = call(*SMALL, "--throws", "22", "--root", folder / "sets", *who, folder=folder)
     assert done.returncode == 0, done.stderr
-    assert "score of analytic" in done.stdout
+    assert "done: throws-0" in done.stdout
+    assert not (folder / "kept").exists()
     assert f"{NAME}" in done.stdout
     return folder / "sets"
 
 
 @pytest.fixture
-def sets(place: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def sets(place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Minari's folder with that dataset in it."""
+    monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(place))
     return place
 
@@ -104,8 +111,12 @@ def test_every_throw_comes_again_bit_for_bit(sets: Path) -> None:
 
 def test_seeds_are_those_of_no_other_use(sets: Path) -> None:
     seeds = [told["seed"] for told in known(minari.load_dataset(NAME))]
-    assert seeds == [*islice(episode_seeds("dataset", 0), 22)]
-    assert not {*seeds} & {*islice(episode_seeds("evaluate", 0), 1000), *islice(episode_seeds("dataset", 1), 1000)}
+    assert seeds == [*islice(episode_seeds("dataset", 0, 0), 22)]
+    assert not {*seeds} & {*islice(episode_seeds("dataset", 0, 1), 1000)}
+    assert not {*seeds} & {
+        *islice(episode_seeds("evaluate", 0, 0), 1000),
+        *islice(episode_seeds("dataset", 1, 0), 1000),
+    }
     highest = max(stream_seed(role, seed) for role in ("train", "practice", "evaluate") for seed in range(50))
     assert highest + 100_000 < LEAST_SEED <= min(seeds)
 
@@ -144,8 +155,8 @@ def test_it_says_what_it_is(sets: Path) -> None:
 def test_the_scores_are_mean_returns_on_other_throws(sets: Path) -> None:
     dataset = minari.load_dataset(NAME)
     told, env = dataset.storage.metadata, gym.make("PnTRelease-v0", level="waste")
-    random, returns = np.random.default_rng(0), []
-    seeds = [*islice(episode_seeds("evaluate", 0), 8)]
+    random, returns = np.random.default_rng(stream_seed("evaluate", 0, 0)), []
+    seeds = [*islice(episode_seeds("evaluate", 0, 0), 8)]
     # Random actions are drawn for all cells at a time, for four cells twice; the planner's own throw is zero.
     actions = np.concatenate([random.uniform(-1.0, 1.0, (4, 2)) for _ in range(2)]).astype(np.float32)
     for given in (actions, np.zeros((8, 2))):
@@ -175,16 +186,18 @@ CELLS = {
     "assembly": ("analytic", "--env", "OneJointAssembly-v0", "--level", "mild.yaml", "--throws", "16"),
     "learner": ("virtual_goal", "--env", "OneJointSort-v0", "--practice", "16", "--throws", "5"),
     "mode": ("random", "--env", "GripperToss-v0", "--action-mode", "release_point", "--throws", "4"),
-    "alone": ("random", "--env", "ReleaseAlone-v0", "--throws", "6"),
+    "alone": ("random", "--env", "alone:ReleaseAlone-v0", "--throws", "6"),
 }
 
 
 @pytest.fixture
-def alone() -> Iterator[None]:
-    """An environment without a vector form of its own."""
-    gym.register("ReleaseAlone-v0", entry_point="pnt_gym.envs.conveyor:PnTReleaseEnv")
+def alone(here: Path) -> Iterator[None]:
+    """An environment of the user's without a vector form of its own."""
+    entry = "gym.register('ReleaseAlone-v0', entry_point='pnt_gym.envs.conveyor:PnTReleaseEnv')"
+    (here / "alone.py").write_text(f"import gymnasium as gym\n{entry}\n")
     yield
-    gym.registry.pop("ReleaseAlone-v0")
+    gym.registry.pop("ReleaseAlone-v0", None)
+    sys.modules.pop("alone", None)
 
 
 @pytest.mark.usefixtures("alone")
@@ -208,10 +221,10 @@ def test_any_task_and_controller(here: Path, which: str) -> None:
     assert dataset.storage.metadata["pnt_gym"]["practice"] == (16 if which == "learner" else 0)
 
 
-def test_neither_threads_nor_cells_change_what_is_thrown(here: Path) -> None:
-    options = ("--controller", "analytic", "--throws", "6")
-    one = collected(*options, "--threads", "1")
-    other = collected(*options, "--num-envs", "3", name="other-v0")
+def test_neither_processes_nor_cells_change_what_is_thrown(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("agents.collection.CHUNK", 4)
+    one = collected("--controller", "analytic", "--throws", "10")
+    other = collected("--controller", "analytic", "--throws", "10", "--num-envs", "3", "--jobs", "2", name="other-v0")
     assert [told["seed"] for told in known(one)] == [told["seed"] for told in known(other)]
     for mine, theirs in zip(one.iterate_episodes(), other.iterate_episodes(), strict=True):
         assert np.array_equal(mine.observations, theirs.observations)
@@ -219,35 +232,80 @@ def test_neither_threads_nor_cells_change_what_is_thrown(here: Path) -> None:
         np.testing.assert_array_equal(mine.infos["hidden"], theirs.infos["hidden"])
 
 
+def test_chunks_follow_each_other_and_each_throws_otherwise(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("agents.collection.CHUNK", 6)
+    dataset = collected("--throws", "15")
+    chunks = [[*islice(episode_seeds("dataset", 0, n), count)] for n, count in enumerate((6, 6, 3))]
+    assert [told["seed"] for told in known(dataset)] == [*chain(*chunks)]
+    assert len({tuple(episode.actions[0]) for episode in dataset.iterate_episodes()}) == 15
+    assert replayed(dataset) == [(True, False)] * 15
+
+
 def test_pieces_follow_each_other(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("agents.offline.PIECE", 3)
     dataset = collected("--throws", "8")
-    assert [told["seed"] for told in known(dataset)] == [*islice(episode_seeds("dataset", 0), 8)]
+    assert [told["seed"] for told in known(dataset)] == [*islice(episode_seeds("dataset", 0, 0), 8)]
     assert dataset.storage.metadata["total_episodes"] == len(replayed(dataset)) == 8
 
 
-def stopped(after: int) -> Any:
-    """What gives a few episodes and is interrupted then."""
-
-    def thrown(controller: Any, env: Any, throws: int, seeds: Iterator[int]) -> Iterator[Episode]:
-        told = {"landing_error": np.zeros(2), "is_success": np.zeros(2), "kind": np.zeros(2)}
-        for seed in islice(seeds, after):
-            yield Episode(seed, np.zeros((2, 26)), np.zeros((1, 2)), np.zeros(1), True, told, {})
-        if throws == 5:  # and not those of the scores
-            raise KeyboardInterrupt
-
-    return thrown
-
-
 @pytest.mark.parametrize("after", [0, 4])
-def test_what_is_stopped_leaves_nothing(here: Path, monkeypatch: pytest.MonkeyPatch, after: int) -> None:
-    monkeypatch.setattr("agents.offline.PIECE", 2)
+def test_what_is_stopped_goes_on_and_leaves_no_dataset(here: Path, monkeypatch: pytest.MonkeyPatch, after: int) -> None:
+    def stopped(name: str, env: Any, episodes: Iterator[Episode], *_: Any) -> None:
+        assert len([*islice(episodes, after)]) == after
+        raise KeyboardInterrupt
+
     with monkeypatch.context() as patch:
-        patch.setattr("agents.episodes.episodes", stopped(after) if after else stopped(1))
+        patch.setattr("agents.offline.write", stopped)
         code, words = answered(*SMALL, "--throws", "5", "--name", "a_b/c-v0")
     assert (code, words) == (130, "interrupted\n")
     assert [*(here / "sets").rglob("*")] == []
+    kept = {path: path.read_bytes() for path in (here / "kept").iterdir()}
+    assert len(kept) == 3
+    # What is there is not thrown again, and what is not comes as it was.
+    throws = next(path for path in kept if path.name.startswith("throws-0"))
+    throws.unlink()
+    with monkeypatch.context() as patch:
+        patch.setattr("agents.offline.write", stopped)
+        answered(*SMALL, "--throws", "5", "--name", "a_b/c-v0")
+    assert {path: path.read_bytes() for path in (here / "kept").iterdir()} == kept
     assert collected("--throws", "5").total_steps == 5
+    assert not (here / "kept").exists()
+
+
+def test_what_was_learned_travels(here: Path) -> None:
+    """A chunk acts as the controller that has practised would."""
+    options = ("--env", "OneJointSort-v0", "--practice", "48", "--throws", "8", "--seed", "3")
+    dataset = collected("--controller", "virtual_goal", *options)
+    with closing(make_vector("OneJointSort-v0", num_envs=4)) as env:
+        controller = make_controller("virtual_goal", env)
+        controller.reset(3)
+        practise(controller, env, 48, 3)
+    kind = dataset.storage.metadata["columns"]["outcome"].index("kind")
+    for episode in dataset.iterate_episodes():
+        seen = observed(episode.observations[:1], episode.infos["outcome"][:1, kind])
+        assert np.array_equal(controller.act(seen)[0], episode.actions[0])
+    assert len({tuple(episode.actions[0]) for episode in dataset.iterate_episodes()}) > 1
+
+
+def test_chunks_keep_every_bit_of_an_episode(tmp_path: Path) -> None:
+    random = np.random.default_rng(0)
+
+    def episode(seed: int, throws: int) -> Episode:
+        image = random.integers(0, 255, (throws + 1, 5, 8, 8), dtype=np.uint8)
+        seen = {"image": image, "more": {"vector": random.standard_normal((throws + 1, 3)).astype(np.float32)}}
+        told = {"kind": random.standard_normal(throws + 1), "landing_error": np.full(throws + 1, np.nan)}
+        actions, rewards = random.standard_normal((throws, 2)).astype(np.float32), random.standard_normal(throws)
+        return Episode(seed, seen, actions, rewards, throws == 3, told, {"mass": random.standard_normal(throws)})
+
+    def flat(found: Any) -> list[Any]:
+        if isinstance(found, dict):
+            return [part for name, value in found.items() for part in (name, *flat(value))]
+        return [(found.dtype, found.shape, found.tobytes())] if isinstance(found, np.ndarray) else [found]
+
+    given = [episode(2**53 - 1, 3), episode(2**31, 1), episode(2**40, 4)]
+    (tmp_path / "a.npz").write_bytes(packed(given))
+    assert [flat(vars(one)) for one in unpacked(tmp_path / "a.npz")] == [flat(vars(one)) for one in given]
+    assert packed(unpacked(tmp_path / "a.npz")) == packed(given)
 
 
 def test_nothing_is_fetched_or_sent(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -269,7 +327,7 @@ def test_nothing_is_unpickled(here: Path) -> None:
 
 
 def test_the_expert_is_the_policy_that_ships(here: Path) -> None:
-    options = ("--controller", "expert", "--throws", "16", "--score-throws", "16", "--num-envs", "16")
+    options = ("--controller", "expert", "--throws", "16", "--score-throws", "16", "--num-envs", "16", *WORK)
     code, words = answered("agents.dataset", *options)
     assert code == 0, words
     dataset = minari.load_dataset("pnt_gym/release/waste-expert-v0")
@@ -285,7 +343,15 @@ def test_a_missing_library_is_one_sentence(
 ) -> None:
     monkeypatch.setitem(sys.modules, library, None)
     monkeypatch.delitem(sys.modules, "agents.offline", raising=False)
+    monkeypatch.delattr("agents.offline", raising=False)
     assert refused(*SMALL) == f"error: this needs {library}: pip install 'pnt_gym[{extra}]'\n"
+
+
+def test_a_cluster_without_ray_is_one_sentence(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "ray", None)
+    words = refused(*SMALL, "--throws", "4", "--cluster", "auto")
+    assert words == "error: this needs ray: pip install 'pnt_gym[cluster]'\n"
+    assert not [path for path in here.rglob("*") if path.is_file()]
 
 
 @pytest.mark.parametrize(

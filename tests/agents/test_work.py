@@ -16,7 +16,7 @@ import pytest
 
 from agents import work
 from agents.cli import UsageError
-from agents.work import Job, code_digest, do_missing, key
+from agents.work import Job, code_digest, do_missing, key, processes
 from pnt_gym.errors import PntGymError
 from tests.tools.commands import environment
 
@@ -48,16 +48,16 @@ def files(folder: Path) -> list[str]:
 def test_a_second_call_does_only_what_is_missing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     kept, log = tmp_path / "kept", tmp_path / "log"
     jobs = [Job(name, "k", partial(noted, name, log), cost) for name, cost in (("a", 1), ("b/c", 3), ("d", 2))]
-    done = do_missing(jobs[:1], kept, 1)
+    done = do_missing(jobs[:1], kept, processes(1))
     assert done == [{"seconds": done[0]["seconds"], "name": "a", "folder": "kept", "threads": "1"}]
-    assert [found["name"] for found in do_missing(jobs, kept, 1)] == ["a", "b/c", "d"]
+    assert [found["name"] for found in do_missing(jobs, kept, processes(1))] == ["a", "b/c", "d"]
     assert log.read_text().split() == ["a", "b/c", "d"]  # the longest first
     assert files(kept) == ["a-k.json", "b/c-k.json", "d-k.json"]
     assert "done: b/c (0 s)" in capsys.readouterr().out
-    do_missing(jobs, kept, 2)
+    do_missing(jobs, kept, processes(2))
     assert len(log.read_text().split()) == 3
-    do_missing(jobs[:1], kept, 2, fresh=True)
-    do_missing([Job("a", "another", partial(noted, "a", log))], kept, 2)
+    do_missing(jobs[:1], kept, processes(2), fresh=True)
+    do_missing([Job("a", "another", partial(noted, "a", log))], kept, processes(2))
     assert log.read_text().split() == ["a", "b/c", "d", "a", "a"]
 
 
@@ -65,31 +65,31 @@ def test_a_process_that_dies_leaves_nothing_half_written(tmp_path: Path) -> None
     kept, log = tmp_path / "kept", tmp_path / "log"
     well = Job("well", "k", partial(noted, "well", log), cost=2)
     with pytest.raises(UsageError, match=r"a worker process died.*fewer --jobs"):
-        do_missing([well, Job("ill", "k", die)], kept, 1)
+        do_missing([well, Job("ill", "k", die)], kept, processes(1))
     assert files(kept) == ["well-k.json"]
-    again = do_missing([well, Job("ill", "k", partial(noted, "ill", log))], kept, 1)
+    again = do_missing([well, Job("ill", "k", partial(noted, "ill", log))], kept, processes(1))
     assert [found["name"] for found in again] == ["well", "ill"]
     assert log.read_text().split() == ["well", "ill"]
 
 
 def test_a_job_that_cannot_be_done_says_why(tmp_path: Path) -> None:
     with pytest.raises(PntGymError, match="there is no such thing"):
-        do_missing([Job("ill", "k", refuse)], tmp_path, 1)
+        do_missing([Job("ill", "k", refuse)], tmp_path, processes(1))
     assert not files(tmp_path)
 
 
 def test_a_write_that_fails_leaves_what_was_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     job = Job("a", "k", partial(noted, "a", tmp_path / "log"))
-    before = do_missing([job], tmp_path / "kept", 1)
+    before = do_missing([job], tmp_path / "kept", processes(1))
 
     def full(*_: Any) -> None:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("agents.files.os.replace", full)
     with pytest.raises(UsageError, match="No space left"):
-        do_missing([job], tmp_path / "kept", 1, fresh=True)
+        do_missing([job], tmp_path / "kept", processes(1), fresh=True)
     assert files(tmp_path / "kept") == ["a-k.json"]
-    assert do_missing([job], tmp_path / "kept", 1) == before
+    assert do_missing([job], tmp_path / "kept", processes(1)) == before
 
 
 @pytest.fixture
@@ -97,12 +97,12 @@ def working(tmp_path: Path) -> subprocess.Popen[bytes]:
     """A process whose two workers have done one job and are at others that take long."""
     code = (
         "import signal; from functools import partial; from pathlib import Path\n"
-        "from agents.work import Job, do_missing\n"
+        "from agents.work import Job, do_missing, processes\n"
         "from tests.agents.test_work import noted, wait\n"
         "if __name__ == '__main__':\n"
         "    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs inherit deaf ears\n"
         "    waiting = [Job(f'w{n}', 'k', wait) for n in range(4)]\n"
-        "    do_missing([Job('a', 'k', partial(noted, 'a', Path('log')), 9), *waiting], Path('kept'), 2)\n"
+        "    do_missing([Job('a', 'k', partial(noted, 'a', Path('log')), 9), *waiting], Path('kept'), processes(2))\n"
     )
     (tmp_path / "script.py").write_text(code)
     command = [sys.executable, "script.py"]

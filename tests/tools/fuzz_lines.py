@@ -54,8 +54,9 @@ OPTIONS: Final[dict[str, dict[str, tuple[str, ...]]]] = {
     "agents.dataset": {
         "--controller": ("expert", *NAMES), "--expert": NAMES, "--env": ("PnTRelease-v0", *ENVS), "--level": LEVELS,
         "--throws": NUMBERS, "--seed": SEEDS, "--name": ("one/two-v0", "one-v1", *FILES), "--root": ("data", *FILES),
-        "--practice": NUMBERS, "--score-throws": NUMBERS, "--num-envs": NUMBERS, "--threads": NUMBERS,
-        "--action-mode": MODES, "--author": FILES, "--trust": ("",),
+        "--practice": NUMBERS, "--score-throws": NUMBERS, "--num-envs": NUMBERS, "--jobs": NUMBERS,
+        "--action-mode": MODES, "--work": FILES, "--cluster": ("", "x", "127.0.0.1:1"),
+        "--author": FILES, "--trust": ("",),
     },
 }  # fmt: skip
 ALWAYS: Final = {
@@ -79,6 +80,7 @@ ALWAYS: Final = {
     "agents.play": ("--picture", "folder"),
     "agents.dataset": (
         "--throws", "4", "--score-throws", "4", "--num-envs", "4", "--expert", "analytic", "--root", "data",
+        "--jobs", "1", "--work", "work",
     ),
 }  # fmt: skip
 """What a command is given before the options drawn, so that it ends soon; options that come again go before."""

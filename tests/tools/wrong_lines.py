@@ -195,7 +195,7 @@ dataset --seed -1 | --seed is -1; it must be at least 0
 dataset --practice -1 | --practice is -1; it must be at least 0
 dataset --num-envs 0 | --num-envs is 0; it must be at least 1
 dataset --num-envs 100001 | num_envs is 100001; it must be a whole number from 1 to 1000
-dataset --threads 0 | --threads is 0; it must be at least 1
+dataset --jobs 0 | --jobs is 0; it must be at least 1
 dataset --name "" | --name is ''; it must be NAMESPACE/NAME-vN
 dataset --name waste | --name is 'waste'; it must be NAMESPACE/NAME-vN
 dataset --name pnt_gym/release/waste | --name is 'pnt_gym/release/waste'; it must be NAMESPACE/NAME-vN
