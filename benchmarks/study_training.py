@@ -4,7 +4,7 @@
 of its throws, in full. SAC is judged on its way; the MLP learns anew for each number of throws. Seconds are those of
 learning alone, on this machine, with 16 cells and 2 threads.
 
-Run: python benchmarks/study_training.py --json results/training.json      (a quarter of an hour on a quiet machine)
+Run: python benchmarks/study_training.py --json results/training.json      (20 minutes; resumes)
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from agents.controllers.own import actor_policy
 from agents.controllers.protocol import Controller
 from agents.environments import Env, core_of, make_vector
 from agents.evaluation import NUM_ENVS, held_out, practise
-from agents.files import write_json
+from agents.files import read_json, write_json
 from agents.hyperparameters import hyperparameters
 from agents.progress import Stop
 from agents.sb3 import SameStepVecEnv, build
@@ -40,9 +40,9 @@ WAYS: Final = {"full": 0.0, "flight": 1.0, "flight then full": 0.8}
 """Share of the throws that are flights."""
 MOST: Final = 10_000
 """Throws to learn from; flights alone go on to twice as many, in less time than the full physics takes for these."""
-TABLED: Final = (2000, 5000, MOST)
-SAC_MARKS: Final = tuple(range(1000, 2 * MOST + 1, 1000))
-MLP_MARKS: Final = (250, 500, 1000, 2000, 5000, MOST, 2 * MOST)
+TABLED: Final = (2000, MOST)
+SAC_MARKS: Final = tuple(range(2000, 2 * MOST + 1, 2000))
+MLP_MARKS: Final = (500, 2000, MOST, 2 * MOST)
 
 
 class Cells(NamedTuple):
@@ -103,17 +103,27 @@ def mlp(cells: Cells, share: float, seed: int, most: int, picks: int) -> Iterato
 LEARNERS: Final = {"sac": sac, "mlp": mlp}
 
 
+def started(file: Path, head: dict[str, Any]) -> dict[str, Any]:
+    """What an earlier run with the same settings has found."""
+    if file.is_file():
+        before = read_json(file)
+        if {name: before.get(name) for name in head} == head:
+            return before["training"]
+    return {learner: {way: [] for way in WAYS} for learner in LEARNERS}
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--picks", type=int, default=1000, help="held-out throws by which a policy is judged")
     parser.add_argument("--most", type=int, default=MOST, help="throws to learn from")
-    parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2])
-    parser.add_argument("--json", type=Path, help="file to write the figures to")
+    parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1])
+    parser.add_argument("--json", type=Path, required=True, help="file of the figures; what is in it is not done again")
     options = parser.parse_args()
     if options.picks < 1 or options.most < TABLED[0]:
         parser.error(f"--picks must be at least 1 and --most at least {TABLED[0]}")
     torch.set_num_threads(1)
-    found: dict[str, Any] = {learner: {way: [] for way in WAYS} for learner in LEARNERS}
+    head = {"level": LEVEL, "picks": options.picks, "most": options.most}
+    found = started(options.json, head)
     flying = {"base": LEVEL, "fidelity": "flight"}
     with (
         closing(make_vector(ENV, LEVEL, NUM_ENVS, THREADS)) as full,
@@ -123,12 +133,13 @@ def main() -> None:
         for seed in options.seeds:
             for learner, study in LEARNERS.items():
                 for way, share in WAYS.items():
-                    for row in study(cells, share, seed, options.most * (2 if share == 1.0 else 1), options.picks):
-                        found[learner][way].append({"seed": seed, **row})
+                    if any(row["seed"] == seed for row in found[learner][way]):
+                        continue
+                    rows = study(cells, share, seed, options.most * (2 if share == 1.0 else 1), options.picks)
+                    found[learner][way] += [{"seed": seed, **row} for row in rows]
                     print(f"seed {seed} {learner} {way:<17}{found[learner][way][-1]}")
                     sys.stdout.flush()
-    if options.json is not None:
-        write_json(options.json, {"level": LEVEL, "picks": options.picks, "seeds": options.seeds, "training": found})
+                    write_json(options.json, {**head, "training": found})
 
 
 if __name__ == "__main__":
