@@ -58,7 +58,7 @@ def finds(bunch: Sequence[tuple[str, int]]) -> Iterator[tuple[str, int, str]]:
     context = multiprocessing.get_context("fork")
     while left:
         here, there = context.Pipe(duplex=False)
-        process = context.Process(target=attempt, args=(left, there), daemon=True)
+        process = context.Process(target=attempt, args=(left, there))  # may have processes of its own
         process.start()
         there.close()
         while left:
