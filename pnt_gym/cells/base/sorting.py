@@ -106,9 +106,9 @@ class Spread(Section):
     height: NonNegative = Field(default=0.002, le=0.5, description="Normal, lip compression and height error [m].")
     belt_speed: NonNegative = Field(default=0.005, le=1, description="Normal, relative error of the belt speed.")
     spin: NonNegative = Field(
-        default=1.0, description="Normal about x and y at release [rad/s]; a third of it about z."
+        default=1.0, le=100, description="Normal about x and y at release [rad/s]; a third of it about z."
     )
-    spin_per_offset: NonNegative = Field(default=30.0, description="Spin per metre of grasp offset [rad/s/m].")
+    spin_per_offset: NonNegative = Field(default=30.0, le=300, description="Spin per metre of grasp offset [rad/s/m].")
     feedforward: NonNegative = Field(default=0.10, description="Torque feed-forward too small by this share.")
     yaw: NonNegative = Field(default=1.5707963267948966, description="Half range of the yaw on the belt [rad].")
     residue_chance: Annotated[float, Field(ge=0, le=1)] = Field(
