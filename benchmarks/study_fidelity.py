@@ -8,16 +8,13 @@ Run: python benchmarks/study_fidelity.py --throws 1000 --json results/fidelity.j
 
 from __future__ import annotations
 
-import argparse
 import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from agents.files import write_json
-from pnt_gym.cells.base.core import Core
-from pnt_gym.cells.conveyor.cell import ConveyorCell
+from benchmarks.study import independent_cells, infos, study_options, study_parser
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 LEVELS = ("ideal", "nominal", "waste", "unseen", "tight", "fast")
@@ -29,12 +26,10 @@ ACTIONS = 0.3
 def throws(level: str, fidelity: str, count: int, seed: int, threads: int) -> dict[str, np.ndarray]:
     """Infos of `count` independent throws; both fidelities get the same objects, targets and actions."""
     config = ConveyorConfig.load({"base": level, "fidelity": fidelity})
-    core = Core(ConveyorCell(config, CELLS, "independent", threads))
-    core.reset(np.arange(CELLS), [np.random.default_rng([seed, row]) for row in range(CELLS)], seeded=True)
+    core = independent_cells(config, CELLS, seed, threads)
     actions = np.random.default_rng(seed).uniform(-ACTIONS, ACTIONS, (-(-count // CELLS), CELLS, 2))
     actions[::2] = 0.0
-    infos = [core.step(action).info for action in actions]
-    return {name: np.concatenate([info[name] for info in infos])[:count] for name in infos[0]}
+    return infos(core, lambda step: actions[step], count)
 
 
 def compared(level: str, count: int, seed: int, threads: int) -> dict[str, float]:
@@ -57,14 +52,7 @@ def compared(level: str, count: int, seed: int, threads: int) -> dict[str, float
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--throws", type=int, default=1000, help="throws per level and fidelity")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--threads", type=int, default=2, help="physics threads; results do not depend on it")
-    parser.add_argument("--json", type=Path, help="file to write the figures to")
-    options = parser.parse_args()
-    if options.throws < 1:
-        parser.error(f"--throws is {options.throws}; at least 1 throw is needed")
+    options = study_options(study_parser(__doc__, 1000, "level and fidelity"))
     result: dict[str, Any] = {"throws": options.throws, "seed": options.seed, "fidelity": {}}
     for level in LEVELS:
         found = compared(level, options.throws, options.seed, options.threads)

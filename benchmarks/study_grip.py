@@ -8,17 +8,14 @@ Run: python benchmarks/study_grip.py --throws 1000 --json results/grip.json     
 
 from __future__ import annotations
 
-import argparse
 import sys
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
 from agents.files import write_json
 from agents.metrics import throughput
-from pnt_gym.cells.base.core import Core
-from pnt_gym.cells.conveyor.cell import ConveyorCell
+from benchmarks.study import independent_cells, infos, study_options, study_parser
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 CELLS: Final = 50
@@ -50,10 +47,8 @@ LEVELS: Final[dict[str, dict[str, Any]]] = {
 def measured(level: dict[str, Any], safety: float | str | None, count: int, seed: int, threads: int) -> dict[str, Any]:
     """Figures of `count` throws."""
     config = ConveyorConfig.load({**level, "grip": {"limit": True, "safety": safety}})
-    core = Core(ConveyorCell(config, CELLS, "independent", threads))
-    core.reset(np.arange(CELLS), [np.random.default_rng([seed, row]) for row in range(CELLS)], seeded=True)
-    infos = [core.step(np.zeros((CELLS, 2))).info for _ in range(-(-count // CELLS))]
-    info = {name: np.concatenate([one[name] for one in infos])[:count] for name in infos[0]}
+    core = independent_cells(config, CELLS, seed, threads)
+    info = infos(core, lambda _: np.zeros((CELLS, 2)), count)
     pace = throughput(info["is_success"], info["cycle_time"])
     return {
         "safety": safety,
@@ -71,14 +66,7 @@ def measured(level: dict[str, Any], safety: float | str | None, count: int, seed
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--throws", type=int, default=1000, help="throws per row")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--threads", type=int, default=2, help="physics threads; results do not depend on it")
-    parser.add_argument("--json", type=Path, help="file to write the figures to")
-    options = parser.parse_args()
-    if options.throws < 1:
-        parser.error(f"--throws is {options.throws}; at least 1 throw is needed")
+    options = study_options(study_parser(__doc__, 1000, "row"))
     result: dict[str, Any] = {"throws": options.throws, "seed": options.seed, "grip": {}}
     for name, level in LEVELS.items():
         for safety in SAFETIES:

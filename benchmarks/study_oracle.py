@@ -10,21 +10,19 @@ Run: python benchmarks/study_oracle.py --throws 400 --json results/oracle.json  
 
 from __future__ import annotations
 
-import argparse
 import sys
 from contextlib import closing
-from pathlib import Path
 from typing import Any, Final, final
 
 import numpy as np
 
-from agents.controllers.analytic import Analytic
-from agents.controllers.oracle import Oracle
+from agents.controllers import make_controller
 from agents.controllers.protocol import Actions, Controller, Observation
 from agents.environments import core_of, make_vector
 from agents.evaluation import held_out
 from agents.files import write_json
 from agents.throws import summary
+from benchmarks.study import study_options, study_parser
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.core import Core
 
@@ -103,11 +101,6 @@ class Watched(Controller):
         return actions
 
 
-def crew(core: Core, correction: Correction) -> tuple[Controller, ...]:
-    """Who throws, the planner first."""
-    return Analytic(correction.count), FixedPoint(core, correction), Oracle(core, correction)
-
-
 def studied(case: str, throws: int, seed: int, threads: int) -> dict[str, dict[str, float]]:
     """Figures of each controller, lengths in m."""
     env_id, level = CASES[case]
@@ -116,7 +109,8 @@ def studied(case: str, throws: int, seed: int, threads: int) -> dict[str, dict[s
         core = core_of(env)
         if core.correction is None:
             raise RuntimeError(f"case {case!r}: actions do not shift the landing")
-        for one in crew(core, core.correction):
+        planner, oracle = (make_controller(name, env) for name in ("analytic", "oracle"))
+        for one in (planner, FixedPoint(core, core.correction), oracle):
             watched = Watched(one, core)
             thrown = held_out(watched, env, throws, seed)
             told = summary(thrown)
@@ -129,14 +123,7 @@ def studied(case: str, throws: int, seed: int, threads: int) -> dict[str, dict[s
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--throws", type=int, default=400, help="throws per case and controller")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--threads", type=int, default=2, help="physics threads; results do not depend on it")
-    parser.add_argument("--json", type=Path, help="file to write the figures to")
-    options = parser.parse_args()
-    if options.throws < 1:
-        parser.error(f"--throws is {options.throws}; at least 1 throw is needed")
+    options = study_options(study_parser(__doc__, 400, "case and controller"))
     result: dict[str, Any] = {"throws": options.throws, "seed": options.seed, "oracle": {}}
     for case in CASES:
         result["oracle"][case] = found = studied(case, options.throws, options.seed, options.threads)

@@ -12,29 +12,23 @@ Run: python benchmarks/study_physics.py --throws 1000 --json study.json      (mi
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from agents.controllers.analytic import Analytic
 from agents.controllers.oracle import Oracle
 from agents.controllers.protocol import Controller, Observation
 from agents.files import write_json
 from agents.metrics import landing, throughput, wilson
+from benchmarks.study import Floats, independent_cells, infos, study_options, study_parser
 from pnt_gym.cells.base.core import Core
-from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 LEVELS = ("nominal", "waste", "unseen", "tight")
 DIAL = (0.0, 0.25, 0.5, 1.0, 1.5)
 BATCH = 100
-
-Floats = np.ndarray[Any, np.dtype[np.float64]]
 
 
 def oracle(core: Core) -> Controller:
@@ -49,14 +43,9 @@ CONTROLLERS: dict[str, Callable[[Core], Controller]] = {"analytic": lambda core:
 
 def throws(config: ConveyorConfig, name: str, count: int, seed: int, threads: int) -> dict[str, Floats]:
     """Infos of `count` independent throws; controllers get the same throws at the same seed."""
-    cells = min(BATCH, count)
-    core = Core(ConveyorCell(config, cells, "independent", threads))
-    core.reset(np.arange(cells), [np.random.default_rng([seed, i]) for i in range(cells)], seeded=True)
-    controller, infos = CONTROLLERS[name](core), list[dict[str, Floats]]()
-    for _ in range(-(-count // cells)):
-        coming = Observation(core.cell.observe(), core.cell.context.kind)
-        infos.append(core.step(controller.act(coming)).info)
-    return {name: np.concatenate([info[name] for info in infos])[:count] for name in infos[0]}
+    core = independent_cells(config, min(BATCH, count), seed, threads)
+    controller = CONTROLLERS[name](core)
+    return infos(core, lambda _: controller.act(Observation(core.cell.observe(), core.cell.context.kind)), count)
 
 
 def summary(info: dict[str, Floats]) -> dict[str, Any]:
@@ -101,15 +90,9 @@ def line(part: str, row: str, found: dict[str, Any]) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--throws", type=int, default=1000, help="throws per row")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--threads", type=int, default=2, help="physics threads; results do not depend on it")
+    parser = study_parser(__doc__, 1000, "row")
     parser.add_argument("--timestep", type=float, default=0.001, help="physics step [s]")
-    parser.add_argument("--json", type=Path, help="file to write the figures to")
-    options = parser.parse_args()
-    if options.throws < 1:
-        parser.error(f"--throws is {options.throws}; at least 1 throw is needed")
+    options = study_options(parser)
     result: dict[str, Any] = {"throws": options.throws, "seed": options.seed, "timestep": options.timestep}
     for part, row, found in studies(options.throws, options.seed, options.threads, options.timestep):
         print(line(part, row, found))

@@ -201,7 +201,7 @@ TABLES: Final = (
     ({"training", "picks"}, training_table),
     ({"grip", "throws"}, grip_table),
 )
-"""By what the files that `make perf` writes are known, and their tables."""
+"""By what the files that `make perf` and `make studies` write are known, and their tables."""
 
 
 def _physics_row(level: str, controller: str, figures: Data) -> list[str]:

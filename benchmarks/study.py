@@ -1,0 +1,47 @@
+"""What the studies share: their command line, and independent throws of conveyor cells."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pnt_gym.cells.base.core import Core
+from pnt_gym.cells.conveyor.cell import ConveyorCell
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+
+Floats = np.ndarray[Any, np.dtype[np.float64]]
+
+
+def study_parser(doc: str | None, throws: int, each: str) -> argparse.ArgumentParser:
+    """The options that every study of throws has; so many throws unless another number is given."""
+    parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--throws", type=int, default=throws, help=f"throws per {each}")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--threads", type=int, default=2, help="physics threads; results do not depend on it")
+    parser.add_argument("--json", type=Path, help="file to write the figures to")
+    return parser
+
+
+def study_options(parser: argparse.ArgumentParser) -> argparse.Namespace:
+    """What was asked for; ends the process where that is no throw."""
+    options = parser.parse_args()
+    if options.throws < 1:
+        parser.error(f"--throws is {options.throws}; at least 1 throw is needed")
+    return options
+
+
+def independent_cells(config: ConveyorConfig, cells: int, seed: int, threads: int) -> Core:
+    """Cells whose throws have nothing to do with each other; the same seed gives the same objects."""
+    core = Core(ConveyorCell(config, cells, "independent", threads))
+    core.reset(np.arange(cells), [np.random.default_rng([seed, row]) for row in range(cells)], seeded=True)
+    return core
+
+
+def infos(core: Core, act: Callable[[int], Any], count: int) -> dict[str, Floats]:
+    """What is told of `count` throws, with the actions that `act` gives for each step."""
+    steps = [core.step(act(step)).info for step in range(-(-count // core.count))]
+    return {name: np.concatenate([info[name] for info in steps])[:count] for name in steps[0]}
