@@ -36,7 +36,7 @@ test: dev ## run the tests
 	$(BIN)/python -m pytest -n auto --dist loadfile
 
 test-cluster: $(CLUSTER) ## run the tests on two machines of a Ray cluster, one of which dies (adds Ray to .venv)
-	$(BIN)/python -m pytest tests/cluster
+	$(BIN)/python -m pytest tests/cluster -n 2 --dist loadfile
 
 $(CLUSTER): $(DEV)
 	$(BIN)/python -m pip install -q $(PIP_OPTIONS) -c constraints.txt -e ".[cluster]"
