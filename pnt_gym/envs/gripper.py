@@ -80,8 +80,9 @@ class GripperTossEnv(ThrowEnv, observes=TABLE):
     `info` also has `is_success`, `landing_error`, `landing_along`, `landing_across` [m], `release_delay` (when the
     object came free, after the planned moment) and `cycle_time` [s], `in_opening`, `in_bin`, `rim` (in the opening but
     not in the compartment), `picked` (held until the claws were told to open), `slip` (along the pads) [m], `recontact`
-    (a pad met the object again), `residual_clipped`, `peak_torque` [N m], `item` (index of what was thrown),
-    `target_x`, `target_y`, and `kind`: the index of the coming object.
+    (a pad met the object again), `residual_clipped`, `peak_torque` [N m], `energy` (positive work of the
+    motors, without the way back and without recuperation) [J], `item` (index of what was thrown), `target_x`,
+    `target_y`, and `kind`: the index of the coming object.
 
     ## Starting State
 

@@ -111,11 +111,12 @@ def run_cycles(count: int, *, mismatch: float, share: float, seed: int = 0) -> C
     state = plant.batch.state[0].copy()
     control = _controls(plant, way, context.hidden.delay)
     steps = np.full(count, len(way.pose))
-    record = staged_rollout(plant.batch, control, steps, ("sensordata", "qpos"))
+    record = staged_rollout(plant.batch, control, steps, ("sensordata", "qpos", "qvel"))
     # The simulator's times count from the moment the claws begin to close.
     closing = way.phases["close"].start
     sensordata = record["sensordata"]
-    flown = Flown.from_sensors(sensordata[:, closing:], plans, steps - closing - 1, config.timestep)
+    speed = record["qvel"][:, closing:, plant.motors]
+    flown = Flown.from_sensors(sensordata[:, closing:], speed, plans, steps - closing - 1, config.timestep)
     contact = sensordata[..., SENSORS["pad_contact"]].reshape(*control.shape[:2], 2, 2)
     qpos, claws = record["qpos"], PROTOTYPE_BUILD.claws
     return Cycles(

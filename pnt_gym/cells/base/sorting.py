@@ -9,8 +9,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, ClassVar, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
+from pnt_gym.arrays import Bools
 from pnt_gym.cells.base.catalogue import ItemsConfig
 from pnt_gym.cells.base.config import Finite, NonNegative, Positive, Range, Section, ordered
 
@@ -171,6 +173,12 @@ class SortingLine(ItemsConfig):
                         f"no bin accepts item {name!r}; add it to a bin or leave one bin's `accepts` empty"
                     )
         return self
+
+    def acceptance(self) -> Bools:
+        """Which bin (columns) takes which item (rows); one that is drawn per throw takes what it is drawn for."""
+        if self.bins.random is not None:
+            return np.full((len(self.items), 1), True)
+        return np.array([[not b.accepts or name in b.accepts for b in self.bins.fixed] for name in self.items])
 
     def _check_off_belt(self, what: str, x: Range, y: Range) -> None:
         belt = self.belt

@@ -115,7 +115,11 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
             "dropped": outcome.dropped,
             "grip_margin": outcome.grip_margin,
             "peak_torque": outcome.peak_torque,
+            "energy": outcome.energy,
             "bin": thrown.bin.copy(),
+            "ended_in": outcome.ended_in,
+            "belongs": outcome.belongs,
+            "sorted": outcome.sorted,
             "target_x": thrown.target[:, 0].copy(),
             "target_y": thrown.target[:, 1].copy(),
         }

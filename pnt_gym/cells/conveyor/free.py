@@ -22,7 +22,7 @@ from pnt_gym.engine import Batch
 from pnt_gym.planning.motion.ballistics import landing_point
 
 NEAR: Final = 0.02
-"""An object whose middle misses the opening by more does not come to lie in its bin [m]."""
+"""An object whose middle misses an opening by more does not come to lie in that bin [m]."""
 
 
 def write_models(batch: Any, rows: Ints, scene: Surroundings, context: Context, bins: Bins) -> None:
@@ -85,8 +85,8 @@ class FreeObjects:
     def foretold(self, thrown: Context, clock: ThrowClock) -> tuple[Touchdown, Bools]:
         """Where N objects come to that the hand lets go as planned, and which of them it may touch again.
 
-        An object that crosses the rim's height near the opening is simulated from before it could touch the rim, one
-        that misses it counts as lying where it does.
+        An object that crosses the rim's height near an opening is simulated from before it could touch the rim, one
+        that misses all counts as lying where it does.
 
         Raises:
             PhysicsError: the engine warned, or stopped a simulation.
@@ -103,8 +103,7 @@ class FreeObjects:
         position = np.concatenate([landing, rim[:, None]], axis=1)
         velocity = np.zeros_like(position)
         met = clock.meets(thrown, (seen[..., :3], seen[..., 7:10], seen[..., 3:7]), steps)
-        near = (np.abs(landing - thrown.target[:, :2]) <= thrown.opening / 2.0 + NEAR).all(axis=1)
-        rows = np.flatnonzero(near & ~met)
+        rows = np.flatnonzero(self._near(thrown, landing) & ~met)
         if rows.size > 0:
             first = _last_above(thrown, seen[..., 2])[rows]
             begin, rest = seen[rows, first], (clock.end - clock.release)[rows] - first * stride
@@ -112,6 +111,13 @@ class FreeObjects:
             ended = fallen.sensors[np.arange(rows.size), fallen.steps - 1]
             position[rows], velocity[rows] = ended[:, :3], ended[:, 3:6]
         return Touchdown(landing, position, velocity, np.zeros_like(met)), met
+
+    def _near(self, thrown: Context, landing: Floats) -> Bools:
+        """Which landings (N, 2) are near the opening of the throw's bin, or of any fixed one (N,)."""
+        bins = [(thrown.target[:, :2], thrown.opening)]
+        bins += [(np.array([b.x, b.y]), np.array(b.size)) for b in self._config.bins.fixed]
+        near = [(np.abs(landing - centre) <= size / 2.0 + NEAR).all(axis=1) for centre, size in bins]
+        return np.any(near, axis=0)
 
 
 def _last_above(thrown: Context, height: Floats) -> Ints:

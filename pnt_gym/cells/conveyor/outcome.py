@@ -7,11 +7,26 @@ from typing import final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats
+from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.plant import Landed, Touchdown
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.hold import Grips
+
+
+@final
+@dataclass(frozen=True)
+class Effort:
+    """What N motions ask of the motors: as simulated, and as planned where the robot is not."""
+
+    torque: Floats
+    """The largest of any motor (N,) [N m]."""
+    energy: Floats
+    """Positive mechanical work of all motors (N,) [J], see `cells.base.energy`."""
+
+    def then(self, other: Effort) -> Effort:
+        """Of two motions, one after the other."""
+        return Effort(np.maximum(self.torque, other.torque), self.energy + other.energy)
 
 
 @final
@@ -22,8 +37,8 @@ class Flown:
     touchdown: Touchdown
     tracking_error: Floats
     """Distance of the hand from its reference at the moment of release (N,) [m]."""
-    peak_torque: Floats
-    """Largest motor torque (N,) [N m]: as simulated, and as planned where the robot is not."""
+    effort: Effort
+    """What the motors did."""
     grips: Grips
     """How the cups held."""
 
@@ -41,6 +56,17 @@ class Outcome(Landed):
     """The object was lost on the way to its release (N,)."""
     grip_margin: Floats
     """How many times the load the cup could hold, at the worst moment until its release (N,)."""
+    energy: Floats
+    """Positive mechanical work of the motors in the cycle (N,) [J], see `cells.base.energy`."""
+    ended_in: Ints
+    """Index of the bin in which the object lies at the end, 0 for one that is drawn per throw; -1 in none (N,)."""
+    belongs: Bools
+    """That bin takes what the object is (N,)."""
+
+    @property
+    def sorted(self) -> Bools:
+        """A success, and in a bin that takes what the object is (N,)."""
+        return self.is_success & self.belongs
 
 
 def judge(flown: Flown, context: Context, config: ConveyorConfig, cycle_time: Floats, wait_time: Floats) -> Outcome:
@@ -54,13 +80,27 @@ def judge(flown: Flown, context: Context, config: ConveyorConfig, cycle_time: Fl
         wait_time: part of it spent waiting for the next object (N,) [s].
     """
     landed = flown.touchdown.landed(context.target, context.opening, config.bins.depth, context.direction)
+    ended_in = bins_of(flown.touchdown, context, config, landed["in_bin"])
     return Outcome(
         **landed,
         landing_error=np.sqrt(landed["landing_along"] ** 2 + landed["landing_across"] ** 2),
         cycle_time=cycle_time,
         wait_time=wait_time,
-        peak_torque=flown.peak_torque,
+        peak_torque=flown.effort.torque,
         tracking_error=flown.tracking_error,
         dropped=flown.grips.dropped,
         grip_margin=flown.grips.margin,
+        energy=flown.effort.energy,
+        ended_in=ended_in,
+        belongs=(ended_in >= 0) & config.acceptance()[context.objects.kind, ended_in],
     )
+
+
+def bins_of(touchdown: Touchdown, context: Context, config: ConveyorConfig, in_bin: Bools) -> Ints:
+    """In which bins objects lie at the end (N,), -1 for none; `in_bin` (N,) says whether in that of the throw."""
+    found, bins = np.where(in_bin, context.bin, -1), config.bins
+    rim = np.full(len(found), bins.rim)
+    for index, fixed in enumerate(bins.fixed):
+        centre, opening = np.array([fixed.x, fixed.y]), np.array(fixed.size)
+        found[touchdown.lies_in(centre, opening, rim, rim - bins.depth)] = index
+    return found

@@ -45,7 +45,7 @@ class PickPlanner:
         fixed = config.bins.fixed
         self._centres = np.array([(b.x, b.y) for b in fixed]).reshape(-1, 2)
         self._openings = np.array([b.size for b in fixed]).reshape(-1, 2)
-        self._accepts = _acceptance(config)
+        self._accepts = config.acceptance()
         self._table = item_arrays(config.item_list())
 
     def draw(self, generators: list[np.random.Generator], rows: Ints, count: int) -> Objects:
@@ -165,11 +165,3 @@ class PickPlanner:
         wanted = (start + attempt) % count
         rank = np.cumsum(choices, axis=1) - 1
         return np.argmax(choices & (rank == wanted[:, None]), axis=1)
-
-
-def _acceptance(config: ConveyorConfig) -> Bools:
-    """Which fixed bin (columns) takes which item (rows)."""
-    fixed = config.bins.fixed
-    return np.array([[not b.accepts or name in b.accepts for b in fixed] for name in config.items]).reshape(
-        len(config.items), len(fixed)
-    )

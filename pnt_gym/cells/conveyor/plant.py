@@ -17,12 +17,13 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, length, made_anew, take
 from pnt_gym.cells.base.alone import Fall
+from pnt_gym.cells.base.energy import work_between, work_of_steps
 from pnt_gym.cells.base.plant import ObjectFlight, Plant, staged_rollout, touching
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.free import FreeObjects, in_body_axes, write_models
 from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
-from pnt_gym.cells.conveyor.outcome import Flown
+from pnt_gym.cells.conveyor.outcome import Effort, Flown
 from pnt_gym.cells.conveyor.scene import SENSORS, Scene, build_scene
 from pnt_gym.robots.t3kr.kinematics import closed_pose
 from pnt_gym.robots.t3kr.model import qpos_columns
@@ -53,6 +54,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         self.free = FreeObjects(config, count, threads)
         model, robot = self.scene.model, self.scene.robot
         self._robot_qpos = qpos_columns(model, robot)
+        self._motors = np.array([int(model.joint(arm).dofadr[0]) for arm in robot.arm_joints])
         self._rods_per_arm = robot.rods_per_arm
         self._controls = int(model.nu) + int(model.neq)
 
@@ -107,9 +109,9 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         attitude = fallen.attitude[:, :: clock.stride]
         unsure = clock.may_meet(thrown, (position, velocity, attitude), clear, fallen.steps)
         flight = _one_after_the_other(clock, clear, held["sensordata"], fallen)
-        torque = np.maximum(_largest_torque(held["sensordata"], clear), self._torque_ahead(clock, clear))
+        effort = self._effort(held, clear, clock.step).then(self._effort_ahead(clock, clear))
         astray = _astray(held["sensordata"], clock)
-        return Flown(flight.touchdown(thrown.target[:, 2]), astray, torque, clock.grips), unsure
+        return Flown(flight.touchdown(thrown.target[:, 2]), astray, effort, clock.grips), unsure
 
     def _in_the_air(self, rows: Ints, thrown: Context, plans: HandCycle, clock: ThrowClock) -> tuple[Flown, Bools]:
         """The throws of hands that move as planned, without any robot; and which may meet the cup again."""
@@ -117,8 +119,9 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
             self.write(take(thrown, [row]), rows[[row]])
             self._keep_recorded(thrown, plans, clock)
         touchdown, unsure = self.free.foretold(thrown, clock)
-        zero = np.zeros(len(rows))
-        return Flown(touchdown, zero, self._torque_ahead(clock, np.zeros_like(rows)), clock.grips), unsure
+        return Flown(
+            touchdown, np.zeros(len(rows)), self._effort_ahead(clock, np.zeros_like(rows)), clock.grips
+        ), unsure
 
     def _to_the_end(self, rows: Ints, thrown: Context, clock: ThrowClock) -> Flown:
         """Throws of some rows with the robot to the end."""
@@ -141,7 +144,8 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
 
     def _followed(self, rows: Ints, thrown: Context, clock: ThrowClock) -> Followed:
         """Throws of some rows, set up as they are, with the robot to the end."""
-        sensors = self._with_robot(rows, thrown, clock, clock.end)["sensordata"]
+        record = self._with_robot(rows, thrown, clock, clock.end)
+        sensors = record["sensordata"]
         flight = ObjectFlight(
             position=sensors[..., SENSORS["object_position"]],
             velocity=sensors[..., SENSORS["object_velocity"]],
@@ -150,15 +154,25 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
             release_step=clock.release,
             last_step=clock.end - 1,
         )
-        touchdown, torque = flight.touchdown(thrown.target[:, 2]), _largest_torque(sensors, clock.end)
-        flown = Flown(touchdown, _astray(sensors, clock), torque, clock.grips)
+        touchdown, effort = flight.touchdown(thrown.target[:, 2]), self._effort(record, clock.end, clock.step)
+        flown = Flown(touchdown, _astray(sensors, clock), effort, clock.grips)
         return Followed(flown, flight, sensors[..., SENSORS["hand_position"]], -clock.shift)
 
-    def _torque_ahead(self, clock: ThrowClock, clear: Ints) -> Floats:
-        """Largest torque that the motion needs from a step on (N,) [N m]."""
+    def _effort(self, record: dict[str, Floats], end: Ints, step: float) -> Effort:
+        """Of the motors in records (N, M, columns), up to a step of each (N,)."""
+        torque, speed = record["sensordata"][..., SENSORS["torque"]], record["qvel"][..., self._motors]
+        counts = np.arange(torque.shape[1], dtype=np.int64) < end[:, None]
+        largest = np.where(counts, np.abs(torque).max(axis=2), 0.0).max(axis=1)
+        return Effort(largest, work_of_steps(torque, speed, end, step))
+
+    def _effort_ahead(self, clock: ThrowClock, clear: Ints) -> Effort:
+        """What the planned motion asks of the motors from a step of each on (N,), without the object's mass."""
         ahead = clock.end - clear
-        steps = np.minimum(np.arange(0, int(ahead.max()), clock.stride, dtype=np.int64), ahead[:, None])
-        return np.asarray(np.abs(self._knots(clock, clear[:, None] + steps).torque).max(axis=(0, 2)))
+        last = -(-int(ahead.max()) // clock.stride) * clock.stride
+        steps = np.minimum(np.arange(0, last + 1, clock.stride, dtype=np.int64), ahead[:, None])
+        knots = self._knots(clock, clear[:, None] + steps)
+        torque, speed = (values.transpose(1, 2, 0) for values in (knots.torque, knots.velocity))
+        return Effort(np.abs(torque).max(axis=(1, 2)), work_between(torque, speed, steps * clock.step))
 
     def _references(self, rows: Ints, thrown: Context, clock: ThrowClock, steps: int) -> Floats:
         """Controls (N, steps, nu + neq) of some rows: motors, spin and grip, every other equality active."""
@@ -207,13 +221,6 @@ def _one_after_the_other(clock: ThrowClock, clear: Ints, held: Floats, fallen: F
         release_step=clock.release,
         last_step=clear + fallen.steps - 1,
     )
-
-
-def _largest_torque(sensors: Floats, end: Ints) -> Floats:
-    """Of all motors, in records (N, M, columns) up to a step of each (N,) [N m]."""
-    torque = np.abs(sensors[..., SENSORS["torque"]]).max(axis=2)
-    counts = np.arange(torque.shape[1], dtype=np.int64) < end[:, None]
-    return np.where(counts, torque, 0.0).max(axis=1)
 
 
 def _astray(sensors: Floats, clock: ThrowClock) -> Floats:

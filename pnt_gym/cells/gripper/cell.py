@@ -92,6 +92,7 @@ class GripperCell(Cell[GripperConfig, Context, TossPlans, Outcome]):
             "slip": outcome.slip,
             "recontact": outcome.recontact,
             "peak_torque": outcome.peak_torque,
+            "energy": outcome.energy,
             "target_x": thrown.target[:, 0].copy(),
             "target_y": thrown.target[:, 1].copy(),
         }

@@ -8,6 +8,7 @@ from typing import Final, Self, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.cells.base.energy import work_of_steps
 from pnt_gym.cells.base.plant import Landed, ObjectFlight, touching
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.motion import TossPlans
@@ -39,13 +40,16 @@ class Flown:
     (N,) [m]. Along y it moves with the fingers, which give."""
     peak_torque: Floats
     """Largest motor torque (N,) [N m]."""
+    energy: Floats
+    """Positive mechanical work of the motors in the simulated throw (N,) [J], see `cells.base.energy`."""
 
     @classmethod
-    def from_sensors(cls, sensordata: Floats, plans: TossPlans, last_step: Ints, step: float) -> Self:
+    def from_sensors(cls, sensordata: Floats, speed: Floats, plans: TossPlans, last_step: Ints, step: float) -> Self:
         """From recorded sensordata (N, M, columns of `SENSORS`).
 
         Args:
             sensordata: zero after each throw's last step.
+            speed: of the motors' joints at the end of each step (N, M, 4) [rad/s].
             plans: what was thrown.
             last_step: last recorded step of each throw (N,).
             step: physics step [s].
@@ -72,6 +76,7 @@ class Flown:
             lifted=position[rows, told, 2] - position[rows, 0, 2],
             slip=np.hypot(*(held[rows, told] - held[rows, clear])[:, [0, 2]].T),
             peak_torque=np.abs(sensordata[..., SENSORS["torque"]]).max(axis=(1, 2)),
+            energy=work_of_steps(sensordata[..., SENSORS["torque"]], speed, last_step + 1, step),
         )
 
 
@@ -89,6 +94,8 @@ class Outcome(Landed):
     """How far the object moved along the pads from leaving the table until they were told to open (N,) [m]."""
     release_delay: Floats
     """When the object came free, after the planned moment of an uncorrected throw (N,) [s]."""
+    energy: Floats
+    """Positive mechanical work of the motors (N,) [J], without the way back, of which only the time is planned."""
 
 
 def judge(flown: Flown, plans: TossPlans, config: GripperConfig, return_time: Floats) -> Outcome:
@@ -111,6 +118,7 @@ def judge(flown: Flown, plans: TossPlans, config: GripperConfig, return_time: Fl
         release_delay=flown.release_time - plans.release_time,
         cycle_time=np.maximum(arrival, plans.stop_time + return_time),
         peak_torque=flown.peak_torque,
+        energy=flown.energy,
     )
 
 

@@ -22,6 +22,7 @@ from pnt_gym.cells.gripper.hidden import Hidden
 from pnt_gym.cells.gripper.motion import TossPlans
 from pnt_gym.cells.gripper.outcome import Flown
 from pnt_gym.cells.gripper.scene import Scene, build_scene
+from pnt_gym.robots.gripper.geometry import N_ARMS
 from pnt_gym.robots.gripper.references import closed_pose, motor_references
 
 LATEST_FLIGHT: Final = 1.15
@@ -41,6 +42,9 @@ class GripperPlant(Plant[Context, TossPlans, Flown]):
         self._dimensions, self._build = config.robot.parts()
         self.scene: Scene = build_scene(config)
         super().__init__(config, self.scene.model, count, threads)
+        model = self.scene.model
+        self.motors = np.array([int(model.joint(f"arm_{arm}").dofadr[0]) for arm in range(N_ARMS)])
+        """Columns of qvel."""
         self._upright = np.array([item.upright for item in config.item_list()])
         self._mass = np.array([item.mass for item in config.item_list()])
 
@@ -56,8 +60,8 @@ class GripperPlant(Plant[Context, TossPlans, Flown]):
             start = plans.release[row] - np.array([0.0, 0.0, plans.hang[row]])
             plan = start, plans.velocity[row], plans.flight_time[row]
             self.keep(self.scene.object_body, control[row, : steps[row]], plan, plans.target[row])
-        sensors = staged_rollout(self.batch, control, steps, ("sensordata",))["sensordata"]
-        return Flown.from_sensors(sensors, plans, steps - 1, step)
+        record = staged_rollout(self.batch, control, steps, ("sensordata", "qvel"))
+        return Flown.from_sensors(record["sensordata"], record["qvel"][..., self.motors], plans, steps - 1, step)
 
     def write(self, thrown: Context, plans: TossPlans) -> None:
         """Set the simulations up: robot above its object, object on the table."""

@@ -1,0 +1,107 @@
+"""Energy of a cycle: work in less work out is what the machine gained, by the engine's own account of its energy."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from pnt_gym.cells.base.energy import work_between, work_of_steps
+from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
+from pnt_gym.cells.conveyor.scene import SENSORS
+from pnt_gym.planning.motion.trajectory import JerkTrajectory
+from pnt_gym.robots.t3kr.kinematics import closed_pose
+from tests.tools.throws import make_core, same_bits, vary
+
+COUNT = 6
+ROWS = np.arange(COUNT)
+
+
+@pytest.fixture(scope="module")
+def begun():
+    """A cell of the planner's own world, its coming throws, and their clock."""
+    core = make_core("ideal", COUNT, seed=3)
+    cell, picks = core.cell, core.context
+    motion = cell.planner.mover.throw(picks.pick, picks.plan, picks.limits, picks.ceiling)
+    elsewhere = picks.pick + np.array([0.05, 0.02, 0.03])
+    back = cell.planner.mover.back(motion, elsewhere, picks.limits)
+    path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back])
+    clock = ThrowClock.of(picks, HandCycle(picks.plan, motion.release_time, path), core.config)
+    return core, picks, clock, elsewhere
+
+
+def engine_energy(plant, row):
+    """Kinetic and potential energy of a simulation as it stands [J]."""
+    model, data = plant.stand(row)
+    mujoco.mj_energyPos(model, data)
+    mujoco.mj_energyVel(model, data)
+    return data.energy.sum()
+
+
+def test_motors_put_in_what_robot_and_object_gain(begun):
+    """Up to the release, in vacuum: fast, and higher than before."""
+    core, picks, clock, _ = begun
+    plant = core.cell.plant
+    plant.write(picks)
+    before = np.array([engine_energy(plant, row) for row in ROWS])
+    record = plant._with_robot(ROWS, picks, clock, clock.release + 1)
+    gained = np.empty(COUNT)
+    for row in ROWS:
+        model = plant.batch.get_model(row)
+        data = mujoco.MjData(model)
+        moment = clock.release[row] - 1
+        data.qpos[:], data.qvel[:] = record["qpos"][row, moment], record["qvel"][row, moment]
+        mujoco.mj_forward(model, data)
+        mujoco.mj_energyPos(model, data)
+        mujoco.mj_energyVel(model, data)
+        gained[row] = data.energy.sum() - before[row]
+    torque, speed = record["sensordata"][..., SENSORS["torque"]], record["qvel"][..., plant._motors]
+    put_in = work_of_steps(torque, speed, clock.release, clock.step)
+    taken = work_of_steps(-torque, speed, clock.release, clock.step)
+    assert (gained > 5.0).all()
+    np.testing.assert_allclose(put_in - taken, gained, rtol=0.01)
+
+
+def test_a_planned_cycle_from_rest_to_rest_gains_only_height(begun):
+    core, picks, clock, elsewhere = begun
+    plant = core.cell.plant
+    steps = np.minimum(np.arange(0, clock.end.max() + clock.stride, clock.stride), clock.end[:, None])
+    knots = plant._knots(clock, steps)
+    torque, speed = knots.torque.transpose(1, 2, 0), knots.velocity.transpose(1, 2, 0)
+    put_in, taken = (work_between(sign * torque, speed, steps * clock.step) for sign in (1.0, -1.0))
+    model = plant.scene.model
+    lifted = np.empty((2, COUNT))
+    for k, place in enumerate((picks.pick, elsewhere)):
+        for row in ROWS:
+            data = mujoco.MjData(model)
+            pose = closed_pose((place + picks.cup_offset)[row : row + 1], 1, plant.scene.robot.geometry)
+            data.qpos[plant._robot_qpos] = pose[0]
+            mujoco.mj_forward(model, data)
+            mujoco.mj_energyPos(model, data)
+            lifted[k, row] = data.energy[0]
+    np.testing.assert_allclose(put_in - taken, lifted[1] - lifted[0], atol=0.01 * put_in.min())
+    assert same_bits(plant._effort_ahead(clock, np.zeros(COUNT, dtype=np.int64)).energy, put_in)
+
+
+@pytest.mark.parametrize("level", ["nominal", "waste"])
+def test_flights_cost_what_the_robot_does(level):
+    """As planned, without the object and without what the controller adds: a few per cent less."""
+    found = [
+        make_core(vary(level, fidelity=fidelity), 24).step(np.zeros((24, 2))).info["energy"]
+        for fidelity in ("full", "flight")
+    ]
+    np.testing.assert_allclose(found[1], found[0], rtol=0.06)
+    assert (found[0] > 10.0).all()
+
+
+def test_a_faster_throw_costs_more():
+    slow, fast = (
+        make_core(vary("waste", limits={"percent": [percent]}), 24).step(np.zeros((24, 2))).info["energy"]
+        for percent in (30, 45)
+    )
+    assert (fast > slow).mean() > 0.9
+
+
+def test_energy_does_not_depend_on_the_other_rows():
+    many = make_core("waste", 4, seed=5).step(np.zeros((4, 2))).info["energy"]
+    for row in range(4):
+        alone = make_core("waste", 1, seed=5 + row).step(np.zeros((1, 2))).info["energy"]
+        assert same_bits(alone, many[row : row + 1])

@@ -1,0 +1,52 @@
+"""Energy of a toss: what the motors put in is what robot and object gained, and what damping took."""
+
+import mujoco
+import numpy as np
+
+from pnt_gym.cells.base.core import Core
+from pnt_gym.cells.base.energy import work_of_steps
+from pnt_gym.cells.base.plant import staged_rollout
+from pnt_gym.cells.gripper.cell import GripperCell
+from pnt_gym.cells.gripper.config import GripperConfig
+from pnt_gym.cells.gripper.scene import SENSORS
+
+COUNT = 5
+
+
+def energy(model, qpos, qvel):
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:] = qpos, qvel
+    mujoco.mj_forward(model, data)
+    mujoco.mj_energyPos(model, data)
+    mujoco.mj_energyVel(model, data)
+    return data.energy.sum()
+
+
+def test_motors_put_in_what_is_gained_and_what_damping_takes():
+    """Until the claws are told to open; the air and the pads' friction take next to nothing."""
+    core = Core(GripperCell(GripperConfig.load("nominal"), COUNT))
+    core.reset(np.arange(COUNT), [np.random.default_rng(row) for row in range(COUNT)], seeded=True)
+    cell, throws = core.cell, core.context
+    plant, plans, step = cell.plant, throws.plans, cell.config.timestep
+    steps = np.floor(plans.open_time / step).astype(np.int64)
+    plant.write(throws, plans)
+    control = plant._controls(plans, throws.kind, throws.hidden, int(steps.max()))
+    models = [plant.batch.get_model(row) for row in range(COUNT)]
+    begin = [energy(models[row], plant.batch.bind("qpos")[row], plant.batch.bind("qvel")[row]) for row in range(COUNT)]
+    record = staged_rollout(plant.batch, control, steps, ("sensordata", "qpos", "qvel"))
+    torque, speed = record["sensordata"][..., SENSORS["torque"]], record["qvel"][..., plant.motors]
+    put_in, taken = (work_of_steps(sign * torque, speed, steps, step) for sign in (1.0, -1.0))
+    for row in range(COUNT):
+        last, model = steps[row] - 1, models[row]
+        gained = energy(model, record["qpos"][row, last], record["qvel"][row, last]) - begin[row]
+        damped = (model.dof_damping * record["qvel"][row, : last + 1] ** 2).sum() * step
+        assert gained > 0.05
+        np.testing.assert_allclose(put_in[row] - taken[row], gained + damped, rtol=0.03)
+
+
+def test_a_throw_tells_more_than_what_it_gains():
+    core = Core(GripperCell(GripperConfig.load("nominal"), COUNT))
+    core.reset(np.arange(COUNT), [np.random.default_rng(row) for row in range(COUNT)], seeded=True)
+    told = core.step(np.zeros((COUNT, 3))).info["energy"]
+    assert (told > 1.0).all()
+    assert (told < 20.0).all()
