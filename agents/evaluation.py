@@ -15,12 +15,13 @@ import gymnasium as gym
 import numpy as np
 
 from pnt_gym.arrays import joined, take
+from pnt_gym.cells.base.core import Core
 
 from .cli import UsageError, at_least
 from .controllers import controller_of, make_controller
 from .controllers.protocol import Controller, Learner, Observation, Outcome
 from .environments import Env, as_vector, core_of, make_vector, stream_seed
-from .throws import Throws, summary, throw_records
+from .throws import Throws, purity_by_bin, summary, throw_records
 from .versions import versions
 
 NUM_ENVS = 16
@@ -98,6 +99,7 @@ def _told(seed: int, throws: Throws, env: Env, how: dict[str, Any]) -> dict[str,
         "level": core.config.name,
         "seed": seed,
         **summary(throws),
+        **_bins(throws, core),
         "dwell_s": core.dwell,
         **how,
         "num_envs": env.num_envs,
@@ -105,6 +107,12 @@ def _told(seed: int, throws: Throws, env: Env, how: dict[str, Any]) -> dict[str,
         "versions": versions(),
         "throws": throw_records(throws, core.item_names),
     }
+
+
+def _bins(throws: Throws, core: Core) -> dict[str, Any]:
+    """Purity of each bin that has a name, where the cell tells in which an object ended."""
+    names = core.cell.target_names if "belongs" in throws.told else ()
+    return {"purity_by_bin": purity_by_bin(throws, names)} if names else {}
 
 
 def _made(policy: Any, env: Env, seed: int, trust: bool) -> Controller:

@@ -65,6 +65,43 @@ class Throughput:
     """Mean [s]."""
 
 
+@final
+@dataclass(frozen=True)
+class Purity:
+    """What bins hold: shares of the objects that ended in one and belong there; NaN where none ended."""
+
+    share: float
+    """Over all bins."""
+    by_bin: tuple[float, ...]
+    """Bin by bin."""
+
+
+def purity(ended_in: ArrayLike, belongs: ArrayLike, bins: int = 0) -> Purity:
+    """What the bins hold after throws: those that missed their own bin and fell into another count there.
+
+    Args:
+        ended_in: index of the bin in which each object lies, -1 for none (N,).
+        belongs: whether that bin takes what it is (N,).
+        bins: how many are told apart.
+    """
+    where, right = _columns(ended_in=ended_in, belongs=belongs)
+    held, own = np.bincount(where[where >= 0].astype(np.int64), minlength=bins), right[where >= 0]
+    good = np.bincount(where[where >= 0].astype(np.int64), weights=own, minlength=bins)
+    shares = [float(g / h) if h else np.nan for g, h in zip(good, held, strict=True)]
+    return Purity(float(own.mean()) if len(own) else np.nan, tuple(shares[:bins]))
+
+
+def recovery(sorted_: ArrayLike, passed: ArrayLike) -> float:
+    """Share of all objects the belt brought that were sorted: one a throw, and those let go before it.
+
+    Args:
+        sorted_: whether the object of each throw, or of a pick that failed, was sorted (N,).
+        passed: objects that left unpicked since the throw before (N,).
+    """
+    done, gone = _columns(sorted_=sorted_, passed=passed)
+    return float(done.sum() / (len(done) + gone.sum()))
+
+
 def wilson(successes: int, throws: int) -> Interval:
     """Success rate with Wilson's score interval (Wilson 1927), sound near 0 and 1 too.
 

@@ -25,11 +25,19 @@ LONG = 24
 
 WORDS: Final = ("verdict", "note")
 """Columns of text; every other one but the first holds figures."""
+SORTING: Final = {
+    "recovery": "recovery: sorted of all that passed",
+    "purity": "purity: share of what is in bins",
+    "pick_rate": "picks that held",
+    "drop_rate": "lost on the way, of those",
+}
+"""Shares by which a sorter is judged, where its cell tells them."""
 FAILURES: Final = {
     "failed_missed": "failed: missed the target",
     "failed_rim": "failed: reached it, did not stay",
     "failed_recontact": "failed: touched again by the robot",
     "failed_dropped": "failed: lost on the way to the release",
+    "failed_unpicked": "failed: not picked",
 }
 """Figures of some cells, and what they are called."""
 
@@ -116,7 +124,10 @@ def summary_table(title: str, summary: Summary) -> Table:
         ("landing error, 95th percentile", millimetres(summary["landing_error_p95_m"])),
         *(scatter_row(summary, key) for key in summary if key.startswith("bias_")),
         ("cycle time, mean", f"{summary['cycle_time_mean_s']:.3f} s"),
-        *((text, f"{100 * summary[key]:.1f} %") for key, text in FAILURES.items() if key in summary),
+        *((text, percent(summary[key])) for key, text in SORTING.items() if key in summary),
+        *((f"purity of bin {name}", percent(share)) for name, share in summary.get("purity_by_bin", {}).items()),
+        *([("energy per pick", f"{summary['energy_per_pick_j']:.1f} J")] if "energy_per_pick_j" in summary else []),
+        *((text, percent(summary[key])) for key, text in FAILURES.items() if key in summary),
         ("corrections clipped", f"{100 * summary['clipped_rate']:.1f} %"),
     ]
     table = Grid(title, ("figure", "value"), rows).terminal()
@@ -144,6 +155,11 @@ def landing_cells(summary: Summary) -> list[str]:
     """Landing error, its 95th percentile, and success."""
     errors = (summary["landing_error_mean_m"], summary["landing_error_p95_m"])
     return [*map(millimetres, errors), success_text(summary)]
+
+
+def percent(share: float | None) -> str:
+    """A share for people; "-" where there is none."""
+    return "-" if share is None else f"{100 * share:.1f} %"
 
 
 def millimetres(metres: float) -> str:

@@ -23,7 +23,7 @@ FIELDS: Final = {
 """What every cell tells of a throw: our name, and the key and type in the info."""
 METRES: Final = {"landing_along": "landing_along_m", "landing_across": "landing_across_m"}
 """Numbers of some cells that records name with their unit."""
-FAILURES: Final = ("dropped", "recontact", "rim")
+FAILURES: Final = ("unpicked", "dropped", "recontact", "rim")
 """What stood between a throw and success, the first that holds; the last one tells a target that was reached."""
 
 
@@ -56,6 +56,22 @@ class Throws:
         return len(self.item)
 
     @property
+    def sorted(self) -> Bools:
+        """Which objects ended where they belong (N,); successes, where the cell tells no more."""
+        return self.told.get("sorted", self.is_success).astype(np.bool_)
+
+    @property
+    def picked(self) -> Bools:
+        """Which objects were held when the throw began (N,); all, where the cell does not tell."""
+        return self.told.get("picked", np.full(len(self), True)).astype(np.bool_)
+
+    def flag(self, name: str) -> Bools | None:
+        """A failure of `FAILURES` (N,); None where the cell does not tell it."""
+        if name == "unpicked":
+            return ~self.picked if "picked" in self.told else None
+        return self.told[name].astype(np.bool_) if name in self.told else None
+
+    @property
     def error(self) -> Floats:
         """Errors in the coordinates that actions shift (N, E)."""
         columns = [self.told[name].astype(np.float64) for name in self.errors]
@@ -78,10 +94,10 @@ def results(info: Mapping[str, Any], count: int) -> dict[str, NDArray[Any]]:
     return found
 
 
-def summary(throws: Throws) -> dict[str, float | int]:
+def summary(throws: Throws) -> dict[str, float | int | None]:
     """Figures of an evaluation, by the names of the JSON contract."""
     rate = metrics.wilson(int(throws.is_success.sum()), len(throws))
-    pace = metrics.throughput(throws.is_success, throws.cycle_time)
+    pace = metrics.throughput(throws.sorted, throws.cycle_time)
     where = metrics.landing(throws.landing_error)
     return {
         "picks": len(throws),
@@ -95,12 +111,41 @@ def summary(throws: Throws) -> dict[str, float | int]:
         "landing_error_iqm_m": where.iqm,
         **scatter(throws),
         "cycle_time_mean_s": pace.cycle_time,
+        **sorting(throws),
         "clipped_rate": float(throws.clipped.mean()),
         "reward_mean": float(throws.reward.mean()),
         "unmeasured": where.unmeasured,
         **failures(throws),
         **{f"{name}_rate": float(flag.mean()) for name, flag in throws.told.items() if flag.dtype == np.bool_},
     }
+
+
+def sorting(throws: Throws) -> dict[str, float | int | None]:
+    """What a sorter is judged by beside its pace, as far as the cell tells; None where nothing can be said."""
+    told, found = throws.told, dict[str, float | int | None]()
+    if "belongs" in told:
+        found["purity"] = _finite(metrics.purity(told["ended_in"], told["belongs"]).share)
+    if "passed" in told:
+        found["recovery"] = metrics.recovery(throws.sorted, told["passed"])
+        found["objects_passed"] = int(told["passed"].sum())
+    if "picked" in told:
+        found["pick_rate"] = float(throws.picked.mean())
+    if "dropped" in told:
+        held = throws.picked
+        found["drop_rate"] = float(told["dropped"][held].mean()) if held.any() else None
+    if "energy" in told:
+        found["energy_per_pick_j"] = float(told["energy"].mean())
+    return found
+
+
+def purity_by_bin(throws: Throws, names: Sequence[str]) -> dict[str, float | None]:
+    """Share of what ended in each bin that belongs there, by the bin's name; None for an empty one."""
+    found = metrics.purity(throws.told["ended_in"], throws.told["belongs"], len(names))
+    return {name: _finite(share) for name, share in zip(names, found.by_bin, strict=True)}
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
 
 
 def scatter(throws: Throws) -> dict[str, float]:
@@ -122,10 +167,10 @@ def failures(throws: Throws) -> dict[str, float]:
     """
     failed, shares = ~throws.is_success, dict[str, float]()
     for name in FAILURES:
-        if name in throws.told:
-            one = failed & throws.told[name].astype(np.bool_)
-            shares[f"failed_{name}"] = float(one.mean())
-            failed = failed & ~one
+        flag = throws.flag(name)
+        if flag is not None:
+            shares[f"failed_{name}"] = float((failed & flag).mean())
+            failed = failed & ~flag
     return shares | ({"failed_missed": float(failed.mean())} if FAILURES[-1] in throws.told else {})
 
 

@@ -18,10 +18,11 @@ from pnt_gym.cells.base.canvas import Marker
 from pnt_gym.cells.base.view import Scene, ThrowView
 from pnt_gym.errors import PntGymError
 
+from . import metrics
 from .cli import UsageError
 from .controllers import NAMES
 from .stage import Stage
-from .throws import Throws, summary
+from .throws import Throws
 
 RATE: Final = 60
 """Scenes shown in a second."""
@@ -211,12 +212,15 @@ def _play(viewer: Any, stage: Stage, wishes: Wishes, note: str) -> bool:
 
 def _told(thrown: Sequence[Throws], item_names: Sequence[str]) -> list[str]:
     """The last throw, and all of them."""
-    last, figures = thrown[-1], summary(joined(thrown))
+    last, every = thrown[-1], joined(thrown)
+    rate = metrics.wilson(int(every.is_success.sum()), len(every))
+    pace = metrics.throughput(every.sorted, every.cycle_time)
+    off = f"{1000.0 * last.landing_error[0]:.1f} mm off" if last.picked[0] else "not picked"
     success = "a success" if last.is_success[0] else "no success"
     return [
-        f"throw {len(thrown)}: {item_names[last.item[0]]}, {1000.0 * last.landing_error[0]:.1f} mm off, {success}",
-        f"success {figures['success_rate']:.0%} ({figures['success_low']:.0%} to {figures['success_high']:.0%})",
-        f"{figures['picks_per_min']:.1f} picks/min, {figures['sorted_per_min']:.1f} sorted/min",
+        f"throw {len(thrown)}: {item_names[last.item[0]]}, {off}, {success}",
+        f"success {rate.value:.0%} ({rate.low:.0%} to {rate.high:.0%})",
+        f"{pace.attempted:.1f} picks/min, {pace.sorted:.1f} sorted/min",
     ]
 
 

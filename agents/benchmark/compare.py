@@ -17,6 +17,8 @@ from .plan import Plan
 from .run import OUTCOMES
 
 Result = Mapping[str, Any]
+COUNTS = ("passed", "ended", "belong", "dropped", "energy_j")
+"""Columns of a result that are of all its throws together."""
 
 
 def errors(result: Result) -> Floats:
@@ -27,15 +29,16 @@ def errors(result: Result) -> Floats:
     return np.hypot(np.array(columns["along_m"], dtype=float), np.array(columns["across_m"], dtype=float))
 
 
-def successes(result: Result) -> Floats:
-    """1 for each throw sorted, else 0."""
-    return np.array([letter == OUTCOMES["sorted"] for letter in result["columns"]["outcome"]], dtype=float)
+def successes(result: Result, *outcomes: str) -> Floats:
+    """1 for each throw that ended so, else 0; in its bin, of the right kind or not, unless `outcomes` say otherwise."""
+    letters = [OUTCOMES[name] for name in outcomes or ("sorted", "astray")]
+    return np.array([letter in letters for letter in result["columns"]["outcome"]], dtype=float)
 
 
 def _by_seed(results: Sequence[Result]) -> tuple[Floats, Floats, Floats]:
-    """Errors [m], successes and cycle times [s], each (S, N)."""
+    """Errors [m], what was sorted, and cycle times [s], each (S, N)."""
     time = np.array([r["columns"]["cycle_s"] for r in results], dtype=float)
-    return np.array([errors(r) for r in results]), np.array([successes(r) for r in results]), time
+    return np.array([errors(r) for r in results]), np.array([successes(r, "sorted") for r in results]), time
 
 
 def summarise(results: Sequence[Result]) -> dict[str, Any]:
@@ -43,10 +46,12 @@ def summarise(results: Sequence[Result]) -> dict[str, Any]:
 
     The interval of the error is bootstrapped over throws, each averaged over the seeds.
     """
-    error, success, time = _by_seed(results)
+    error, done, time = _by_seed(results)
+    success = np.array([successes(r) for r in results])
     where = metrics.landing(error.ravel())
-    pace = metrics.throughput(success.ravel(), time.ravel())
-    mean = metrics.mean_interval(error.mean(axis=0))
+    pace = metrics.throughput(done.ravel(), time.ravel())
+    each = error.mean(axis=0)
+    mean = metrics.mean_interval(each[np.isfinite(each)])
     rate = metrics.wilson(round(float(success.mean()) * success.shape[1]), success.shape[1])
     letters = "".join(r["columns"]["outcome"] for r in results)
     return {
@@ -68,8 +73,23 @@ def summarise(results: Sequence[Result]) -> dict[str, Any]:
         **{f"share_{name}": letters.count(letter) / len(letters) for name, letter in OUTCOMES.items()},
         "clipped_rate": sum(r["columns"]["clipped"] for r in results) / len(letters),
         "recontact_rate": sum(r["columns"]["recontact"] for r in results) / len(letters),
+        **_sorting(results, letters),
         "learn_seconds": float(np.mean([r["learn_seconds"] for r in results])),
     }
+
+
+def _sorting(results: Sequence[Result], letters: str) -> dict[str, float]:
+    """What a sorter is judged by beside its pace, where the cell tells."""
+    first, done = results[0]["columns"], letters.count(OUTCOMES["sorted"])
+    total = {name: sum(r["columns"][name] for r in results) for name in COUNTS if name in first}
+    held, found = len(letters) - letters.count(OUTCOMES["unpicked"]), dict[str, float]()
+    if "passed" in total:
+        found["recovery"] = done / (len(letters) + total["passed"])
+    if total.get("ended"):
+        found["purity"] = total["belong"] / total["ended"]
+    if "dropped" in total and held:
+        found |= {"pick_rate": held / len(letters), "drop_rate": total["dropped"] / held}
+    return found | ({"energy_per_pick_j": total["energy_j"] / len(letters)} if "energy_j" in total else {})
 
 
 def _scatter(results: Sequence[Result]) -> dict[str, float]:

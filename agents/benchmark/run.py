@@ -21,13 +21,22 @@ from ..environments import Env, core_of, make_vector
 from ..evaluation import held_out, practise
 from ..hyperparameters import hyperparameters
 from ..runs import ALGORITHMS
-from ..throws import Throws
+from ..throws import FAILURES, Throws
 from ..work import Job
 from .plan import Piece, Plan, pieces
 
-OUTCOMES = {"sorted": "s", "recontact": "t", "rim": "r", "missed": "m"}
-"""Letter of each outcome: success, touched again by the robot, crossed the opening only; or missed it, which every
-failure counts as in a cell that does not tell how a throw failed."""
+OUTCOMES = {
+    "sorted": "s",
+    "astray": "a",
+    "unpicked": "p",
+    "dropped": "d",
+    "recontact": "t",
+    "rim": "r",
+    "missed": "m",
+}
+"""Letter of each outcome: sorted; a success in a bin of another kind; not picked; lost on the way to the release;
+touched again by the robot; crossed the opening only; or missed it, which every failure counts as in a cell that does
+not tell how a throw failed."""
 
 
 def jobs(plan: Plan) -> list[Job]:
@@ -63,18 +72,34 @@ def columns(throws: Throws) -> dict[str, Any]:
         "outcome": _outcomes(throws),
         "clipped": int(throws.clipped.sum()),
         "recontact": int(_flag(throws, "recontact").sum()),
+        **_counts(throws),
     }
+
+
+def _counts(throws: Throws) -> dict[str, float]:
+    """Of all throws together, as far as the cell tells: objects in any bin and where they belong, passed, and joules.
+
+    Those that were lost on the way are counted beside the letters, which tell of none that was sorted nevertheless.
+    """
+    told, found = throws.told, dict[str, float]()
+    if "belongs" in told:
+        found |= {"ended": int((told["ended_in"] >= 0).sum()), "belong": int(told["belongs"].sum())}
+    for name in ("passed", "dropped"):
+        if name in told:
+            found[name] = int(told[name].sum())
+    return found | ({"energy_j": round(float(told["energy"].sum()), 1)} if "energy" in told else {})
 
 
 def _outcomes(throws: Throws) -> str:
     """One letter of `OUTCOMES` per throw."""
     *letters, missed = OUTCOMES.values()
-    kinds = [throws.is_success, _flag(throws, "recontact"), _flag(throws, "rim")]
+    kinds = [throws.sorted, throws.is_success, *(_flag(throws, name) for name in FAILURES)]
     return "".join(np.select(kinds, letters, missed))
 
 
 def _flag(throws: Throws, name: str) -> Bools:
-    return throws.told.get(name, np.zeros(len(throws), dtype=np.bool_))
+    found = throws.flag(name)
+    return np.zeros(len(throws), dtype=np.bool_) if found is None else found
 
 
 def _rounded(values: np.ndarray, digits: int) -> list[float | None]:

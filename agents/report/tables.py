@@ -6,17 +6,30 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import chain
 from typing import Any
 
-from ..tables import Grid
+from ..tables import Grid, percent
 
 Data = Mapping[str, Any]
 WHO = ("controller", "throws to learn")
+FAILED = {
+    "share_missed": "missed the opening",
+    "share_rim": "crossed it, not in the bin",
+    "share_recontact": "touched by the cup",
+    "share_dropped": "lost on the way",
+    "share_unpicked": "not picked",
+    "share_astray": "in a bin of another kind",
+}
+"""Outcomes, and what they are called."""
+USUAL = ("share_missed", "share_rim", "share_recontact")
+"""Those that every table has."""
+SHARES = {"recovery": "recovery", "purity": "purity", "pick_rate": "picks that held", "drop_rate": "lost on the way"}
+"""Shares by which a sorter is judged, where its cell tells them."""
 
 
 def benchmark_grids(data: Data) -> list[Grid]:
     """Every table of a benchmark."""
     grids = [benchmark_table(data), other_levels_table(data)]
     for level in data["plan"]["levels"]:
-        grids += [comparison_table(data, level), failure_table(data, level)]
+        grids += [comparison_table(data, level), failure_table(data, level), sorting_table(data, level)]
     return [grid for grid in grids if grid.rows]
 
 
@@ -45,13 +58,27 @@ def other_levels_table(data: Data) -> Grid:
 
 
 def failure_table(data: Data, level: str) -> Grid:
-    """What stood between an object and its bin."""
-    header = [*WHO, "missed the opening", "crossed it, not in the bin", "touched by the cup"]
-    rows: list[list[str]] = []
-    for row in rows_of(data, [level]):
-        shares = [f"{100 * row[f'share_{name}']:.1f} %" for name in ("missed", "rim", "recontact")]
-        rows.append([row["label"], str(row["throws"] or "-"), *shares])
+    """What stood between an object and its bin, of what happened on this level."""
+    found = rows_of(data, [level])
+    shares = {name: said for name, said in FAILED.items() if name in USUAL or any(row.get(name) for row in found)}
+    header = [*WHO, *shares.values()]
+    rows = [[*_who(row), *(percent(row.get(name, 0.0)) for name in shares)] for row in found]
     return Grid(f"What failed, level {level}", header, rows)
+
+
+def sorting_table(data: Data, level: str) -> Grid:
+    """What a sorter is judged by beside its pace; no rows where the cell does not tell."""
+    found = [row for row in rows_of(data, [level]) if any(name in row for name in SHARES)]
+    shares = {name: said for name, said in SHARES.items() if any(name in row for row in found)}
+    rows = [
+        [*_who(row), *(percent(row.get(name)) for name in shares), f"{row['energy_per_pick_j']:.1f} J"] for row in found
+    ]
+    note = "Purity is of what lies in any bin. Energy: positive work of the motors, without recuperation."
+    return Grid(f"What a sorter is judged by, level {level}", [*WHO, *shares.values(), "energy per pick"], rows, note)
+
+
+def _who(row: Data) -> list[str]:
+    return [row["label"], str(row["throws"] or "-")]
 
 
 def comparison_table(data: Data, level: str) -> Grid:

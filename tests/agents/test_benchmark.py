@@ -12,16 +12,16 @@ import pytest
 import yaml
 
 from agents.benchmark import plan as plans
-from agents.benchmark.compare import assemble, errors, successes
+from agents.benchmark.compare import assemble, errors, successes, summarise
 from agents.benchmark.plan import Plan, needs, pieces, read_plan
-from agents.benchmark.run import jobs, run_piece
+from agents.benchmark.run import OUTCOMES, jobs, run_piece
 from agents.cli import UsageError
 from agents.cluster import Needs
 from agents.places import SHIPPED as ROOT
 from agents.report.__main__ import Arguments as ReportArguments
 from agents.report.__main__ import main as report
 from agents.report.readme import with_blocks
-from agents.report.tables import benchmark_table
+from agents.report.tables import benchmark_grids, benchmark_table, failure_table, sorting_table
 from tests.tools.toy_cell import register_toy
 
 register_toy()
@@ -102,6 +102,48 @@ def test_unmeasured_throws_are_left_out_of_errors() -> None:
     columns = {"along_m": [0.03, None], "across_m": [0.04, 0.0], "outcome": "sm"}
     assert errors({"columns": columns}) == pytest.approx([0.05, np.nan], nan_ok=True)
     assert successes({"columns": columns}).tolist() == [1.0, 0.0]
+
+
+def judged(**more: Any) -> dict[str, Any]:
+    """Six throws: sorted, in a bin of another kind, not picked, lost, beside its bin, and unmeasured."""
+    columns = {
+        "error_m": [0.01, 0.02, None, 0.4, 0.3, 0.2], "outcome": "sapdmr", "cycle_s": [1.0] * 6, "item": [0] * 6,
+        "clipped": 0, "recontact": 0, **more,
+    }  # fmt: skip
+    return {"label": "x", "seed": 0, "learn_seconds": 0.0, "columns": columns}
+
+
+def test_what_a_sorter_is_judged_by() -> None:
+    counts = {"passed": 4, "ended": 4, "belong": 2, "dropped": 1, "energy_j": 240.0}
+    found = summarise([judged(**counts), judged(**counts)])
+    assert (found["success_rate"], found["share_sorted"]) == (pytest.approx(2 / 6), pytest.approx(1 / 6))
+    assert found["sorted_per_min"] == pytest.approx(10.0)
+    assert found["recovery"] == pytest.approx(1 / 10)
+    assert found["purity"] == pytest.approx(1 / 2)
+    assert (found["pick_rate"], found["drop_rate"]) == (pytest.approx(5 / 6), pytest.approx(1 / 5))
+    assert found["energy_per_pick_j"] == pytest.approx(40.0)
+    assert np.isfinite([found["landing_error_low_m"], found["landing_error_high_m"]]).all()
+    assert sum(found[f"share_{name}"] for name in OUTCOMES) == pytest.approx(1.0)
+
+
+def test_results_of_before_are_reported_without_what_they_do_not_tell(done: dict[str, Any]) -> None:
+    found = summarise([judged()])
+    assert not {"recovery", "purity", "pick_rate", "drop_rate", "energy_per_pick_j"} & found.keys()
+    old = [{k: v for k, v in row.items() if k not in ("share_astray", "share_unpicked")} for row in done["table"]]
+    before = {**done, "table": [{k: v for k, v in row.items() if k != "share_dropped"} for row in old]}
+    headlines = [grid.headline for grid in benchmark_grids(before)]
+    assert "What failed, level waste" in headlines
+    assert not any("judged by" in headline for headline in headlines)
+    assert failure_table(before, "waste") == failure_table(done, "waste")
+
+
+def test_the_table_of_a_sorter_has_what_its_level_tells(done: dict[str, Any]) -> None:
+    told = {"purity": 0.98, "pick_rate": 0.9, "drop_rate": 0.01, "energy_per_pick_j": 40.0, "share_unpicked": 0.1}
+    table = [row | (told if row["label"] == "ridge" else {}) for row in done["table"]]
+    grid = sorting_table({**done, "table": table}, "waste")
+    assert list(grid.header[2:]) == ["purity", "picks that held", "lost on the way", "energy per pick"]
+    assert [row[2:] for row in grid.rows] == [["98.0 %", "90.0 %", "1.0 %", "40.0 J"]] * 2
+    assert "not picked" in failure_table({**done, "table": table}, "waste").header
 
 
 def test_keys_change_with_what_numbers_depend_on(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,7 +13,8 @@ from agents.controllers import Observation, Outcome, make_controller
 from agents.environments import make_vector, stream_seed
 from agents.evaluation import held_out, practise
 from agents.tables import console, summary_table
-from agents.throws import Throws, failures, scatter, summary, throw_records
+from agents.throws import Throws, failures, purity_by_bin, scatter, sorting, summary, throw_records
+from pnt_gym.arrays import take
 from pnt_gym.errors import PntGymError
 from tests.tools.toy_cell import PoseVectorEnv, ToyVectorEnv
 
@@ -151,6 +152,51 @@ def test_failures_sum_to_what_failed() -> None:
     assert failures(replace(throws, told={})) == {}
 
 
+def told_of_five() -> Throws:
+    """Sorted; in the wrong bin by its class; fallen into another bin that takes it; not picked; lost on the way."""
+    flags = {
+        "sorted": [1, 0, 0, 0, 0], "belongs": [1, 0, 1, 0, 0], "picked": [1, 1, 1, 0, 1], "dropped": [0, 0, 0, 0, 1],
+        "rim": [0, 0, 0, 0, 0], "recontact": [0, 0, 1, 0, 0],
+    }  # fmt: skip
+    told: dict[str, np.ndarray] = {name: np.array(values, dtype=bool) for name, values in flags.items()}
+    told |= {"ended_in": np.array([0, 1, 1, -1, -1]), "passed": np.array([0, 2, 0, 1, 0])}
+    told["energy"] = np.array([40.0, 40.0, 40.0, 20.0, 40.0])
+    return Throws(
+        item=np.zeros(5, dtype=np.int64),
+        landing_error=np.array([0.01, 0.01, 0.3, np.nan, 0.5]),
+        is_success=np.array([True, True, False, False, False]),
+        cycle_time=np.array([1.0, 1.0, 1.0, 0.5, 1.0]),
+        clipped=np.zeros(5, dtype=bool),
+        reward=np.zeros(5),
+        told=told,
+    )
+
+
+def test_what_a_sorter_is_judged_by() -> None:
+    """Five throws and three objects that nobody took: exact, by hand."""
+    figures, throws = summary(told_of_five()), told_of_five()
+    assert figures["success_rate"] == pytest.approx(2 / 5)
+    assert figures["sorted_per_min"] == pytest.approx(60 / 4.5)
+    assert figures["recovery"] == pytest.approx(1 / 8)
+    assert figures["objects_passed"] == 3
+    assert figures["purity"] == pytest.approx(2 / 3)
+    assert figures["pick_rate"] == pytest.approx(4 / 5)
+    assert figures["drop_rate"] == pytest.approx(1 / 4)
+    assert figures["energy_per_pick_j"] == pytest.approx(36.0)
+    assert figures["unmeasured"] == 1
+    assert purity_by_bin(throws, ("a", "b", "c")) == {"a": 1.0, "b": 0.5, "c": None}
+    assert failures(throws) == {
+        "failed_unpicked": 0.2, "failed_dropped": 0.2, "failed_recontact": 0.2, "failed_rim": 0.0, "failed_missed": 0.0,
+    }  # fmt: skip
+
+
+def test_a_shift_without_a_pick_has_no_drop_rate_and_no_purity() -> None:
+    figures = sorting(take(told_of_five(), slice(3, 4)))
+    assert figures["drop_rate"] is figures["purity"] is None
+    assert (figures["pick_rate"], figures["recovery"]) == (0.0, 0.0)
+    json.dumps(figures, allow_nan=False)
+
+
 def test_unmeasured_landings_become_null_not_nan() -> None:
     throws = held_out(Recorder(), ToyVectorEnv(4), 4, 0)
     throws.landing_error[1] = throws.told["landing_along"][1] = np.nan
@@ -202,7 +248,9 @@ def test_what_a_cell_does_not_tell_is_not_asked_for() -> None:
     throws = held_out(Recorder(size=3), env, 8, 0)
     figures = summary(throws)
     assert figures["picked_rate"] == 0.75
-    assert not [name for name in figures if name.startswith(("failed_", "bias_", "spread_"))]
+    assert [name for name in figures if name.startswith(("failed_", "bias_", "spread_"))] == ["failed_unpicked"]
+    assert figures["pick_rate"] == 0.75
+    assert not {"recovery", "purity", "drop_rate", "energy_per_pick_j"} & figures.keys()
     (record, *_) = throw_records(throws, env.core.item_names)
     assert set(record) == {"item", "landing_error_m", "success", "cycle_time_s", "clipped", "reward", "picked"}
     console().print(summary_table("terse", figures))

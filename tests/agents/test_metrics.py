@@ -52,6 +52,22 @@ def test_interquartile_mean_equals_scipy(values: list[float]) -> None:
     assert metrics.interquartile_mean(values) == pytest.approx(stats.trim_mean(values, 0.25), abs=1e-9)
 
 
+@given(st.lists(st.tuples(st.integers(-1, 3), st.booleans()), min_size=1, max_size=60))
+def test_purity_counts_object_by_object(found: list[tuple[int, bool]]) -> None:
+    ended_in, belongs = map(list, zip(*found, strict=True))
+    judged = metrics.purity(ended_in, belongs, 3)
+    everything = [own for place, own in found if place >= 0]
+    assert judged.share == pytest.approx(sum(everything) / len(everything) if everything else np.nan, nan_ok=True)
+    for place, share in enumerate(judged.by_bin):
+        held = [own for at, own in found if at == place]
+        assert share == pytest.approx(sum(held) / len(held) if held else np.nan, nan_ok=True)
+
+
+def test_recovery_counts_what_nobody_took() -> None:
+    assert metrics.recovery([True, False, True], [0, 0, 0]) == pytest.approx(2 / 3)
+    assert metrics.recovery([True, False, True], [4, 0, 1]) == pytest.approx(2 / 8)
+
+
 def test_throughput_counts_time_of_failed_throws_too() -> None:
     found = metrics.throughput([True, False, True], [0.5, 1.0, 1.5])
     assert (found.attempted, found.sorted, found.cycle_time) == (60.0, 40.0, 1.0)
