@@ -5,12 +5,12 @@ from __future__ import annotations
 import inspect
 import re
 
-from pnt_gym.cells.base.catalogue import CATALOGUE, CLAW_ITEMS, HELD_OUT_ITEMS, PAPER_ITEMS, SEEN_ITEMS
+from pnt_gym.cells.base.catalogue import CATALOGUE, CLAW_ITEMS, HELD_OUT_ITEMS, LIGHT_ITEMS, PAPER_ITEMS, SEEN_ITEMS
 from pnt_gym.cells.base.items import Item
 
 from .marks import table
 
-SETS = {"paper": PAPER_ITEMS, "seen": SEEN_ITEMS, "unseen": HELD_OUT_ITEMS, "claws": CLAW_ITEMS}
+SETS = {"paper": PAPER_ITEMS, "seen": SEEN_ITEMS, "unseen": HELD_OUT_ITEMS, "light": LIGHT_ITEMS, "claws": CLAW_ITEMS}
 
 
 def listed(which: str) -> str:

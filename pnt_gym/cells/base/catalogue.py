@@ -1,6 +1,7 @@
 """The catalogue of items, as the file `items.yaml` beside this one has it, and configs of cells that draw from it.
 
-Levels draw from a set of names (`PAPER_ITEMS`, `SEEN_ITEMS`, `HELD_OUT_ITEMS`, `CLAW_ITEMS`) and may add their own.
+Levels draw from sets of names (`PAPER_ITEMS`, `SEEN_ITEMS`, `HELD_OUT_ITEMS`, `LIGHT_ITEMS`, `CLAW_ITEMS`) and may add
+their own.
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ CATALOGUE: Final[Mapping[str, Item]] = MappingProxyType({i.name: i for group in 
 PAPER_ITEMS: Final[tuple[str, ...]] = tuple(item.name for item in _GROUPS["paper"])
 SEEN_ITEMS: Final[tuple[str, ...]] = tuple(item.name for item in _GROUPS["seen"])
 HELD_OUT_ITEMS: Final[tuple[str, ...]] = tuple(item.name for item in _GROUPS["held_out"])
+LIGHT_ITEMS: Final[tuple[str, ...]] = tuple(item.name for item in _GROUPS["light"])
 CLAW_ITEMS: Final[tuple[str, ...]] = ("cork", *(item.name for item in _GROUPS["claws"]))
 
 

@@ -69,6 +69,13 @@ class Hold:
         peel = sideways * self.depth[:, None] / self.radius + down * (self.offset[:, None] / self.radius + 1.0)
         return force / np.maximum(np.maximum(slip, peel), _LIGHTEST)
 
+    def least_margin(self, acceleration: Floats) -> Floats:
+        """The margin under an acceleration (N,) [m/s2] in the worst direction (N,); the inverse of `acceleration`."""
+        slip = GRAVITY + acceleration * np.sqrt(1.0 + self.friction**-2.0)
+        arm = self.offset + self.radius
+        peel = (GRAVITY * arm + acceleration * np.sqrt(self.depth**2 + arm**2)) / self.radius
+        return np.asarray(self.force / (self.mass * np.maximum(slip, peel)))
+
     def acceleration(self, safety: float | Floats) -> Floats:
         """Largest acceleration in any direction at which the margin stays above a safety (N,) [m/s2].
 

@@ -95,6 +95,20 @@ class Grip(Section):
     )
 
 
+class Throwable(Section):
+    """What is thrown; the rest rides on, or is placed where the planner is `auto`. null: no bound."""
+
+    drag_area: Positive | None = Field(
+        default=None, description="At most this Cd A / m, by its class's Cd and measured outline and mass [m2/kg]."
+    )
+    drag_shift: Positive | None = Field(
+        default=None, description="Air moves the landing by at most this, foreseen to first order [m]."
+    )
+    margin: Annotated[float, Field(ge=1, le=10)] | None = Field(
+        default=None, description="The cup holds at least this many times what is measured at the throw's acceleration."
+    )
+
+
 class ActionScale(Section):
     """What an action of 1 means in each action mode."""
 
@@ -122,6 +136,7 @@ class ConveyorConfig(SortingLine):
     motion: Motion = Motion()
     suction: Suction = Suction()
     grip: Grip = Grip()
+    throwable: Throwable = Throwable()
     action: ActionScale = ActionScale()
     reward: SortingReward = SortingReward()
     planner: Literal["straight", "free_direction"] = Field(

@@ -18,6 +18,7 @@ from pnt_gym.cells.conveyor.hold import LEAST_ACCELERATION, measured_hold
 from pnt_gym.cells.conveyor.movers import Mover, StraightMover
 from pnt_gym.cells.conveyor.objects import NORMALS, TARGET_DRAWS, UNIFORMS, Objects, objects_from_draws
 from pnt_gym.cells.conveyor.scene import LIP_GAP
+from pnt_gym.cells.conveyor.throwable import throwable
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows
 from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.robots.t3kr.geometry import T3KR
@@ -100,6 +101,7 @@ class PickPlanner:
             belt_shift=belt_shift,
         )
         good &= self.mover.is_feasible(pick, context.plan, throw_limits)
+        good &= throwable(context, self.config.throwable, self._table)
         reserve = self.config.motion.reserve
         for sign in (-1.0, 1.0) if reserve > 0.0 else ():
             good &= self._has_reserve(context, sign * reserve)

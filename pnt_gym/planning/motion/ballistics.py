@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Floats
-from pnt_gym.constants import GRAVITY
+from pnt_gym.constants import AIR_DENSITY, GRAVITY
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
+_SHARES: Final[Floats] = (_NODES + 1.0) / 2.0
+"""Moments of a flight at which the drag is looked at, as shares of its time."""
 
 
 def flight_time(position: Floats, velocity: Floats, plane_z: ArrayLike) -> Floats:
@@ -55,3 +61,25 @@ def apex(position: Floats, velocity: Floats) -> tuple[Floats, Floats]:
     """
     time = np.maximum(velocity[..., 2], 0.0) / GRAVITY
     return time, flight_state(position, velocity, time)[0]
+
+
+def drag_shift(position: Floats, velocity: Floats, plane_z: ArrayLike, drag_area: Floats) -> Floats:
+    """Return how far air moves the landing (..., 3) [m], to first order in the drag; NaN where there is no landing.
+
+    Along the drag-free flight the drag a = -rho/2 (Cd A/m) |v| v shifts the object by the integral of (T - t) a, and
+    what that does to its height moves the moment of the landing.
+
+    Args:
+        position: release points (..., 3) [m].
+        velocity: release velocities (..., 3) [m/s].
+        plane_z: height of the landing [m], one number or (...,).
+        drag_area: Cd A / m of the objects (...,) [m2/kg].
+    """
+    time = flight_time(position, velocity, plane_z)
+    shift, last = np.zeros_like(velocity), flight_state(position, velocity, time)[1]
+    for share, weight in zip(_SHARES, _WEIGHTS / 2.0, strict=True):
+        passing = flight_state(position, velocity, share * time)[1]
+        factor = AIR_DENSITY / 2.0 * drag_area * np.linalg.norm(passing, axis=-1)
+        shift -= (weight * (1.0 - share) * time**2 * factor)[..., None] * passing
+    falling = np.where(last[..., 2] < 0.0, last[..., 2], np.nan)
+    return shift - (shift[..., 2] / falling)[..., None] * last

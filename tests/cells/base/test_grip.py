@@ -82,3 +82,18 @@ def test_the_first_step_below_one_counts():
     margins = np.array([[2.0, 0.9, 0.5, 2.0], [2.0, 2.0, 2.0, 0.5], [0.5, 2.0, 2.0, 2.0]])
     counts = np.array([[True] * 4, [True, True, True, False], [True] * 4])
     assert first_below(margins, counts).tolist() == [1, -1, 0]
+
+
+@given(st.floats(1.0, 60.0), st.floats(0.002, 0.5), st.floats(0.2, 0.8), st.floats(0.0, 0.03), st.floats(1.0, 3.0))
+def test_the_worst_direction_undoes_the_largest_acceleration(force, mass, friction, offset, safety):
+    one = hold(force, mass, friction, 0.04, offset)
+    most = one.acceleration(safety)
+    if most[0] > 0.0:
+        assert one.least_margin(most)[0] == pytest.approx(safety)
+
+
+@given(st.floats(0.0, 6.3), st.floats(-1.5, 1.5), st.floats(0.1, 60.0))
+def test_no_direction_is_worse_than_the_worst(azimuth, rise, size):
+    level = size * np.cos(rise)
+    towards = level * np.cos(azimuth), level * np.sin(azimuth), size * np.sin(rise)
+    assert margin(hold(), towards) >= hold().least_margin(np.array([size]))[0] * (1.0 - 1e-12)

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from pnt_gym.cells.base.catalogue import CATALOGUE, CLAW_ITEMS, HELD_OUT_ITEMS, PAPER_ITEMS, SEEN_ITEMS
+from pnt_gym.cells.base.catalogue import CATALOGUE, CLAW_ITEMS, HELD_OUT_ITEMS, LIGHT_ITEMS, PAPER_ITEMS, SEEN_ITEMS
 from pnt_gym.cells.base.items import SHAPES, Item, contact_solref, item_arrays, shape_index
 
 # name, shape, L W H in mm as it lies, mass in g, Cd, centre of mass, F0 in N, container.
@@ -71,11 +71,18 @@ def test_the_papers_objects_have_the_published_masses():
 
 
 def test_sets_are_disjoint_and_fill_the_catalogue():
-    names = [*PAPER_ITEMS, *SEEN_ITEMS, *HELD_OUT_ITEMS]
-    assert len(names) == len(set(names)) == 24
+    names = [*PAPER_ITEMS, *SEEN_ITEMS, *HELD_OUT_ITEMS, *LIGHT_ITEMS]
+    assert len(names) == len(set(names)) == 27
     assert set(CATALOGUE) == {*names, *CLAW_ITEMS}
     assert set(names) & set(CLAW_ITEMS) == {"cork"}  # both robots' cork is the same one
     assert all(item.name == name for name, item in CATALOGUE.items())
+
+
+def test_air_carries_away_what_is_light_and_nothing_else():
+    for item in (i for i in CATALOGUE.values() if i.name not in CLAW_ITEMS):
+        drag_area = item.drag * item.size[0] * item.size[1] / item.mass
+        assert (drag_area > 4.0) == (item.name in LIGHT_ITEMS)
+        assert drag_area < (12.0 if item.name in LIGHT_ITEMS else 1.3)
 
 
 def test_every_item_says_where_it_comes_from_and_is_light_enough_to_be_real():

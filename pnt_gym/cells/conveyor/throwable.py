@@ -1,0 +1,51 @@
+"""Which objects are thrown at all, by what the sensors say of them: air carries some away, the cup loses others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats
+from pnt_gym.cells.base.items import ItemTable
+from pnt_gym.cells.conveyor.config import Throwable
+from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.hold import measured_hold
+from pnt_gym.planning.motion.ballistics import drag_shift
+
+
+def drag_area(context: Context, table: ItemTable) -> Floats:
+    """Cd A / m of picks (N,) [m2/kg]: the class's drag coefficient on the measured outline, over the measured mass."""
+    size, kind = context.measured.size, context.kind
+    return table.drag[kind] * size[:, 0] * size[:, 1] / context.measured.mass
+
+
+def foreseen_shift(context: Context, table: ItemTable) -> Floats:
+    """How far air will move the landings of planned throws (N,) [m]; infinite where there is no plan."""
+    plan = context.plan
+    shift = drag_shift(plan.position, plan.velocity, context.target[:, 2], drag_area(context, table))
+    return np.nan_to_num(np.hypot(shift[:, 0], shift[:, 1]), nan=np.inf)
+
+
+def foreseen_margin(context: Context, table: ItemTable) -> Floats:
+    """How many times the throws' greatest load the cups could hold (N,), in the worst direction, as measured."""
+    return measured_hold(context.objects, context.belt_shift).least_margin(context.throw_limits.acceleration)
+
+
+_FIGURES: Final[dict[str, tuple[Callable[[Context, ItemTable], Floats], float]]] = {
+    "drag_area": (drag_area, 1.0),
+    "drag_shift": (foreseen_shift, 1.0),
+    "margin": (foreseen_margin, -1.0),
+}
+"""What each key of `Throwable` bounds, and whether from above (1) or below (-1)."""
+
+
+def throwable(context: Context, rule: Throwable, table: ItemTable) -> Bools:
+    """Which picks are to be thrown (N,)."""
+    good = np.full(len(context.kind), True)
+    for key, (figure, sign) in _FIGURES.items():
+        bound: float | None = getattr(rule, key)
+        if bound is not None:
+            good &= sign * figure(context, table) <= sign * bound
+    return good
