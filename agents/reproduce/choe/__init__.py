@@ -6,12 +6,13 @@ from typing import Final
 
 from ..finding import Overview, Parts
 from ..grids import Rows
-from . import ellipse, lengths, simulated, speed, times
+from . import curvature, ellipse, lengths, simulated, speed, times
 
 SHORT: Final = "Choe et al. 2023"
 PARTS: Final[Parts] = {
     "example": ellipse.example_findings,
     "length": ellipse.length_findings,
+    "curvature": curvature.curvature_findings,
     "speed": speed.speed_findings,
     "joints": speed.joint_findings,
     "lengths": lengths.length_findings,

@@ -138,7 +138,7 @@ def _time() -> Iterator[Row]:
 
 
 def nodes_figure() -> Figure:
-    """Nodes on the path, and radius and speed along it, beside the quickest motion (the paper's Figs. 5 and 6)."""
+    """Nodes on the path, and radius and speed along it, beside the quickest motion (the paper's Fig. 6)."""
     figure, (path, law, time) = subplots(1, 3, (13.5, 3.8))
     e, nodes = example(), example().nodes(RATE)
     arc = 1000.0 * e.point(np.linspace(e.theta_t1, e.theta_t2, 400))

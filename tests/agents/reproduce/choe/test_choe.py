@@ -7,9 +7,10 @@ import math
 import re
 from functools import cache, partial
 
+import numpy as np
 import pytest
 
-from agents.reproduce.choe import PARTS, cases, ellipse
+from agents.reproduce.choe import PARTS, cases, curvature, ellipse
 from agents.reproduce.finding import Row
 from pnt_gym.planning.paths import EllipsePath
 from pnt_gym.planning.paths.timing import time_path
@@ -17,6 +18,7 @@ from pnt_gym.planning.paths.timing import time_path
 FIGURES = {
     "example": {"choe_ellipse.svg"},
     "length": {"choe_length.svg"},
+    "curvature": {"choe_curvature.svg", "choe_profile.svg"},
     "speed": {"choe_nodes.svg"},
     "joints": {"choe_joints.svg"},
     "lengths": {"choe_lengths.svg"},
@@ -246,3 +248,21 @@ def test_the_robot_carries_the_motions_out():
             assert float(re.search(r"([\d.]+) micrometres", r.note).group(1)) < 20.0
         else:
             assert 10.0 < r.reproduced < 530.0
+
+
+def test_derivatives_of_the_curvature_are_those_of_differences():
+    theta, small = np.linspace(0.1, 3.0, 50), 1e-5
+    around = [curvature.FIG_3.radius_of_curvature(theta + k * small) for k in (-1, 0, 1)]
+    value, slope, bend = curvature.derivatives(curvature.FIG_3, theta)
+    np.testing.assert_allclose(value, around[1])
+    np.testing.assert_allclose(slope, (around[2] - around[0]) / (2.0 * small), atol=1e-6)
+    np.testing.assert_allclose(bend, (around[2] - 2.0 * around[1] + around[0]) / small**2, atol=1e-4)
+
+
+def test_the_profile_adds_up_to_the_way():
+    nodes = cases.example().nodes(cases.RATE, clip=False)
+    found = curvature.Profile.of(cases.example(), nodes)
+    assert [len(v) for v in (found.curvature, found.velocity, found.acceleration, found.jerk)] == [80, 79, 78, 77]
+    assert found.displacement[-1] == pytest.approx(nodes.steps.sum())
+    assert found.velocity[0] + found.acceleration.sum() == pytest.approx(found.velocity[-1])
+    assert row("curvature", "fig-5/way-of-the-busiest-periods").reproduced > 0.5
