@@ -11,12 +11,12 @@ import os
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Final, Self, TypeAlias, cast
+from typing import Annotated, Any, ClassVar, Final, Self, TypeAlias, cast, get_args
 
 import numpy as np
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
-from pydantic_core import to_jsonable_python
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
+from pydantic_core import PydanticCustomError, to_jsonable_python
 
 from pnt_gym.errors import ConfigError, PntGymError, one_sentence
 
@@ -36,10 +36,23 @@ ROOT: Final = "nominal"
 """The level that all others of a family differ from."""
 
 
+def _types(annotation: object) -> list[object]:
+    """All types that an annotation names."""
+    return [annotation, *(found for part in get_args(annotation) for found in _types(part))]
+
+
 class Section(BaseModel):
     """Abstract: part of a config; frozen, and an unknown key is an error."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _no_truth_for_a_number(cls, value: object, info: ValidationInfo) -> object:
+        """Refuse true where 1 would be meant."""
+        if isinstance(value, bool) and bool not in _types(cls.model_fields[str(info.field_name)].annotation):
+            raise PydanticCustomError("truth", "input should be a number or a section, not true or false")
+        return value
 
 
 def ordered(section: Section, where: str, *names: str) -> None:

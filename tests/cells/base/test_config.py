@@ -232,3 +232,18 @@ def test_a_level_is_written_as_json_can_hold_it(tmp_path):
     assert written(tmp_path / "a.yaml") == str(tmp_path / "a.yaml")
     assert written({"limits": {"percent": (30, 40)}}) == {"limits": {"percent": [30, 40]}}
     assert Oven.load(written(Oven.load("hotter"))) == Oven.load("hotter")
+
+
+@pytest.mark.parametrize(
+    ("level", "key"),
+    [
+        ({"mismatch": True}, "mismatch"),
+        ({"motion": {"dwell": False}}, "motion.dwell"),
+        ({"grip": {"safety": True}}, "grip.safety"),
+        ({"picks_per_shift": True}, "picks_per_shift"),
+    ],
+)
+def test_true_is_no_number(level, key):
+    with pytest.raises(ConfigError, match=rf"{key} is (True|False): input should be a number"):
+        ConveyorConfig.load(level)
+    assert ConveyorConfig.load({"grip": {"limit": True}}).grip.limit
