@@ -1,8 +1,9 @@
-"""The flight of free objects through air in machine code: MuJoCo's ellipsoid fluid model and its Euler steps.
+"""Objects in the air in machine code, free or swinging under a hand: MuJoCo's fluid model and its Euler steps.
 
 The forces are those of MuJoCo's manual (computation, fluid forces, ellipsoid model) without added mass times
 acceleration, which the engine leaves out too. Velocities are stepped before positions, as the engine does, so a flight
-equals the engine's to rounding; a test holds it to that.
+equals the engine's to rounding; a test holds it to that. A swing is that of a body on a pivot, so it equals the
+engine's as far as constraints are rigid there.
 """
 
 from __future__ import annotations
@@ -75,20 +76,28 @@ def _air(
 
 
 @part
-def _step(state: Floats, body: Floats, air: float, step: float) -> None:
-    """One step of an object, in place."""
-    w, x, y, z = state[3], state[4], state[5], state[6]
-    a, b, c, d = body[5], body[6], body[7], body[8]
-    mass, ix, iy, iz, up = body[0], body[1], body[2], body[3], body[4]
-    ox, oy, oz = state[10], state[11], state[12]
+def _wind(
+    body: Floats, air: float, vx: float, vy: float, vz: float, ox: float, oy: float, oz: float
+) -> tuple[float, float, float, float, float, float]:
+    """Force [N] and torque [N m] about the centre of mass of an object by its velocities, all in its own axes."""
+    a, b, c, d, up = body[5], body[6], body[7], body[8], body[4]
     # Velocity of the geom's middle, in the body's axes and then in the geom's.
-    vx, vy, vz = _turned(w, -x, -y, -z, state[7], state[8], state[9])
     ux, uy, uz = _turned(a, -b, -c, -d, vx + oy * up, vy - ox * up, vz)
     rx, ry, rz = _turned(a, -b, -c, -d, ox, oy, oz)
     fx, fy, fz, gx, gy, gz = _air(body, air, ux, uy, uz, rx, ry, rz)
     fx, fy, fz = _turned(a, b, c, d, fx, fy, fz)
     gx, gy, gz = _turned(a, b, c, d, gx, gy, gz)
-    gx, gy = gx - up * fy, gy + up * fx
+    return fx, fy, fz, gx - up * fy, gy + up * fx, gz
+
+
+@part
+def _step(state: Floats, body: Floats, air: float, step: float) -> None:
+    """One step of an object, in place."""
+    w, x, y, z = state[3], state[4], state[5], state[6]
+    mass, ix, iy, iz = body[0], body[1], body[2], body[3]
+    ox, oy, oz = state[10], state[11], state[12]
+    vx, vy, vz = _turned(w, -x, -y, -z, state[7], state[8], state[9])
+    fx, fy, fz, gx, gy, gz = _wind(body, air, vx, vy, vz, ox, oy, oz)
     # Euler's equations about the centre of mass.
     ox, oy, oz = (
         ox + step * (gx - oy * oz * (iz - iy)) / ix,
@@ -103,6 +112,14 @@ def _step(state: Floats, body: Floats, air: float, step: float) -> None:
     state[0] += step * state[7]
     state[1] += step * state[8]
     state[2] += step * state[9]
+    _turn(state, step)
+
+
+@part
+def _turn(state: Floats, step: float) -> None:
+    """Turn an object by its angular velocity, in place."""
+    w, x, y, z = state[3], state[4], state[5], state[6]
+    ox, oy, oz = state[10], state[11], state[12]
     rate = math.sqrt(ox * ox + oy * oy + oz * oz)
     if rate > 0.0:
         half = 0.5 * step * rate
@@ -149,3 +166,81 @@ def fly_down(
         steps[row] = count
         for k in range((count + stride - 1) // stride, seen.shape[1]):
             seen[row, k] = one
+
+
+@part
+def _swing(state: Floats, body: Floats, pivot: Floats, air: float, step: float, hand: Floats) -> None:
+    """One step of an object under a hand with an acceleration and a velocity (6,), in place.
+
+    Attitude and hand are seen in the axes in which the object hung at rest.
+    """
+    w, x, y, z = state[3], state[4], state[5], state[6]
+    ox, oy, oz = state[10], state[11], state[12]
+    rx, ry, rz = pivot[0], pivot[1], pivot[2]
+    mass, ix, iy, iz = body[0], body[1], body[2], body[3]
+    # The spring: turned so far about the axes of the hand, and how fast.
+    sine = math.sqrt(x * x + y * y + z * z)
+    angle = 2.0 * math.atan2(sine, w) / sine if sine > 1e-12 else 2.0
+    px, py, pz = _turned(w, x, y, z, ox, oy, oz)
+    tx = -pivot[3] * angle * x - pivot[6] * px
+    ty = -pivot[4] * angle * y - pivot[7] * py
+    tz = -pivot[5] * angle * z - pivot[8] * pz
+    tx, ty, tz = _turned(w, -x, -y, -z, tx, ty, tz)
+    # Air, weight and inertia at the centre of mass.
+    vx, vy, vz = _turned(w, -x, -y, -z, hand[3], hand[4], hand[5])
+    vx, vy, vz = vx + oy * rz - oz * ry, vy + oz * rx - ox * rz, vz + ox * ry - oy * rx
+    fx, fy, fz, gx, gy, gz = _wind(body, air, vx, vy, vz, ox, oy, oz)
+    ax, ay, az = _turned(w, -x, -y, -z, hand[0], hand[1], hand[2] + GRAVITY)
+    fx, fy, fz = fx - mass * ax, fy - mass * ay, fz - mass * az
+    tx, ty, tz = tx + gx + ry * fz - rz * fy, ty + gy + rz * fx - rx * fz, tz + gz + rx * fy - ry * fx
+    # Inertia about the pivot, and Euler's equations there.
+    xx, yy, zz = ix + mass * (ry * ry + rz * rz), iy + mass * (rz * rz + rx * rx), iz + mass * (rx * rx + ry * ry)
+    xy, yz, zx = -mass * rx * ry, -mass * ry * rz, -mass * rz * rx
+    lx, ly, lz = xx * ox + xy * oy + zx * oz, xy * ox + yy * oy + yz * oz, zx * ox + yz * oy + zz * oz
+    tx, ty, tz = tx - oy * lz + oz * ly, ty - oz * lx + ox * lz, tz - ox * ly + oy * lx
+    cxx, cyy, czz = yy * zz - yz * yz, zz * xx - zx * zx, xx * yy - xy * xy
+    cxy, cyz, czx = yz * zx - xy * zz, zx * xy - yz * xx, xy * yz - zx * yy
+    share = step / (xx * cxx + xy * cxy + zx * czx)
+    state[10] = ox + share * (cxx * tx + cxy * ty + czx * tz)
+    state[11] = oy + share * (cxy * tx + cyy * ty + cyz * tz)
+    state[12] = oz + share * (czx * tx + cyz * ty + czz * tz)
+    _turn(state, step)
+
+
+@compiled(
+    "void(float64[:, ::1], float64[:, ::1], float64[:, ::1], float64, float64, float64[:, :, ::1], int64[::1],"
+    "int64, float64[:, :, ::1])"
+)
+def swing_down(
+    state: Floats,
+    body: Floats,
+    pivot: Floats,
+    air: float,
+    step: float,
+    hand: Floats,
+    steps: Ints,
+    stride: int,
+    seen: Floats,
+) -> None:
+    """Let objects swing under their hands until each is let go, in place.
+
+    Args:
+        state: N objects (N, STATE), of which only attitude and angular velocity are looked at and changed.
+        body: what they are (N, BODY).
+        pivot: centre of mass from the lip in the object's axes [m], stiffness [N m/rad] and damping [N m s/rad] of the
+            lip about each of the axes in which the object hangs at rest (N, 9).
+        air: share of the air's density and viscosity.
+        step: of the physics [s].
+        hand: acceleration [m/s2] and velocity [m/s] at the beginning of each step, in the same axes (N, K, 6).
+        steps: how many are made (N,), at most K.
+        stride: steps between two records.
+        seen: filled with the attitudes every `stride` steps, the first one first, and then the last (N, L, 4).
+    """
+    for row in range(state.shape[0]):
+        one = state[row]
+        for k in range(steps[row]):
+            if k % stride == 0:
+                seen[row, k // stride] = one[3:7]
+            _swing(one, body[row], pivot[row], air, step, hand[row, k])
+        for k in range((steps[row] + stride - 1) // stride, seen.shape[1]):
+            seen[row, k] = one[3:7]

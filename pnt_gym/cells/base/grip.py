@@ -17,6 +17,8 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.constants import GRAVITY
 
+CUP_RADIUS: Final = 0.018
+"""Bellows suction cup for light waste, 36 mm wide [m]."""
 Surface: TypeAlias = Literal["smooth", "rough", "wet"]
 
 
@@ -54,8 +56,8 @@ class Hold:
     """Centre of mass below the lip, z (N,) [m]."""
     offset: Floats
     """Centre of mass from the cup's axis, e (N,) [m]."""
-    radius: float
-    """Of the lip, r [m]."""
+    radius: Floats
+    """Of the lip, r (N,) [m]."""
 
     def margin(self, acceleration: Floats) -> Floats:
         """How many times the load the cup could hold (N, K), for accelerations of the hand (N, K, 3) [m/s2].
@@ -66,7 +68,8 @@ class Hold:
         sideways = mass * np.sqrt(acceleration[..., 0] ** 2 + acceleration[..., 1] ** 2)
         down = mass * (GRAVITY + acceleration[..., 2])
         slip = down + sideways / self.friction[:, None]
-        peel = sideways * self.depth[:, None] / self.radius + down * (self.offset[:, None] / self.radius + 1.0)
+        radius = self.radius[:, None]
+        peel = sideways * self.depth[:, None] / radius + down * (self.offset[:, None] / radius + 1.0)
         return force / np.maximum(np.maximum(slip, peel), _LIGHTEST)
 
     def least_margin(self, acceleration: Floats) -> Floats:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, model_validator
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.grip import SURFACES, Surface
+from pnt_gym.cells.base.grip import CUP_RADIUS, SURFACES, Surface
 from pnt_gym.constants import GRAVITY
 from pnt_gym.errors import ConfigError
 
@@ -58,6 +58,7 @@ class Item(BaseModel):
         pad_friction: friction against the pads of claws; None: that of its sliding.
         opening_delay: at m = 1 claws that hold it begin to open this much late, in s.
         oversize: at m = 1 it is larger by this share than the planner of the claws thinks.
+        cup_radius: of the suction cup that is made for it, in m; no wider than the item is across.
         surface: under a suction cup; gives friction and the safety that a grip should have, see `grip.SURFACES`.
         source: one line: where the numbers come from, or what is assumed and why.
     """
@@ -79,6 +80,7 @@ class Item(BaseModel):
     pad_friction: float | None = Field(default=None, gt=0.0, le=2.0)
     opening_delay: float = Field(default=0.0, ge=0.0, le=1.0)
     oversize: float = Field(default=0.0, gt=-0.5, le=1.0)
+    cup_radius: float = Field(default=CUP_RADIUS, gt=0.0, le=0.1)
     surface: Surface = "smooth"
     source: _Line
 
@@ -86,6 +88,10 @@ class Item(BaseModel):
     def height(self) -> float:
         """Extent upwards as claws take it [m]."""
         return self.size[0] if self.upright else self.size[2]
+
+    def bears(self, cup_radius: float) -> bool:
+        """Whether a suction cup of this radius [m] is no wider than the item is across, seen from above."""
+        return 2.0 * cup_radius <= min(self.size[:2])
 
     @model_validator(mode="after")
     def _is_consistent(self) -> Self:
@@ -96,7 +102,17 @@ class Item(BaseModel):
         if self.seal_force is not None and self.seal_force <= weight:
             held = f"seal_force of {self.name!r} is {self.seal_force} N"
             raise ConfigError(f"{held}, but must exceed its weight of {weight:.3f} N.")
+        if "cup_radius" in self.model_fields_set and not self.bears(self.cup_radius):
+            raise ConfigError(too_wide(self))
         return self
+
+
+def too_wide(item: Item) -> str:
+    """What is said of an item that is smaller than its cup."""
+    return (
+        f"cup_radius of {item.name!r} is {item.cup_radius} m, but its cup, {2e3 * item.cup_radius:g} mm wide, must not "
+        f"be wider than the item, {1e3 * min(item.size[:2]):g} mm across."
+    )
 
 
 @final
@@ -117,6 +133,7 @@ class ItemTable:
         rolling_friction: (K,) m.
         solref: (K, 2) of contacts that rebound so, see `contact_solref`.
         cup_friction: (K,) against a suction cup's lip.
+        cup_radius: (K,) m, of the suction cup made for it.
         safety: (K,) that a suction cup should have, see `SURFACES`.
     """
 
@@ -132,6 +149,7 @@ class ItemTable:
     rolling_friction: Floats
     solref: Floats
     cup_friction: Floats
+    cup_radius: Floats
     safety: Floats
 
 
@@ -150,7 +168,7 @@ def item_arrays(items: Sequence[Item]) -> ItemTable:
     if len(items) == 0:
         raise ConfigError("0 items given, but a table needs at least 1.")
 
-    numbers = ("size", "mass", "drag", "com_depth", "seal_force", "friction", "rolling_friction")
+    numbers = ("size", "mass", "drag", "com_depth", "seal_force", "friction", "rolling_friction", "cup_radius")
     columns = {name: _read_only(np.array([getattr(i, name) for i in items], dtype=np.float64)) for name in numbers}
     return ItemTable(
         names=tuple(i.name for i in items),

@@ -27,6 +27,8 @@ BIN_RGBA: Final[Sequence[Rgba]] = (
 ITEM_RGBA: Final = np.array([(*hsv_to_rgb((0.13 + 0.618 * kind) % 1.0, 0.62, 0.93), 1.0) for kind in range(64)])
 """Of kind by kind (64, 4): hues a golden section apart, so that no two neighbours look alike."""
 HAND_RGBA: Final[Rgba] = (0.95, 0.47, 0.09, 1.0)
+LIP_RGBA: Final[Rgba] = (0.25, 0.25, 0.27, 1.0)
+"""Of the lip of a cup that yields: rubber."""
 BELT_THICKNESS: Final = 0.04
 """Of a belt's plate [m]."""
 

@@ -15,7 +15,8 @@ from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.base.fluid import lying_size
 from pnt_gym.cells.base.items import BOX, CYLINDER
 from pnt_gym.cells.conveyor.objects import Objects
-from pnt_gym.cells.conveyor.scene import CUP_RADIUS, LIP_GAP
+from pnt_gym.cells.conveyor.parting import Parting
+from pnt_gym.cells.conveyor.scene import LIP_GAP
 from pnt_gym.constants import GRAVITY
 
 MARGIN: Final = 0.001
@@ -26,11 +27,11 @@ _FACE: Final = np.array(
     [[0.0, 0.0, 0.0]]
     + [
         [radius * np.cos(turn), radius * np.sin(turn), 0.0]
-        for radius, count in ((CUP_RADIUS / 2.0, 8), (CUP_RADIUS, 16))
+        for radius, count in ((1.0 / 2.0, 8), (1.0, 16))
         for turn in np.arange(count) * 2.0 * np.pi / count
     ]
 )
-"""Points of the cup's face from its middle [m]."""
+"""Points of the cup's face from its middle, in radii."""
 
 
 @final
@@ -54,37 +55,37 @@ class Passage:
             margin: more than geometry asks for [m].
         """
         x, y, z = (self.drift[..., k] for k in range(3))
+        radius = objects.cup_radius[:, None]
         room = margin + 0.5 * gap * np.sqrt(x * x + y * y + z * z)
         full = lying_size(objects.shape, objects.size)
         centre = (objects.com_depth - LIP_GAP - full[:, 2] / 2.0)[:, None]
         upright = self.up[..., 2]
         length, width, height = (full[:, k, None] for k in range(3))
-        wide = CUP_RADIUS + np.abs(centre) + np.sqrt(length**2 + width**2 + height**2) / 2.0
+        wide = radius + np.abs(centre) + np.sqrt(length**2 + width**2 + height**2) / 2.0
         sideways = np.sqrt(self.apart[..., 0] ** 2 + self.apart[..., 1] ** 2)
         # Below the cup an object is nowhere higher than its highest point, nor than the plane of its upper face.
         tilt = np.sqrt(np.maximum(1.0 - upright**2, 0.0))
-        far = sideways + np.abs(centre) * tilt + CUP_RADIUS
+        far = sideways + np.abs(centre) * tilt + radius
         face = (height / 2.0 + tilt * far) / np.maximum(np.abs(upright), 1e-9)
         top = self.apart[..., 2] + centre * upright + np.minimum(reach(objects, full / 2.0, self.up), face)
         return np.asarray((top > -room) & (sideways < wide + room))
 
 
-def foreseen(objects: Objects, grasp: Floats, hand: tuple[Floats, Floats], since: Floats) -> Passage:
-    """How objects will pass if nothing but gravity acts on them.
+def foreseen(parting: Parting, hand: tuple[Floats, Floats], since: Floats) -> Passage:
+    """How N objects will pass if nothing but gravity acts on them, and their spin stays what it is.
 
     Args:
-        objects: N.
-        grasp: true centre of mass from the cup's axis (N, 2) [m].
+        parting: how they leave their cups.
         hand: position and velocity (N, K, 3) [m, m/s], the first at the release.
         since: time from the release (K,) [s].
     """
     place, velocity = hand
-    fallen = velocity[:, :1] * since[:, None] - (place - place[:, :1])
+    began = velocity[:, :1] + parting.velocity[:, None]
+    fallen = began * since[:, None] - (place - place[:, :1])
     fallen[..., 2] -= GRAVITY / 2.0 * since**2
-    hung = np.concatenate([grasp, -objects.com_depth[:, None]], axis=1)
-    drift = velocity[:, :1] - velocity
+    drift = began - velocity
     drift[..., 2] -= GRAVITY * since
-    return Passage(hung[:, None] + fallen, drift, _turned(objects, since))
+    return Passage(parting.apart[:, None] + fallen, drift, _turned(parting, since))
 
 
 def touches(objects: Objects, apart: Floats, attitude: Floats) -> Bools:
@@ -98,7 +99,8 @@ def touches(objects: Objects, apart: Floats, attitude: Floats) -> Bools:
     along, across = level_axes(attitude)
     half = lying_size(objects.shape, objects.size)[:, None, None] / 2.0
     axes = [axis[..., None, :] for axis in (along, across, vertical(attitude))]
-    x, y, z = (_FACE[:, k] - apart[..., None, k] for k in range(3))
+    face = objects.cup_radius[:, None, None, None] * _FACE
+    x, y, z = (face[..., k] - apart[..., None, k] for k in range(3))
     point = x[..., None] * axes[0] + y[..., None] * axes[1] + z[..., None] * axes[2]
     point[..., 2] -= (objects.com_depth - LIP_GAP)[:, None, None] - half[..., 2]
     a, b, c = (np.abs(point[..., k]) / half[..., k] for k in range(3))
@@ -122,18 +124,15 @@ def vertical(attitude: Floats) -> Floats:
     return np.stack([2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)], axis=-1)
 
 
-def _turned(objects: Objects, since: Floats) -> Floats:
+def _turned(parting: Parting, since: Floats) -> Floats:
     """The vertical in the axes of objects that spin as they were let go (N, K, 3)."""
-    spin = objects.spin
+    spin, first = parting.rate, vertical(parting.attitude)[:, None]
     rate = np.sqrt(spin[:, 0] ** 2 + spin[:, 1] ** 2 + spin[:, 2] ** 2)[:, None]
-    x, y, z = (spin[:, k, None] / np.where(rate > 0.0, rate, 1.0) for k in range(3))
-    cos, sin = np.cos(rate * since), np.sin(rate * since)
+    axis = (spin / np.where(rate > 0.0, rate, 1.0))[:, None]
+    cos, sin = np.cos(rate * since)[..., None], np.sin(rate * since)[..., None]
     # Rodrigues' formula for the vertical, turned back.
-    level = x * z * (1.0 - cos) - y * sin, y * z * (1.0 - cos) + x * sin
-    yaw = objects.yaw[:, None]
-    along = np.cos(yaw) * level[0] + np.sin(yaw) * level[1]
-    across = np.cos(yaw) * level[1] - np.sin(yaw) * level[0]
-    return np.stack([along, across, cos + z * z * (1.0 - cos)], axis=-1)
+    along = (axis * first).sum(axis=2, keepdims=True) * axis
+    return along + cos * (first - along) - sin * np.cross(axis, first)
 
 
 def reach(objects: Objects, half: Floats, up: Floats) -> Floats:

@@ -10,6 +10,7 @@ from typing import Annotated, Literal, Self, final
 from pydantic import Field, model_validator
 
 from pnt_gym.cells.base.config import Duration, NonNegative, Positive, Section
+from pnt_gym.cells.base.items import too_wide
 from pnt_gym.cells.base.sorting import SortingLine, SortingReward
 
 
@@ -109,6 +110,32 @@ class Throwable(Section):
     )
 
 
+class Cup(Section):
+    """The cup's lip: how it yields while it holds, and what it does to an object that it lets go."""
+
+    stiffness: Annotated[float, Field(ge=0.05, le=100)] | None = Field(
+        default=None,
+        description="Against bending of the lip about each level axis; compliance scales with the mismatch. Plausible "
+        "are 0.1 to 3, a bellows at its soft end (assumed); null: a rigid cup [N m/rad].",
+    )
+    damping: Annotated[float, Field(ge=0, le=0.95)] = Field(
+        default=0.25, description="Damping ratio of the object's swing about each of its level axes, assumed."
+    )
+    peel: bool = Field(
+        default=False,
+        description="Spin at release follows from the side at which the lip lets go (`parting.peel_impulse`), instead "
+        "of the draws of `spread.spin` and `spread.spin_per_offset`.",
+    )
+    blow_off: Annotated[float, Field(ge=0, le=1)] = Field(
+        default=0.0,
+        description="Speed downwards that air blown into the cup gives at release, at mismatch 1; 0 to 0.3 are usual, "
+        "assumed [m/s].",
+    )
+    fitted: bool = Field(
+        default=False, description="Each item has a cup of its own `cup_radius`, instead of one of 18 mm for all."
+    )
+
+
 class ActionScale(Section):
     """What an action of 1 means in each action mode."""
 
@@ -137,6 +164,7 @@ class ConveyorConfig(SortingLine):
     suction: Suction = Suction()
     grip: Grip = Grip()
     throwable: Throwable = Throwable()
+    cup: Cup = Cup()
     action: ActionScale = ActionScale()
     reward: SortingReward = SortingReward()
     planner: Literal["straight", "free_direction"] = Field(
@@ -150,4 +178,16 @@ class ConveyorConfig(SortingLine):
         for item in self.item_list():
             if item.seal_force is None:
                 raise ValueError(f"items: {item.name!r} has no seal_force; a suction cup cannot hold it")
+            if self.cup.fitted and not item.bears(item.cup_radius):
+                raise ValueError(f"cup.fitted: {too_wide(item)}")
         return self
+
+    @property
+    def swings(self) -> bool:
+        """Whether objects swing under their cups; in the planner's own world they do not."""
+        return self.cup.stiffness is not None and self.mismatch > 0.0
+
+    @property
+    def pushes(self) -> bool:
+        """Whether air blows objects off their cups."""
+        return self.cup.blow_off > 0.0 and self.mismatch > 0.0

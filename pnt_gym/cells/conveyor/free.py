@@ -8,8 +8,7 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, length, take
 from pnt_gym.cells.base.alone import Fall, fall, write_object
-from pnt_gym.cells.base.fluid import fluid_coefficients, geom_placement, lying_size, solid_shell_inertia
-from pnt_gym.cells.base.items import CYLINDER
+from pnt_gym.cells.base.fluid import lying_size
 from pnt_gym.cells.base.plant import Touchdown
 from pnt_gym.cells.base.sorting import Bins
 from pnt_gym.cells.base.stage import ITEM_RGBA
@@ -17,6 +16,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.hand import ThrowClock
 from pnt_gym.cells.conveyor.scene import LIP_GAP, Surroundings, bin_panels, build_free_scene
+from pnt_gym.cells.conveyor.swing import bodies
 from pnt_gym.constants import GRAVITY
 from pnt_gym.engine import Batch
 from pnt_gym.planning.motion.ballistics import landing_point
@@ -94,15 +94,15 @@ class FreeObjects:
         from pnt_gym.cells.base.freefall import STATE, fly_down  # noqa: PLC0415 - compiles, where nothing is kept
 
         count, stride, step, rim = len(thrown.pick), clock.stride, clock.step, thrown.target[:, 2].copy()
-        state, steps = _let_go(thrown, clock), np.zeros(count, dtype=np.int64)
+        state, steps = _let_go(clock), np.zeros(count, dtype=np.int64)
         seen = np.zeros((count, int((clock.end - clock.release).max()) // stride + 2, STATE))
-        fly_down(state, _bodies(thrown), rim, self._config.mismatch, step, stride, seen, steps)
+        fly_down(state, bodies(thrown), rim, self._config.mismatch, step, stride, seen, steps)
         before = state[:, :3] - step * state[:, 7:10], state[:, 7:10] + np.array([0.0, 0.0, GRAVITY * step])
         landing = landing_point(*before, rim)[:, :2]
         landing = np.where(np.isfinite(landing), landing, state[:, :2])
         position = np.concatenate([landing, rim[:, None]], axis=1)
         velocity = np.zeros_like(position)
-        met = clock.meets(thrown, (seen[..., :3], seen[..., 7:10], seen[..., 3:7]), steps)
+        met = clock.meets(thrown, (seen[..., :3], seen[..., 7:10], seen[..., 3:7]), steps) | clock.parting.unsure
         rows = np.flatnonzero(self._near(thrown, landing) & ~met)
         if rows.size > 0:
             first = _last_above(thrown, seen[..., 2])[rows]
@@ -128,35 +128,10 @@ def _last_above(thrown: Context, height: Floats) -> Ints:
     return np.maximum(height.shape[1] - 1 - np.argmax(~below[:, ::-1], axis=1), 0) * (~below).any(axis=1)
 
 
-def _let_go(thrown: Context, clock: ThrowClock) -> Floats:
+def _let_go(clock: ThrowClock) -> Floats:
     """States of objects when their planned hands let them go (N, 13)."""
-    o = thrown.objects
     # The engine's velocities belong to the middle of the step before.
-    times = clock.free_at[:, None] - np.array([0.0, clock.step / 2.0])
+    times, parting = clock.free_at[:, None] - np.array([0.0, clock.step / 2.0]), clock.parting
     hand = clock.path.sample(times)
-    hung = np.concatenate([thrown.grasp, -o.com_depth[:, None]], axis=1)
-    zero = np.zeros_like(o.yaw)
-    attitude = np.stack([np.cos(o.yaw / 2.0), zero, zero, np.sin(o.yaw / 2.0)], axis=1)
-    place = hand.position[:, 0] + clock.offset + hung
-    return np.concatenate([place, attitude, hand.velocity[:, 1], in_body_axes(o.spin, o.yaw)], axis=1)
-
-
-def _bodies(thrown: Context) -> Floats:
-    """What the objects are (N, BODY)."""
-    o = thrown.objects
-    full = lying_size(o.shape, o.size)
-    placed = geom_placement(o.shape, full)
-    inertia, fluid = solid_shell_inertia(o.mass, full, o.shape), fluid_coefficients(o.shape, full, o.drag)
-    lies = (o.shape == CYLINDER)[:, None]
-    semi = np.where(lies, placed.size[:, [0, 0, 1]], placed.size)
-    up = o.com_depth - LIP_GAP - o.size[:, 2] / 2
-    return np.ascontiguousarray(
-        np.concatenate([o.mass[:, None], inertia, up[:, None], placed.quat, semi, fluid], axis=1)
-    )
-
-
-def in_body_axes(vector: Floats, yaw: Floats) -> Floats:
-    """World vectors (N, 3) in the axes of bodies turned by yaw (N,) about z."""
-    cos, sin = np.cos(yaw), np.sin(yaw)
-    x, y = vector[:, 0], vector[:, 1]
-    return np.stack([cos * x + sin * y, cos * y - sin * x, vector[:, 2]], axis=-1)
+    place = hand.position[:, 0] + clock.offset + parting.apart
+    return np.concatenate([place, parting.attitude, hand.velocity[:, 1] + parting.velocity, parting.rate], axis=1)

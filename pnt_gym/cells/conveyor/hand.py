@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, final
 
 import numpy as np
@@ -13,6 +13,9 @@ from pnt_gym.cells.conveyor.clearance import FORESIGHT, MARGIN, Passage, foresee
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.hold import Grips, grips
+from pnt_gym.cells.conveyor.parting import Parting
+from pnt_gym.cells.conveyor.scene import lip_length
+from pnt_gym.cells.conveyor.swing import swung
 from pnt_gym.planning.motion.trajectory import HandPath, Samples
 from pnt_gym.planning.straight.plan import ReleaseBatch
 
@@ -60,6 +63,10 @@ class ThrowClock:
     """Of the physics [s]."""
     grips: Grips
     """Which objects are lost before they are let go."""
+    parting: Parting
+    """How the objects leave their cups."""
+    lip: float
+    """Length of a lip that yields and touches nothing, above the tip [m]."""
 
     @classmethod
     def of(cls, thrown: Context, plans: HandCycle, config: ConveyorConfig) -> ThrowClock:
@@ -75,12 +82,23 @@ class ThrowClock:
         shift = release * step - free_at
         settled = free_at + LATEST_FLIGHT * plans.release.flight_time + SETTLE
         end = step_counts(np.maximum(plans.path.duration + shift, settled), step)
-        return cls(plans.path, thrown.cup_offset, free_at, shift, release, end, step, held)
+        push = np.where(held.dropped, 0.0, config.mismatch * config.cup.blow_off)
+        parting = Parting.hanging(thrown.lost(held.dropped), push)
+        lip, offset = lip_length(config), thrown.cup_offset
+        clock = cls(plans.path, offset, free_at, shift, release, end, step, held, parting, lip)
+        if not config.swings:
+            return clock
+        return replace(clock, parting=swung(thrown, parting, clock.hand, release, clock.stride, config))
 
     @property
     def stride(self) -> int:
         """Steps between two looks at the hand."""
         return max(round(KNOT_SPACING / self.step), 1)
+
+    @property
+    def _solid(self) -> Floats:
+        """Where the solid part of the cup begins, from its tip (3,) [m]."""
+        return np.array([0.0, 0.0, self.lip])
 
     def hand(self, steps: Ints) -> Samples:
         """The planned motion of the cup's tip at the beginning of steps (K,) or (N, K)."""
@@ -91,7 +109,8 @@ class ThrowClock:
         """First steps (N,) from which on no object should meet its cup any more, at the latest the last one."""
         steps = np.arange(0, int((self.end - self.release).max()), self.stride, dtype=np.int64)
         hand, since = self.hand(self.release[:, None] + steps), np.asarray(steps * self.step, dtype=np.float64)
-        passage = foreseen(thrown.objects, thrown.grasp, (hand.position, hand.velocity), since)
+        passage = foreseen(self.parting, (hand.position, hand.velocity), since)
+        passage = replace(passage, apart=passage.apart - self._solid)
         possible = passage.may_touch(thrown.objects, self.stride * self.step, FORESIGHT)
         last = possible.shape[1] - np.argmax(possible[:, ::-1], axis=1)
         return np.asarray(np.minimum(self.release + last * self.stride, self.end - 1))
@@ -111,7 +130,7 @@ class ThrowClock:
         position, velocity, attitude = seen
         steps = np.arange(position.shape[1], dtype=np.int64) * self.stride
         hand = self.hand(first[:, None] + steps)
-        passage = Passage(position - hand.position, velocity - hand.velocity, vertical(attitude))
+        passage = Passage(position - hand.position - self._solid, velocity - hand.velocity, vertical(attitude))
         possible = passage.may_touch(thrown.objects, self.stride * self.step, margin)
         return np.asarray((possible & (steps < count[:, None])).any(axis=1))
 
@@ -127,6 +146,6 @@ class ThrowClock:
             steps = np.arange(position.shape[1], dtype=np.int64) * self.stride
             counts = (steps < count[rows, None]) & (steps * self.step >= PARTING)
             own = take(self, rows)
-            apart = position[rows] - own.hand(own.release[:, None] + steps).position
+            apart = position[rows] - own.hand(own.release[:, None] + steps).position - self._solid
             met[rows] = (touches(take(thrown.objects, rows), apart, attitude[rows]) & counts).any(axis=1)
         return met

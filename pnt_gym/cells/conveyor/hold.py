@@ -12,7 +12,6 @@ from pnt_gym.cells.base.grip import Hold, first_below
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.objects import Objects
-from pnt_gym.cells.conveyor.scene import CUP_RADIUS
 from pnt_gym.planning.motion.trajectory import HandPath
 
 LEAST_ACCELERATION: Final = 2.0
@@ -52,7 +51,7 @@ def grips(thrown: Context, path: HandPath, release_time: Floats, config: Conveyo
 def true_hold(thrown: Context) -> Hold:
     """Objects as they hang under their cups."""
     o, e = thrown.objects, thrown.grasp
-    return Hold(o.seal, o.mass, o.cup_friction, o.com_depth, np.hypot(e[:, 0], e[:, 1]), CUP_RADIUS)
+    return Hold(o.seal, o.mass, o.cup_friction, o.com_depth, np.hypot(e[:, 0], e[:, 1]), o.cup_radius)
 
 
 def measured_hold(objects: Objects, belt_shift: Floats) -> Hold:
@@ -64,5 +63,5 @@ def measured_hold(objects: Objects, belt_shift: Floats) -> Hold:
         friction=objects.cup_friction,
         depth=objects.measured_size[:, 2] / 2.0,
         offset=np.hypot(x + belt_shift, y),
-        radius=CUP_RADIUS,
+        radius=objects.cup_radius,
     )

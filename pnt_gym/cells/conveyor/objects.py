@@ -6,15 +6,17 @@ pure function of those rows, so a cell gives the same objects alone and in a bat
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from operator import itemgetter
 from typing import Final, final
 
 import numpy as np
 
 from pnt_gym.arrays import Floats, Ints
+from pnt_gym.cells.base.grip import CUP_RADIUS
 from pnt_gym.cells.base.items import CYLINDER, ItemTable
 from pnt_gym.cells.conveyor.config import ConveyorConfig, Suction
+from pnt_gym.cells.conveyor.spin import assumed, blow_impulse, gained, peel_impulse
 from pnt_gym.constants import GRAVITY
 
 TARGET_DRAWS = 8
@@ -87,6 +89,8 @@ class Objects:
     friction: Floats
     cup_friction: Floats
     """Under the lip of the cup."""
+    cup_radius: Floats
+    """Of the cup that holds it [m]."""
     rolling_friction: Floats
     solref: Floats
     """Of its contacts, S + (2,)."""
@@ -141,7 +145,7 @@ def objects_from_draws(normals: Floats, uniforms: Floats, config: ConveyorConfig
     yaw = spread.yaw * (2.0 * u["yaw"] - 1.0)
     percents = np.asarray(config.limits.percent)
     lane, gap = config.belt.lane_y, config.belt.spacing
-    return Objects(
+    drawn = Objects(
         kind=kind,
         shape=table.shape[kind],
         size=size,
@@ -154,12 +158,13 @@ def objects_from_draws(normals: Floats, uniforms: Floats, config: ConveyorConfig
         jitter=jitter,
         friction=table.friction[kind],
         cup_friction=table.cup_friction[kind],
+        cup_radius=np.where(config.cup.fitted, table.cup_radius[kind], CUP_RADIUS),
         rolling_friction=table.rolling_friction[kind],
         solref=table.solref[kind],
         yaw=yaw,
         grasp=grasp,
         belt_error=m * spread.belt_speed * z["belt_speed"],
-        spin=_spin(m * spread.spin * z["spin"], spread.spin_per_offset * grasp),
+        spin=assumed(m * spread.spin * z["spin"], spread.spin_per_offset * grasp),
         measured_size=_measured_size(size, noise.size * z["measured_size"]),
         measured_mass=mass * np.exp(noise.mass * z["measured_mass"]),
         measured_seal=seal * np.exp(noise.seal * z["measured_seal"]),
@@ -171,6 +176,7 @@ def objects_from_draws(normals: Floats, uniforms: Floats, config: ConveyorConfig
         place=u["place"],
         bin_draw=u["bin"].reshape(*uniforms.shape[:-1], TARGET_DRAWS, 3),
     )
+    return replace(drawn, spin=_spin(drawn, config))
 
 
 def release_delay(seal: Floats, mass: Floats, suction: Suction) -> Floats:
@@ -187,9 +193,27 @@ def release_delay(seal: Floats, mass: Floats, suction: Suction) -> Floats:
     Returns:
         valve + tau_e ln(F0 / (m g)) [s], never below 0.
     """
-    leak = np.where(seal < suction.leak_reference, suction.leak_reference / seal - 1.0, 0.0)
-    tau = suction.tau / (1.0 + suction.leak * leak)
+    tau = time_constant(seal, suction)
     return np.maximum(suction.valve + tau * np.log(seal / (mass * GRAVITY)), 0.0)
+
+
+def time_constant(seal: Floats, suction: Suction) -> Floats:
+    """tau_e [s] of seals that hold F0 [N]."""
+    leak = np.where(seal < suction.leak_reference, suction.leak_reference / seal - 1.0, 0.0)
+    return suction.tau / (1.0 + suction.leak * leak)
+
+
+def _spin(drawn: Objects, config: ConveyorConfig) -> Floats:
+    """Spin of objects at release: as drawn, or by how the lip peels off, and by what is blown at them."""
+    m, cup, body = config.mismatch, config.cup, (drawn.mass, drawn.size, drawn.shape, drawn.yaw)
+    spin = drawn.spin
+    if cup.peel:
+        tau = time_constant(drawn.seal, config.suction)
+        impulse = peel_impulse(drawn.mass * GRAVITY, drawn.grasp, drawn.cup_radius, tau)
+        spin = gained(m * impulse, *body)
+    if cup.blow_off > 0.0:
+        spin = spin + gained(blow_impulse(drawn.mass, drawn.grasp, m * cup.blow_off), *body)
+    return spin
 
 
 def _sizes(table: ItemTable, kind: Ints, common: Floats, axes: Floats, config: ConveyorConfig) -> Floats:
@@ -197,15 +221,6 @@ def _sizes(table: ItemTable, kind: Ints, common: Floats, axes: Floats, config: C
     own = config.spread.size_axis * axes
     own[..., 1] = np.where(table.shape[kind] == CYLINDER, own[..., 2], own[..., 1])
     return table.size[kind] * np.exp(config.spread.size * common + own)
-
-
-def _spin(random: Floats, offset: Floats) -> Floats:
-    """Spin at release: a random part (a third of it about z), and one from the off-centre grip."""
-    spin = random.copy()
-    spin[..., 2] /= 3.0
-    spin[..., 0] += offset[..., 1]
-    spin[..., 1] -= offset[..., 0]
-    return spin
 
 
 def _measured_size(size: Floats, noise: Floats) -> Floats:

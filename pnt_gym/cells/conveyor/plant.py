@@ -11,7 +11,7 @@ again, the whole throw is simulated with the robot.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
@@ -21,10 +21,13 @@ from pnt_gym.cells.base.energy import work_between, work_of_steps
 from pnt_gym.cells.base.plant import ObjectFlight, Plant, staged_rollout, touching
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.free import FreeObjects, in_body_axes, write_models
+from pnt_gym.cells.conveyor.free import FreeObjects, write_models
 from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
 from pnt_gym.cells.conveyor.outcome import Effort, Flown
+from pnt_gym.cells.conveyor.parting import upright
 from pnt_gym.cells.conveyor.scene import SENSORS, Scene, build_scene
+from pnt_gym.cells.conveyor.spin import in_body_axes
+from pnt_gym.cells.conveyor.swing import springs
 from pnt_gym.robots.t3kr.kinematics import closed_pose
 from pnt_gym.robots.t3kr.model import qpos_columns
 from pnt_gym.robots.t3kr.references import JointMotion, joint_knots, knot_count, upsample
@@ -188,6 +191,9 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         torque = inertia * in_body_axes(thrown.objects.spin, thrown.objects.yaw) / clock.step
         # The object gets its spin in the one step in which it is let go.
         control[np.arange(len(rows)), clock.release, self.scene.spin_controls] = torque
+        control[..., self.scene.swing_controls] = control[..., grip, None]
+        push = thrown.objects.mass * clock.parting.push / clock.step
+        control[np.arange(len(rows)), clock.release, self.scene.push_controls] = push[:, None]
         return control
 
     def _knots(self, clock: ThrowClock, steps: Ints) -> JointMotion:
@@ -196,12 +202,32 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         return joint_knots(position, velocity, acceleration, geometry=self.scene.robot.geometry)
 
     def _write_grip_point(self, rows: Ints, context: Context) -> None:
-        """Where the objects of some rows hang under the cup."""
+        """Where the objects of some rows hang under the cup, and the lip and radius of each."""
         batch, site, o = self.batch, self.scene.grip_site, context.objects
         grip = np.concatenate([-context.grasp, o.com_depth[:, None]], axis=1)
         batch.expand("site_pos")[rows, site] = in_body_axes(grip, o.yaw)
-        zero = np.zeros_like(o.yaw)
-        batch.expand("site_quat")[rows, site] = np.stack([np.cos(o.yaw / 2), zero, zero, -np.sin(o.yaw / 2)], axis=-1)
+        if self.config.swings:
+            self._write_springs(rows, context)
+        else:
+            batch.expand("site_quat")[rows, site] = upright(-o.yaw)
+        for geom in self.scene.cup_geoms if self.config.cup.fitted else ():
+            _widen(batch, rows, geom, o.cup_radius)
+
+    def _write_springs(self, rows: Ints, context: Context) -> None:
+        """The lips of some rows, whose axes are those of the objects as they hang at rest."""
+        batch, spring = self.batch, springs(context, self.config)
+        batch.expand("site_quat")[rows, self.scene.tcp_site] = upright(context.objects.yaw)
+        gains = batch.expand("actuator_gainprm")
+        gains[rows, self.scene.swing, 1], gains[rows, self.scene.swing, 2] = -spring.stiffness, -spring.damping
+
+
+def _widen(batch: Any, rows: Ints, geom: int, radius: Floats) -> None:
+    """Give a cylinder of some simulations another radius (N,) [m]."""
+    size, aabb = batch.expand("geom_size"), batch.expand("geom_aabb")
+    size[rows, geom, 0] = radius
+    batch.expand("geom_rbound")[rows, geom] = np.hypot(radius, size[rows, geom, 1])
+    half = np.stack([radius, radius, size[rows, geom, 1]], axis=1)
+    aabb[rows, geom] = np.concatenate([np.zeros_like(half), half], axis=1).reshape(len(rows), *aabb.shape[2:])
 
 
 def _one_after_the_other(clock: ThrowClock, clear: Ints, held: Floats, fallen: Fall) -> ObjectFlight:

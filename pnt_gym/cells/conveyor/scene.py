@@ -12,12 +12,14 @@ from typing import Any, Final, final
 import numpy as np
 
 from pnt_gym.arrays import Floats
+from pnt_gym.cells.base.grip import CUP_RADIUS
 from pnt_gym.cells.base.sorting import Bins
 from pnt_gym.cells.base.stage import (
     BELT_RGBA,
     BELT_THICKNESS,
     BIN_RGBA,
     HAND_RGBA,
+    LIP_RGBA,
     SURROUNDINGS_SOLREF,
     add_contact_sensor,
     add_floor,
@@ -33,11 +35,11 @@ from pnt_gym.engine import MjModel, MjSpec, mujoco
 from pnt_gym.robots.specification import LOOP_SOLIMP, LOOP_SOLREF, set_options
 from pnt_gym.robots.t3kr.model import T3krHandles, add_t3kr
 
-CUP_RADIUS: Final = 0.018
-"""Bellows suction cup for light waste, 36 mm wide [m]."""
 CUP_LENGTH: Final = 0.050
 LIP_GAP: Final = 0.0005
 """The object hangs this far below the rigid part of the cup, so that holding it is not a contact [m]."""
+LIP_LENGTH: Final = 0.010
+"""Of a lip that yields, below the solid part of its cup; an object can tilt until it meets that [m]."""
 FLOOR_DROP: Final = 0.02
 """The floor lies this far below the bins' bottoms [m]."""
 
@@ -81,6 +83,14 @@ class Scene(Surroundings):
     grip_site: int
     grip_equality: int
     spin_controls: slice
+    cup_geoms: tuple[int, ...]
+    """Its solid part, and a lip that yields."""
+    tcp_site: int
+    swing: slice
+    """Actuators that are the lip's spring, about three axes; empty where it is rigid."""
+    swing_controls: slice
+    push_controls: slice
+    """Of what blows objects down; empty where nothing does."""
 
 
 def build_scene(config: ConveyorConfig, rods: str = "four") -> Scene:
@@ -92,20 +102,42 @@ def build_scene(config: ConveyorConfig, rods: str = "four") -> Scene:
     """
     spec = _empty_stage(config)
     robot = add_t3kr(spec, rods="eight" if rods == "eight" else "four")
-    _add_cup(spec)
+    _add_cup(spec, lip_length(config))
     _add_object_and_bins(spec, config)
-    _add_grip(spec)
+    _add_grip(spec, config)
     _add_object_sensors(spec)
     _add_hand_sensors(spec, robot)
     model = spec.compile()
-    first_spin = int(model.actuator_ctrladr[model.actuator("spin_x").id])
+    swing = _actuators(model, "swing_x", 3 * config.swings)
     return Scene(
         **_ids(model, config),
         robot=robot,
         grip_site=model.site("grip").id,
         grip_equality=model.equality("grip").id,
-        spin_controls=slice(first_spin, first_spin + 3),
+        spin_controls=_controls(model, _actuators(model, "spin_x", 3)),
+        cup_geoms=tuple(model.geom(part).id for part in ("cup", "lip")[: 1 + config.swings]),
+        tcp_site=model.site(robot.tcp).id,
+        swing=swing,
+        swing_controls=_controls(model, swing),
+        push_controls=_controls(model, _actuators(model, "push", int(config.pushes))),
     )
+
+
+def lip_length(config: ConveyorConfig) -> float:
+    """How far the tip of a cup is below its solid part [m]."""
+    return LIP_LENGTH if config.swings else 0.0
+
+
+def _actuators(model: MjModel, first: str, count: int) -> slice:
+    """So many actuators from a named one on, which need not be there for none."""
+    start = int(model.actuator(first).id) if count > 0 else 0
+    return slice(start, start + count)
+
+
+def _controls(model: MjModel, actuators: slice) -> slice:
+    """Columns of actuators that have one control each."""
+    start = int(model.actuator_ctrladr[actuators.start])
+    return slice(start, start + actuators.stop - actuators.start)
 
 
 def build_free_scene(config: ConveyorConfig) -> FreeScene:
@@ -194,19 +226,26 @@ def _add_stage(spec: MjSpec, config: ConveyorConfig) -> None:
     )
 
 
-def _add_cup(spec: MjSpec) -> None:
-    """The cup stays solid after the release: an object that is touched again is really touched."""
-    spec.body("platform").add_geom(
-        name="cup",
-        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
-        size=[CUP_RADIUS, CUP_LENGTH / 2, 0],
-        pos=[0, 0, CUP_LENGTH / 2],
-        rgba=HAND_RGBA,
-        mass=0,
-        contype=_CUP_BIT,
-        conaffinity=0,
-        group=2,
-    )
+def _add_cup(spec: MjSpec, lip: float) -> None:
+    """The cup stays solid after the release: an object that is touched again is really touched.
+
+    A lip of some length [m] that yields touches nothing, and is only seen.
+    """
+    parts = [("cup", lip, CUP_LENGTH, _CUP_BIT, HAND_RGBA)]
+    if lip > 0.0:
+        parts.append(("lip", 0.0, lip, 0, LIP_RGBA))
+    for name, low, high, touches, colour in parts:
+        spec.body("platform").add_geom(
+            name=name,
+            type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+            size=[CUP_RADIUS, (high - low) / 2, 0],
+            pos=[0, 0, (low + high) / 2],
+            rgba=colour,
+            mass=0,
+            contype=touches,
+            conaffinity=0,
+            group=2,
+        )
 
 
 def _add_object(spec: MjSpec) -> None:
@@ -223,12 +262,12 @@ def _add_object(spec: MjSpec) -> None:
     )
 
 
-def _add_grip(spec: MjSpec) -> None:
-    """What holds the object under the cup, and turns it when it is let go."""
+def _add_grip(spec: MjSpec, config: ConveyorConfig) -> None:
+    """What holds the object under the cup, rigidly or at the lip alone, and turns and pushes it when it is let go."""
     spec.body("object").add_site(name="grip", size=[0.004, 0.004, 0.004], group=4)
     spec.add_equality(
         name="grip",
-        type=mujoco.mjtEq.mjEQ_WELD,
+        type=mujoco.mjtEq.mjEQ_CONNECT if config.swings else mujoco.mjtEq.mjEQ_WELD,
         objtype=mujoco.mjtObj.mjOBJ_SITE,
         name1="tcp",
         name2="grip",
@@ -240,6 +279,30 @@ def _add_grip(spec: MjSpec) -> None:
             name=f"spin_{axis}", trntype=mujoco.mjtTrn.mjTRN_JOINT, target="object", gear=np.eye(6)[gear]
         )
         motor.set_to_motor()
+    if config.swings:
+        _add_spring(spec)
+    if config.pushes:
+        push = spec.add_actuator(name="push", trntype=mujoco.mjtTrn.mjTRN_JOINT, target="object", gear=-np.eye(6)[2])
+        push.set_to_motor()
+
+
+def _add_spring(spec: MjSpec) -> None:
+    """The lip as a spring and damper about three axes of the hand.
+
+    Its torque is control x (gain_1 turn + gain_2 rate): the control is 1 while the object is held and 0 afterwards, the
+    plant writes the gains of every simulation.
+    """
+    for axis, gear in (("x", 3), ("y", 4), ("z", 5)):
+        spring = spec.add_actuator(
+            name=f"swing_{axis}",
+            trntype=mujoco.mjtTrn.mjTRN_SITE,
+            target="grip",
+            refsite="tcp",
+            gear=np.eye(6)[gear],
+        )
+        spring.set_to_motor()
+        spring.gaintype = mujoco.mjtGain.mjGAIN_AFFINE
+        spring.gainprm = np.zeros(10)
 
 
 def _add_bin(spec: MjSpec, index: int, centre: tuple[float, float], size: tuple[float, float], bins: Bins) -> None:

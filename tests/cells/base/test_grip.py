@@ -12,7 +12,7 @@ RADIUS = 0.018
 
 
 def hold(force=15.0, mass=0.03, friction=0.5, depth=0.03, offset=0.004):
-    return Hold(*(np.array([value]) for value in (force, mass, friction, depth, offset)), RADIUS)
+    return Hold(*(np.array([value]) for value in (force, mass, friction, depth, offset, RADIUS)))
 
 
 def margin(one, acceleration):

@@ -10,7 +10,9 @@ from scipy.spatial.transform import Rotation
 from pnt_gym.cells.base.fluid import geom_placement, lying_size
 from pnt_gym.cells.conveyor.clearance import MARGIN, Passage, foreseen, vertical
 from pnt_gym.cells.conveyor.hand import HandCycle
-from pnt_gym.cells.conveyor.scene import CUP_LENGTH, CUP_RADIUS, LIP_GAP
+from pnt_gym.cells.conveyor.parting import Parting, upright
+from pnt_gym.cells.conveyor.scene import CUP_LENGTH, LIP_GAP
+from pnt_gym.cells.conveyor.spin import in_body_axes
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
 from tests.tools.throws import make_core
 
@@ -72,7 +74,7 @@ def true_distance(objects, row, apart, attitude):
     turn = " ".join(map(str, placed.quat[row]))
     below = objects.com_depth[row] - LIP_GAP - full[row, 2] / 2
     model = mujoco.MjModel.from_xml_string(f"""<mujoco><worldbody>
-      <geom name="cup" type="cylinder" size="{CUP_RADIUS} {CUP_LENGTH / 2}" pos="0 0 {CUP_LENGTH / 2}"/>
+      <geom name="cup" type="cylinder" size="{objects.cup_radius[row]} {CUP_LENGTH / 2}" pos="0 0 {CUP_LENGTH / 2}"/>
       <body pos="{" ".join(map(str, apart))}" quat="{" ".join(map(str, attitude))}">
         <geom name="object" type="{kind}" size="{sizes}" quat="{turn}" pos="0 0 {below}"/></body>
       </worldbody></mujoco>""")
@@ -111,18 +113,24 @@ def test_a_faster_passage_needs_more_room():
 
 
 def test_objects_are_foreseen_to_fall_and_turn_as_they_were_let_go():
-    objects = objects_like(5, 1)
-    grasp, since = np.random.default_rng(0).normal(0, 0.005, (5, 2)), np.array([0.0, 0.05, 0.1])
-    place = np.random.default_rng(1).normal(size=(5, 3, 3))
-    velocity = np.random.default_rng(2).normal(size=(5, 3, 3))
-    passage = foreseen(objects, grasp, (place, velocity), since)
+    rng, since = np.random.default_rng(0), np.array([0.0, 0.05, 0.1])
+    place, velocity = rng.normal(size=(5, 3, 3)), rng.normal(size=(5, 3, 3))
+    attitude, spin = Rotation.random(5, random_state=2), rng.normal(0.0, 4.0, (5, 3))
+    apart, drift = rng.normal(0.0, 0.03, (5, 3)), rng.normal(0.0, 0.2, (5, 3))
+    parting = Parting(apart, drift, attitude.as_quat(scalar_first=True), spin, np.zeros(5), np.zeros(5, dtype=bool))
+    passage = foreseen(parting, (place, velocity), since)
     for k, t in enumerate(since):
-        free = place[:, 0] + velocity[:, 0] * t - [0, 0, 9.81 / 2 * t**2]
-        free[:, :2] += grasp
-        free[:, 2] -= objects.com_depth
+        began = velocity[:, 0] + drift
+        free = place[:, 0] + apart + began * t - [0, 0, 9.81 / 2 * t**2]
         np.testing.assert_allclose(passage.apart[:, k], free - place[:, k], atol=1e-12)
-        np.testing.assert_allclose(passage.drift[:, k], velocity[:, 0] - [0, 0, 9.81 * t] - velocity[:, k], atol=1e-12)
-        turn = Rotation.from_rotvec(objects.spin * t) * Rotation.from_euler("z", objects.yaw[:, None])
+        np.testing.assert_allclose(passage.drift[:, k], began - [0, 0, 9.81 * t] - velocity[:, k], atol=1e-12)
+        turn = attitude * Rotation.from_rotvec(spin * t)
         np.testing.assert_allclose(passage.up[:, k], turn.inv().apply([0, 0, 1]), atol=1e-12)
-    still = foreseen(replace(objects, spin=np.zeros((5, 3))), grasp, (place, velocity), since)
-    np.testing.assert_allclose(still.up, np.broadcast_to([0.0, 0.0, 1.0], still.up.shape), atol=1e-12)
+    still = foreseen(replace(parting, rate=np.zeros((5, 3))), (place, velocity), since)
+    np.testing.assert_allclose(still.up, np.repeat(still.up[:, :1], 3, axis=1), atol=1e-12)
+
+
+def test_spin_in_the_world_is_told_in_the_axes_of_the_object():
+    yaw, spin = np.array([0.3, -1.2]), np.array([[1.0, 2.0, 3.0], [-2.0, 0.5, 0.0]])
+    turn = Rotation.from_quat(upright(yaw), scalar_first=True)
+    np.testing.assert_allclose(turn.apply(in_body_axes(spin, yaw)), spin, atol=1e-12)
