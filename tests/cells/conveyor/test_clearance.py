@@ -39,7 +39,7 @@ def test_without_the_robot_the_object_flies_and_lands_as_with_it(level):
     np.testing.assert_allclose(two.touchdown.landing, whole.touchdown.landing, atol=1e-9)
     np.testing.assert_array_equal(two.touchdown.recontact, whole.touchdown.recontact)
     np.testing.assert_array_equal(two.tracking_error, whole.tracking_error)
-    np.testing.assert_allclose(two.peak_torque, whole.peak_torque, atol=6.0)
+    np.testing.assert_allclose(two.effort.torque, whole.effort.torque, atol=6.0)
 
 
 @pytest.mark.parametrize("level", ["waste", "tight"])
