@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, final
@@ -77,8 +77,8 @@ class ProgressCallback(BaseCallback):
             self._recent.append((info.get("is_success", 0.0), info.get("landing_error", np.nan), float(reward)))
         self._thrown += len(rewards)
         seconds = time.perf_counter() - self._began
-        success, error, reward = np.nanmean(np.array(self._recent, dtype=np.float64), axis=0)
-        self._show(len(rewards), self._thrown / seconds, float(success), float(error))
+        success, error, reward = map(_mean, zip(*self._recent, strict=True))
+        self._show(len(rewards), self._thrown / seconds, success, error)
         self._line = f"{self.num_timesteps},{seconds:.2f},{success:.4f},{error:.5f},{reward:.4f}"
         if self.num_timesteps - self._written >= EVERY:
             self._write()
@@ -92,6 +92,12 @@ class ProgressCallback(BaseCallback):
         self._written = self.num_timesteps
         self._lines.append(self._line)
         write_text(self._file, "\n".join(self._lines) + "\n")
+
+
+def _mean(values: Sequence[float]) -> float:
+    """Of those that are numbers; NaN where none is, as before the first pick that holds."""
+    known = [value for value in values if np.isfinite(value)]
+    return float(np.mean(known)) if known else np.nan
 
 
 def _lines_up_to(file: Path, throws: int) -> list[str]:

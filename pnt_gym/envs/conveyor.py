@@ -57,14 +57,15 @@ class ConveyorEnv(ThrowEnv, observes=TABLE):
       landing_scale: 0.10   # landing error from which on that term is 0 [m]
     ```
 
-    `info` also has `is_success`, `landing_error`, `landing_along`, `landing_across` [m], `cycle_time`,
-    `wait_time` [s], `in_opening`, `in_bin`, `rim` (in the opening but not in the bin), `recontact` (the cup touched
-    the object after the release), `dropped` (lost on the way to it), `grip_margin` (how many times the load the cup
-    could hold, at the worst moment until then), `residual_clipped`, `peak_torque` [N m], `energy` (positive work of the
-    motors from lift to lift, without recuperation) [J], `item` and `bin` (indices of what was thrown where),
-    `target_x`, `target_y`, `ended_in` (index of the bin in which the object lies at the end, -1 in none), `belongs`
-    (that bin takes it), `sorted` (a success that belongs there), and `kind`: the index, into the level's `items`, of
-    the object now under the cup.
+    `info` also has `is_success`, `landing_error`, `landing_along`, `landing_across` [m], `cycle_time`, `wait_time`
+    [s], `in_opening`, `in_bin`, `rim` (in the opening but not in the bin), `recontact` (the cup touched the object
+    after the release), `picked` (the cup sealed; else landings are NaN), `dropped` (lost on the way to the
+    release), `grip_margin` (how many times the load the cup could hold, at the worst moment until then),
+    `residual_clipped`, `peak_torque` [N m], `energy` (positive work of the motors from lift to lift, without
+    recuperation) [J], `item` and `bin` (indices of what was seen and thrown where), `true_kind` (index of what it
+    truly is), `target_x`, `target_y`, `ended_in` (index of the bin in which the object lies at the end, -1 in
+    none), `belongs` (that bin takes it), `sorted` (a success that belongs there), and `kind`: the index, into the
+    level's `items`, of what the object now under the cup is seen as.
 
     ## Arguments
 

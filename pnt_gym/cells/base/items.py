@@ -59,6 +59,7 @@ class Item(BaseModel):
         opening_delay: at m = 1 claws that hold it begin to open this much late, in s.
         oversize: at m = 1 it is larger by this share than the planner of the claws thinks.
         cup_radius: of the suction cup that is made for it, in m; no wider than the item is across.
+        pick_chance: that a suction cup well inside its outline seals on it, where picks may fail.
         surface: under a suction cup; gives friction and the safety that a grip should have, see `grip.SURFACES`.
         source: one line: where the numbers come from, or what is assumed and why.
     """
@@ -81,6 +82,7 @@ class Item(BaseModel):
     opening_delay: float = Field(default=0.0, ge=0.0, le=1.0)
     oversize: float = Field(default=0.0, gt=-0.5, le=1.0)
     cup_radius: float = Field(default=CUP_RADIUS, gt=0.0, le=0.1)
+    pick_chance: float = Field(default=0.9, gt=0.0, le=1.0)
     surface: Surface = "smooth"
     source: _Line
 
@@ -135,6 +137,7 @@ class ItemTable:
         cup_friction: (K,) against a suction cup's lip.
         cup_radius: (K,) m, of the suction cup made for it.
         safety: (K,) that a suction cup should have, see `SURFACES`.
+        pick_chance: (K,) that it seals.
     """
 
     names: tuple[str, ...]
@@ -151,6 +154,7 @@ class ItemTable:
     cup_friction: Floats
     cup_radius: Floats
     safety: Floats
+    pick_chance: Floats
 
 
 def item_arrays(items: Sequence[Item]) -> ItemTable:
@@ -169,6 +173,7 @@ def item_arrays(items: Sequence[Item]) -> ItemTable:
         raise ConfigError("0 items given, but a table needs at least 1.")
 
     numbers = ("size", "mass", "drag", "com_depth", "seal_force", "friction", "rolling_friction", "cup_radius")
+    numbers += ("pick_chance",)
     columns = {name: _read_only(np.array([getattr(i, name) for i in items], dtype=np.float64)) for name in numbers}
     return ItemTable(
         names=tuple(i.name for i in items),

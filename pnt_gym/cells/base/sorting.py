@@ -175,10 +175,9 @@ class SortingLine(ItemsConfig):
         return self
 
     def acceptance(self) -> Bools:
-        """Which bin (columns) takes which item (rows); one that is drawn per throw takes what it is drawn for."""
-        if self.bins.random is not None:
-            return np.full((len(self.items), 1), True)
-        return np.array([[not b.accepts or name in b.accepts for b in self.bins.fixed] for name in self.items])
+        """Which fixed bin (columns) takes which item (rows)."""
+        fixed = self.bins.fixed
+        return np.array([[not b.accepts or name in b.accepts for b in fixed] for name in self.items], dtype=np.bool_)
 
     def _check_off_belt(self, what: str, x: Range, y: Range) -> None:
         belt = self.belt

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, ClassVar, Literal, Self, final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Floats, Ints
+from pnt_gym.arrays import Floats, Ints, made_anew
 from pnt_gym.cells.base.action import Correction, Modes
 from pnt_gym.cells.base.canvas import Marker
 from pnt_gym.cells.base.core import Cell, Generators
@@ -23,6 +24,7 @@ from pnt_gym.cells.conveyor.observation import HIDDEN, TABLE
 from pnt_gym.cells.conveyor.outcome import Outcome, judge
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.conveyor.plant import ConveyorPlant
+from pnt_gym.cells.conveyor.seal import picked
 from pnt_gym.cells.conveyor.sources import BeltPicks, IndependentPicks, PickSource
 from pnt_gym.cells.conveyor.view import camera, objects_on_belt
 from pnt_gym.engine import MjData, MjModel
@@ -82,7 +84,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
     def throw(self, plans: ReleaseBatch) -> Outcome:
         """Throw in every cell and move on to the next picks."""
         context = self.context
-        motion = self.planner.mover.throw(context.pick, plans, context.throw_limits, context.ceiling)
+        motion = self._motion(context, plans)
         if self.plant.record_row is not None:
             self.upstream = self._source.waiting(self.plant.record_row)
         # Where the hand returns to without a belt belongs to the present pick's draw.
@@ -94,7 +96,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
     def preview(self, plans: ReleaseBatch, jitter: bool = False) -> Outcome:
         """What the coming throws would do; the hand returns to its own pick, `jitter` is that of the release time."""
         context = self.context if jitter else self.context.expected()
-        motion = self.planner.mover.throw(context.pick, plans, context.throw_limits, context.ceiling)
+        motion = self._motion(context, plans)
         back = self.planner.mover.back(motion, context.pick, context.limits)
         return self._flown(context, plans, motion, back, np.zeros(self.count))
 
@@ -112,10 +114,12 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
             "in_bin": outcome.in_bin,
             "rim": outcome.rim,
             "recontact": outcome.recontact,
+            "picked": outcome.picked,
             "dropped": outcome.dropped,
             "grip_margin": outcome.grip_margin,
             "peak_torque": outcome.peak_torque,
             "energy": outcome.energy,
+            "true_kind": thrown.objects.kind.copy(),
             "bin": thrown.bin.copy(),
             "ended_in": outcome.ended_in,
             "belongs": outcome.belongs,
@@ -148,6 +152,17 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
     def markers_at(self, time: float) -> list[Marker]:
         """The same, a time [s] after the recorded throw began."""
         return objects_on_belt(self.upstream, self.config.belt, time)
+
+    def _motion(self, context: Context, plans: ReleaseBatch) -> ThrowMotion:
+        """The throws; hands that hold nothing stay where they are, to go on from there."""
+        motion = self.planner.mover.throw(context.pick, plans, context.throw_limits, context.ceiling)
+        columns = motion.segments.durations.shape[1]
+
+        def left(pick: Floats) -> ThrowMotion:
+            resting = ThrowMotion.resting(pick)
+            return replace(resting, segments=resting.segments.padded(columns))
+
+        return made_anew(motion, ~picked(context, self.config), left, context.pick)
 
     def _flown(
         self, context: Context, release: ReleaseBatch, motion: ThrowMotion, back: Segments, wait: Floats

@@ -5,13 +5,18 @@ Belt, items, bins and sensors are those of any sorting line (`cells.base.sorting
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self, final
+from typing import Annotated, Final, Literal, Self, final
 
+import numpy as np
 from pydantic import Field, model_validator
 
+from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.config import Duration, NonNegative, Positive, Section
 from pnt_gym.cells.base.items import too_wide
 from pnt_gym.cells.base.sorting import SortingLine, SortingReward
+
+SUM_TOLERANCE: Final = 1e-6
+"""Shares that sum to 1 do so within this."""
 
 
 class Limits(Section):
@@ -136,6 +141,26 @@ class Cup(Section):
     )
 
 
+class Pick(Section):
+    """Whether the cup holds its object when the dwell is over (`cells.conveyor.seal`)."""
+
+    fails: bool = Field(
+        default=False,
+        description="Whether a cup may not seal, by the item's `pick_chance` and by where it stands on the object; the "
+        "chance to fail scales with the mismatch. A pick that fails costs its cycle, and the object rides on.",
+    )
+
+
+class Classifier(Section):
+    """As what the cell sees objects, which chooses their bins."""
+
+    confusion: dict[str, dict[str, Annotated[float, Field(ge=0, le=1)]]] = Field(
+        default={},
+        description="By item, the shares of it that are seen as each item, which sum to 1; errors scale with the "
+        "mismatch. Items that are not listed are seen as what they are.",
+    )
+
+
 class ActionScale(Section):
     """What an action of 1 means in each action mode."""
 
@@ -165,6 +190,8 @@ class ConveyorConfig(SortingLine):
     grip: Grip = Grip()
     throwable: Throwable = Throwable()
     cup: Cup = Cup()
+    pick: Pick = Pick()
+    classifier: Classifier = Classifier()
     action: ActionScale = ActionScale()
     reward: SortingReward = SortingReward()
     planner: Literal["straight", "free_direction"] = Field(
@@ -180,6 +207,13 @@ class ConveyorConfig(SortingLine):
                 raise ValueError(f"items: {item.name!r} has no seal_force; a suction cup cannot hold it")
             if self.cup.fitted and not item.bears(item.cup_radius):
                 raise ValueError(f"cup.fitted: {too_wide(item)}")
+        for true, row in self.classifier.confusion.items():
+            where = f"classifier.confusion of {true!r}"
+            for name in (true, *row):
+                if name not in self.items:
+                    raise ValueError(f"{where} tells of {name!r}, which is not among the items {self.items}")
+            if abs(sum(row.values()) - 1.0) > SUM_TOLERANCE:
+                raise ValueError(f"{where} sums to {sum(row.values()):.7g}; the shares of an item must sum to 1")
         return self
 
     @property
@@ -191,3 +225,14 @@ class ConveyorConfig(SortingLine):
     def pushes(self) -> bool:
         """Whether air blows objects off their cups."""
         return self.cup.blow_off > 0.0 and self.mismatch > 0.0
+
+    def confusion(self) -> Floats:
+        """Share of each item (rows) that is seen as each item (columns); errors scale with the mismatch."""
+        shares = np.eye(len(self.items))
+        for true, row in self.classifier.confusion.items():
+            index = self.items.index(true)
+            wrong = self.mismatch * np.array([0.0 if name == true else row.get(name, 0.0) for name in self.items])
+            wrong /= max(wrong.sum(), 1.0)
+            shares[index] = wrong
+            shares[index, index] = 1.0 - wrong.sum()
+        return shares

@@ -59,8 +59,8 @@ class Context:
 
     @property
     def kind(self) -> Ints:
-        """Index of each object into the cell's items (N,)."""
-        return self.objects.kind
+        """What the cell's classifier says of each object: index into its items (N,)."""
+        return self.objects.seen
 
     @cached_property
     def direction(self) -> Floats:
@@ -106,7 +106,8 @@ class Context:
     def expected(self) -> Context:
         """The same picks without what differs from throw to throw of one object."""
         objects = self.objects
-        return replace(self, objects=replace(objects, delay=objects.delay - objects.jitter))
+        held = np.ones_like(objects.pick_draw)
+        return replace(self, objects=replace(objects, delay=objects.delay - objects.jitter, pick_draw=held))
 
     def lost(self, rows: Bools) -> Context:
         """The same picks, of which some are lost (N,): nothing sets those spinning."""

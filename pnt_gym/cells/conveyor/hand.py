@@ -62,7 +62,7 @@ class ThrowClock:
     step: float
     """Of the physics [s]."""
     grips: Grips
-    """Which objects are lost before they are let go."""
+    """Which objects are lost before they are let go, and which were never held: those are free from the first."""
     parting: Parting
     """How the objects leave their cups."""
     lip: float
@@ -76,14 +76,14 @@ class ThrowClock:
             PhysicsError: a throw takes longer than any that is simulated.
         """
         step, held = config.timestep, grips(thrown, plans.path, plans.release_time, config)
-        let_go: Floats = plans.release_time + thrown.objects.delay
+        let_go: Floats = np.where(held.picked, plans.release_time + thrown.objects.delay, 0.0)
         free_at: Floats = np.where(held.dropped, held.lost_at * step, let_go)
         release = np.ceil(free_at / step - 1e-9).astype(np.int64)
         shift = release * step - free_at
         settled = free_at + LATEST_FLIGHT * plans.release.flight_time + SETTLE
         end = step_counts(np.maximum(plans.path.duration + shift, settled), step)
-        push = np.where(held.dropped, 0.0, config.mismatch * config.cup.blow_off)
-        parting = Parting.hanging(thrown.lost(held.dropped), push)
+        push = np.where(held.unthrown, 0.0, config.mismatch * config.cup.blow_off)
+        parting = Parting.hanging(thrown.lost(held.unthrown), push)
         lip, offset = lip_length(config), thrown.cup_offset
         clock = cls(plans.path, offset, free_at, shift, release, end, step, held, parting, lip)
         if not config.swings:

@@ -12,6 +12,7 @@ from pnt_gym.cells.base.grip import Hold, first_below
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.objects import Objects
+from pnt_gym.cells.conveyor.seal import picked
 from pnt_gym.planning.motion.trajectory import HandPath
 
 LEAST_ACCELERATION: Final = 2.0
@@ -24,14 +25,22 @@ class Grips:
     """How N grips fare until the valves are commanded."""
 
     margin: Floats
-    """Least margin on the way, see `Hold.margin` (N,)."""
+    """Least margin on the way, see `Hold.margin`; NaN where nothing is held (N,)."""
     lost_at: Ints
-    """Physics step at whose beginning the object leaves the cup (N,); -1 where it is held."""
+    """Physics step at whose beginning the object leaves the cup (N,); -1 where it does not."""
+
+    picked: Bools
+    """Whether the cup sealed at all (N,)."""
 
     @property
     def dropped(self) -> Bools:
         """Which objects are lost (N,)."""
         return self.lost_at >= 0
+
+    @property
+    def unthrown(self) -> Bools:
+        """Which objects are lost or were never held: nothing sets those spinning (N,)."""
+        return self.dropped | ~self.picked
 
 
 def grips(thrown: Context, path: HandPath, release_time: Floats, config: ConveyorConfig) -> Grips:
@@ -39,13 +48,14 @@ def grips(thrown: Context, path: HandPath, release_time: Floats, config: Conveyo
 
     Load on the cup scales with the mismatch, as every effect does that the planner knows nothing of: at 0 all is held.
     """
+    held = picked(thrown, config)
     steps = np.arange(int(np.floor(release_time.max() / config.timestep)) + 1, dtype=np.int64)
     times = np.asarray(steps * config.timestep, dtype=np.float64)
-    counts = times <= release_time[:, None]
+    counts = (times <= release_time[:, None]) & held[:, None]
     acceleration = path.sample(np.minimum(times, release_time[:, None])).acceleration
     margin = true_hold(thrown).margin(acceleration) / max(config.mismatch, 1e-9)
     lost = first_below(margin, counts) if config.grip.limit else np.full(len(margin), -1)
-    return Grips(np.where(counts, margin, np.inf).min(axis=1), lost)
+    return Grips(np.where(held, np.where(counts, margin, np.inf).min(axis=1), np.nan), lost, held)
 
 
 def true_hold(thrown: Context) -> Hold:
@@ -60,7 +70,7 @@ def measured_hold(objects: Objects, belt_shift: Floats) -> Hold:
     return Hold(
         force=objects.measured_seal,
         mass=objects.measured_mass,
-        friction=objects.cup_friction,
+        friction=objects.measured_friction,
         depth=objects.measured_size[:, 2] / 2.0,
         offset=np.hypot(x + belt_shift, y),
         radius=objects.cup_radius,

@@ -69,7 +69,7 @@ class Objects:
     """
 
     kind: Ints
-    """Index into the cell's item list, S."""
+    """What each is: index into the cell's item list, S."""
     shape: Ints
     """0 ellipsoid, 1 cylinder lying along x, 2 box, S."""
     size: Floats
@@ -101,11 +101,19 @@ class Objects:
     """Relative error of the belt speed; adds to `grasp` along x with the distance from the camera."""
     spin: Floats
     """Angular velocity gained at release, about x, y, z [rad/s], S + (3,)."""
+    pick_chance: Floats
+    """That a cup well inside its outline seals."""
+    pick_draw: Floats
+    """Uniform draw, or 1, below which the pick fails: where the chance to fail is greater."""
 
+    seen: Ints
+    """What the cell's classifier takes each for: index into the cell's item list, S."""
     measured_size: Floats
     measured_mass: Floats
     measured_seal: Floats
     measured_yaw: Floats
+    measured_friction: Floats
+    """Under the lip, of what it is seen as."""
     grasp_noise: Floats
     """What the camera adds to the true grasp offset, S + (2,) [m]."""
 
@@ -120,7 +128,25 @@ class Objects:
     """Uniform draws that choose its bin, S + (TARGET_DRAWS, 3)."""
 
 
-def objects_from_draws(normals: Floats, uniforms: Floats, config: ConveyorConfig, table: ItemTable) -> Objects:
+@final
+@dataclass(frozen=True)
+class Apart:
+    """What some levels draw beside, uniform in [0, 1), with any leading shape S."""
+
+    pick: Floats
+    """Whether the cup seals; 1 where picks do not fail."""
+    seen: Floats
+    """As what it is seen."""
+
+    @classmethod
+    def none(cls, *shape: int) -> Apart:
+        """Nothing fails."""
+        return cls(np.ones(shape), np.zeros(shape))
+
+
+def objects_from_draws(
+    normals: Floats, uniforms: Floats, config: ConveyorConfig, table: ItemTable, apart: Apart | None = None
+) -> Objects:
     """Objects from standard draws.
 
     Args:
@@ -128,11 +154,14 @@ def objects_from_draws(normals: Floats, uniforms: Floats, config: ConveyorConfig
         uniforms: S + (UNIFORMS,) in [0, 1).
         config: the cell; its mismatch scales every hidden effect, not the catalogue and not the sensor noise.
         table: the items, stacked.
+        apart: further draws, S; none where nothing fails.
     """
+    apart = Apart.none(*normals.shape[:-1]) if apart is None else apart
     m, spread, noise = config.mismatch, config.spread, config.noise
     z = dict(zip(_NORMALS, itemgetter(*_NORMALS.values())(normals), strict=True))
     u = dict(zip(_UNIFORMS, itemgetter(*_UNIFORMS.values())(uniforms), strict=True))
     kind = np.minimum((u["kind"] * len(config.items)).astype(np.int64), len(config.items) - 1)
+    seen = _seen(kind, apart.seen, config)
     size = _sizes(table, kind, z["size"], z["size_axis"], config)
     leftover = table.container[kind] & (u["residue_chance"] < spread.residue_chance)
     residue = np.where(leftover, spread.residue * u["residue"], 0.0)
@@ -165,10 +194,14 @@ def objects_from_draws(normals: Floats, uniforms: Floats, config: ConveyorConfig
         grasp=grasp,
         belt_error=m * spread.belt_speed * z["belt_speed"],
         spin=assumed(m * spread.spin * z["spin"], spread.spin_per_offset * grasp),
+        pick_chance=table.pick_chance[kind],
+        pick_draw=apart.pick,
+        seen=seen,
         measured_size=_measured_size(size, noise.size * z["measured_size"]),
         measured_mass=mass * np.exp(noise.mass * z["measured_mass"]),
         measured_seal=seal * np.exp(noise.seal * z["measured_seal"]),
         measured_yaw=yaw + noise.yaw * z["measured_yaw"],
+        measured_friction=table.cup_friction[seen],
         grasp_noise=noise.grasp * z["grasp_noise"],
         lane_y=lane[0] + (lane[1] - lane[0]) * u["lane"],
         gap=gap[0] + (gap[1] - gap[0]) * u["gap"],
@@ -214,6 +247,14 @@ def _spin(drawn: Objects, config: ConveyorConfig) -> Floats:
     if cup.blow_off > 0.0:
         spin = spin + gained(blow_impulse(drawn.mass, drawn.grasp, m * cup.blow_off), *body)
     return spin
+
+
+def _seen(kind: Ints, draw: Floats, config: ConveyorConfig) -> Ints:
+    """As what objects of kinds S are seen, by draws S."""
+    if not config.classifier.confusion:
+        return kind.copy()
+    reached = np.cumsum(config.confusion(), axis=1)[kind]
+    return np.minimum((draw[..., None] >= reached).sum(axis=-1), len(config.items) - 1)
 
 
 def _sizes(table: ItemTable, kind: Ints, common: Floats, axes: Floats, config: ConveyorConfig) -> Floats:

@@ -52,6 +52,8 @@ class Outcome(Landed):
     """Part of the cycle spent waiting above the belt for the next object (N,) [s]."""
     tracking_error: Floats
     """Distance of the hand from its reference at the moment of release (N,) [m]."""
+    picked: Bools
+    """The cup sealed; else the object rides on, and nothing is known of its landing (N,)."""
     dropped: Bools
     """The object was lost on the way to its release (N,)."""
     grip_margin: Floats
@@ -88,12 +90,20 @@ def judge(flown: Flown, context: Context, config: ConveyorConfig, cycle_time: Fl
         wait_time=wait_time,
         peak_torque=flown.effort.torque,
         tracking_error=flown.tracking_error,
+        picked=flown.grips.picked,
         dropped=flown.grips.dropped,
         grip_margin=flown.grips.margin,
         energy=flown.effort.energy,
         ended_in=ended_in,
-        belongs=(ended_in >= 0) & config.acceptance()[context.objects.kind, ended_in],
+        belongs=(ended_in >= 0) & _is_taken(context, ended_in, config),
     )
+
+
+def _is_taken(context: Context, bins: Ints, config: ConveyorConfig) -> Bools:
+    """Whether bins (N,) take what the objects are; one that is drawn for a throw takes what was seen (N,)."""
+    if config.bins.random is not None:
+        return context.objects.kind == context.objects.seen
+    return np.asarray(config.acceptance()[context.objects.kind, bins])
 
 
 def bins_of(touchdown: Touchdown, context: Context, config: ConveyorConfig, in_bin: Bools) -> Ints:

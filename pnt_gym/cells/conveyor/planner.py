@@ -10,13 +10,14 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, replaced, take
+from pnt_gym.cells.base.aside import Purpose, aside
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.free_mover import FreeMover
 from pnt_gym.cells.conveyor.hold import LEAST_ACCELERATION, measured_hold
 from pnt_gym.cells.conveyor.movers import Mover, StraightMover
-from pnt_gym.cells.conveyor.objects import NORMALS, TARGET_DRAWS, UNIFORMS, Objects, objects_from_draws
+from pnt_gym.cells.conveyor.objects import NORMALS, TARGET_DRAWS, UNIFORMS, Apart, Objects, objects_from_draws
 from pnt_gym.cells.conveyor.scene import LIP_GAP
 from pnt_gym.cells.conveyor.throwable import throwable
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows
@@ -52,11 +53,24 @@ class PickPlanner:
     def draw(self, generators: list[np.random.Generator], rows: Ints, count: int) -> Objects:
         """`count` new objects from the generators of some rows, shape (len(rows), count)."""
         normals, uniforms = np.empty((len(rows), count, NORMALS)), np.empty((len(rows), count, UNIFORMS))
+        apart = self._draw_apart(generators, rows, count)
         for place, row in enumerate(rows):
             generator = generators[int(row)]
             generator.standard_normal(out=normals[place])
             generator.random(out=uniforms[place])
-        return objects_from_draws(normals, uniforms, self.config, self._table)
+        return objects_from_draws(normals, uniforms, self.config, self._table, apart)
+
+    def _draw_apart(self, generators: list[np.random.Generator], rows: Ints, count: int) -> Apart:
+        """What `count` objects of some rows draw beside, where the level asks for it."""
+        apart, config = Apart.none(len(rows), count), self.config
+        wanted = {
+            Purpose.PICK: (config.pick.fails, apart.pick),
+            Purpose.CLASS: (config.classifier.confusion, apart.seen),
+        }
+        for purpose, (asked, draws) in wanted.items():
+            for place, row in enumerate(rows if asked else ()):
+                aside(generators[int(row)], purpose).random(out=draws[place])
+        return apart
 
     def draw_picks(self, generators: list[np.random.Generator], rows: Ints) -> tuple[Objects, Floats]:
         """A new object from the generator of each row, and where it is picked: anywhere in the window, (N, 3) [m]."""
@@ -128,8 +142,8 @@ class PickPlanner:
         """Limits at which measured objects stay under the cup, and which of them can be held at all (N,)."""
         safety = self.config.grip.safety
         if safety is None:
-            return limits, np.full(len(objects.kind), True)
-        wanted = self._table.safety[objects.kind] if safety == "surface" else safety
+            return limits, np.full(len(objects.seen), True)
+        wanted = self._table.safety[objects.seen] if safety == "surface" else safety
         most = measured_hold(objects, belt_shift).acceleration(wanted)
         slow = np.minimum(limits.acceleration, np.maximum(most, LEAST_ACCELERATION))
         return limits._replace(acceleration=slow), most >= LEAST_ACCELERATION
@@ -161,7 +175,7 @@ class PickPlanner:
 
     def _fixed_bin(self, objects: Objects, attempt: int) -> Ints:
         """Accepting bins in turn, starting at a random one."""
-        choices = self._accepts[objects.kind]
+        choices = self._accepts[objects.seen]
         count = choices.sum(axis=1)
         start = np.minimum((objects.bin_draw[:, 0, 0] * count).astype(np.int64), count - 1)
         wanted = (start + attempt) % count

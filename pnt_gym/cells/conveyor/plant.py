@@ -15,10 +15,10 @@ from typing import Any, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, length, made_anew, take
+from pnt_gym.arrays import Bools, Floats, Ints, length, made_anew, replaced, take
 from pnt_gym.cells.base.alone import Fall
 from pnt_gym.cells.base.energy import work_between, work_of_steps
-from pnt_gym.cells.base.plant import ObjectFlight, Plant, staged_rollout, touching
+from pnt_gym.cells.base.plant import ObjectFlight, Plant, Touchdown, staged_rollout, touching
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.free import FreeObjects, write_models
@@ -63,16 +63,18 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
 
     def fly(self, thrown: Context, plans: HandCycle) -> Flown:
         """Simulate one throw in every simulation: the N picks, and what the hands do."""
-        clock, rows = ThrowClock.of(thrown, plans, self.config), np.arange(len(thrown.pick))
-        thrown = thrown.lost(clock.grips.dropped)
-        flying = self._in_the_air if self.config.fidelity == "flight" else self._in_two_stages
-        flown, unsure = flying(rows, thrown, plans, clock)
-        return made_anew(flown, unsure, self._to_the_end, rows, thrown, clock)
+        clock = ThrowClock.of(thrown, plans, self.config)
+        thrown = thrown.lost(clock.grips.unthrown)
+        self._keep_recorded(thrown, plans, clock)
+        if clock.grips.picked.all():
+            return self._thrown(np.arange(len(thrown.pick)), thrown, clock)
+        rows, flown = np.flatnonzero(clock.grips.picked), self._left_lying(clock)
+        return replaced(flown, rows, self._thrown(rows, take(thrown, rows), take(clock, rows))) if rows.size else flown
 
     def follow(self, thrown: Context, plans: HandCycle) -> Followed:
         """As `fly`, with the robot simulated to the end and its hand recorded."""
         clock, rows = ThrowClock.of(thrown, plans, self.config), np.arange(len(thrown.pick))
-        thrown = thrown.lost(clock.grips.dropped)
+        thrown = thrown.lost(clock.grips.unthrown)
         self.write(thrown, rows)
         return self._followed(rows, thrown, clock)
 
@@ -97,13 +99,26 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         batch.bind("qpos")[rows] = qpos
         batch.bind("eq_active")[rows] = 1.0
 
-    def _in_two_stages(self, rows: Ints, thrown: Context, plans: HandCycle, clock: ThrowClock) -> tuple[Flown, Bools]:
+    def _thrown(self, rows: Ints, thrown: Context, clock: ThrowClock) -> Flown:
+        """The throws of some rows."""
+        flying = self._in_the_air if self.config.fidelity == "flight" else self._in_two_stages
+        flown, unsure = flying(rows, thrown, clock)
+        return made_anew(flown, unsure, self._to_the_end, rows, thrown, clock)
+
+    def _left_lying(self, clock: ThrowClock) -> Flown:
+        """Hands that go on with nothing: not simulated, and where the object rides on, nothing is measured."""
+        count = len(clock.free_at)
+        nowhere, no = np.full((count, 3), np.nan), np.full(count, False)
+        touchdown = Touchdown(nowhere[:, :2].copy(), nowhere, nowhere.copy(), no)
+        effort = self._effort_ahead(clock, np.zeros(count, dtype=np.int64))
+        return Flown(touchdown, np.zeros(count), effort, clock.grips)
+
+    def _in_two_stages(self, rows: Ints, thrown: Context, clock: ThrowClock) -> tuple[Flown, Bools]:
         """The throws with the robot until the objects are clear, then without; and which may meet the cup again."""
         self.write(thrown, rows)
-        self._keep_recorded(thrown, plans, clock)
         clear, scene = clock.clear(thrown), self.scene
         held = self._with_robot(rows, thrown, clock, clear)
-        moment = rows, clear - 1  # recorded at the end of a step
+        moment = np.arange(len(rows)), clear - 1  # recorded at the end of a step
         qpos, qvel = held["qpos"][moment], held["qvel"][moment]
         q, v = (slice(first, first + size) for first, size in ((scene.object_qpos, 7), (scene.object_qvel, 6)))
         fallen = self.free.fall(rows, thrown, qpos[:, q], qvel[:, v], clock.end - clear)
@@ -116,11 +131,8 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         astray = _astray(held["sensordata"], clock)
         return Flown(flight.touchdown(thrown.target[:, 2]), astray, effort, clock.grips), unsure
 
-    def _in_the_air(self, rows: Ints, thrown: Context, plans: HandCycle, clock: ThrowClock) -> tuple[Flown, Bools]:
+    def _in_the_air(self, rows: Ints, thrown: Context, clock: ThrowClock) -> tuple[Flown, Bools]:
         """The throws of hands that move as planned, without any robot; and which may meet the cup again."""
-        if (row := self.record_row) is not None:
-            self.write(take(thrown, [row]), rows[[row]])
-            self._keep_recorded(thrown, plans, clock)
         touchdown, unsure = self.free.foretold(thrown, clock)
         return Flown(
             touchdown, np.zeros(len(rows)), self._effort_ahead(clock, np.zeros_like(rows)), clock.grips
@@ -132,10 +144,11 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         return self._followed(rows, thrown, clock).flown
 
     def _keep_recorded(self, thrown: Context, plans: HandCycle, clock: ThrowClock) -> None:
-        """Keep the throw that is recorded, set up as it is."""
+        """Keep the throw that is recorded."""
         row, plan = self.record_row, plans.release
         if row is not None:
             one = np.array([row])
+            self.write(take(thrown, one), one)
             control = self._references(one, take(thrown, one), take(clock, one), int(clock.end[row]))
             flight = plan.position[row], plan.velocity[row], plan.flight_time[row]
             self.keep(self.scene.object_body, control[0], flight, thrown.target[row])

@@ -1,0 +1,53 @@
+"""Whether cups seal on N objects, and hold them when the dwell is over."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats
+from pnt_gym.cells.base.items import ELLIPSOID
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.objects import Objects
+
+
+def picked(thrown: Context, config: ConveyorConfig) -> Bools:
+    """Which objects their cups hold (N,).
+
+    The chance to fail scales with the mismatch, as every effect does that the planner knows nothing of.
+    """
+    if not config.pick.fails:
+        return np.full(len(thrown.pick), True)
+    fails = np.minimum(config.mismatch * (1.0 - seal_chance(thrown)), 1.0)
+    return thrown.objects.pick_draw >= fails
+
+
+def seal_chance(thrown: Context) -> Floats:
+    """Chance that a cup seals where it truly stands on its object (N,): its kind's, less where the lip hangs over.
+
+    All of it while the whole lip is inside the outline, nothing from where the cup's middle is the lip's radius
+    outside, and linear between (assumed).
+    """
+    objects = thrown.objects
+    inside, radius = inside_outline(objects, -thrown.grasp), objects.cup_radius
+    return objects.pick_chance * np.clip((inside + radius) / (2.0 * radius), 0.0, 1.0)
+
+
+def inside_outline(objects: Objects, place: Floats) -> Floats:
+    """How far inside the outlines of objects, seen from above, places are (N,) [m]; negative outside.
+
+    Of an ellipse the outline through the place is taken, by the ellipse's smaller half axis: exact for a circle.
+
+    Args:
+        objects: N.
+        place: from the middle of each, along world x, y (N, 2) [m].
+    """
+    cos, sin = np.cos(objects.yaw), np.sin(objects.yaw)
+    x, y = place.T
+    own = np.abs(np.stack([cos * x + sin * y, cos * y - sin * x], axis=-1))
+    half = objects.size[:, :2] / 2.0
+    over = own - half
+    beyond = np.maximum(over, 0.0)
+    rectangle = (-over).min(axis=1).clip(min=0.0) - np.hypot(beyond[:, 0], beyond[:, 1])
+    round_ = (1.0 - np.hypot(*(own / half).T)) * half.min(axis=1)
+    return np.where(objects.shape == ELLIPSOID, round_, rectangle)
