@@ -170,6 +170,7 @@ def trial_context(
         target=target,
         opening=np.tile(OPENING, (count, 1)),
         bin=np.zeros(count, dtype=np.int64),
+        depth=np.full((count, 1), config.bins.depth),
         limits=limits,
         throw_limits=limits,
         plan=release,

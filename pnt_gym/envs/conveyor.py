@@ -63,9 +63,10 @@ class ConveyorEnv(ThrowEnv, observes=TABLE):
     release), `grip_margin` (how many times the load the cup could hold, at the worst moment until then),
     `residual_clipped`, `peak_torque` [N m], `energy` (positive work of the motors from lift to lift, without
     recuperation) [J], `item` and `bin` (indices of what was seen and thrown where), `true_kind` (index of what it
-    truly is), `target_x`, `target_y`, `ended_in` (index of the bin in which the object lies at the end, -1 in
-    none), `belongs` (that bin takes it), `sorted` (a success that belongs there), and `kind`: the index, into the
-    level's `items`, of what the object now under the cup is seen as.
+    truly is), `target_x`, `target_y`, `bin_depth` (of its bin above what lies in it) [m], `ended_in` (index of the
+    bin in which the object lies at the end, -1 in none), `belongs` (that bin takes it), `sorted` (a success that
+    belongs there), and `kind`: the index, into the level's `items`, of what the object now under the cup is seen
+    as.
 
     ## Arguments
 

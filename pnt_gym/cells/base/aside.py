@@ -19,6 +19,8 @@ class Purpose(IntEnum):
     """Whether a cup seals."""
     CLASS = 2
     """As what an object is seen."""
+    FILL = 3
+    """How much lies in bins."""
 
 
 def aside(generator: np.random.Generator, purpose: Purpose) -> np.random.Generator:

@@ -318,13 +318,13 @@ class Touchdown:
         reach = position[:, 2] + velocity[:, 2] ** 2 / (2.0 * GRAVITY)
         return inside & (reach < rim) & (position[:, 2] > bottom - SUNK)
 
-    def landed(self, target: Floats, opening: Floats, depth: float, along: Floats) -> dict[str, Any]:
+    def landed(self, target: Floats, opening: Floats, depth: float | Floats, along: Floats) -> dict[str, Any]:
         """The fields of `Landed` that the flights tell, by name: all but error, cycle time and torque.
 
         Args:
             target: centre of each opening (N, 3) [m].
             opening: inner size along x and y (N, 2) [m].
-            depth: of the bins below the opening [m].
+            depth: of the bins below the opening, one or (N,) [m].
             along: horizontal unit vectors of the throws (N, 2+).
         """
         miss = self.landing - target[:, :2]

@@ -81,6 +81,15 @@ class Bins(Section):
     random: RandomBins | None = None
     rim: Finite = Field(default=-0.85, description="z of the rim plane, where landing is measured [m].")
     depth: Positive = Field(default=0.30, description="Inner depth below the rim [m].")
+    emptied: Annotated[int, Field(ge=1, le=100_000)] | None = Field(
+        default=None,
+        description="Bins fill with what ends in them, and are emptied after so many objects each; one that is drawn "
+        "per throw has any number of them. null: every throw meets an empty bin. Of the conveyor.",
+    )
+    packing: Annotated[float, Field(gt=0, le=1)] = Field(
+        default=0.5,
+        description="Share of a filling that objects take, the rest is between them; assumed: poured loosely.",
+    )
     wall: Annotated[float, Field(ge=0.004, le=0.1)] = Field(
         default=0.010, description="Wall thickness [m]; thinner than 4 mm lets fast objects through."
     )

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Literal, Self, final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Floats, Ints, made_anew
+from pnt_gym.arrays import Floats, Ints, made_anew, replaced
 from pnt_gym.cells.base.action import Correction, Modes
 from pnt_gym.cells.base.canvas import Marker
 from pnt_gym.cells.base.core import Cell, Generators
@@ -17,6 +17,7 @@ from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.cells.conveyor.action import MODES, correction
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.fill import Fill, volume_of
 from pnt_gym.cells.conveyor.hand import HandCycle
 from pnt_gym.cells.conveyor.movers import ThrowMotion
 from pnt_gym.cells.conveyor.objects import Objects
@@ -63,13 +64,18 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         self.plant = ConveyorPlant(config, count, threads)
         source = IndependentPicks if self.terminates else BeltPicks
         self._source: PickSource = source(self.planner, self.generators)
+        self._fill = self._empty(count)
         self.context = self.first(np.arange(count))
         self.upstream: tuple[Objects, Floats] | None = None
         """What was on the belt when the recorded throw began; for pictures."""
 
     def first(self, rows: Ints) -> Context:
-        """First picks of an episode for some rows."""
-        return self._source.first(rows)
+        """First picks of an episode for some rows; where bins are carried along, they are empty."""
+        picks = self._source.first(rows)
+        if not self._carries:
+            return picks
+        self._fill = replaced(self._fill, rows, self._empty(len(rows)))
+        return replace(picks, depth=self._empty(len(rows)).depth(self.planner.areas, self.config))
 
     def target_of(self, throws: Context) -> Ints:
         """Which fixed bin throws are for (N,)."""
@@ -79,6 +85,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         """This cell with other rows, to see which first picks they draw from an empty belt of their own."""
         scout = super().scout(generators)
         scout._source = type(self._source)(self.planner, generators)
+        scout._fill = self._empty(len(generators))
         return scout
 
     def throw(self, plans: ReleaseBatch) -> Outcome:
@@ -90,7 +97,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         # Where the hand returns to without a belt belongs to the present pick's draw.
         following = self._source.following(motion, context.limits, context.objects.place[:, 1:3])
         outcome = self._flown(context, plans, motion, following.back, following.wait)
-        self.context = following.context
+        self.context = self._after(outcome, following.context)
         return outcome
 
     def preview(self, plans: ReleaseBatch, jitter: bool = False) -> Outcome:
@@ -124,6 +131,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
             "ended_in": outcome.ended_in,
             "belongs": outcome.belongs,
             "sorted": outcome.sorted,
+            "bin_depth": thrown.bin_depth.copy(),
             "target_x": thrown.target[:, 0].copy(),
             "target_y": thrown.target[:, 1].copy(),
         }
@@ -152,6 +160,22 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
     def markers_at(self, time: float) -> list[Marker]:
         """The same, a time [s] after the recorded throw began."""
         return objects_on_belt(self.upstream, self.config.belt, time)
+
+    @property
+    def _carries(self) -> bool:
+        """Whether what ends in bins stays there for the throws that follow."""
+        return self.config.bins.emptied is not None and bool(self.config.bins.fixed) and not self.terminates
+
+    def _empty(self, count: int) -> Fill:
+        return Fill.nothing(count, max(len(self.config.bins.fixed), 1))
+
+    def _after(self, outcome: Outcome, picks: Context) -> Context:
+        """The next picks, whose bins hold what the throws have brought."""
+        emptied, objects = self.config.bins.emptied, self.context.objects
+        if emptied is None or not self._carries:
+            return picks
+        self._fill = self._fill.after(outcome.ended_in, volume_of(objects.shape, objects.size), emptied)
+        return replace(picks, depth=self._fill.depth(self.planner.areas, self.config))
 
     def _motion(self, context: Context, plans: ReleaseBatch) -> ThrowMotion:
         """The throws; hands that hold nothing stay where they are, to go on from there."""

@@ -45,6 +45,8 @@ class Context:
     """Inner size of the opening along x and y, (N, 2) [m]."""
     bin: Ints
     """Index of the fixed bin, or 0 where the bin is drawn per throw, (N,)."""
+    depth: Floats
+    """Of all fixed bins, or of the one that is drawn per throw, above what lies in them (N, B) [m]."""
     limits: LimitRows
     """Of the hand, by each object's own speed setting."""
     throw_limits: LimitRows
@@ -61,6 +63,11 @@ class Context:
     def kind(self) -> Ints:
         """What the cell's classifier says of each object: index into its items (N,)."""
         return self.objects.seen
+
+    @cached_property
+    def bin_depth(self) -> Floats:
+        """Depth of each throw's bin (N,) [m]."""
+        return self.depth[np.arange(len(self.bin)), self.bin]
 
     @cached_property
     def direction(self) -> Floats:

@@ -15,7 +15,7 @@ from pnt_gym.cells.base.stage import ITEM_RGBA
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.hand import ThrowClock
-from pnt_gym.cells.conveyor.scene import LIP_GAP, Surroundings, bin_panels, build_free_scene
+from pnt_gym.cells.conveyor.scene import BOTTOM, LIP_GAP, Surroundings, bin_panels, build_free_scene
 from pnt_gym.cells.conveyor.swing import bodies
 from pnt_gym.constants import GRAVITY
 from pnt_gym.engine import Batch
@@ -37,6 +37,8 @@ def write_models(batch: Any, rows: Ints, scene: Surroundings, context: Context, 
     batch.expand("geom_rgba")[rows, geom] = ITEM_RGBA.take(o.kind, axis=0, mode="wrap")
     if bins.random is not None:
         _place_bin(batch, rows, scene, context, bins)
+    if bins.emptied is not None:
+        _raise_bottoms(batch, rows, scene, context, bins)
 
 
 def _place_bin(batch: Any, rows: Ints, scene: Surroundings, context: Context, bins: Bins) -> None:
@@ -52,6 +54,13 @@ def _place_bin(batch: Any, rows: Ints, scene: Surroundings, context: Context, bi
     expanded = batch.expand("geom_aabb")
     aabb = np.concatenate([np.zeros_like(half), half], axis=-1)
     expanded[which] = aabb.reshape(len(rows), 5, *expanded.shape[2:])
+
+
+def _raise_bottoms(batch: Any, rows: Ints, scene: Surroundings, context: Context, bins: Bins) -> None:
+    """Where what lies in the bins ends, there their bottoms are; below, a bin is hollow."""
+    place = batch.expand("geom_pos")
+    for index, body in enumerate(scene.bin_bodies):
+        place[rows, scene.model.body_geomadr[body] + BOTTOM, 2] = -context.depth[:, index] - bins.wall / 2
 
 
 @final

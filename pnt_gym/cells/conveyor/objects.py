@@ -126,6 +126,8 @@ class Objects:
     """Uniform draws for a pick without a belt: where it is picked and where the next object waits, S + (4,)."""
     bin_draw: Floats
     """Uniform draws that choose its bin, S + (TARGET_DRAWS, 3)."""
+    fill_draw: Floats
+    """Uniform draws of how much lies in each bin, where nothing else says it, S + (B,)."""
 
 
 @final
@@ -137,11 +139,13 @@ class Apart:
     """Whether the cup seals; 1 where picks do not fail."""
     seen: Floats
     """As what it is seen."""
+    fill: Floats
+    """How much lies in each bin, S + (B,)."""
 
     @classmethod
-    def none(cls, *shape: int) -> Apart:
-        """Nothing fails."""
-        return cls(np.ones(shape), np.zeros(shape))
+    def none(cls, config: ConveyorConfig, *shape: int) -> Apart:
+        """Nothing fails, and bins are empty."""
+        return cls(np.ones(shape), np.zeros(shape), np.zeros((*shape, max(len(config.bins.fixed), 1))))
 
 
 def objects_from_draws(
@@ -156,7 +160,7 @@ def objects_from_draws(
         table: the items, stacked.
         apart: further draws, S; none where nothing fails.
     """
-    apart = Apart.none(*normals.shape[:-1]) if apart is None else apart
+    apart = Apart.none(config, *normals.shape[:-1]) if apart is None else apart
     m, spread, noise = config.mismatch, config.spread, config.noise
     z = dict(zip(_NORMALS, itemgetter(*_NORMALS.values())(normals), strict=True))
     u = dict(zip(_UNIFORMS, itemgetter(*_UNIFORMS.values())(uniforms), strict=True))
@@ -208,6 +212,7 @@ def objects_from_draws(
         percent=percents[np.minimum((u["percent"] * len(percents)).astype(np.int64), len(percents) - 1)],
         place=u["place"],
         bin_draw=u["bin"].reshape(*uniforms.shape[:-1], TARGET_DRAWS, 3),
+        fill_draw=apart.fill,
     )
     return replace(drawn, spin=_spin(drawn, config))
 

@@ -81,7 +81,7 @@ def judge(flown: Flown, context: Context, config: ConveyorConfig, cycle_time: Fl
         cycle_time: from lift to lift, dwell included (N,) [s].
         wait_time: part of it spent waiting for the next object (N,) [s].
     """
-    landed = flown.touchdown.landed(context.target, context.opening, config.bins.depth, context.direction)
+    landed = flown.touchdown.landed(context.target, context.opening, context.bin_depth, context.direction)
     ended_in = bins_of(flown.touchdown, context, config, landed["in_bin"])
     return Outcome(
         **landed,
@@ -112,5 +112,5 @@ def bins_of(touchdown: Touchdown, context: Context, config: ConveyorConfig, in_b
     rim = np.full(len(found), bins.rim)
     for index, fixed in enumerate(bins.fixed):
         centre, opening = np.array([fixed.x, fixed.y]), np.array(fixed.size)
-        found[touchdown.lies_in(centre, opening, rim, rim - bins.depth)] = index
+        found[touchdown.lies_in(centre, opening, rim, rim - context.depth[:, index])] = index
     return found

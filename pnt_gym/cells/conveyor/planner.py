@@ -14,6 +14,7 @@ from pnt_gym.cells.base.aside import Purpose, aside
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.fill import drawn_fill
 from pnt_gym.cells.conveyor.free_mover import FreeMover
 from pnt_gym.cells.conveyor.hold import LEAST_ACCELERATION, measured_hold
 from pnt_gym.cells.conveyor.movers import Mover, StraightMover
@@ -47,6 +48,8 @@ class PickPlanner:
         fixed = config.bins.fixed
         self._centres = np.array([(b.x, b.y) for b in fixed]).reshape(-1, 2)
         self._openings = np.array([b.size for b in fixed]).reshape(-1, 2)
+        self.areas: Floats = np.prod(self._openings, axis=1)
+        """Of the fixed bins' openings (B,) [m2]."""
         self._accepts = config.acceptance()
         self._table = item_arrays(config.item_list())
 
@@ -62,10 +65,12 @@ class PickPlanner:
 
     def _draw_apart(self, generators: list[np.random.Generator], rows: Ints, count: int) -> Apart:
         """What `count` objects of some rows draw beside, where the level asks for it."""
-        apart, config = Apart.none(len(rows), count), self.config
+        config = self.config
+        apart = Apart.none(config, len(rows), count)
         wanted = {
             Purpose.PICK: (config.pick.fails, apart.pick),
             Purpose.CLASS: (config.classifier.confusion, apart.seen),
+            Purpose.FILL: (config.bins.emptied, apart.fill),
         }
         for purpose, (asked, draws) in wanted.items():
             for place, row in enumerate(rows if asked else ()):
@@ -107,6 +112,7 @@ class PickPlanner:
             target=target,
             opening=opening,
             bin=index,
+            depth=self._depth(objects, opening),
             limits=limits,
             throw_limits=throw_limits,
             plan=self.mover.plan(pick, target, throw_limits, ceiling),
@@ -137,6 +143,13 @@ class PickPlanner:
                     f"of {TRIALS} trial throws reaches it; move it closer to the robot",
                     stacklevel=2,
                 )
+
+    def _depth(self, objects: Objects, opening: Floats) -> Floats:
+        """Depth of all fixed bins, or of one with an opening (N, 2) that is drawn, by the objects' draws (N, B) [m]."""
+        if self.config.bins.emptied is None:
+            return np.full(objects.fill_draw.shape, self.config.bins.depth)
+        area = self.areas if self.config.bins.fixed else np.prod(opening, axis=1, keepdims=True)
+        return drawn_fill(objects.fill_draw, self.config, self._table).depth(area, self.config)
 
     def _careful(self, objects: Objects, belt_shift: Floats, limits: LimitRows) -> tuple[LimitRows, Bools]:
         """Limits at which measured objects stay under the cup, and which of them can be held at all (N,)."""

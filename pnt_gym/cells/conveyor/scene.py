@@ -43,6 +43,9 @@ LIP_LENGTH: Final = 0.010
 FLOOR_DROP: Final = 0.02
 """The floor lies this far below the bins' bottoms [m]."""
 
+BOTTOM: Final = 4
+"""Place of the bottom among the panels of a bin."""
+
 _OBJECT_BIT, _CUP_BIT = 1, 2
 
 SENSORS: Final = {
