@@ -18,7 +18,7 @@ def picked(thrown: Context, config: ConveyorConfig) -> Bools:
     """
     if not config.pick.fails:
         return np.full(len(thrown.pick), True)
-    fails = np.minimum(config.mismatch * (1.0 - seal_chance(thrown)), 1.0)
+    fails: Floats = np.minimum(config.mismatch * (1.0 - seal_chance(thrown)), 1.0)
     return thrown.objects.pick_draw >= fails
 
 
@@ -48,6 +48,6 @@ def inside_outline(objects: Objects, place: Floats) -> Floats:
     half = objects.size[:, :2] / 2.0
     over = own - half
     beyond = np.maximum(over, 0.0)
-    rectangle = (-over).min(axis=1).clip(min=0.0) - np.hypot(beyond[:, 0], beyond[:, 1])
-    round_ = (1.0 - np.hypot(*(own / half).T)) * half.min(axis=1)
+    rectangle: Floats = (-over).min(axis=1).clip(min=0.0) - np.hypot(beyond[:, 0], beyond[:, 1])
+    round_: Floats = (1.0 - np.hypot(*(own / half).T)) * half.min(axis=1)
     return np.where(objects.shape == ELLIPSOID, round_, rectangle)
