@@ -7,7 +7,7 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.items import ItemTable
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
@@ -37,9 +37,9 @@ class Fill:
 
         A bin is emptied as soon as so many objects lie in it.
         """
-        came: Bools = np.arange(self.count.shape[1]) == ended_in[:, None]
-        count: Ints = self.count + came
-        full: Bools = count >= emptied
+        came = np.arange(self.count.shape[1], dtype=np.int64) == ended_in[:, None]
+        count = self.count + came
+        full = count >= emptied
         return Fill(np.where(full, 0, count), np.where(full, 0.0, self.volume + came * volume[:, None]))
 
     def depth(self, area: Floats, config: ConveyorConfig) -> Floats:
