@@ -172,8 +172,9 @@ def item_arrays(items: Sequence[Item]) -> ItemTable:
     if len(items) == 0:
         raise ConfigError("0 items given, but a table needs at least 1.")
 
-    numbers = ("size", "mass", "drag", "com_depth", "seal_force", "friction", "rolling_friction", "cup_radius")
-    numbers += ("pick_chance",)
+    numbers = (
+        "size", "mass", "drag", "com_depth", "seal_force", "friction", "rolling_friction", "cup_radius", "pick_chance",
+    )  # fmt: skip
     columns = {name: _read_only(np.array([getattr(i, name) for i in items], dtype=np.float64)) for name in numbers}
     return ItemTable(
         names=tuple(i.name for i in items),

@@ -215,3 +215,14 @@ def test_a_failed_pick_is_drawn_as_a_hand_that_leaves_its_object():
         time, place = data.time, data.xpos[recording.body].copy()
     assert belt.height < place[2] < belt.height + 0.12
     assert 0.3 * belt.speed * time < place[0] - x < 1.1 * belt.speed * time
+
+
+def test_a_cup_that_yields_and_blows_does_nothing_to_what_it_never_held():
+    """Every effect of the cup together with failed picks, in both fidelities."""
+    cup = {"stiffness": 0.5, "peel": True, "blow_off": 0.2, "fitted": True}
+    for fidelity in ("full", "flight"):
+        core = make_core(vary("waste", cup=cup, fidelity=fidelity, **FAILING), 24, seed=4)
+        info = core.step(np.zeros((24, 2))).info
+        assert 0 < info["picked"].sum() < 24
+        assert same_bits(np.isnan(info["landing_error"]), ~info["picked"])
+        assert (info["energy"] > 0.0).all()
