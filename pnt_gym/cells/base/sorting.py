@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, ClassVar, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -29,6 +29,11 @@ class Belt(Section):
     pick_x: Range = Field(default=(-0.30, 0.30), description="Window in which an object may be picked, along x [m].")
     lane_y: Range = Field(default=(-0.45, -0.20), description="Where objects lie across the belt [m].")
     spacing: Range = Field(default=(0.10, 0.30), description="Gap between consecutive objects along x, uniform [m].")
+    gap: Literal["centre", "edge"] = Field(
+        default="centre",
+        description="What `spacing` lies between: centres, so that long objects overlap, or edges of the objects as "
+        "they lie.",
+    )
     camera_x: Finite = Field(
         default=-0.80, description="Where the camera sees an object; a belt-speed error grows from here [m]."
     )

@@ -94,9 +94,10 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         motion = self._motion(context, plans)
         if self.plant.record_row is not None:
             self.upstream = self._source.waiting(self.plant.record_row)
+        passed = self._source.passed.copy()
         # Where the hand returns to without a belt belongs to the present pick's draw.
         following = self._source.following(motion, context.limits, context.objects.place[:, 1:3])
-        outcome = self._flown(context, plans, motion, following.back, following.wait)
+        outcome = self._flown(context, plans, motion, following.back, following.wait, passed)
         self.context = self._after(outcome, following.context)
         return outcome
 
@@ -105,7 +106,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         context = self.context if jitter else self.context.expected()
         motion = self._motion(context, plans)
         back = self.planner.mover.back(motion, context.pick, context.limits)
-        return self._flown(context, plans, motion, back, np.zeros(self.count))
+        return self._flown(context, plans, motion, back, np.zeros(self.count), self._source.passed.copy())
 
     def reward(self, outcome: Outcome) -> dict[str, Floats]:
         """Weighted reward terms by name, each (N,); before weighting every term lies in [0, 1]."""
@@ -124,6 +125,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
             "picked": outcome.picked,
             "dropped": outcome.dropped,
             "grip_margin": outcome.grip_margin,
+            "passed": outcome.passed,
             "peak_torque": outcome.peak_torque,
             "energy": outcome.energy,
             "true_kind": thrown.objects.kind.copy(),
@@ -189,9 +191,9 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         return made_anew(motion, ~picked(context, self.config), left, context.pick)
 
     def _flown(
-        self, context: Context, release: ReleaseBatch, motion: ThrowMotion, back: Segments, wait: Floats
+        self, context: Context, release: ReleaseBatch, motion: ThrowMotion, back: Segments, wait: Floats, passed: Ints
     ) -> Outcome:
         """The outcome of throws and returns."""
         path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back])
         flown = self.plant.fly(context, HandCycle(release, motion.release_time, path))
-        return judge(flown, context, self.config, path.duration + self.dwell, wait)
+        return judge(flown, context, self.config, path.duration + self.dwell, wait, passed)

@@ -198,6 +198,16 @@ class ConveyorConfig(SortingLine):
         default="straight",
         description="How the throw is planned: on a straight line (Hassan 2022), or with a free release direction.",
     )
+    dispatch: Literal["first", "soonest", "atc"] = Field(
+        default="first",
+        description="Which object on the belt is taken next, of those that can be: the one most downstream, which lets "
+        "go those before it, the one with the shortest cycle, or a quick one that cannot wait.",
+    )
+    patience: Positive = Field(
+        default=1.0,
+        le=1e6,
+        description="k of `dispatch: atc`: an object that can wait so much longer must be e times as quick [s].",
+    )
     picks_per_shift: Annotated[int, Field(ge=1)] = Field(default=50, description="Episode length of PnTConveyor-v0.")
 
     @model_validator(mode="after")

@@ -58,6 +58,8 @@ class Outcome(Landed):
     """The object was lost on the way to its release (N,)."""
     grip_margin: Floats
     """How many times the load the cup could hold, at the worst moment until its release (N,)."""
+    passed: Ints
+    """Objects that were let go since the throw before (N,)."""
     energy: Floats
     """Positive mechanical work of the motors in the cycle (N,) [J], see `cells.base.energy`."""
     ended_in: Ints
@@ -71,7 +73,9 @@ class Outcome(Landed):
         return self.is_success & self.belongs
 
 
-def judge(flown: Flown, context: Context, config: ConveyorConfig, cycle_time: Floats, wait_time: Floats) -> Outcome:
+def judge(
+    flown: Flown, context: Context, config: ConveyorConfig, cycle_time: Floats, wait_time: Floats, passed: Ints
+) -> Outcome:
     """What became of N throws.
 
     Args:
@@ -80,6 +84,7 @@ def judge(flown: Flown, context: Context, config: ConveyorConfig, cycle_time: Fl
         config: the cell.
         cycle_time: from lift to lift, dwell included (N,) [s].
         wait_time: part of it spent waiting for the next object (N,) [s].
+        passed: objects let go since the throws before (N,).
     """
     landed = flown.touchdown.landed(context.target, context.opening, context.bin_depth, context.direction)
     ended_in = bins_of(flown.touchdown, context, config, landed["in_bin"])
@@ -93,6 +98,7 @@ def judge(flown: Flown, context: Context, config: ConveyorConfig, cycle_time: Fl
         picked=flown.grips.picked,
         dropped=flown.grips.dropped,
         grip_margin=flown.grips.margin,
+        passed=passed,
         energy=flown.effort.energy,
         ended_in=ended_in,
         belongs=(ended_in >= 0) & _is_taken(context, ended_in, config),

@@ -3,25 +3,30 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, joined, replaced, take
+from pnt_gym.arrays import Bools, Floats, Ints, replaced, take
 from pnt_gym.cells.base.core import Generators
+from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.movers import ThrowMotion
 from pnt_gym.cells.conveyor.objects import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.cells.conveyor.stream import BeltStream
 from pnt_gym.errors import ConfigError
+from pnt_gym.planning.dispatch import Candidates, best
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.trajectory import Segments
 
 MOST_DRAWS: Final = 120
 """Objects tried in a row before the cell is declared impossible."""
 QUEUE: Final = 6
-"""Objects known upstream of the pick window."""
+"""Objects in a queue that are tried one after the other."""
+MOST_SEEN: Final = 32
+"""Objects in a queue from which the best is taken, at most."""
 STANDING_HEIGHT: Final = 0.05
 """Height of the next object where there is no belt to bring one [m]."""
 
@@ -44,6 +49,8 @@ class PickSource(ABC):
     def __init__(self, planner: PickPlanner, generators: Generators) -> None:
         self._planner = planner
         self._generators = generators
+        self.passed: Ints = np.zeros(len(generators), dtype=np.int64)
+        """Objects let go since the throw before, or since the episode began (N,)."""
 
     @abstractmethod
     def first(self, rows: Ints) -> Context:
@@ -60,7 +67,7 @@ class PickSource(ABC):
         """
 
     def waiting(self, row: int) -> tuple[Objects, Floats] | None:
-        """The objects that come after one row's present pick, and their centres (K, 3) [m]; None without a belt."""
+        """The objects around one row's present pick, and their centres (K, 3) [m]; None without a belt."""
         return None
 
     def _impossible(self) -> ConfigError:
@@ -103,75 +110,118 @@ class IndependentPicks(PickSource):
 
 @final
 class BeltPicks(PickSource):
-    """Objects ride the belt past the robot; the hand meets the first one that it can reach and throw.
+    """Objects ride the belt past the robot; the hand meets one that it can reach and throw, chosen by a rule.
 
-    Objects that leave the window before the hand is there, and those without a feasible throw, ride on.
+    `first` takes the most downstream one; those before it are let go for good. By any other rule objects that are not
+    taken stay, until they leave the window.
     """
 
     def __init__(self, planner: PickPlanner, generators: Generators) -> None:
         super().__init__(planner, generators)
-        count = len(generators)
-        self.queue: Objects = planner.draw([np.random.default_rng(0)], np.zeros(count, dtype=np.int64), QUEUE)
-        """Objects on the belt, nearest first (N, QUEUE)."""
-        self.queue_x: Floats = np.zeros((count, QUEUE))
-        """Where they are at the lift of the present pick (N, QUEUE) [m]."""
-        self.passed: Ints = np.zeros(count, dtype=np.int64)
-        """Objects let go since the episode began (N,)."""
+        self._belt = planner.config.belt
+        self._rule, self._patience = planner.config.dispatch, planner.config.patience
+        self.stream = BeltStream(planner, generators, _queue_length(planner.config))
 
     def first(self, rows: Ints) -> Context:
         """An empty belt with objects about to enter the window; the hand starts above its middle."""
         config = self._planner.config
-        drawn = self._planner.draw(self._generators, rows, QUEUE)
-        self.queue = replaced(self.queue, rows, drawn)
-        # The first object enters the window one gap after the episode begins.
-        self.queue_x[rows] = config.belt.pick_x[0] - np.cumsum(self.queue.gap[rows], axis=1)
-        self.passed[rows] = 0
+        self.stream.begin(rows)
         middle = (config.belt.lane_y[0] + config.belt.lane_y[1]) / 2
         start = np.tile([0.0, middle, config.belt.height + 0.3], (len(rows), 1))
         limits = LimitRows.t3kr(np.full(len(rows), max(config.limits.percent)))
         return self.following(ThrowMotion.resting(start), limits, rows=rows).context
 
     def waiting(self, row: int) -> tuple[Objects, Floats] | None:
-        """The objects upstream on the belt."""
-        height = self._planner.config.belt.height + self.queue.size[row, :, 2] / 2
-        centre = np.stack([self.queue_x[row], self.queue.lane_y[row], height], axis=-1)
-        return take(self.queue, row), centre
+        """The objects on the belt, those let go as well."""
+        objects, x = take(self.stream.objects, row), self.stream.x[row]
+        height = self._planner.config.belt.height + objects.size[:, 2] / 2
+        return objects, np.stack([x, objects.lane_y, height], axis=-1)
 
     def following(
         self, motion: ThrowMotion, limits: LimitRows, standing: Floats | None = None, rows: Ints | None = None
     ) -> NextPick:
-        """The first objects on the belt that can be met and thrown after throws of some rows; None for all rows."""
+        """Objects on the belt that can be met and thrown after throws of some rows, by the rule; None for all rows."""
         rows = np.arange(len(motion.stop)) if rows is None else rows
-        result, pending = None, np.arange(len(rows))
-        for draw in range(MOST_DRAWS):
-            place = draw % QUEUE
-            if place == 0 and draw > 0:  # the whole queue rides on
-                self._roll(rows[pending], QUEUE, np.zeros(pending.size))
-            found, time, good = self._meet(rows[pending], place, take(motion, pending), take(limits, pending))
+        choose = self._first if self._rule == "first" else self._best
+        result, pending, length = None, np.arange(len(rows)), self.stream.length
+        self.passed[rows] = 0
+        for _ in range(-(-MOST_DRAWS // length)):
+            found, place, elapsed = choose(rows[pending], take(motion, pending), take(limits, pending))
             result = found if result is None else replaced(result, pending, found)
-            self._roll(rows[pending[good]], place + 1, time[good])
-            pending = pending[~good]
+            gone = self._let_go(rows[pending], place, elapsed)
+            self.passed[rows[pending]] += gone
+            self.stream.ride(rows[pending], place, gone, elapsed)
+            pending = pending[place == length]
             if pending.size == 0:
                 return result
         raise self._impossible()
 
-    def _meet(self, rows: Ints, place: int, motion: ThrowMotion, limits: LimitRows) -> tuple[NextPick, Floats, Bools]:
-        """Pick of the object at a place of the queue in some rows, the time until its lift, and which work out."""
-        config, objects = self._planner.config, take(self.queue, (rows, place))
-        x = self.queue_x[rows, place] + config.belt.speed * motion.stop_time
+    def _first(self, rows: Ints, motion: ThrowMotion, limits: LimitRows) -> tuple[NextPick, Ints, Floats]:
+        """The most downstream picks in some rows (K,), their places in the queue, and the times until their lifts.
+
+        A row without one has the queue's length as its place.
+        """
+        result, pending = None, np.arange(len(rows))
+        places, elapsed = np.full(len(rows), self.stream.length), np.zeros(len(rows))
+        for place in range(self.stream.length):
+            at = np.full(pending.size, place)
+            found, time, good = self._meet(rows[pending], at, take(motion, pending), take(limits, pending))
+            result = found if result is None else replaced(result, pending, found)
+            places[pending[good]], elapsed[pending[good]] = place, time[good]
+            pending = pending[~good]
+            if pending.size == 0:
+                break
+        assert result is not None  # a queue is never empty
+        return result, places, elapsed
+
+    def _best(self, rows: Ints, motion: ThrowMotion, limits: LimitRows) -> tuple[NextPick, Ints, Floats]:
+        """The same by the greatest index of all that lies in the queues."""
+        shape = len(rows), self.stream.length
+        ahead = self.stream.queue_x[rows] + self._belt.speed * motion.stop_time[:, None] <= self._belt.pick_x[1]
+        ahead[:, -1] = True  # so that each row has something to show
+        row, place = np.nonzero(ahead)
+        found, elapsed, good = self._meet(rows[row], place, take(motion, row), take(limits, row))
+        number = np.zeros(shape, dtype=np.int64)
+        number[row, place] = np.arange(len(row))
+        among = take(self._candidates(found, elapsed - motion.stop_time[row], good), number)
+        chosen, some = best(self._rule, replace(among, possible=among.possible & ahead), self._patience)
+        index = np.where(some, number[np.arange(len(rows)), chosen], number[:, -1])
+        return take(found, index), np.where(some, chosen, self.stream.length), np.where(some, elapsed[index], 0.0)
+
+    def _candidates(self, found: NextPick, start: Floats, good: Bools) -> Candidates:
+        """Picks (K,) that a hand at rest lifts after so many seconds (K,), of which some work out (K,)."""
+        context, time = found.context, start.copy()
+        rows = np.flatnonzero(good)
+        one = take(context, rows)
+        time[rows] += self._planner.mover.throw(one.pick, one.plan, one.throw_limits, one.ceiling).stop_time
+        stays = (self._belt.pick_x[1] - context.pick[:, 0]) / self._belt.speed
+        return Candidates(value=np.ones(len(time)), time=time, start=start, leave=start + stays, possible=good)
+
+    def _let_go(self, rows: Ints, place: Ints, elapsed: Floats) -> Ints:
+        """How many objects of each queue are let go when that at a place (K,) is lifted, all where there is none."""
+        if self._rule == "first":
+            return place
+        out = self.stream.queue_x[rows] + self._belt.speed * elapsed[:, None] > self._belt.pick_x[1]
+        out &= np.arange(self.stream.length) != place[:, None]
+        return np.where(place < self.stream.length, out.sum(axis=1), self.stream.length)
+
+    def _meet(self, rows: Ints, places: Ints, motion: ThrowMotion, limits: LimitRows) -> tuple[NextPick, Floats, Bools]:
+        """Picks of objects at places of queues, the times until their lifts, and which work out; (K,) each."""
+        config = self._planner.config
+        objects, x = self.stream.in_queue(rows, places)
+        x = x + config.belt.speed * motion.stop_time
         meeting = self._planner.mover.meet(motion, self._planner.pick_point(objects, x), limits)
         context, throwable = self._planner.plan(objects, meeting.position)
         found = NextPick(meeting.wait, context, meeting.back)
         elapsed = motion.stop_time + meeting.time + config.motion.dwell
         return found, elapsed, meeting.feasible & throwable
 
-    def _roll(self, rows: Ints, used: int, elapsed: Floats) -> None:
-        """Move the belt on, drop the objects that were picked or passed, and add new ones upstream."""
-        if rows.size == 0:
-            return
-        self.passed[rows] += used - 1
-        new = self._planner.draw(self._generators, rows, used)
-        kept = take(self.queue, (rows, slice(used, None)))
-        x = self.queue_x[rows] + self._planner.config.belt.speed * elapsed[:, None]
-        self.queue = replaced(self.queue, rows, joined([kept, new], axis=1))
-        self.queue_x[rows] = np.concatenate([x[:, used:], x[:, -1:] - np.cumsum(new.gap, axis=1)], axis=1)
+
+def _queue_length(config: ConveyorConfig) -> int:
+    """Objects that are known at once: where the best is taken, about as many as lie in sight of the camera."""
+    belt = config.belt
+    if config.dispatch == "first":
+        return QUEUE
+    long = np.mean([item.size[:2] for item in config.item_list()]) if belt.gap == "edge" else 0.0
+    seen = (belt.pick_x[1] - belt.camera_x) / (np.mean(belt.spacing) + long)
+    return int(np.clip(np.ceil(seen), QUEUE, MOST_SEEN))
