@@ -18,7 +18,7 @@ from typing import Final, Literal, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import Bools, Floats
 
 Rule = Literal["first", "soonest", "value_rate", "atc"]
 
@@ -80,8 +80,3 @@ def index(rule: Rule, among: Candidates, patience: float) -> Floats:
     # What cannot be taken may hold any number, NaN included.
     with np.errstate(all="ignore"):
         return np.where(among.possible, RULES[rule](among, patience), -np.inf)
-
-
-def best(rule: Rule, among: Candidates, patience: float) -> tuple[Ints, Bools]:
-    """Which candidate to take, S; of equals the first. And whether there is one, S."""
-    return index(rule, among, patience).argmax(axis=-1), among.possible.any(axis=-1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final, final
 
 import numpy as np
@@ -17,7 +17,7 @@ from pnt_gym.cells.conveyor.objects import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.conveyor.stream import BeltStream
 from pnt_gym.errors import ConfigError
-from pnt_gym.planning.dispatch import Candidates, best
+from pnt_gym.planning.dispatch import Candidates, index
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.trajectory import Segments
 
@@ -120,6 +120,7 @@ class BeltPicks(PickSource):
         super().__init__(planner, generators)
         self._belt = planner.config.belt
         self._rule, self._patience = planner.config.dispatch, planner.config.patience
+        self._estimator = _estimator(planner)
         self.stream = BeltStream(planner, generators, _queue_length(planner.config))
 
     def first(self, rows: Ints) -> Context:
@@ -142,11 +143,10 @@ class BeltPicks(PickSource):
     ) -> NextPick:
         """Objects on the belt that can be met and thrown after throws of some rows, by the rule; None for all rows."""
         rows = np.arange(len(motion.stop)) if rows is None else rows
-        choose = self._first if self._rule == "first" else self._best
         result, pending, length = None, np.arange(len(rows)), self.stream.length
         self.passed[rows] = 0
         for _ in range(-(-MOST_DRAWS // length)):
-            found, place, elapsed = choose(rows[pending], take(motion, pending), take(limits, pending))
+            found, place, elapsed = self._taken(rows[pending], take(motion, pending), take(limits, pending))
             result = found if result is None else replaced(result, pending, found)
             gone = self._let_go(rows[pending], place, elapsed)
             self.passed[rows[pending]] += gone
@@ -156,46 +156,46 @@ class BeltPicks(PickSource):
                 return result
         raise self._impossible()
 
-    def _first(self, rows: Ints, motion: ThrowMotion, limits: LimitRows) -> tuple[NextPick, Ints, Floats]:
-        """The most downstream picks in some rows (K,), their places in the queue, and the times until their lifts.
+    def _taken(self, rows: Ints, motion: ThrowMotion, limits: LimitRows) -> tuple[NextPick, Ints, Floats]:
+        """The picks that are taken in some rows (K,), their places in the queue, and the times until their lifts.
 
         A row without one has the queue's length as its place.
         """
         result, pending = None, np.arange(len(rows))
         places, elapsed = np.full(len(rows), self.stream.length), np.zeros(len(rows))
-        for place in range(self.stream.length):
-            at = np.full(pending.size, place)
-            found, time, good = self._meet(rows[pending], at, take(motion, pending), take(limits, pending))
+        for at in self._order(rows, motion, limits).T:
+            objects, x = self.stream.in_queue(rows[pending], at[pending])
+            found, time, good = self._meet(self._planner, objects, x, take(motion, pending), take(limits, pending))
             result = found if result is None else replaced(result, pending, found)
-            places[pending[good]], elapsed[pending[good]] = place, time[good]
+            places[pending[good]], elapsed[pending[good]] = at[pending[good]], time[good]
             pending = pending[~good]
             if pending.size == 0:
                 break
         assert result is not None  # a queue is never empty
         return result, places, elapsed
 
-    def _best(self, rows: Ints, motion: ThrowMotion, limits: LimitRows) -> tuple[NextPick, Ints, Floats]:
-        """The same by the greatest index of all that lies in the queues."""
+    def _order(self, rows: Ints, motion: ThrowMotion, limits: LimitRows) -> Ints:
+        """Places of the queues of some rows, the one to be tried first first (K, Q)."""
         shape = len(rows), self.stream.length
+        if self._rule == "first":
+            return np.broadcast_to(np.arange(self.stream.length), shape)
         ahead = self.stream.queue_x[rows] + self._belt.speed * motion.stop_time[:, None] <= self._belt.pick_x[1]
-        ahead[:, -1] = True  # so that each row has something to show
         row, place = np.nonzero(ahead)
-        found, elapsed, good = self._meet(rows[row], place, take(motion, row), take(limits, row))
-        number = np.zeros(shape, dtype=np.int64)
-        number[row, place] = np.arange(len(row))
-        among = take(self._candidates(found, elapsed - motion.stop_time[row], good), number)
-        chosen, some = best(self._rule, replace(among, possible=among.possible & ahead), self._patience)
-        index = np.where(some, number[np.arange(len(rows)), chosen], number[:, -1])
-        return take(found, index), np.where(some, chosen, self.stream.length), np.where(some, elapsed[index], 0.0)
+        objects, x = self.stream.in_queue(rows[row], place)
+        worth = np.full(shape, -np.inf)
+        worth[row, place] = self._index(objects, x, take(motion, row), take(limits, row))
+        return np.argsort(-worth, axis=1, kind="stable")
 
-    def _candidates(self, found: NextPick, start: Floats, good: Bools) -> Candidates:
-        """Picks (K,) that a hand at rest lifts after so many seconds (K,), of which some work out (K,)."""
-        context, time = found.context, start.copy()
-        rows = np.flatnonzero(good)
-        one = take(context, rows)
-        time[rows] += self._planner.mover.throw(one.pick, one.plan, one.throw_limits, one.ceiling).stop_time
+    def _index(self, objects: Objects, x: Floats, motion: ThrowMotion, limits: LimitRows) -> Floats:
+        """What the rule thinks of objects that are at x when throws begin, (K,) each."""
+        found, elapsed, good = self._meet(self._estimator, objects, x, motion, limits)
+        rows, context, mover = np.flatnonzero(good), found.context, self._estimator.mover
+        one, throwing = take(context, rows), np.zeros(len(x))
+        throwing[rows] = mover.throw(one.pick, one.plan, one.throw_limits, one.ceiling).stop_time
+        start = elapsed - motion.stop_time
         stays = (self._belt.pick_x[1] - context.pick[:, 0]) / self._belt.speed
-        return Candidates(value=np.ones(len(time)), time=time, start=start, leave=start + stays, possible=good)
+        among = Candidates(np.ones(len(x)), start + throwing, start, start + stays, good)
+        return index(self._rule, among, self._patience)
 
     def _let_go(self, rows: Ints, place: Ints, elapsed: Floats) -> Ints:
         """How many objects of each queue are let go when that at a place (K,) is lifted, all where there is none."""
@@ -205,16 +205,26 @@ class BeltPicks(PickSource):
         out &= np.arange(self.stream.length) != place[:, None]
         return np.where(place < self.stream.length, out.sum(axis=1), self.stream.length)
 
-    def _meet(self, rows: Ints, places: Ints, motion: ThrowMotion, limits: LimitRows) -> tuple[NextPick, Floats, Bools]:
-        """Picks of objects at places of queues, the times until their lifts, and which work out; (K,) each."""
-        config = self._planner.config
-        objects, x = self.stream.in_queue(rows, places)
-        x = x + config.belt.speed * motion.stop_time
-        meeting = self._planner.mover.meet(motion, self._planner.pick_point(objects, x), limits)
-        context, throwable = self._planner.plan(objects, meeting.position)
+    def _meet(
+        self, planner: PickPlanner, objects: Objects, x: Floats, motion: ThrowMotion, limits: LimitRows
+    ) -> tuple[NextPick, Floats, Bools]:
+        """Picks of objects that are at x when throws begin, the times until their lifts, which work out; (K,) each."""
+        x = x + self._belt.speed * motion.stop_time
+        meeting = planner.mover.meet(motion, planner.pick_point(objects, x), limits)
+        context, throwable = planner.plan(objects, meeting.position)
         found = NextPick(meeting.wait, context, meeting.back)
-        elapsed = motion.stop_time + meeting.time + config.motion.dwell
+        elapsed = motion.stop_time + meeting.time + planner.config.motion.dwell
         return found, elapsed, meeting.feasible & throwable
+
+
+def _estimator(planner: PickPlanner) -> PickPlanner:
+    """The planner that compares objects: what is taken is planned by the cell's own.
+
+    A free direction takes a hundred times as long to plan as a straight throw, so straight throws are compared there.
+    """
+    if planner.config.planner != "free_direction":
+        return planner
+    return PickPlanner(planner.config.model_copy(update={"planner": "straight"}))
 
 
 def _queue_length(config: ConveyorConfig) -> int:
