@@ -106,10 +106,12 @@ def main() -> None:
     for name, level in LEVELS.items():
         result["dispatch"][name] = compared(level, options.throws, options.seed, options.threads)
         for rule, found in result["dispatch"][name].items():
+            picks, gain, sorted_, recovery = (
+                found[which]["value"] for which in ("picks_per_min", "picks_per_min_gain", "sorted_per_min", "recovery")
+            )
             print(
-                f"{name:<9}{rule:<9}{found['picks_per_min']['value']:.1f} picks/min "
-                f"({100 * found['picks_per_min_gain']['value']:+.1f} %)  {found['sorted_per_min']['value']:.1f} sorted/min"
-                f"  recovery {100 * found['recovery']['value']:.1f} %"
+                f"{name:<9}{rule:<9}{picks:.1f} picks/min ({100 * gain:+.1f} %)  {sorted_:.1f} sorted/min  "
+                f"recovery {100 * recovery:.1f} %"
             )
             sys.stdout.flush()
     if options.json is not None:

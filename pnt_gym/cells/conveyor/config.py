@@ -204,7 +204,7 @@ class ConveyorConfig(SortingLine):
         "go those before it, the one with the shortest cycle, or a quick one that cannot wait.",
     )
     patience: Positive = Field(
-        default=1.0,
+        default=8.0,
         le=1e6,
         description="k of `dispatch: atc`: an object that can wait so much longer must be e times as quick [s].",
     )
