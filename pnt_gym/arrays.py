@@ -71,6 +71,11 @@ def length(vectors: Floats) -> Floats:
     return np.sqrt(x * x + y * y + z * z)
 
 
+def dot(one: Floats, other: Floats) -> Floats:
+    """Return the product (...,) of vectors (..., 3), written out as in `length`."""
+    return one[..., 0] * other[..., 0] + one[..., 1] * other[..., 1] + one[..., 2] * other[..., 2]
+
+
 def take(record: RecordT, index: Any) -> RecordT:
     """The record at a numpy index of the leading shape; fields that are neither arrays nor records stay.
 

@@ -179,6 +179,38 @@ def grip_table(data: Data) -> Grid:
     return Grid("What the cup loses", header, rows, note)
 
 
+def cup_table(data: Data) -> Grid:
+    """What a cup that yields does to landings, and what a learner sees of it."""
+    header = ["cup", "moves landings along, across", "95 % by", "analytic", "success", "MLP", "oracle", "flights"]
+    rows = [
+        [
+            name,
+            f"{1000 * found['moved_along_sd']:.1f}, {1000 * found['moved_across_sd']:.1f} mm",
+            f"{1000 * found['moved_p95']:.1f} mm",
+            f"{1000 * found['landing_error']:.1f} mm",
+            f"{100 * found['success']:.1f} %",
+            *(_learnt(data["learning"].get(f"{name}: {who}", ())) for who in ("mlp", "oracle")),
+            f"{1000 * found['flight_p95']:.1f} mm",
+        ]
+        for name, found in data["effects"].items()
+    ]
+    note = (
+        f"Level `{data['level']}`, {data['throws']} throws per row, full physics, the same objects in all; each effect "
+        "alone. Moves: the same throws against the rigid cup, standard deviation and 95 % quantile, without those that "
+        "the cup touched again. Analytic, MLP, oracle: error and success, of held-out objects for the last two; "
+        f"the MLP from {data['practice']:,} flights from that cup, mean of 2 seeds, the oracle on {data['oracle']} "
+        "throws. Flights: 95 % of them land within this of the full physics."
+    )
+    return Grid("A cup that yields", header, rows, note)
+
+
+def _learnt(rows: list[dict[str, float]]) -> str:
+    if not rows:
+        return "-"
+    error, success = (sum(row[name] for row in rows) / len(rows) for name in ("landing_error", "success"))
+    return f"{1000 * error:.1f} mm, {100 * success:.1f} %"
+
+
 def _latest(rows: list[dict[str, float]], seeds: int) -> list[dict[str, float]]:
     """The last row of each seed; none where a seed has none, which a mean over the others would hide."""
     last = {row["seed"]: row for row in sorted(rows, key=lambda row: row["throws"])}
@@ -200,6 +232,7 @@ TABLES: Final = (
     ({"oracle", "throws"}, oracle_table),
     ({"training", "picks"}, training_table),
     ({"grip", "throws"}, grip_table),
+    ({"effects", "learning"}, cup_table),
 )
 """By what the files that `make perf` and `make studies` write are known, and their tables."""
 

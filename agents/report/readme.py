@@ -11,6 +11,7 @@ from ..cli import UsageError
 from ..files import of_its_form, read_json, write_text
 from ..tables import Grid, markdown_text
 from .measures import (
+    cup_table,
     environment_table,
     fidelity_table,
     grip_table,
@@ -30,6 +31,7 @@ BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
     "fidelity": ("fidelity.json", fidelity_table),
     "training": ("training.json", training_table),
     "grip": ("grip.json", grip_table),
+    "cup": ("cup.json", cup_table),
     "oracle": ("oracle.json", oracle_table),
 }
 """Blocks of a README by name: the file of results, and what makes the table of it; others are "paper/table"."""

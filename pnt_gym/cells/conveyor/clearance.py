@@ -11,7 +11,7 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats
+from pnt_gym.arrays import Bools, Floats, dot
 from pnt_gym.cells.base.fluid import lying_size
 from pnt_gym.cells.base.items import BOX, CYLINDER
 from pnt_gym.cells.conveyor.objects import Objects
@@ -131,7 +131,7 @@ def _turned(parting: Parting, since: Floats) -> Floats:
     axis = (spin / np.where(rate > 0.0, rate, 1.0))[:, None]
     cos, sin = np.cos(rate * since)[..., None], np.sin(rate * since)[..., None]
     # Rodrigues' formula for the vertical, turned back.
-    along = (axis * first).sum(axis=2, keepdims=True) * axis
+    along = dot(axis, first)[..., None] * axis
     return along + cos * (first - along) - sin * np.cross(axis, first)
 
 

@@ -128,8 +128,8 @@ class Cup(Section):
     )
     peel: bool = Field(
         default=False,
-        description="Spin at release follows from the side at which the lip lets go (`parting.peel_impulse`), instead "
-        "of the draws of `spread.spin` and `spread.spin_per_offset`.",
+        description="The lip peels off at one side, and the spin at release follows from that instead of the draws of "
+        "`spread.spin` and `spread.spin_per_offset`.",
     )
     blow_off: Annotated[float, Field(ge=0, le=1)] = Field(
         default=0.0,

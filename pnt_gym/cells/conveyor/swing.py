@@ -8,7 +8,7 @@ from typing import Final, NamedTuple, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import Bools, Floats, Ints, dot
 from pnt_gym.cells.base.fluid import fluid_coefficients, geom_placement, lying_size, solid_shell_inertia
 from pnt_gym.cells.base.items import CYLINDER
 from pnt_gym.cells.conveyor.clearance import reach, vertical
@@ -22,7 +22,8 @@ from pnt_gym.planning.motion.trajectory import Samples
 FASTEST: Final = 0.5
 """Phase of a swing in a step at most [rad]; a lip that would make it faster is as stiff as that.
 
-Then h^2 k + 2 h c < 4 / 3, so that steps are stable however the axes are coupled by an object's offset."""
+Then h^2 k + 2 h c < 1.4 about each axis; the steps are stable below 4, which coupling of the axes by an object's offset
+brings down to 4 / 3 at the utmost, and not near it."""
 TWIST_RATIO: Final = 0.5
 """Damping ratio about the upright, where the lip is to be stiff."""
 STEEPEST: Final = 0.5
@@ -49,10 +50,7 @@ def springs(thrown: Context, config: ConveyorConfig) -> Spring:
     and h^2 k = 1 + exp(-2 zeta w h) - 2 exp(-zeta w h) cos(w h sqrt(1 - zeta^2)). What a lip bends under a constant
     load is larger than load over stiffness by the share zeta w h. About the upright it is as stiff as a step allows.
     """
-    o, cup, step = thrown.objects, config.cup, config.timestep
-    inertia = solid_shell_inertia(o.mass, lying_size(o.shape, o.size), o.shape)
-    arm = in_body_axes(np.concatenate([thrown.grasp, -o.com_depth[:, None]], axis=1), o.yaw) ** 2
-    inertia = inertia + o.mass[:, None] * (arm[:, [1, 2, 0]] + arm[:, [2, 0, 1]])
+    cup, step, inertia = config.cup, config.timestep, felt_inertia(thrown)
     stiffness = (cup.stiffness or np.inf) / config.mismatch
     turn = np.minimum(step * np.sqrt(stiffness / inertia), FASTEST)
     turn[:, 2] = FASTEST
@@ -62,6 +60,19 @@ def springs(thrown: Context, config: ConveyorConfig) -> Spring:
         stiffness=inertia * (1.0 + decay * decay - 2.0 * decay * wave) / step**2,
         damping=inertia * (1.0 - decay * decay) / step,
     )
+
+
+def felt_inertia(thrown: Context) -> Floats:
+    """Inertia of N objects, free to turn about the lip, against a moment about each of their axes (N, 3) [kg m2].
+
+    It is less than the moment of inertia about that axis where an offset lets the others turn too.
+    """
+    o = thrown.objects
+    arm = in_body_axes(np.concatenate([thrown.grasp, -o.com_depth[:, None]], axis=1), o.yaw)
+    inertia = -o.mass[:, None, None] * arm[:, :, None] * arm[:, None, :]
+    diagonal = solid_shell_inertia(o.mass, lying_size(o.shape, o.size), o.shape)
+    inertia[:, range(3), range(3)] += diagonal + (o.mass * dot(arm, arm))[:, None]
+    return 1.0 / np.linalg.inv(inertia)[:, range(3), range(3)]
 
 
 def swung(
@@ -131,7 +142,7 @@ def _met(thrown: Context, arm: Floats, seen: Floats, tip: Floats, config: Convey
     o, up = thrown.objects, vertical(seen)
     full = lying_size(o.shape, o.size)
     middle = arm + np.stack([np.zeros_like(o.yaw)] * 2 + [o.com_depth - LIP_GAP - o.size[:, 2] / 2.0], axis=1)
-    low = tip + (middle[:, None] * up).sum(axis=2) - reach(o, full / 2.0, up)
+    low = tip + dot(middle[:, None], up) - reach(o, full / 2.0, up)
     tilt = np.sqrt(np.maximum(1.0 - up[..., 2] ** 2, 0.0))
     steep = (o.cup_radius[:, None] * tilt > LIP_LENGTH) | (up[..., 2] < STEEPEST)
     return np.asarray((steep | (low < config.belt.height - SUNK)).any(axis=1))
@@ -147,4 +158,4 @@ def _in_world(turned: Floats, vector: Floats, yaw: Floats) -> Floats:
 def _after(first: Floats, second: Floats) -> Floats:
     """The second of two turns (N, 4), in the axes of the first."""
     w, v, a, u = first[:, :1], first[:, 1:], second[:, :1], second[:, 1:]
-    return np.concatenate([w * a - (v * u).sum(axis=1, keepdims=True), w * u + a * v + np.cross(v, u)], axis=1)
+    return np.concatenate([w * a - dot(v, u)[:, None], w * u + a * v + np.cross(v, u)], axis=1)
