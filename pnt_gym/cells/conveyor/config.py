@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.base.config import Duration, NonNegative, Positive, Section
+from pnt_gym.cells.base.config import Duration, Finite, NonNegative, Positive, Section
 from pnt_gym.cells.base.items import too_wide
 from pnt_gym.cells.base.sorting import SortingLine, SortingReward
 
@@ -52,11 +52,35 @@ class FollowThrough(Section):
     )
 
 
+class Placing(Section):
+    """How `pick_and_place` and `ellipse` bring an object to its bin."""
+
+    over_rim: Finite = Field(
+        default=0.01,
+        description="The object is let go with its lowest point this far above the rim; negative: inside the bin [m].",
+    )
+    clear: NonNegative = Field(
+        default=0.02, description="What moves sideways passes over rims at least this far above them [m]."
+    )
+    vertical: Positive = Field(
+        default=0.02, description="`ellipse`: the straight parts at pick and place, at least (Choe 2023) [m]."
+    )
+    crest: Positive = Field(
+        default=0.025, description="`ellipse`: its highest point above the higher one of its ends [m]."
+    )
+    reserve: NonNegative = Field(
+        default=0.03,
+        description="As `motion.reserve`: what is let go at rest misses by what the grasp does, not by a throw [m].",
+    )
+
+
 class Motion(Section):
     """One pick from lift to lift."""
 
     ceiling: Positive = Field(
-        default=0.10, description="Release at most this far above the pick (Hassan 2022, IV-B) [m]."
+        default=0.10,
+        description="Release at most this far above the pick (Hassan 2022, IV-B); `horizontal` and `pick_and_place` "
+        "lift by it, there and at the next pick [m].",
     )
     clearance: Positive = Field(default=0.05, description="Vertical approach above the next pick, Z_off [m].")
     dwell: NonNegative = Field(
@@ -70,6 +94,7 @@ class Motion(Section):
         default=0.10,
         description="A throw is taken on only if the target moved by +- this along is feasible too [m].",
     )
+    placing: Placing = Placing()
 
 
 class Suction(Section):
@@ -194,9 +219,10 @@ class ConveyorConfig(SortingLine):
     classifier: Classifier = Classifier()
     action: ActionScale = ActionScale()
     reward: SortingReward = SortingReward()
-    planner: Literal["straight", "free_direction"] = Field(
+    planner: Literal["straight", "free_direction", "horizontal", "pick_and_place", "ellipse"] = Field(
         default="straight",
-        description="How the throw is planned: on a straight line (Hassan 2022), or with a free release direction.",
+        description="How an object gets to its bin: thrown on a straight line (Hassan 2022), in a free direction, or "
+        "level from above the pick; or brought there on a rectangle or over an ellipse (Choe 2023), and put down.",
     )
     dispatch: Literal["first", "soonest", "atc"] = Field(
         default="first",

@@ -47,6 +47,7 @@ class FreeMover:
         self._belt = config.belt
         self._straight = StraightMover(config, workspace)
         self._workspace = workspace
+        self.reserve = config.motion.reserve
         self.rules = HandRules(
             approach=config.motion.clearance,
             window=follow.window,

@@ -83,6 +83,9 @@ class Meeting:
 class Mover(Protocol):
     """Plans the hand's motion for N picks at once; a row's result does not depend on the other rows."""
 
+    reserve: float
+    """How far every target taken on may move along the throw [m]."""
+
     def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
         """Nominal releases for picks and targets (N, 3), below the ceilings (N,) [m]."""
         ...
@@ -132,6 +135,7 @@ class StraightMover:
         self._clearance = config.motion.clearance
         self._follow = config.motion.follow_through
         self._workspace = workspace
+        self.reserve = config.motion.reserve
 
     def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
         """The exact optimum of Hassan et al. 2022."""

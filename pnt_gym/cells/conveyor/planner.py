@@ -19,6 +19,7 @@ from pnt_gym.cells.conveyor.free_mover import FreeMover
 from pnt_gym.cells.conveyor.hold import LEAST_ACCELERATION, measured_hold
 from pnt_gym.cells.conveyor.movers import Mover, StraightMover
 from pnt_gym.cells.conveyor.objects import NORMALS, TARGET_DRAWS, UNIFORMS, Apart, Objects, objects_from_draws
+from pnt_gym.cells.conveyor.placing import EllipseMover, HorizontalMover, PlaceMover
 from pnt_gym.cells.conveyor.scene import LIP_GAP
 from pnt_gym.cells.conveyor.throwable import throwable
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows
@@ -30,6 +31,9 @@ TRIALS: Final = 50
 _MOVERS: dict[str, Callable[[ConveyorConfig, EllipticWorkspace], Mover]] = {
     "straight": StraightMover,
     "free_direction": FreeMover,
+    "horizontal": HorizontalMover,
+    "pick_and_place": PlaceMover,
+    "ellipse": EllipseMover,
 }
 
 
@@ -37,7 +41,7 @@ _MOVERS: dict[str, Callable[[ConveyorConfig, EllipticWorkspace], Mover]] = {
 class PickPlanner:
     """Chooses a bin for an object and plans its throw.
 
-    A throw is taken on if it stays inside the workspace for its target and for the target moved by `motion.reserve`
+    A throw is taken on if it stays inside the workspace for its target and for the target moved by the mover's reserve
     along the throw, so that every residual within that range has a feasible plan.
     """
 
@@ -122,7 +126,7 @@ class PickPlanner:
         )
         good &= self.mover.is_feasible(pick, context.plan, throw_limits)
         good &= throwable(context, self.config.throwable, self._table)
-        reserve = self.config.motion.reserve
+        reserve = self.mover.reserve
         for sign in (-1.0, 1.0) if reserve > 0.0 else ():
             good &= self._has_reserve(context, sign * reserve)
         rows = np.flatnonzero(~good)

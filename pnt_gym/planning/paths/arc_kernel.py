@@ -1,0 +1,307 @@
+"""Quick motions along the ellipse of Choe et al. 2023 from rest to rest, row by row in machine code.
+
+With phi from 0 to pi the arc is x = l (1 - cos phi), y = h (1 - cos phi) + w sin phi, seen from its start: half its
+width, half its rise and half its chord through the middle. Its curvature is -l w / g^3 with g = |(x', y')|. Along it
+the hand moves by a law of nine phases of constant jerk: away from rest with little jerk as long as the path is bent, on
+with much of it, a plateau of the acceleration, into the cruise, and all backwards. Some laws are tried, each slowed
+until it keeps all limits, then neighbours of the quickest one. What is handed on is a spline through points of that
+motion, which has constant jerk between them, as quick as its limits allow.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pnt_gym.arrays import Floats
+from pnt_gym.compiled import compiled, part
+
+PHASES = 9
+CRUISE = 4
+RUN_UP = 26
+"""Pieces of constant jerk in the phases before the cruise, about evenly; one that is too short for a piece has none."""
+CRUISING = 20
+"""Pieces in the cruise, longest in its middle."""
+PIECES = 2 * (RUN_UP + 3) + CRUISING
+CELLS = 128
+"""Of the table of arc lengths."""
+SAMPLES = 10
+"""Moments at which each phase of a law is looked at, its ends among them."""
+FIRST = ((0.75, 0.45, 0.39), (0.45, 0.45, 0.95), (0.9, 0.3, 0.3))
+"""Laws that are tried: acceleration of the plateau, acceleration up to which there is little jerk, and that jerk."""
+FINER = (0.25, 0.12, 0.06, 0.03)
+"""How far neighbours are, as logarithms of these."""
+INNER = 0.99
+"""Jerk from there on; all are shares of the limits."""
+HALVINGS = 48
+NEWTON = 3
+SHARES = 8
+"""Moments at which the speed of each piece is looked at."""
+GAUSS = ((-0.8611363115940526, 0.34785484513745385), (-0.33998104358485626, 0.6521451548625461),
+         (0.33998104358485626, 0.6521451548625461), (0.8611363115940526, 0.34785484513745385))  # fmt: skip
+"""Places and weights of four points on [-1, 1]."""
+
+
+@part
+def _pace(width: float, rise: float, chord: float, phi: float) -> float:
+    """Way per angle."""
+    return math.hypot(width * math.sin(phi), rise * math.sin(phi) + chord * math.cos(phi))
+
+
+@part
+def _way(width: float, rise: float, chord: float, low: float, high: float) -> float:
+    """Arc length between two angles that are near each other."""
+    half, middle, total = 0.5 * (high - low), 0.5 * (high + low), 0.0
+    for place, weight in GAUSS:
+        total += weight * _pace(width, rise, chord, middle + half * place)
+    return half * total
+
+
+@part
+def _table(width: float, rise: float, chord: float, angles: Floats, ways: Floats) -> None:
+    """Angles, densest at both ends, and the arc lengths up to them."""
+    angles[0] = ways[0] = 0.0
+    for i in range(1, CELLS + 1):
+        angles[i] = 0.5 * math.pi * (1.0 - math.cos(math.pi * i / CELLS))
+        ways[i] = ways[i - 1] + _way(width, rise, chord, angles[i - 1], angles[i])
+
+
+@part
+def _after(t: float, s: float, v: float, a: float, jerk: float) -> tuple[float, float, float]:
+    """Way, speed and acceleration after a time of constant jerk."""
+    return s + t * (v + t * (0.5 * a + t * jerk / 6.0)), v + t * (a + 0.5 * t * jerk), a + t * jerk
+
+
+@part
+def _run_up(speed: float, law: tuple[float, float, float, float]) -> tuple[float, float, float, float, float]:
+    """Durations of the four phases up to a speed, and the way that they take.
+
+    Args:
+        speed: [m/s].
+        law: plateau and knee of the acceleration, jerks below and above the knee.
+    """
+    plateau, knee, outer, inner = law
+    knee = min(knee, plateau)
+    square = inner * (speed - 0.5 * knee**2 * (1.0 / outer - 1.0 / inner))
+    if square < knee**2:
+        knee = plateau = math.sqrt(2.0 * speed * outer * inner / (outer + inner))
+    else:
+        plateau = min(plateau, math.sqrt(square))
+    first, second, last = knee / outer, (plateau - knee) / inner, plateau / inner
+    gained = 0.5 * knee * first + 0.5 * (knee + plateau) * second + 0.5 * plateau * last
+    flat = max((speed - gained) / plateau, 0.0)
+    s, v, a = _after(first, 0.0, 0.0, 0.0, outer)
+    s, v, a = _after(second, s, v, a, inner)
+    s, v, a = _after(flat, s, v, a, 0.0)
+    s, v, a = _after(last, s, v, a, -inner)
+    return first, second, flat, last, s
+
+
+@part
+def _law(length: float, limits: tuple[float, float, float], shares: tuple[float, float, float], phases: Floats) -> None:
+    """Write when the phases begin, and way, speed, acceleration and jerk then; in the last row, when all is over."""
+    law = (shares[0] * limits[1], shares[1] * limits[1], shares[2] * limits[2], INNER * limits[2])
+    speed = limits[0]
+    if 2.0 * _run_up(speed, law)[4] > length:
+        low, high = 0.0, speed
+        for _ in range(HALVINGS):
+            speed = 0.5 * (low + high)
+            if 2.0 * _run_up(speed, law)[4] > length:
+                high = speed
+            else:
+                low = speed
+    first, second, flat, last, way = _run_up(speed, law)
+    cruise = max(length - 2.0 * way, 0.0) / speed
+    durations = (first, second, flat, last, cruise, last, flat, second, first)
+    outer, inner = law[2], law[3]
+    jerks = (outer, inner, 0.0, -inner, 0.0, -inner, 0.0, inner, outer)
+    begun, s, v, a = 0.0, 0.0, 0.0, 0.0
+    for k in range(PHASES):
+        phases[k, 0], phases[k, 1], phases[k, 2], phases[k, 3], phases[k, 4] = begun, s, v, a, jerks[k]
+        begun += durations[k]
+        s, v, a = _after(durations[k], s, v, a, jerks[k])
+    phases[PHASES, 0] = begun
+
+
+@part
+def _moment(phases: Floats, k: int, share: float) -> tuple[float, float, float, float]:
+    """Way, speed, acceleration and jerk along the path at a share of a phase."""
+    t = share * (phases[k + 1, 0] - phases[k, 0])
+    s, v, a = _after(t, phases[k, 1], phases[k, 2], phases[k, 3], phases[k, 4])
+    return s, v, a, phases[k, 4]
+
+
+@part
+def _cell(ways: Floats, s: float, first: int) -> int:
+    """The cell of the table in which a way ends, not before the first."""
+    while first < CELLS - 1 and ways[first + 1] < s:
+        first += 1
+    return first
+
+
+@part
+def _angle(angles: Floats, ways: Floats, cell: int, s: float) -> float:
+    """About the angle at a way that ends in a cell."""
+    return angles[cell] + (s - ways[cell]) / (ways[cell + 1] - ways[cell]) * (angles[cell + 1] - angles[cell])
+
+
+@part
+def _slower(limits: tuple[float, float, float], peaks: tuple[float, float, float]) -> float:
+    """How many times slower a motion with these peaks must be to keep its limits."""
+    return max(peaks[0] / limits[0], math.sqrt(peaks[1] / limits[1]), (peaks[2] / limits[2]) ** (1.0 / 3.0))
+
+
+@part
+def _excess(
+    shape: tuple[float, float, float], limits: tuple[float, float, float], phases: Floats, angles: Floats, ways: Floats
+) -> float:
+    """How many times slower a law must be to keep its limits."""
+    width, rise, chord = shape
+    cell, speed, acceleration, jerk = 0, 0.0, 0.0, 0.0
+    for i in range(PHASES * SAMPLES):
+        s, v, a, third = _moment(phases, i // SAMPLES, (i % SAMPLES) / (SAMPLES - 1.0))
+        cell = _cell(ways, s, cell)
+        phi = _angle(angles, ways, cell, s)
+        sin, cos = math.sin(phi), math.cos(phi)
+        climb = rise * sin + chord * cos
+        square = (width * sin) ** 2 + climb**2
+        bend = -width * chord / (square * math.sqrt(square))
+        slope = (
+            3.0
+            * width
+            * chord
+            * (width * sin * width * cos + climb * (rise * cos - chord * sin))
+            / (square * square * square)
+        )
+        speed = max(speed, v)
+        acceleration = max(acceleration, math.hypot(a, bend * v * v))
+        jerk = max(jerk, math.hypot(third - bend * bend * v * v * v, 3.0 * bend * v * a + slope * v * v * v))
+    return _slower(limits, (speed, acceleration, jerk))
+
+
+@part
+def _quickest(
+    shape: tuple[float, float, float], limits: tuple[float, float, float], angles: Floats, ways: Floats, best: Floats
+) -> None:
+    """Write the quickest law that is found, before it is slowed to keep its limits."""
+    trial, least, found = np.empty((PHASES + 1, 5)), math.inf, (0.0, 0.0, 0.0)
+    for level in range(len(FINER) + 1):
+        middle = found
+        for i in range(len(FIRST) if level == 0 else 6):
+            if level == 0:
+                shares = FIRST[i]
+            else:
+                by = math.exp(FINER[level - 1] * (2.0 * (i % 2) - 1.0))
+                plateau, knee, outer = middle
+                shares = (
+                    plateau * by if i < 2 else plateau,
+                    knee * by if 2 <= i < 4 else knee,
+                    min(outer * by, 1.0) if i >= 4 else outer,
+                )
+            _law(ways[CELLS], limits, shares, trial)
+            needed = trial[PHASES, 0] * _excess(shape, limits, trial, angles, ways)
+            if needed < least:
+                least, found = needed, shares
+                best[:] = trial
+
+
+@part
+def _points(
+    shape: tuple[float, float, float], phases: Floats, angles: Floats, ways: Floats, points: Floats, steps: Floats
+) -> int:
+    """Write points (2, PIECES + 1) of the motion and the times between them; return how many times there are."""
+    width, rise, chord = shape
+    cell, n, told = 0, 0, 0.0
+    points[0, 0] = points[1, 0] = 0.0
+    for k in range(PHASES):
+        duration = phases[k + 1, 0] - phases[k, 0]
+        count = CRUISING if k == CRUISE else int(RUN_UP * duration / phases[CRUISE, 0] + 0.5)
+        if k == CRUISE and duration < phases[CRUISE, 0] / RUN_UP:
+            count = 0
+        for i in range(1, count + 1):
+            share = 0.5 * (1.0 - math.cos(math.pi * i / count)) if k == CRUISE else i / count
+            s = _moment(phases, k, share)[0]
+            cell = _cell(ways, s, cell)
+            phi = _angle(angles, ways, cell, s)
+            for _ in range(NEWTON):
+                phi += (s - ways[cell] - _way(width, rise, chord, angles[cell], phi)) / _pace(width, rise, chord, phi)
+            time = phases[k, 0] + share * duration
+            steps[n], told = time - told, time
+            n += 1
+            points[0, n] = width * (1.0 - math.cos(phi))
+            points[1, n] = rise * (1.0 - math.cos(phi)) + chord * math.sin(phi)
+    points[0, n], points[1, n] = 2.0 * width, 2.0 * rise
+    return n
+
+
+@part
+def _bent(x: Floats, steps: Floats, n: int, out: Floats) -> None:
+    """Second derivatives of the spline through points with these times between them, at rest at both ends.
+
+    Rest is two conditions more than a spline can meet, so it passes by the second point and the last but one.
+    """
+    above = np.empty(n + 1)
+    out[0] = out[n] = above[0] = 0.0
+    for k in range(1, n):
+        near, far = steps[k - 1], steps[k]
+        before = x[0] if k == 2 else x[k - 1]
+        after = x[n] if k == n - 2 else x[k + 1]
+        lower, middle, upper = near, 2.0 * (near + far), far
+        given = 6.0 * ((after - x[k]) / far - (x[k] - before) / near)
+        if k == 1:
+            middle, given = middle + near * near / far + near, 6.0 * (x[2] - x[0]) / far
+        if k == 2:
+            lower -= steps[0] * steps[0] / near
+        if k == n - 2:
+            upper -= steps[n - 1] * steps[n - 1] / far
+        if k == n - 1:
+            middle, given = middle + far * far / near + far, 6.0 * (x[n - 2] - x[n]) / near
+        pivot = middle - lower * above[k - 1]
+        above[k] = upper / pivot
+        out[k] = (given - lower * out[k - 1]) / pivot
+    for k in range(n - 2, 0, -1):
+        out[k] -= above[k] * out[k + 1]
+
+
+@part
+def _spline_excess(limits: tuple[float, float, float], bent: Floats, steps: Floats, n: int) -> float:
+    """How many times slower the spline with second derivatives (2, n + 1) must be to keep its limits."""
+    vx, vy, speed, acceleration, jerk, room = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(n):
+        step, ax, ay, bx, by = steps[k], bent[0, k], bent[1, k], bent[0, k + 1], bent[1, k + 1]
+        third = math.hypot(bx - ax, by - ay) / step
+        jerk, acceleration = max(jerk, third), max(acceleration, math.hypot(bx, by))
+        # Between two moments a speed rises above both by no more than the jerk allows.
+        room = third * (step / SHARES) ** 2 / 8.0
+        for i in range(1, SHARES + 1):
+            t, share = step * i / SHARES, 0.5 * i / SHARES
+            fast = math.hypot(vx + t * (ax + share * (bx - ax)), vy + t * (ay + share * (by - ay)))
+            speed = max(speed, fast + room)
+        vx, vy = vx + 0.5 * step * (ax + bx), vy + 0.5 * step * (ay + by)
+    return _slower(limits, (speed, acceleration, jerk))
+
+
+@compiled("void(float64[:,::1], float64[:,::1], float64[:,:,::1])")
+def arc_motions(given: Floats, steps: Floats, bent: Floats) -> None:
+    """Time N arcs.
+
+    Args:
+        given: l, h, w [m] and greatest speed, acceleration and jerk of each (6, N).
+        steps: durations of each one's pieces (N, PIECES) [s], written; those that are not needed are 0.
+        bent: accelerations to the side and up at the borders of the pieces (N, 2, PIECES + 1) [m/s2], written.
+    """
+    angles, ways, points = np.empty(CELLS + 1), np.empty(CELLS + 1), np.empty((2, PIECES + 1))
+    law = np.empty((PHASES + 1, 5))
+    for row in range(steps.shape[0]):
+        shape = (given[0, row], given[1, row], given[2, row])
+        limits = (given[3, row], given[4, row], given[5, row])
+        _table(shape[0], shape[1], shape[2], angles, ways)
+        _quickest(shape, limits, angles, ways, law)
+        steps[row], bent[row] = 0.0, 0.0
+        n = _points(shape, law, angles, ways, points, steps[row])
+        _bent(points[0], steps[row], n, bent[row, 0])
+        _bent(points[1], steps[row], n, bent[row, 1])
+        factor = _spline_excess(limits, bent[row], steps[row], n) * (1.0 + 1e-9)
+        steps[row] *= factor
+        bent[row] /= factor * factor
