@@ -50,6 +50,7 @@ class Watch:
         cell.plant.fly = self  # pyright: ignore[reportAttributeAccessIssue]
 
     def __call__(self, thrown: Any, plans: Any) -> Any:
+        """What the plant makes of it."""
         self.last = thrown, plans
         return self._fly(thrown, plans)
 
@@ -60,9 +61,9 @@ def level_of(base: str, planner: str, percent: float, **changes: Any) -> dict[st
     return {"base": base, "planner": planner, "limits": {"percent": [percent]}, **window, **changes}
 
 
-def arrival(place: Floats, end: Floats, times: Floats) -> Floats:
-    """Last times (N,) at which hands (N, M, 3) are away from their ends (N, 3) [s]."""
-    away = np.linalg.norm(place - end[:, None], axis=2) > ARRIVED
+def arrival(place: Floats, end: Floats, times: Floats, duration: Floats) -> Floats:
+    """Last times (N,) at which hands (N, M, 3) are away from their ends (N, 3), until durations (N,) [s]."""
+    away = (np.linalg.norm(place - end[:, None], axis=2) > ARRIVED) & (times <= duration[:, None])
     return np.take_along_axis(times, (away.shape[1] - 1 - away[:, ::-1].argmax(axis=1))[:, None], axis=1)[:, 0]
 
 
@@ -76,8 +77,8 @@ def flown_over_planned(cell: ConveyorCell, watch: Watch) -> float:
     times = followed.start[:, None] + steps * cell.config.timestep
     end = path.end + thrown.cup_offset
     planned = path.sample(times).position + thrown.cup_offset[:, None]
-    late = arrival(followed.hand, end, times) - arrival(planned, end, times)
-    return float(((path.duration + late) / path.duration).mean())
+    came, due = (arrival(place, end, times, path.duration) for place in (followed.hand, planned))
+    return float(((path.duration + came - due) / path.duration).mean())
 
 
 def measured(level: dict[str, Any], picks: str, options: Any, throws: int) -> dict[str, Any]:
@@ -94,7 +95,7 @@ def measured(level: dict[str, Any], picks: str, options: Any, throws: int) -> di
         return {"impossible": str(error)}
     pace = throughput(info["is_success"], info["cycle_time"])
     return {
-        "picks_per_min": pace.picks,
+        "picks_per_min": pace.attempted,
         "sorted_per_min": pace.sorted,
         "success": float(info["is_success"].mean()),
         "missed": float((~info["in_opening"].astype(bool)).mean()),
