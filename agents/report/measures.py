@@ -198,10 +198,11 @@ def cup_table(data: Data) -> Grid:
     note = (
         f"Level `{data['level']}`, {data['throws']} throws per row, full physics, the same objects in all; each effect "
         "alone. Leaves with: tilt and speed of the swing at release that 5 % exceed. Moves: standard deviation of "
-        "where the same throws land against the rigid cup, without those that the cup touched again. Analytic, MLP, oracle: "
-        f"landing error and success, of held-out objects for the last two; the MLP from {data['practice']:,} flights "
-        f"from that cup, mean of 2 seeds, the oracle on {data['oracle']} throws. Flights: 95 % of them land within "
-        "this of the full physics. In full: flights whose object meets belt or cup as it swings, simulated with the robot."
+        "where the same throws land against the rigid cup, without those that the cup touched again. Analytic, MLP, "
+        "oracle: landing error and success, of held-out objects for the last two; the MLP from "
+        f"{data['practice']:,} flights from that cup, mean of 2 seeds, the oracle on {data['oracle']} throws. Flights: "
+        "95 % of them land within this of the full physics. In full: flights whose object meets belt or cup as it "
+        "swings, simulated with the robot."
     )
     return Grid("A cup that yields", header, rows, note)
 

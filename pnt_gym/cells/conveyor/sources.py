@@ -17,7 +17,7 @@ from pnt_gym.cells.conveyor.objects import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.conveyor.stream import BeltStream
 from pnt_gym.errors import ConfigError
-from pnt_gym.planning.dispatch import Candidates, index
+from pnt_gym.planning.dispatch import Candidates, Rule, index
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.trajectory import Segments
 
@@ -119,7 +119,8 @@ class BeltPicks(PickSource):
     def __init__(self, planner: PickPlanner, generators: Generators) -> None:
         super().__init__(planner, generators)
         self._belt = planner.config.belt
-        self._rule, self._patience = planner.config.dispatch, planner.config.patience
+        self._rule: Rule = planner.config.dispatch
+        self._patience = planner.config.patience
         self._estimator = _estimator(planner)
         self.stream = BeltStream(planner, generators, _queue_length(planner.config))
 

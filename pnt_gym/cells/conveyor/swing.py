@@ -72,7 +72,7 @@ def felt_inertia(thrown: Context) -> Floats:
     inertia = -o.mass[:, None, None] * arm[:, :, None] * arm[:, None, :]
     diagonal = solid_shell_inertia(o.mass, lying_size(o.shape, o.size), o.shape)
     inertia[:, range(3), range(3)] += diagonal + (o.mass * dot(arm, arm))[:, None]
-    return 1.0 / np.linalg.inv(inertia)[:, range(3), range(3)]
+    return np.asarray(1.0 / np.linalg.inv(inertia)[:, range(3), range(3)], dtype=np.float64)
 
 
 def swung(
