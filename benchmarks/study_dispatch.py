@@ -14,6 +14,7 @@ from typing import Any, Final
 
 import numpy as np
 
+import pnt_gym
 from agents.files import write_json
 from agents.metrics import mean_interval
 from benchmarks.study import Floats, infos, study_options, study_parser
@@ -101,7 +102,8 @@ def main() -> None:
     print(f"best patience {best:g} s")
     if options.tune_only:
         return
-    result: dict[str, Any] = {"throws": options.throws, "shifts": SHIFTS, "seed": options.seed}
+    result: dict[str, Any] = {"version": pnt_gym.__version__, "seed": options.seed}
+    result |= {"throws": options.throws, "shifts": SHIFTS}
     result |= {"tuning": gains, "best_patience": best, "dispatch": {}}
     for name, level in LEVELS.items():
         result["dispatch"][name] = compared(level, options.throws, options.seed, options.threads)

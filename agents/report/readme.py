@@ -12,6 +12,7 @@ from ..files import of_its_form, read_json, write_text
 from ..tables import Grid, markdown_text
 from .measures import (
     cup_table,
+    dispatch_table,
     environment_table,
     fidelity_table,
     grip_table,
@@ -33,6 +34,7 @@ BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
     "grip": ("grip.json", grip_table),
     "cup": ("cup.json", cup_table),
     "oracle": ("oracle.json", oracle_table),
+    "dispatch": ("dispatch.json", dispatch_table),
 }
 """Blocks of a README by name: the file of results, and what makes the table of it; others are "paper/table"."""
 

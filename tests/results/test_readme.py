@@ -45,19 +45,20 @@ def test_python_blocks_run(code):
 
 def test_the_example_levels_work():
     shown = [yaml.safe_load(block.values[0]) for block in blocks("yaml") if block.id.startswith("docs/levels.md")]
-    cell, held, soft, paid = map(ConveyorConfig.load, shown)
+    cell, held, soft, chosen, paid = map(ConveyorConfig.load, shown)
     assert cell.items == ("can", "pet_05", "lid")
     assert [b.name for b in cell.bins.fixed] == ["metal", "plastic"]
     assert held.grip.limit
     assert held.grip.safety == "surface"
     assert soft.swings
     assert soft.cup.fitted
+    assert (chosen.belt.gap, chosen.dispatch) == ("edge", "atc")
     assert paid.items == ConveyorConfig.load("waste").items
 
 
 def test_the_example_of_a_reward_pays_what_the_page_says():
     """At least 1 for a throw in its bin, 1.2 at most, and nothing beside it beyond 0.10 m."""
-    text = next(block.values[0] for block in blocks("yaml") if block.id == "docs/levels.md-3")
+    text = next(block.values[0] for block in blocks("yaml") if block.id == "docs/levels.md-4")
     env = gym.make_vec("PnTRelease-v0", num_envs=32, level=yaml.safe_load(text))
     env.reset(seed=0)
     _, reward, *_, info = env.step(np.zeros(env.action_space.shape))

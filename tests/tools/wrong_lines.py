@@ -32,9 +32,9 @@ evaluate --controller analytic --online yes | Unrecognized options: yes
 evaluate --controller analytic --level "" | unknown level ''; shipped levels are
 evaluate --controller analytic --env "" | unknown environment ''; known are
 evaluate --controller analytic --action-mode "" | action_mode is ''; it must be one of
-evaluate --controller analytic --level Waste | unknown level 'Waste'; shipped levels are fast, ideal, nomin
+evaluate --controller analytic --level Waste | unknown level 'Waste'; shipped levels are dense, fast, i
 evaluate --controller analytic --level waste.yaml | level file 'waste.yaml' does not exist
-evaluate --controller analytic --level folder | unknown level 'folder'; shipped levels are fast, ideal, nomi
+evaluate --controller analytic --level folder | unknown level 'folder'; shipped levels are dense, fast,
 evaluate --controller analytic --level text.yaml | level file 'text.yaml' must hold a mapping of settings, it h
 evaluate --controller analytic --level typo.yaml | level file 'typo.yaml': unknown key 'binz'
 evaluate --controller analytic --level circle.yaml | level file 'circle.yaml': levels are their own base: circle

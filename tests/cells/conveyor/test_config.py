@@ -9,7 +9,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.errors import ConfigError
 from tests.tools.throws import item, make_core
 
-LEVELS = ("fast", "ideal", "nominal", "tight", "unseen", "waste")
+LEVELS = ("dense", "fast", "ideal", "nominal", "tight", "unseen", "waste")
 BIN = {"name": "box", "x": 0.3, "y": 0.4}
 SMALLEST = {"bins": {"fixed": [BIN]}}
 
@@ -79,6 +79,10 @@ WRONG = {
     "window off the belt": ({"belt": {"pick_x": [-0.3, 0.9]}}, "belt.pick_x .* leaves the belt"),
     "lane off the belt": ({"belt": {"lane_y": [-0.45, 0.0]}}, "belt.lane_y .* leaves the belt"),
     "no gaps": ({"belt": {"spacing": [0.0, 0.3]}}, "belt.spacing starts at 0.0"),
+    "unknown kind of gap": ({"belt": {"gap": "middle"}}, "belt.gap is 'middle': input should be 'centre' or 'edge'"),
+    "unknown rule": ({"dispatch": "last"}, "dispatch is 'last': input should be 'first', 'soonest' or 'atc'"),
+    "no patience": ({"patience": 0.0}, "patience is 0.0: input should be greater than 0"),
+    "endless patience": ({"patience": 1e9}, "patience is 1000000000.0: input should be less than or equal to 1000000"),
     "negative window": ({"motion": {"follow_through": {"window": -0.01}}}, "follow_through.window is -0.01"),
     "falls faster than g": ({"motion": {"follow_through": {"gravity_share": 1.5}}}, "gravity_share is 1.5"),
     "negative jitter": ({"suction": {"jitter": -1e-3}}, "suction.jitter is -0.001"),
@@ -152,7 +156,7 @@ def test_neighbouring_bins_may_share_a_wall():
 
 
 def test_unknown_levels_and_missing_files():
-    with pytest.raises(ConfigError, match="unknown level 'nowhere'; shipped levels are fast, ideal, nominal"):
+    with pytest.raises(ConfigError, match="unknown level 'nowhere'; shipped levels are dense, fast, ideal, nominal"):
         ConveyorConfig.load("nowhere")
     with pytest.raises(ConfigError, match=r"level file 'nowhere\.yaml' does not exist"):
         ConveyorConfig.load("nowhere.yaml")

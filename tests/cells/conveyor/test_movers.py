@@ -71,7 +71,7 @@ def test_the_hand_arrives_where_and_when_the_object_does():
     waits = []
     for _ in range(3):
         source = core.cell._source
-        before, dwell = source.queue_x.copy(), core.config.motion.dwell
+        before, dwell = source.stream.queue_x.copy(), core.config.motion.dwell
         waits.append(core.step(np.zeros((COUNT, 2))).info["wait_time"])
         path = spy.calls[-1][1].path
         assert np.allclose(path.end, core.context.pick, atol=1e-9)

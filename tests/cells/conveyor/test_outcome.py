@@ -27,7 +27,7 @@ def flown() -> Flown:
 
 def judged(flown, **changes):
     moved = replace(flown, touchdown=replace(flown.touchdown, **changes))
-    return judge(moved, CONTEXT, CONFIG, np.full(COUNT, 0.9), np.full(COUNT, 0.1))
+    return judge(moved, CONTEXT, CONFIG, np.full(COUNT, 0.9), np.full(COUNT, 0.1), np.zeros(COUNT, dtype=np.int64))
 
 
 def test_through_the_opening_and_in_the_bin_is_a_success(flown):

@@ -8,7 +8,6 @@ import pytest
 from pnt_gym.arrays import take
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.conveyor.sources import QUEUE, BeltPicks
-from pnt_gym.planning.motion.limits import LimitRows
 from tests.tools.throws import make_core, same_bits, vary
 
 RULES = ("first", "soonest", "atc")
@@ -165,14 +164,3 @@ def test_an_episode_that_begins_anew_has_its_own_count():
     fresh.first(np.arange(ROWS))
     assert source.passed[2] == fresh.passed[2]
     np.testing.assert_array_equal(np.delete(source.passed, 2), np.delete(before, 2))
-
-
-def test_limits_of_the_present_object_bring_the_hand_to_the_next():
-    """A slower hand meets objects later, or others."""
-    planner, source, _ = belt(dispatch="soonest")
-    context = source.first(np.arange(ROWS))
-    twin = pickle.loads(pickle.dumps(source))
-    motion = thrown(planner, context)
-    quick = source.following(motion, context.limits)
-    slow = twin.following(motion, LimitRows.t3kr(np.full(ROWS, 20.0)))
-    assert (slow.back.durations.sum(axis=1) > quick.back.durations.sum(axis=1)).all()
