@@ -147,20 +147,17 @@ def judged(name: str, cup: dict[str, Any], picks: int, seed: int, threads: int) 
         controller.reset(seed)
         practise(controller, flight, PRACTICE, seed)
         found = summary(held_out(controller, full, picks, seed))
-    return {"seed": seed, "landing_error": found["landing_error_mean_m"], "success": found["success_rate"]}
+    return {"landing_error": found["landing_error_mean_m"], "success": found["success_rate"]}
 
 
-def learning(options: argparse.Namespace, known: dict[str, Any]) -> Iterator[tuple[str, list[dict[str, float]]]]:
-    """Figures of the controllers under cups of which they are not known yet, as "CUP: CONTROLLER"."""
+def learning(options: argparse.Namespace, known: dict[str, Any]) -> Iterator[tuple[str, dict[str, float]]]:
+    """Figures of the controllers under cups, by "CUP: CONTROLLER SEED", where they are not known yet."""
+    each = ("analytic", options.throws, SEEDS), ("mlp", options.throws, SEEDS), ("oracle", ORACLE, SEEDS[:1])
     for cup in LEARNT:
-        for name, picks, seeds in (
-            ("analytic", options.throws, SEEDS),
-            ("mlp", options.throws, SEEDS),
-            ("oracle", ORACLE, SEEDS[:1]),
-        ):
-            if f"{cup}: {name}" not in known:
-                found = [judged(name, EFFECTS[cup], picks, seed, options.threads) for seed in seeds]
-                yield f"{cup}: {name}", found
+        for controller, picks, seeds in each:
+            for seed in seeds:
+                if (name := f"{cup}: {controller} {seed}") not in known:
+                    yield name, judged(controller, EFFECTS[cup], picks, seed, options.threads)
 
 
 def started(file: Path | None, head: dict[str, Any]) -> dict[str, Any]:
@@ -177,6 +174,7 @@ def main() -> None:
     for part, study in (("effects", effects), ("swings", swings), ("learning", learning)):
         for name, found in study(options, result.setdefault(part, {})):
             result[part][name] = found
+            result[part] = {key: result[part][key] for key in (*EFFECTS, *result[part]) if key in result[part]}
             print(f"{part:<10}{name:<26}{found}")
             sys.stdout.flush()
             if options.json is not None:

@@ -187,9 +187,13 @@ def cup_table(data: Data) -> Grid:
         [
             name,
             _leaving(data["swings"].get(name)),
-            f"{1000 * found['moved_along_sd']:.1f}, {1000 * found['moved_across_sd']:.1f} mm",
+            f"{1000 * found['moved_along_mean']:+.1f} ± {1000 * found['moved_along_sd']:.1f}, "
+            f"± {1000 * found['moved_across_sd']:.1f} mm",
             _learnt([found]),
-            *(_learnt(data["learning"].get(f"{name}: {who}", [])) for who in ("mlp", "oracle")),
+            *(
+                _learnt([row for key, row in data["learning"].items() if key.startswith(f"{name}: {who} ")])
+                for who in ("mlp", "oracle")
+            ),
             f"{1000 * found['flight_p95']:.1f} mm",
             f"{100 * data['swings'][name]['simulated_in_full']:.0f} %" if name in data["swings"] else "-",
         ]
@@ -197,9 +201,9 @@ def cup_table(data: Data) -> Grid:
     ]
     note = (
         f"Level `{data['level']}`, {data['throws']} throws per row, full physics, the same objects in all; each effect "
-        "alone. Leaves with: tilt and speed of the swing at release that 5 % exceed. Moves: standard deviation of "
-        "where the same throws land against the rigid cup, without those that the cup touched again. Analytic, MLP, "
-        "oracle: landing error and success, of held-out objects for the last two; the MLP from "
+        "alone. Leaves with: tilt and speed of the swing at release that 5 % exceed. Moves: mean and standard "
+        "deviation of where the same throws land against the rigid cup, without those that the cup touched again. "
+        "Analytic, MLP, oracle: landing error and success, of held-out objects for the last two; the MLP from "
         f"{data['practice']:,} flights from that cup, mean of 2 seeds, the oracle on {data['oracle']} throws. Flights: "
         "95 % of them land within this of the full physics. In full: flights whose object meets belt or cup as it "
         "swings, simulated with the robot."
