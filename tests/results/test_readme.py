@@ -43,23 +43,33 @@ def test_python_blocks_run(code):
     exec(compile(code, "page", "exec"), {})
 
 
+def shown(*keys):
+    """The example on the page of levels that has these keys, as a mapping."""
+    levels = [yaml.safe_load(block.values[0]) for block in blocks("yaml") if block.id.startswith("docs/levels.md")]
+    (found,) = (level for level in levels if set(keys) <= set(level))
+    return found
+
+
 def test_the_example_levels_work():
-    shown = [yaml.safe_load(block.values[0]) for block in blocks("yaml") if block.id.startswith("docs/levels.md")]
-    cell, held, soft, chosen, paid = map(ConveyorConfig.load, shown)
+    cell, held = ConveyorConfig.load(shown("extra_items")), ConveyorConfig.load(shown("grip"))
     assert cell.items == ("can", "pet_05", "lid")
     assert [b.name for b in cell.bins.fixed] == ["metal", "plastic"]
     assert held.grip.limit
     assert held.grip.safety == "surface"
+    soft, chosen = ConveyorConfig.load(shown("cup")), ConveyorConfig.load(shown("dispatch"))
     assert soft.swings
     assert soft.cup.fitted
     assert (chosen.belt.gap, chosen.dispatch) == ("edge", "atc")
-    assert paid.items == ConveyorConfig.load("waste").items
+    wrong = ConveyorConfig.load(shown("classifier"))
+    assert wrong.pick.fails
+    assert wrong.bins.emptied == 8
+    assert wrong.confusion()[wrong.items.index("can"), wrong.items.index("can_crushed")] == 0.05
+    assert ConveyorConfig.load(shown("reward")).items == ConveyorConfig.load("waste").items
 
 
 def test_the_example_of_a_reward_pays_what_the_page_says():
     """At least 1 for a throw in its bin, 1.2 at most, and nothing beside it beyond 0.10 m."""
-    text = next(block.values[0] for block in blocks("yaml") if block.id == "docs/levels.md-4")
-    env = gym.make_vec("PnTRelease-v0", num_envs=32, level=yaml.safe_load(text))
+    env = gym.make_vec("PnTRelease-v0", num_envs=32, level=shown("reward"))
     env.reset(seed=0)
     _, reward, *_, info = env.step(np.zeros(env.action_space.shape))
     hit, error = info["is_success"], info["landing_error"]

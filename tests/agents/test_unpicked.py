@@ -1,0 +1,93 @@
+"""Throws that never were, because the cup did not seal: evaluated as not sorted, and no lesson to anybody."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from agents.controllers import Observation, Outcome, make_controller
+from agents.environments import make_vector
+from agents.evaluation import evaluate, practise
+from agents.progress import ProgressCallback, Stop
+from pnt_gym.arrays import take
+
+LEVEL = {"base": "waste", "fidelity": "flight", "pick": {"fails": True}}
+LEARNERS = ("mean_shift", "virtual_goal", "newton_goal", "ridge", "mlp")
+
+
+def outcomes(env, steps: int) -> list[Outcome]:
+    """What a controller is told that throws at random."""
+    random, found = np.random.default_rng(0), []
+    features, info = env.reset(seed=5)
+    for _ in range(steps):
+        seen = Observation(features.copy(), info["kind"].copy())
+        action = random.uniform(-0.5, 0.5, env.action_space.shape).astype(np.float32)
+        features, _, _, _, info = env.step(action)
+        error = np.stack([info["landing_along"], info["landing_across"]], axis=-1)
+        told = error, info["is_success"], info["cycle_time"], info["residual_clipped"]
+        found.append(Outcome(seen, action, *told))
+    return found
+
+
+@pytest.mark.parametrize("name", LEARNERS)
+def test_learners_take_nothing_from_what_was_not_picked(name: str) -> None:
+    """The same knowledge, to the bit, as from the throws alone that were."""
+    with closing(make_vector("PnTRelease-v0", LEVEL, 16, 1)) as env:
+        told = outcomes(env, 6)
+        learners = [make_controller(name, env) for _ in range(2)]
+    held = [np.isfinite(one.error).all(axis=1) for one in told]
+    assert not np.concatenate(held).all()
+    for learner, rows in zip(learners, ([slice(None)] * 6, held), strict=True):
+        learner.reset(0)
+        for one, kept in zip(told, rows, strict=True):
+            learner.learn(take(one, kept))
+    one, other = (learner.state() for learner in learners)
+    assert one.keys() == other.keys()
+    assert len(one) > 0
+    for key in one:
+        assert np.array_equal(one[key], other[key]), key
+        assert one[key].dtype.kind != "f" or np.isfinite(one[key]).all()
+
+
+@pytest.mark.parametrize("name", LEARNERS)
+def test_practice_goes_on_where_picks_fail(name: str) -> None:
+    with closing(make_vector("PnTConveyor-v0", LEVEL, 16, 1)) as env:
+        learner = make_controller(name, env)
+        learner.reset(0)
+        practise(learner, env, 64, 0)
+        features, info = env.reset(seed=1)
+        assert np.isfinite(learner.act(Observation(features, info["kind"]))).all()
+
+
+def test_an_evaluation_counts_what_was_not_picked() -> None:
+    found = evaluate("analytic", "PnTConveyor-v0", 64, level=LEVEL)
+    throws = found["throws"]
+    picked = [throw["picked"] for throw in throws]
+    assert 0 < sum(picked) < 64
+    assert found["pick_rate"] == pytest.approx(sum(picked) / 64)
+    assert found["failed_unpicked"] == pytest.approx(1.0 - sum(picked) / 64)
+    assert found["unmeasured"] == 64 - sum(picked)
+    assert all((throw["landing_error_m"] is None) == (not throw["picked"]) for throw in throws)
+    failures = sum(found[name] for name in found if name.startswith("failed_"))
+    assert failures == pytest.approx(1.0 - found["success_rate"])
+    json.dumps(found, allow_nan=False)
+
+
+def test_training_that_begins_with_failed_picks_is_told_without_a_warning(tmp_path: Path) -> None:
+    shown: list[tuple[float, ...]] = []
+    callback = ProgressCallback(tmp_path / "progress.csv", 0, Stop(), lambda *told: shown.append(told))
+    none = {"is_success": False, "landing_error": np.nan}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for infos in ([none, none], [none, {"is_success": True, "landing_error": 0.02}]):
+            callback.locals = {"rewards": np.array([0.1, 0.3]), "infos": infos}
+            callback._on_step()
+    (_, _, success, error), (*_, later, known) = shown
+    assert (success, later) == (0.0, 0.25)
+    assert np.isnan(error)
+    assert known == pytest.approx(0.02)
