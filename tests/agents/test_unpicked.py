@@ -34,7 +34,7 @@ def outcomes(env, steps: int) -> list[Outcome]:
     return found
 
 
-@pytest.mark.parametrize("name", LEARNERS)
+@pytest.mark.parametrize("name", [name for name in LEARNERS if name != "newton_goal"])
 def test_learners_take_nothing_from_what_was_not_picked(name: str) -> None:
     """The same knowledge, to the bit, as from the throws alone that were."""
     with closing(make_vector("PnTRelease-v0", LEVEL, 16, 1)) as env:
@@ -52,6 +52,19 @@ def test_learners_take_nothing_from_what_was_not_picked(name: str) -> None:
     for key in one:
         assert np.array_equal(one[key], other[key]), key
         assert one[key].dtype.kind != "f" or np.isfinite(one[key]).all()
+
+
+def test_newtons_buckets_keep_only_what_was_picked() -> None:
+    """It draws what to try next wherever something is to be thrown; its knowledge is of throws alone."""
+    with closing(make_vector("PnTRelease-v0", LEVEL, 16, 1)) as env:
+        told, learner = outcomes(env, 6), make_controller("newton_goal", env)
+    learner.reset(0)
+    for one in told:
+        learner.learn(one)
+    kept = sum(int((np.isfinite(one.error).all(axis=1) & ~one.clipped).sum()) for one in told)
+    state = learner.state()
+    assert 0 < len(state["error"]) == kept < 96
+    assert np.isfinite(state["error"]).all()
 
 
 @pytest.mark.parametrize("name", LEARNERS)
