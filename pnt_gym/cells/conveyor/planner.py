@@ -60,26 +60,25 @@ class PickPlanner:
     def draw(self, generators: list[np.random.Generator], rows: Ints, count: int) -> Objects:
         """`count` new objects from the generators of some rows, shape (len(rows), count)."""
         normals, uniforms = np.empty((len(rows), count, NORMALS)), np.empty((len(rows), count, UNIFORMS))
-        apart = self._draw_apart(generators, rows, count)
+        apart = Apart.none(self.config, len(rows), count)
         for place, row in enumerate(rows):
             generator = generators[int(row)]
+            self._draw_apart(generator, take(apart, place))
             generator.standard_normal(out=normals[place])
             generator.random(out=uniforms[place])
         return objects_from_draws(normals, uniforms, self.config, self._table, apart)
 
-    def _draw_apart(self, generators: list[np.random.Generator], rows: Ints, count: int) -> Apart:
-        """What `count` objects of some rows draw beside, where the level asks for it."""
+    def _draw_apart(self, generator: np.random.Generator, apart: Apart) -> None:
+        """What objects draw beside, where the level asks for it, into arrays; the generator stays where it is."""
         config = self.config
-        apart = Apart.none(config, len(rows), count)
         wanted = {
             Purpose.PICK: (config.pick.fails, apart.pick),
             Purpose.CLASS: (config.classifier.confusion, apart.seen),
             Purpose.FILL: (config.bins.emptied, apart.fill),
         }
         for purpose, (asked, draws) in wanted.items():
-            for place, row in enumerate(rows if asked else ()):
-                aside(generators[int(row)], purpose).random(out=draws[place])
-        return apart
+            if asked:
+                aside(generator, purpose).random(out=draws)
 
     def draw_picks(self, generators: list[np.random.Generator], rows: Ints) -> tuple[Objects, Floats]:
         """A new object from the generator of each row, and where it is picked: anywhere in the window, (N, 3) [m]."""

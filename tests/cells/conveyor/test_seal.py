@@ -226,3 +226,43 @@ def test_a_cup_that_yields_and_blows_does_nothing_to_what_it_never_held():
         assert 0 < info["picked"].sum() < 24
         assert same_bits(np.isnan(info["landing_error"]), ~info["picked"])
         assert (info["energy"] > 0.0).all()
+
+
+@pytest.mark.parametrize("gap", ["centre", "edge"])
+def test_objects_of_one_belt_fail_one_by_one(gap):
+    """Each has a draw of its own, whether objects are drawn together or one after the other."""
+    core = make_core(vary("waste", belt={"gap": gap}, **FAILING), 3, picks="belt")
+    draws = core.cell._source.stream.queue.pick_draw
+    assert len(np.unique(draws)) == draws.size
+
+
+@pytest.mark.parametrize("dispatch", ["first", "soonest", "atc"])
+def test_all_that_the_belt_brought_is_thrown_failed_passed_or_still_there(dispatch):
+    """Counted where objects are drawn, cell by cell."""
+    config = vary(
+        "waste",
+        dispatch=dispatch,
+        fidelity="flight",
+        picks_per_shift=1000,
+        belt={"speed": 0.5, "gap": "edge"},
+        **FAILING,
+    )
+    core = make_core(config, 4, picks="belt", seed=1)
+    stream, planner = core.cell._source.stream, core.cell.planner
+    brought, draw = np.full(4, stream.length), planner.draw
+
+    def counted(generators, rows, count):
+        np.add.at(brought, rows, count)
+        return draw(generators, rows, count)
+
+    # What was let go before the first throw was replaced already, and so was the first object itself.
+    first = core.cell._source.passed + 1
+    planner.draw = counted
+    steps = [core.step(np.zeros((4, 2))).info for _ in range(10)]
+    thrown = np.sum([info["picked"].astype(int) for info in steps], axis=0)
+    failed = np.sum([~info["picked"] for info in steps], axis=0)
+    passed = np.sum([info["passed"] for info in steps], axis=0) + core.cell._source.passed
+    under_the_cup = 1
+    assert same_bits(brought + first, thrown + failed + passed + under_the_cup + stream.length)
+    assert passed.sum() > 0
+    assert failed.sum() > 0
