@@ -69,12 +69,13 @@ perf: dev ## planner, robot and environment speed, and the physics checks of res
 	$(BIN)/python benchmarks/study_physics.py --json results/physics.json
 	$(BIN)/python benchmarks/study_fidelity.py --json results/fidelity.json
 
-studies: dev ## flights, the oracle, what the cup loses, a soft cup, the order of picks, into results/ (an hour)
+studies: dev ## flights, the oracle, grip, soft cup, order of picks, what a sorter is judged by, into results/ (an hour)
 	$(BIN)/python benchmarks/study_training.py --json results/training.json
 	$(BIN)/python benchmarks/study_oracle.py --json results/oracle.json
 	$(BIN)/python benchmarks/study_grip.py --json results/grip.json
 	$(BIN)/python benchmarks/study_cup.py --json results/cup.json
 	$(BIN)/python benchmarks/study_dispatch.py --json results/dispatch.json
+	$(BIN)/python benchmarks/study_judged.py --json results/judged.json
 
 reproduce: dev ## the papers' figures computed anew, beside the published ones, into results/ (minutes)
 	$(BIN)/python -m agents.reproduce all --json results/reproduction.json --figures results/figures

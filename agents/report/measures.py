@@ -258,6 +258,30 @@ def _gain(found: Data, rule: str) -> str:
     return f"{100 * found['value']:+.1f} % ({100 * found['low']:+.1f}..{100 * found['high']:+.1f})"
 
 
+def judged_table(data: Data) -> Grid:
+    """What failed picks, wrong classes and filling bins cost at the belt."""
+    header = ["cell", "thrown by", "with", "picks/min", "sorted/min", "recovery", "purity", "picks that held", "energy"]
+    rows = [
+        [
+            level,
+            found["controller"],
+            found["case"],
+            *(f"{found[name]:.1f}" for name in ("picks_per_min", "sorted_per_min")),
+            *(f"{100 * found[name]:.1f} %" for name in ("recovery", "purity", "pick_rate")),
+            f"{found['energy_per_pick_j']:.1f} J",
+        ]
+        for level, entries in data["judged"].items()
+        for found in entries
+    ]
+    emptied = " and ".join(f"{count} in `{level}`" for level, count in data["emptied"].items())
+    note = (
+        f"`PnTConveyor-v0`, {data['throws']} picks per row, seed {data['seed']}, full physics. `boxes` sorts the kinds of "
+        f"`waste` into six fixed bins by material. Classes wrong: {100 * data['wrong']:g} % of every kind is seen as one "
+        f"of another material. Bins are emptied after so many objects: {emptied}."
+    )
+    return Grid("What a sorter is judged by", header, rows, note)
+
+
 def _latest(rows: list[dict[str, float]], seeds: int) -> list[dict[str, float]]:
     """The last row of each seed; none where a seed has none, which a mean over the others would hide."""
     last = {row["seed"]: row for row in sorted(rows, key=lambda row: row["throws"])}
@@ -281,6 +305,7 @@ TABLES: Final = (
     ({"grip", "throws"}, grip_table),
     ({"effects", "learning"}, cup_table),
     ({"dispatch", "shifts"}, dispatch_table),
+    ({"judged", "wrong"}, judged_table),
 )
 """By what the files that `make perf` and `make studies` write are known, and their tables."""
 

@@ -16,6 +16,7 @@ from .measures import (
     environment_table,
     fidelity_table,
     grip_table,
+    judged_table,
     oracle_table,
     physics_table,
     planner_table,
@@ -35,6 +36,7 @@ BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
     "cup": ("cup.json", cup_table),
     "oracle": ("oracle.json", oracle_table),
     "dispatch": ("dispatch.json", dispatch_table),
+    "judged": ("judged.json", judged_table),
 }
 """Blocks of a README by name: the file of results, and what makes the table of it; others are "paper/table"."""
 
