@@ -21,7 +21,7 @@ import numpy as np
 
 import pnt_gym
 from agents.files import write_json
-from agents.metrics import throughput
+from agents.metrics import recovery, throughput
 from benchmarks.study import Floats, infos, study_options, study_parser
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.cell import ConveyorCell
@@ -105,6 +105,8 @@ def measured(level: dict[str, Any], picks: str, options: Any, throws: int) -> di
         "flown_over_planned": flown_over_planned(cell, watch),
         "landing_error_mean_m": float(info["landing_error"].mean()),
         "grip_margin_below_1": float((info["grip_margin"] < 1.0).mean()),
+        "recovery": recovery(info["sorted"], info["passed"]) if picks == "belt" else None,
+        "energy_per_pick_j": float(info["energy"].mean()),
         "peak_torque": float(info["peak_torque"].max()),
     }
 

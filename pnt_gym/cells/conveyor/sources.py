@@ -221,11 +221,11 @@ class BeltPicks(PickSource):
 def _estimator(planner: PickPlanner) -> PickPlanner:
     """The planner that compares objects: what is taken is planned by the cell's own.
 
-    A free direction takes a hundred times as long to plan as a straight throw, so straight throws are compared there.
+    A free direction takes a hundred times as long to plan as a straight throw, so straight throws are compared there;
+    likewise rectangles where the hand goes over ellipses.
     """
-    if planner.config.planner != "free_direction":
-        return planner
-    return PickPlanner(planner.config.model_copy(update={"planner": "straight"}))
+    quick = {"free_direction": "straight", "ellipse": "pick_and_place"}.get(planner.config.planner)
+    return planner if quick is None else PickPlanner(planner.config.model_copy(update={"planner": quick}))
 
 
 def _queue_length(config: ConveyorConfig) -> int:
