@@ -123,8 +123,7 @@ def rows() -> list[tuple[tuple[str, str, str], dict[str, Any], str, float]]:
         for value in values:
             for planner in METHODS:
                 side, y = (value, 0.35) if name == "opening" else (0.20, value)
-                bins = {"fixed": [{"name": "only", "x": 0.0, "y": y + (0.0 if name == "opening" else 0.05),
-                                   "size": [side, side]}]}  # fmt: skip
+                bins = {"fixed": [{"name": "only", "x": 0.0, "y": y, "size": [side, side]}]}
                 level = level_of("nominal", planner, SWEEP_PERCENT, bins=bins)
                 found.append(((name, f"{value:g}", planner), level, "independent", 0.5))
     return found

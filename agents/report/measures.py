@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from ..tables import Grid
+from .methods import methods_table
 
 Data = Mapping[str, Any]
 _LADDER_NAMES = {"analytic": "analytic planner", "oracle": "oracle (knows the hidden values)"}
@@ -306,6 +307,7 @@ TABLES: Final = (
     ({"effects", "learning"}, cup_table),
     ({"dispatch", "shifts"}, dispatch_table),
     ({"judged", "wrong"}, judged_table),
+    ({"methods", "throws"}, methods_table),
 )
 """By what the files that `make perf` and `make studies` write are known, and their tables."""
 

@@ -22,6 +22,7 @@ from .measures import (
     planner_table,
     training_table,
 )
+from .methods import methods_table, pays_table, reasons_table
 from .reproduction import table as reproduced_table
 from .tables import benchmark_table
 
@@ -34,6 +35,9 @@ BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
     "training": ("training.json", training_table),
     "grip": ("grip.json", grip_table),
     "cup": ("cup.json", cup_table),
+    "methods": ("methods.json", methods_table),
+    "method-reasons": ("methods.json", reasons_table),
+    "methods-pay": ("methods.json", pays_table),
     "oracle": ("oracle.json", oracle_table),
     "dispatch": ("dispatch.json", dispatch_table),
     "judged": ("judged.json", judged_table),

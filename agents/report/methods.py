@@ -1,0 +1,85 @@
+"""What `benchmarks/study_methods.py` measured as tables: methods side by side, why they differ, where throwing pays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+from ..tables import Grid
+
+Data = Mapping[str, Any]
+NAMES: Final = {
+    "pick_and_place": "pick-and-place",
+    "ellipse": "ellipse",
+    "horizontal": "level throw",
+    "straight": "straight throw",
+    "free_direction": "free direction",
+}
+SWEEPS: Final = ("opening", "distance")
+PERCENT: Final = "40"
+"""Of the limits, at which the methods are told apart."""
+
+
+def methods_table(data: Data) -> Grid:
+    """Objects sorted per minute by each method, level by level and percentage by percentage."""
+    rows = [
+        [f"`{level}`, {percent} %", *(_pace(found[name]) for name in NAMES)]
+        for level, table in data["methods"].items()
+        if level not in SWEEPS
+        for percent, found in table.items()
+    ]
+    note = (
+        f"Sorted per minute, in brackets the success rate; {data['throws']} throws per cell, seed {data['seed']}, "
+        "analytic planner, `PnTConveyor-v0`, the same objects on the same belts. A dash: no object has a feasible "
+        "throw there. The free direction has the window of 30 ms of the level `fast`, the others that of their level."
+    )
+    return Grid("How an object gets to its bin: sorted per minute", ["level, limits", *NAMES.values()], rows, note)
+
+
+def reasons_table(data: Data) -> Grid:
+    """What the methods need and lose at one percentage."""
+    header = ["level", "method", "cycle", "of it waiting", "flown / planned", "missed", "rim", "recovery", "energy"]
+    rows = [
+        [
+            level,
+            said,
+            f"{found['cycle_time']:.3f} s",
+            f"{found['wait_time']:.3f} s",
+            f"{found['flown_over_planned']:.4f}",
+            *(f"{100 * found[share]:.1f} %" for share in ("missed", "rim", "recovery")),
+            f"{found['energy_per_pick_j']:.0f} J",
+        ]
+        for level, table in data["methods"].items()
+        if level not in SWEEPS
+        for name, said in NAMES.items()
+        if "impossible" not in (found := table[PERCENT][name])
+    ]
+    note = (
+        f"The same throws at {PERCENT} % of the limits. Flown / planned: how long the hand of the full robot takes to "
+        "come to stay within 1 mm of its next pick, over what the plan takes to. Missed: beside the opening, which a "
+        "learned correction mends. Rim: in the opening, but not in the bin."
+    )
+    return Grid(f"Why: the methods at {PERCENT} % of the limits", header, rows, note)
+
+
+def pays_table(data: Data) -> Grid:
+    """Where throwing stops paying: one bin whose opening shrinks, and that moves away."""
+    said = {"opening": "opening {:.0f} mm", "distance": "bin {:.2f} m beyond the robot's middle"}
+    scale = {"opening": 1000.0, "distance": 1.0}
+    rows = [
+        [said[sweep].format(scale[sweep] * float(value)), *(_pace(found[name]) for name in NAMES)]
+        for sweep in SWEEPS
+        for value, found in data["methods"].get(sweep, {}).items()
+    ]
+    note = (
+        f"Sorted per minute, in brackets the success rate: {max(data['throws'] // 2, 1)} throws per cell, "
+        f"`PnTRelease-v0`, objects of `nominal`, {PERCENT} % of the limits, without learned corrections. Opening: of "
+        "a bin at y 0.35 m. Distance: y of the middle of a bin of 200 mm."
+    )
+    return Grid("Where throwing stops paying", ["bin", *NAMES.values()], rows, note)
+
+
+def _pace(found: Data) -> str:
+    if "impossible" in found:
+        return "-"
+    return f"{found['sorted_per_min']:.1f} ({100 * found['success']:.0f} %)"
