@@ -28,7 +28,8 @@ class ConveyorEnv(ThrowEnv, observes=TABLE):
 
     In `virtual_goal` the same two numbers move the target, and the throw is planned again from scratch (it can jump
     between the planner's flat and steep solutions). In `release_xyz` three numbers move the release point by raw
-    metres: 0.12 along, 0.02 sideways, 0.015 up.
+    metres: 0.12 along, 0.02 sideways, 0.015 up. Where a level's `planner` puts objects down instead of throwing them,
+    the first two modes shift the place where the hand lets go, and `release_xyz` shifts the hand.
 
     ## Observation Space
 

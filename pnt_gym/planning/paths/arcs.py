@@ -1,7 +1,7 @@
 """Motions over the ellipse of Choe et al. 2023, N at a time, quick enough to be planned for every pick.
 
-`timing` finds the quickest motion along any path in a second; here a law of a few phases is fitted to each arc in a
-tenth of a millisecond, a few percent slower, and handed on as pieces of constant jerk.
+`timing` finds the quickest motion along any path, but one by one and with CasADi. Here a law of a few phases is fitted
+to each arc, which takes some percent longer, and is handed on as pieces of constant jerk.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ PIECES = 78
 def arc_segments(way: Floats, top: Floats, limits: Limits) -> Segments:
     """Return motions from rest to rest along upper halves of ellipses that run vertically at both ends.
 
-    The pieces pass through the ellipse at their borders but the first and the last one, and stay within micrometres of
-    it between them. They keep all limits.
+    The pieces pass through the ellipse at their borders but the first and the last one, and stay within some
+    micrometres of it between them, half a millimetre on long and flat ones at slow speeds. They keep all limits.
 
     Args:
         way: from the start to the end of each arc (N, 3) [m].
