@@ -81,7 +81,7 @@ class Cell(ABC, Generic[ConfigT, ThrowsT, PlansT, VerdictT]):
         ConfigError: a count or a number of threads out of its range.
     """
 
-    modes: ClassVar[Modes]
+    modes: Modes
     """Its action modes, the default first."""
     reward_terms: ClassVar[tuple[str, ...]]
     """Names of the reward's terms."""

@@ -1,6 +1,6 @@
 """The conveyor's residual: an action in [-1, 1] corrects the release of a plan; zero is the plan itself.
 
-Three modes, all on the same planner:
+Modes, all on the same planner:
 
 * `release_point` (2 numbers): the release point moves along the throw line and sideways at the planned elevation,
   by what moves the drag-free landing `action x (along, across)`. Well conditioned: one action unit is the same
@@ -9,6 +9,8 @@ Three modes, all on the same planner:
   the landing by one centimetre or by ten.
 * `virtual_goal` (2 numbers): the target is moved and the throw planned from scratch, as in Miyashita et al. 2010.
   The minimum-time plan can jump between its flat and its steep branch when the goal moves a little.
+* `throw_or_place` (3 numbers, where the planner is `auto`): as `release_point`, and a third number above 1/2 puts the
+  object down where the rule would throw it, or throws it where the rule would not.
 """
 
 from __future__ import annotations
@@ -19,8 +21,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Floats, Ints
-from pnt_gym.cells.base.action import ActionMode, Correction, by_name, quarters
+from pnt_gym.arrays import Floats, Ints, made_anew
+from pnt_gym.cells.base.action import ActionMode, Correction, Modes, by_name, quarters
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.observation import decode
@@ -28,6 +30,8 @@ from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.planning.straight.plan import ReleaseBatch
 
 ERRORS: Final = ("landing_along", "landing_across")
+CHOICE: Final = 0.5
+"""A choice of more than this is one."""
 EXPLORATION: Final = (0.015, 0.0075)
 """Standard deviation of the shift that a learner adds in practice, along and across [m]."""
 
@@ -45,7 +49,13 @@ def _moved(planner: PickPlanner, context: Context, residual: Floats) -> ReleaseB
 
 def _replanned(planner: PickPlanner, context: Context, residual: Floats) -> ReleaseBatch:
     goal = _goal(context, residual)
-    return planner.checked(context, planner.mover.plan(context.pick, goal, context.throw_limits, context.ceiling))
+    return planner.checked(context, planner.replanned(context, goal))
+
+
+def _chosen(planner: PickPlanner, context: Context, residual: Floats) -> ReleaseBatch:
+    aimed, other = _aimed(planner, context, residual), residual[:, 2] > CHOICE
+    swapped = partial(planner.replanned, swapped=True)
+    return planner.checked(context, made_anew(aimed, other, swapped, context, _goal(context, residual)))
 
 
 def _goal(context: Context, residual: Floats) -> Floats:
@@ -55,6 +65,10 @@ def _goal(context: Context, residual: Floats) -> Floats:
 
 def _shift(config: ConveyorConfig) -> Floats:
     return np.array([config.action.along, config.action.across])
+
+
+def _shift_and_choice(config: ConveyorConfig) -> Floats:
+    return np.array([*_shift(config), 1.0])
 
 
 MODES: Final = by_name(
@@ -73,11 +87,22 @@ MODES: Final = by_name(
     ),
     ActionMode("virtual_goal", ("target along the throw", "target to its left"), _shift, _replanned, ERRORS),
 )
+CHOICE_MODE: Final = ActionMode(
+    "throw_or_place",
+    ("release point along the throw line", "release point sideways", "above 1/2: the other way of throw and place"),
+    _shift_and_choice,
+    _chosen,
+)
+
+
+def modes_of(config: ConveyorConfig) -> Modes:
+    """The action modes of a cell, the default first."""
+    return {**MODES, CHOICE_MODE.name: CHOICE_MODE} if config.planner == "auto" else MODES
 
 
 def correction(config: ConveyorConfig, mode: str) -> Correction | None:
     """How an action shifts the landing along and across the throw; None where it has no such meaning."""
-    if not MODES[mode].errors:
+    if not modes_of(config)[mode].errors:
         return None
     return Correction(
         errors=ERRORS,

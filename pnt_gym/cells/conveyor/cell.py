@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats, Ints, made_anew, replaced
-from pnt_gym.cells.base.action import Correction, Modes
+from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.canvas import Marker
 from pnt_gym.cells.base.core import Cell, Generators
 from pnt_gym.cells.base.plant import REWARD_TERMS
 from pnt_gym.cells.base.view import ThrowView
-from pnt_gym.cells.conveyor.action import MODES, correction
+from pnt_gym.cells.conveyor.action import correction, modes_of
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.fill import Fill, volume_of
@@ -22,7 +22,8 @@ from pnt_gym.cells.conveyor.hand import HandCycle
 from pnt_gym.cells.conveyor.movers import ThrowMotion
 from pnt_gym.cells.conveyor.objects import Objects
 from pnt_gym.cells.conveyor.observation import HIDDEN, TABLE
-from pnt_gym.cells.conveyor.outcome import Outcome, judge
+from pnt_gym.cells.conveyor.outcome import Course, Outcome, judge
+from pnt_gym.cells.conveyor.placing import placed
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.conveyor.plant import ConveyorPlant
 from pnt_gym.cells.conveyor.seal import picked
@@ -46,7 +47,6 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         threads: worker threads of the physics; results do not depend on it.
     """
 
-    modes: ClassVar[Modes] = MODES
     reward_terms: ClassVar[tuple[str, ...]] = REWARD_TERMS
     table = TABLE
     hidden = HIDDEN
@@ -55,6 +55,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         super().__init__(config, count, threads)
         self.terminates = picks == "independent"
         self.episode = 1 if self.terminates else config.picks_per_shift
+        self.modes = modes_of(config)
         self.item_names = config.items
         self.target_names = tuple(fixed.name for fixed in config.bins.fixed)
         self.dwell = config.motion.dwell
@@ -126,6 +127,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
             "dropped": outcome.dropped,
             "grip_margin": outcome.grip_margin,
             "passed": outcome.passed,
+            "placed": outcome.placed,
             "peak_torque": outcome.peak_torque,
             "energy": outcome.energy,
             "true_kind": thrown.objects.kind.copy(),
@@ -196,4 +198,5 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         """The outcome of throws and returns."""
         path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back])
         flown = self.plant.fly(context, HandCycle(release, motion.release_time, path))
-        return judge(flown, context, self.config, path.duration + self.dwell, wait, passed)
+        course = Course(path.duration + self.dwell, wait, passed, placed(release))
+        return judge(flown, context, self.config, course)

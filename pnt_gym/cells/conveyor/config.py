@@ -219,10 +219,11 @@ class ConveyorConfig(SortingLine):
     classifier: Classifier = Classifier()
     action: ActionScale = ActionScale()
     reward: SortingReward = SortingReward()
-    planner: Literal["straight", "free_direction", "horizontal", "pick_and_place", "ellipse"] = Field(
+    planner: Literal["straight", "free_direction", "horizontal", "pick_and_place", "ellipse", "auto"] = Field(
         default="straight",
         description="How an object gets to its bin: thrown on a straight line (Hassan 2022), in a free direction, or "
-        "level from above the pick; or brought there on a rectangle or over an ellipse (Choe 2023), and put down.",
+        "level from above the pick; or brought there on a rectangle or over an ellipse (Choe 2023), and put "
+        "down; `auto` throws straight what is `throwable` and puts the rest down over an ellipse.",
     )
     dispatch: Literal["first", "soonest", "atc"] = Field(
         default="first",

@@ -47,7 +47,6 @@ class FreeMover:
         self._belt = config.belt
         self._straight = StraightMover(config, workspace)
         self._workspace = workspace
-        self.reserve = config.motion.reserve
         self.rules = HandRules(
             approach=config.motion.clearance,
             window=follow.window,
@@ -77,6 +76,10 @@ class FreeMover:
         release = self._shifted(context, point, flight)
         return made_anew(release, context.plan.straight, self._straight.moved, context, point)
 
+    def reserve(self, release: ReleaseBatch) -> Floats:
+        """That of straight throws."""
+        return self._straight.reserve(release)
+
     def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
         """Which throws exist and leave the hand room to turn back inside the workspace."""
         known = release.feasible[:, None]
@@ -104,6 +107,7 @@ class FreeMover:
             stop_time=time + window,
             velocity=release.velocity,
             roof=roof,
+            placed=np.zeros(len(pick), dtype=np.bool_),
         )
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:

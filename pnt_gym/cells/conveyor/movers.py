@@ -43,6 +43,7 @@ class ThrowMotion:
         stop_time: when they do (N,) [s].
         velocity: of the hand there (N, 3) [m/s]; zero after a stop.
         roof: greatest height of the hand on the return (N,) [m].
+        placed: the object was put down in rest, at its bin (N,).
     """
 
     pick: Floats
@@ -52,12 +53,13 @@ class ThrowMotion:
     stop_time: Floats
     velocity: Floats
     roof: Floats
+    placed: Bools
 
     @classmethod
     def resting(cls, place: Floats) -> ThrowMotion:
         """Hands that rest at `place` (N, 3) [m] and have thrown nothing."""
         zero = np.zeros(len(place))
-        return cls(place, coast(zero), zero, place, zero, np.zeros_like(place), zero + np.inf)
+        return cls(place, coast(zero), zero, place, zero, np.zeros_like(place), zero + np.inf, zero > 0.0)
 
 
 @final
@@ -83,9 +85,6 @@ class Meeting:
 class Mover(Protocol):
     """Plans the hand's motion for N picks at once; a row's result does not depend on the other rows."""
 
-    reserve: float
-    """How far every target taken on may move along the throw [m]."""
-
     def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
         """Nominal releases for picks and targets (N, 3), below the ceilings (N,) [m]."""
         ...
@@ -99,6 +98,10 @@ class Mover(Protocol):
 
     def moved(self, context: Context, point: Floats) -> ReleaseBatch:
         """Releases at given points (N, 3) [m]."""
+        ...
+
+    def reserve(self, release: ReleaseBatch) -> Floats:
+        """How far the targets of releases that are taken on may move along them (N,) [m]."""
         ...
 
     def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
@@ -135,7 +138,7 @@ class StraightMover:
         self._clearance = config.motion.clearance
         self._follow = config.motion.follow_through
         self._workspace = workspace
-        self.reserve = config.motion.reserve
+        self._reserve = config.motion.reserve
 
     def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
         """The exact optimum of Hassan et al. 2022."""
@@ -155,6 +158,10 @@ class StraightMover:
     def moved(self, context: Context, point: Floats) -> ReleaseBatch:
         """Releases at the points, at the speed that the way there allows."""
         return release_at_point(context.pick, point, context.throw_limits, plane_z=context.target[:, 2])
+
+    def reserve(self, release: ReleaseBatch) -> Floats:
+        """The same for all."""
+        return np.full(len(release.speed), self._reserve)
 
     def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
         """Which throws exist and stay inside the workspace until the hand has stopped.
@@ -184,6 +191,7 @@ class StraightMover:
             stop_time=release_time + self._follow.window + slow.durations.sum(axis=1),
             velocity=np.zeros_like(pick),
             roof=zero + np.inf,
+            placed=zero > 0.0,
         )
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import final
+from typing import Self, final
 
 import numpy as np
 
@@ -60,6 +60,8 @@ class Outcome(Landed):
     """How many times the load the cup could hold, at the worst moment until its release (N,)."""
     passed: Ints
     """Objects that were let go since the throw before (N,)."""
+    placed: Bools
+    """It was put down at its bin, not thrown (N,)."""
     energy: Floats
     """Positive mechanical work of the motors in the cycle (N,) [J], see `cells.base.energy`."""
     ended_in: Ints
@@ -73,32 +75,49 @@ class Outcome(Landed):
         return self.is_success & self.belongs
 
 
-def judge(
-    flown: Flown, context: Context, config: ConveyorConfig, cycle_time: Floats, wait_time: Floats, passed: Ints
-) -> Outcome:
+@final
+@dataclass(frozen=True)
+class Course:
+    """What N cycles were beside their throws."""
+
+    cycle_time: Floats
+    """From lift to lift, dwell included (N,) [s]."""
+    wait_time: Floats
+    """Part of it spent waiting for the next object (N,) [s]."""
+    passed: Ints
+    """Objects let go since the throw before (N,)."""
+    placed: Bools
+    """The object was put down, not thrown (N,)."""
+
+    @classmethod
+    def alone(cls, cycle_time: Floats, placed: Bools) -> Self:
+        """Cycles (N,) [s] without a belt that anything waits for."""
+        return cls(cycle_time, np.zeros_like(cycle_time), np.zeros(len(placed), dtype=np.int64), placed)
+
+
+def judge(flown: Flown, context: Context, config: ConveyorConfig, course: Course) -> Outcome:
     """What became of N throws.
 
     Args:
         flown: the throws.
         context: the picks that were thrown.
         config: the cell.
-        cycle_time: from lift to lift, dwell included (N,) [s].
-        wait_time: part of it spent waiting for the next object (N,) [s].
-        passed: objects let go since the throws before (N,).
+        course: of the cycles.
     """
     landed = flown.touchdown.landed(context.target, context.opening, context.bin_depth, context.direction)
     ended_in = bins_of(flown.touchdown, context, config, landed["in_bin"])
     return Outcome(
         **landed,
         landing_error=np.sqrt(landed["landing_along"] ** 2 + landed["landing_across"] ** 2),
-        cycle_time=cycle_time,
-        wait_time=wait_time,
+        cycle_time=course.cycle_time,
+        wait_time=course.wait_time,
         peak_torque=flown.effort.torque,
         tracking_error=flown.tracking_error,
         picked=flown.grips.picked,
         dropped=flown.grips.dropped,
         grip_margin=flown.grips.margin,
-        passed=passed,
+        passed=course.passed,
+        placed=course.placed,
         energy=flown.effort.energy,
         ended_in=ended_in,
         belongs=(ended_in >= 0) & _is_taken(context, ended_in, config),

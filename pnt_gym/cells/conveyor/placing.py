@@ -48,7 +48,6 @@ class HorizontalMover:
         lift = config.motion.model_copy(update={"clearance": config.motion.ceiling})
         self._straight = StraightMover(config.model_copy(update={"motion": lift}), workspace)
         self._workspace = workspace
-        self.reserve = config.motion.reserve
 
     def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
         """The level throw from the ceiling."""
@@ -63,6 +62,10 @@ class HorizontalMover:
         pick, limits = context.pick, context.throw_limits
         start = _at_height(pick, point[:, 2])
         return _after_lift(pick, release_at_point(start, point, limits, plane_z=context.target[:, 2]), limits)
+
+    def reserve(self, release: ReleaseBatch) -> Floats:
+        """That of straight throws."""
+        return self._straight.reserve(release)
 
     def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
         """Which throws exist and stay inside the workspace until the hand has stopped."""
@@ -109,7 +112,6 @@ class PlacingMover(ABC):
         self._workspace = workspace
         self.rules = config.motion.placing
         self.rim = config.bins.rim
-        self.reserve = config.motion.placing.reserve
 
     @abstractmethod
     def over(self, start: Floats, end: Floats, heights: tuple[Floats, Floats], limits: Limits) -> Segments:
@@ -148,6 +150,10 @@ class PlacingMover(ABC):
         """Places where the hand is told to let go."""
         return self._placed(context.pick, point, context.throw_limits)
 
+    def reserve(self, release: ReleaseBatch) -> Floats:
+        """The same for all."""
+        return np.full(len(release.speed), self.rules.reserve)
+
     def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
         """Which places exist and are reached inside the workspace."""
         place = np.where(release.feasible[:, None], release.position, pick)
@@ -165,6 +171,7 @@ class PlacingMover(ABC):
             stop_time=time + window,
             velocity=np.zeros_like(pick),
             roof=np.full(len(pick), np.inf),
+            placed=np.full(len(pick), True),
         )
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
@@ -283,6 +290,11 @@ class EllipseMover(PlacingMover):
         """Where the straight parts end."""
         vertical = self.rules.vertical
         return pick[:, 2] + vertical, np.maximum(over_rims, place[:, 2] + vertical)
+
+
+def placed(release: ReleaseBatch) -> Bools:
+    """Which releases put an object down at rest (N,)."""
+    return release.feasible & (release.speed == 0.0)
 
 
 def rectangle_segments(start: Floats, end: Floats, top: Floats, limits: Limits) -> Segments:

@@ -9,9 +9,10 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, replaced, take
+from pnt_gym.arrays import Bools, Floats, Ints, made_anew, replaced, take
 from pnt_gym.cells.base.aside import Purpose, aside
 from pnt_gym.cells.base.items import item_arrays
+from pnt_gym.cells.conveyor.choosing import AutoMover
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.fill import drawn_fill
@@ -19,7 +20,7 @@ from pnt_gym.cells.conveyor.free_mover import FreeMover
 from pnt_gym.cells.conveyor.hold import LEAST_ACCELERATION, measured_hold
 from pnt_gym.cells.conveyor.movers import Mover, StraightMover
 from pnt_gym.cells.conveyor.objects import NORMALS, TARGET_DRAWS, UNIFORMS, Apart, Objects, objects_from_draws
-from pnt_gym.cells.conveyor.placing import EllipseMover, HorizontalMover, PlaceMover
+from pnt_gym.cells.conveyor.placing import EllipseMover, HorizontalMover, PlaceMover, placed
 from pnt_gym.cells.conveyor.scene import LIP_GAP
 from pnt_gym.cells.conveyor.throwable import throwable
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows
@@ -34,6 +35,7 @@ _MOVERS: dict[str, Callable[[ConveyorConfig, EllipticWorkspace], Mover]] = {
     "horizontal": HorizontalMover,
     "pick_and_place": PlaceMover,
     "ellipse": EllipseMover,
+    "auto": AutoMover,
 }
 
 
@@ -48,7 +50,8 @@ class PickPlanner:
     def __init__(self, config: ConveyorConfig) -> None:
         self.config = config
         self.workspace = EllipticWorkspace(T3KR.workspace_x, T3KR.workspace_y, T3KR.z_min, T3KR.z_max)
-        self.mover: Mover = _MOVERS[config.planner](config, self.workspace)
+        self.mover: Mover = self._mover(config.planner)
+        self._puts = self._mover("ellipse") if config.planner == "auto" else None
         fixed = config.bins.fixed
         self._centres = np.array([(b.x, b.y) for b in fixed]).reshape(-1, 2)
         self._openings = np.array([b.size for b in fixed]).reshape(-1, 2)
@@ -123,16 +126,24 @@ class PickPlanner:
             ceiling=ceiling,
             belt_shift=belt_shift,
         )
-        good &= self.mover.is_feasible(pick, context.plan, throw_limits)
-        good &= throwable(context, self.config.throwable, self._table)
-        reserve = self.mover.reserve
-        for sign in (-1.0, 1.0) if reserve > 0.0 else ():
+        context, taken = self._decided(context)
+        good &= taken & self.mover.is_feasible(pick, context.plan, throw_limits)
+        reserve = self.mover.reserve(context.plan)
+        for sign in (-1.0, 1.0) if reserve.any() else ():
             good &= self._has_reserve(context, sign * reserve)
         rows = np.flatnonzero(~good)
         if rows.size > 0 and attempt + 1 < (len(self._centres) or TARGET_DRAWS):
             found, good[rows] = self.plan(take(objects, rows), pick[rows], attempt + 1)
             context = replaced(context, rows, found)
         return context, good
+
+    def replanned(self, context: Context, goal: Floats, swapped: bool = False) -> ReleaseBatch:
+        """Plans to goals (N, 3) [m] from scratch, thrown or put down as the nominal ones; `swapped`, the other way."""
+        given = context.pick, goal, context.throw_limits, context.ceiling
+        plans = self.mover.plan(*given)
+        if self._puts is None:
+            return plans
+        return made_anew(plans, placed(context.plan) ^ swapped, self._puts.plan, *given)
 
     def warn_of_reach(self) -> None:
         """Warn of fixed bins that no throw gets into: they stay empty, and others take their items."""
@@ -154,6 +165,19 @@ class PickPlanner:
         area = self.areas if self.config.bins.fixed else np.prod(opening, axis=1, keepdims=True)
         return drawn_fill(objects.fill_draw, self.config, self._table).depth(area, self.config)
 
+    def _mover(self, name: str) -> Mover:
+        return _MOVERS[name](self.config, self.workspace)
+
+    def _decided(self, context: Context) -> tuple[Context, Bools]:
+        """The same picks, of which those that are not to be thrown are put down, and which are taken on at all (N,)."""
+        thrown = throwable(context, self.config.throwable, self._table)
+        if self._puts is None:
+            return context, thrown
+        given = context.pick, context.target, context.throw_limits, context.ceiling
+        return replace(context, plan=made_anew(context.plan, ~thrown, self._puts.plan, *given)), np.full_like(
+            thrown, True
+        )
+
     def _careful(self, objects: Objects, belt_shift: Floats, limits: LimitRows) -> tuple[LimitRows, Bools]:
         """Limits at which measured objects stay under the cup, and which of them can be held at all (N,)."""
         safety = self.config.grip.safety
@@ -164,10 +188,10 @@ class PickPlanner:
         slow = np.minimum(limits.acceleration, np.maximum(most, LEAST_ACCELERATION))
         return limits._replace(acceleration=slow), most >= LEAST_ACCELERATION
 
-    def _has_reserve(self, context: Context, along: float) -> Bools:
-        """Whether the throw is feasible too with its target moved along it."""
+    def _has_reserve(self, context: Context, along: Floats) -> Bools:
+        """Whether throws are feasible too with their targets moved along them (N,) [m]."""
         shift = np.zeros_like(context.target)
-        shift[:, :2] = along * context.direction
+        shift[:, :2] = along[:, None] * context.direction
         release = self.mover.aimed(context, context.target + shift, np.inf)
         return self.mover.is_feasible(context.pick, release, context.throw_limits)
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats, Ints
-from pnt_gym.cells.base.action import Correction, Modes, require_feasible
+from pnt_gym.cells.base.action import Correction, require_feasible
 from pnt_gym.cells.base.canvas import Marker
 from pnt_gym.cells.base.core import Cell
 from pnt_gym.cells.base.plant import REWARD_TERMS
@@ -43,7 +43,7 @@ class GripperCell(Cell[GripperConfig, Context, TossPlans, Outcome]):
         ConfigError: some pick or compartment of the config is out of the robot's reach.
     """
 
-    modes: ClassVar[Modes] = MODES
+    modes = MODES
     reward_terms: ClassVar[tuple[str, ...]] = REWARD_TERMS
     table = TABLE
     """With the centres and scales of a cell that has none of its own; see `feature_table`."""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints, made_anew, replaced
-from pnt_gym.cells.base.action import Correction, Modes, require_feasible
+from pnt_gym.cells.base.action import Correction, require_feasible
 from pnt_gym.cells.base.canvas import Marker
 from pnt_gym.cells.base.core import Cell
 from pnt_gym.cells.base.view import ThrowView
@@ -49,7 +49,7 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
         ConfigError: no goal of the config is in the arm's reach.
     """
 
-    modes: ClassVar[Modes] = MODES
+    modes = MODES
     reward_terms: ClassVar[tuple[str, ...]] = ("position", "angle", "speed", "success")
     table = TABLE
     hidden = HIDDEN
