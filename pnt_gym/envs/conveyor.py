@@ -61,14 +61,14 @@ class ConveyorEnv(ThrowEnv, observes=TABLE):
     `info` also has `is_success`, `landing_error`, `landing_along`, `landing_across` [m], `cycle_time`, `wait_time`
     [s], `in_opening`, `in_bin`, `rim` (in the opening but not in the bin), `recontact` (the cup touched the object
     after the release), `picked` (the cup sealed; else landings are NaN), `dropped` (lost on the way to the
-    release), `grip_margin` (how many times the load the cup could hold, at the worst moment until then),
-    `passed` (objects on the belt that were let go since the throw before, or since the episode began; 0 without a
-    belt), `residual_clipped`, `peak_torque` [N m], `energy` (positive work of the motors from lift to lift, without
-    recuperation) [J], `item` and `bin` (indices of what was seen and thrown where), `true_kind` (index of what it
-    truly is), `target_x`, `target_y`, `bin_depth` (of its bin above what lies in it) [m], `ended_in` (index of the
-    bin in which the object lies at the end, -1 in none), `belongs` (that bin takes it), `sorted` (a success that
-    belongs there), and `kind`: the index, into the level's `items`, of what the object now under the cup is seen
-    as.
+    release), `grip_margin` (how many times the load the cup could hold, at the worst moment until then), `slip` (how
+    far the belt carries it on under the cup during the dwell [m]), `passed` (objects on the belt that were let go since
+    the throw before, or since the episode began; 0 without a belt), `residual_clipped`, `peak_torque` [N m], `energy`
+    (positive work of the motors from lift to lift, without recuperation) [J], `item` and `bin` (indices of what was
+    seen and thrown where), `true_kind` (index of what it truly is), `target_x`, `target_y`, `bin_depth` (of its bin
+    above what lies in it) [m], `ended_in` (index of the bin in which the object lies at the end, -1 in none), `belongs`
+    (that bin takes it), `sorted` (a success that belongs there), and `kind`: the index, into the level's `items`, of
+    what the object now under the cup is seen as.
 
     ## Arguments
 

@@ -34,6 +34,11 @@ class Belt(Section):
         description="What `spacing` lies between: centres, so that long objects overlap, or edges of the objects as "
         "they lie.",
     )
+    tracking: bool = Field(
+        default=False,
+        description="Whether the suction cup's hand rides with the belt while it grips and throws from there; if not, "
+        "it stands still and the object slips.",
+    )
     camera_x: Finite = Field(
         default=-0.80, description="Where the camera sees an object; a belt-speed error grows from here [m]."
     )

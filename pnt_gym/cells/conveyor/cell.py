@@ -19,6 +19,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.fill import Fill, volume_of
 from pnt_gym.cells.conveyor.hand import HandCycle
+from pnt_gym.cells.conveyor.hold import slip
 from pnt_gym.cells.conveyor.movers import ThrowMotion
 from pnt_gym.cells.conveyor.objects import Objects
 from pnt_gym.cells.conveyor.observation import HIDDEN, TABLE
@@ -28,8 +29,10 @@ from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.conveyor.plant import ConveyorPlant
 from pnt_gym.cells.conveyor.seal import picked
 from pnt_gym.cells.conveyor.sources import BeltPicks, IndependentPicks, PickSource
+from pnt_gym.cells.conveyor.tracking import brought_to_rest
 from pnt_gym.cells.conveyor.view import camera, objects_on_belt
 from pnt_gym.engine import MjData, MjModel
+from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
 from pnt_gym.planning.straight.plan import ReleaseBatch
 
@@ -128,6 +131,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
             "grip_margin": outcome.grip_margin,
             "passed": outcome.passed,
             "placed": outcome.placed,
+            "slip": slip(thrown, self.config),
             "peak_torque": outcome.peak_torque,
             "energy": outcome.energy,
             "true_kind": thrown.objects.kind.copy(),
@@ -182,21 +186,23 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         return replace(picks, depth=self._fill.depth(self.planner.areas, self.config))
 
     def _motion(self, context: Context, plans: ReleaseBatch) -> ThrowMotion:
-        """The throws; hands that hold nothing stay where they are, to go on from there."""
+        """The throws; hands that hold nothing stay where they are, or stop at once, to go on from there."""
         motion = self.planner.mover.throw(context.pick, plans, context.throw_limits, context.ceiling)
         columns = motion.segments.durations.shape[1]
 
-        def left(pick: Floats) -> ThrowMotion:
-            resting = ThrowMotion.resting(pick)
+        def left(pick: Floats, limits: LimitRows) -> ThrowMotion:
+            belt = self.config.belt
+            resting = brought_to_rest(pick, limits, belt.speed) if belt.tracking else ThrowMotion.resting(pick)
             return replace(resting, segments=resting.segments.padded(columns))
 
-        return made_anew(motion, ~picked(context, self.config), left, context.pick)
+        return made_anew(motion, ~picked(context, self.config), left, context.pick, context.throw_limits)
 
     def _flown(
         self, context: Context, release: ReleaseBatch, motion: ThrowMotion, back: Segments, wait: Floats, passed: Ints
     ) -> Outcome:
         """The outcome of throws and returns."""
-        path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back])
+        begin = motion.pick_velocity
+        path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back], begin, rides=begin is not None)
         flown = self.plant.fly(context, HandCycle(release, motion.release_time, path))
         course = Course(path.duration + self.dwell, wait, passed, placed(release))
         return judge(flown, context, self.config, course)

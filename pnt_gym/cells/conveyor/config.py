@@ -11,9 +11,11 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.base.config import Duration, Finite, NonNegative, Positive, Section
+from pnt_gym.cells.base.config import Duration, Finite, NonNegative, Positive, Range, Section
 from pnt_gym.cells.base.items import too_wide
 from pnt_gym.cells.base.sorting import SortingLine, SortingReward
+from pnt_gym.planning.motion.limits import LimitRows
+from pnt_gym.planning.motion.riding import fastest_belt
 
 SUM_TOLERANCE: Final = 1e-6
 """Shares that sum to 1 do so within this."""
@@ -251,7 +253,29 @@ class ConveyorConfig(SortingLine):
                     raise ValueError(f"{where} tells of {name!r}, which is not among the items {self.items}")
             if abs(sum(row.values()) - 1.0) > SUM_TOLERANCE:
                 raise ValueError(f"{where} sums to {sum(row.values()):.7g}; the shares of an item must sum to 1")
+        if self.belt.tracking:
+            self._check_ride()
         return self
+
+    @property
+    def lift_x(self) -> Range:
+        """Where objects are lifted along x [m]: the window, less what a hand rides in it before."""
+        low, high = self.belt.pick_x
+        return (low + self.belt.speed * self.motion.dwell if self.belt.tracking else low), high
+
+    def _check_ride(self) -> None:
+        speed, most = self.belt.speed, fastest_belt(LimitRows.t3kr(np.array(self.limits.percent)))
+        if speed > most:
+            raise ValueError(
+                f"belt.speed is {speed:g} m/s; a hand at {min(self.limits.percent):g} % of its limits can ride with "
+                f"belts up to {most:.2f} m/s, see belt.tracking"
+            )
+        low, high = self.lift_x
+        if low > high:
+            raise ValueError(
+                f"motion.dwell is {self.motion.dwell:g} s; a hand that rides with the belt at {speed:g} m/s leaves "
+                f"belt.pick_x {self.belt.pick_x} after at most {(high - self.belt.pick_x[0]) / speed:.3g} s"
+            )
 
     @property
     def swings(self) -> bool:

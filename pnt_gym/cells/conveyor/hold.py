@@ -58,6 +58,16 @@ def grips(thrown: Context, path: HandPath, release_time: Floats, config: Conveyo
     return Grips(np.where(held, np.where(counts, margin, np.inf).min(axis=1), np.nan), lost, held)
 
 
+def slip(thrown: Context, config: ConveyorConfig) -> Floats:
+    """How far N objects slip under their cups while the vacuum builds up [m].
+
+    A hand that stands still loses all that the belt moves on, one that rides with it what the speed is off.
+    """
+    nominal = config.belt.speed * config.motion.dwell
+    error = thrown.objects.belt_error
+    return nominal * np.abs(error if config.belt.tracking else 1.0 + error)
+
+
 def true_hold(thrown: Context) -> Hold:
     """Objects as they hang under their cups."""
     o, e = thrown.objects, thrown.grasp

@@ -33,7 +33,7 @@ _HALVINGS = 12
 @final
 @dataclass(frozen=True)
 class ThrowMotion:
-    """N throws from rest at the pick to where the return begins: at rest, or in flight.
+    """N throws from the pick, at rest or with the belt, to where the return begins: at rest, or in flight.
 
     Attributes:
         pick: start (N, 3) [m].
@@ -44,6 +44,7 @@ class ThrowMotion:
         velocity: of the hand there (N, 3) [m/s]; zero after a stop.
         roof: greatest height of the hand on the return (N,) [m].
         placed: the object was put down in rest, at its bin (N,).
+        pick_velocity: of the hand when it lifts the object (N, 3) [m/s]; None where all begin at rest.
     """
 
     pick: Floats
@@ -54,6 +55,7 @@ class ThrowMotion:
     velocity: Floats
     roof: Floats
     placed: Bools
+    pick_velocity: Floats | None = None
 
     @classmethod
     def resting(cls, place: Floats) -> ThrowMotion:
@@ -68,8 +70,8 @@ class Meeting:
     """N meetings of hands and objects on the belt; rows that are not feasible hold placeholders.
 
     Attributes:
-        position: where the hand picks (N, 3) [m].
-        time: from the end of the throw to the pick (N,) [s].
+        position: where the hand lifts the object (N, 3) [m].
+        time: from the end of the throw until the hand touches it (N,) [s].
         wait: standstill above the pick (N,) [s].
         back: the motion there.
         feasible: whether the object can be picked (N,).

@@ -23,6 +23,7 @@ from pnt_gym.cells.conveyor.objects import NORMALS, TARGET_DRAWS, UNIFORMS, Apar
 from pnt_gym.cells.conveyor.placing import EllipseMover, HorizontalMover, PlaceMover, placed
 from pnt_gym.cells.conveyor.scene import LIP_GAP
 from pnt_gym.cells.conveyor.throwable import throwable
+from pnt_gym.cells.conveyor.tracking import TrackingMover
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows
 from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.robots.t3kr.geometry import T3KR
@@ -86,7 +87,7 @@ class PickPlanner:
     def draw_picks(self, generators: list[np.random.Generator], rows: Ints) -> tuple[Objects, Floats]:
         """A new object from the generator of each row, and where it is picked: anywhere in the window, (N, 3) [m]."""
         objects = take(self.draw(generators, rows, 1), np.s_[:, 0])
-        low, high = self.config.belt.pick_x
+        low, high = self.config.lift_x
         return objects, self.pick_point(objects, low + (high - low) * objects.place[:, 0])
 
     def pick_point(self, objects: Objects, x: Floats) -> Floats:
@@ -166,7 +167,10 @@ class PickPlanner:
         return drawn_fill(objects.fill_draw, self.config, self._table).depth(area, self.config)
 
     def _mover(self, name: str) -> Mover:
-        return _MOVERS[name](self.config, self.workspace)
+        mover = _MOVERS[name]
+        if self.config.belt.tracking:
+            return TrackingMover(self.config, self.workspace, mover)
+        return mover(self.config, self.workspace)
 
     def _decided(self, context: Context) -> tuple[Context, Bools]:
         """The same picks, of which those that are not to be thrown are put down, and which are taken on at all (N,)."""

@@ -1,7 +1,7 @@
 """The physics of N throws: per-simulation objects and bins, references, rollouts, and what came of it.
 
-Each throw starts at rest with the robot exactly closed at the pick and the object under the cup, so its outcome is a
-pure function of the pick and the release: the same alone, in a batch, and again later.
+Each throw starts with the robot exactly closed at the pick and the object under the cup, at rest or with the belt, so
+its outcome is a pure function of the pick and the release: the same alone, in a batch, and again later.
 
 A throw is simulated with the whole robot until the object has fallen clear of the cup, and then without it: what the
 hand does on its way back no longer matters to the object. Where geometry cannot rule out that the cup meets the object
@@ -28,8 +28,8 @@ from pnt_gym.cells.conveyor.parting import upright
 from pnt_gym.cells.conveyor.scene import SENSORS, Scene, build_scene
 from pnt_gym.cells.conveyor.spin import in_body_axes
 from pnt_gym.cells.conveyor.swing import springs
-from pnt_gym.robots.t3kr.kinematics import closed_pose
-from pnt_gym.robots.t3kr.model import qpos_columns
+from pnt_gym.robots.t3kr.kinematics import closed_pose, closed_velocity
+from pnt_gym.robots.t3kr.model import qpos_columns, qvel_columns
 from pnt_gym.robots.t3kr.references import JointMotion, joint_knots, knot_count, upsample
 
 
@@ -56,7 +56,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         super().__init__(config, self.scene.model, count, threads)
         self.free = FreeObjects(config, count, threads)
         model, robot = self.scene.model, self.scene.robot
-        self._robot_qpos = qpos_columns(model, robot)
+        self._robot_qpos, self._robot_qvel = qpos_columns(model, robot), qvel_columns(model, robot)
         self._motors = np.array([int(model.joint(arm).dofadr[0]) for arm in robot.arm_joints])
         self._rods_per_arm = robot.rods_per_arm
         self._controls = int(model.nu) + int(model.neq)
@@ -75,15 +75,16 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         """As `fly`, with the robot simulated to the end and its hand recorded."""
         clock, rows = ThrowClock.of(thrown, plans, self.config), np.arange(len(thrown.pick))
         thrown = thrown.lost(clock.grips.unthrown)
-        self.write(thrown, rows)
+        self.write(thrown, rows, clock)
         return self._followed(rows, thrown, clock)
 
-    def write(self, context: Context, rows: Ints | None = None) -> None:
-        """Set simulations up for N throws: robot closed and at rest at the pick, object under the cup.
+    def write(self, context: Context, rows: Ints | None = None, clock: ThrowClock | None = None) -> None:
+        """Set simulations up for N throws: robot closed at the pick, object under the cup.
 
         Args:
             context: the N throws.
             rows: their simulations; None for all.
+            clock: their paths, which may begin in motion; None for hands at rest at the picks.
         """
         batch, scene, o = self.batch, self.scene, context.objects
         rows = np.arange(len(context.pick)) if rows is None else rows
@@ -92,12 +93,24 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         batch.set_const(rows)
         batch.state[rows] = 0.0
         cup, first, qpos = context.pick + context.cup_offset, scene.object_qpos, np.zeros((len(rows), scene.model.nq))
+        if clock is not None and self.config.belt.tracking:
+            cup = self._write_motion(rows, clock)
         qpos[:, self._robot_qpos] = closed_pose(cup, self._rods_per_arm, scene.robot.geometry)
         qpos[:, first : first + 2] = cup[:, :2] + context.grasp
         qpos[:, first + 2] = cup[:, 2] - o.com_depth
         qpos[:, first + 3], qpos[:, first + 6] = np.cos(o.yaw / 2), np.sin(o.yaw / 2)
         batch.bind("qpos")[rows] = qpos
         batch.bind("eq_active")[rows] = 1.0
+
+    def _write_motion(self, rows: Ints, clock: ThrowClock) -> Floats:
+        """Set hands and objects of some rows in motion along their paths; where the cups are (N, 3) [m]."""
+        scene, first = self.scene, clock.hand(np.zeros(1, dtype=np.int64))
+        cup, velocity = first.position[:, 0], first.velocity[:, 0]
+        qvel = np.zeros((len(rows), scene.model.nv))
+        qvel[:, self._robot_qvel] = closed_velocity(cup, velocity, self._rods_per_arm, scene.robot.geometry)
+        qvel[:, scene.object_qvel : scene.object_qvel + 3] = velocity
+        self.batch.bind("qvel")[rows] = qvel
+        return cup
 
     def _thrown(self, rows: Ints, thrown: Context, clock: ThrowClock) -> Flown:
         """The throws of some rows."""
@@ -115,7 +128,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
 
     def _in_two_stages(self, rows: Ints, thrown: Context, clock: ThrowClock) -> tuple[Flown, Bools]:
         """The throws with the robot until the objects are clear, then without; and which may meet the cup again."""
-        self.write(thrown, rows)
+        self.write(thrown, rows, clock)
         clear, scene = clock.clear(thrown), self.scene
         held = self._with_robot(rows, thrown, clock, clear)
         moment = np.arange(len(rows)), clear - 1  # recorded at the end of a step
@@ -140,7 +153,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
 
     def _to_the_end(self, rows: Ints, thrown: Context, clock: ThrowClock) -> Flown:
         """Throws of some rows with the robot to the end."""
-        self.write(thrown, rows)
+        self.write(thrown, rows, clock)
         return self._followed(rows, thrown, clock).flown
 
     def _keep_recorded(self, thrown: Context, plans: HandCycle, clock: ThrowClock) -> None:
@@ -148,7 +161,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         row, plan = self.record_row, plans.release
         if row is not None:
             one = np.array([row])
-            self.write(take(thrown, one), one)
+            self.write(take(thrown, one), one, take(clock, one))
             control = self._references(one, take(thrown, one), take(clock, one), int(clock.end[row]))
             flight = plan.position[row], plan.velocity[row], plan.flight_time[row]
             self.keep(self.scene.object_body, control[0], flight, thrown.target[row])

@@ -97,8 +97,8 @@ class IndependentPicks(PickSource):
 
     def following(self, motion: ThrowMotion, limits: LimitRows, standing: Floats) -> NextPick:
         """A new pick that has nothing to do with the throw before."""
-        belt = self._planner.config.belt
-        x = belt.pick_x[0] + (belt.pick_x[1] - belt.pick_x[0]) * standing[:, 0]
+        belt, (low, high) = self._planner.config.belt, self._planner.config.lift_x
+        x = low + (high - low) * standing[:, 0]
         y = belt.lane_y[0] + (belt.lane_y[1] - belt.lane_y[0]) * standing[:, 1]
         position = np.stack([x, y, np.full_like(x, belt.height + STANDING_HEIGHT)], axis=-1)
         back = self._planner.mover.back(motion, position, limits)

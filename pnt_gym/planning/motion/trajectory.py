@@ -33,6 +33,23 @@ class Segments:
         return Segments(np.pad(self.durations, ((0, 0), spare)), np.pad(self.jerks, ((0, 0), spare, (0, 0))))
 
 
+def superposed(first: Segments, second: Segments) -> Segments:
+    """Return the sums of two motions that begin together; one that is over goes on without jerk.
+
+    Each sum has a border where either motion has one, so ``first`` and ``second`` of K and L segments give K + L.
+    """
+    own = [np.cumsum(part.durations, axis=1) for part in (first, second)]
+    borders = np.sort(np.concatenate(own, axis=1), axis=1)
+    durations = np.diff(borders, axis=1, prepend=0.0)
+    middle = borders - 0.5 * durations
+    jerks = np.zeros((*borders.shape, 3))
+    for ends, part in zip(own, (first, second), strict=True):
+        padded = part.padded(part.durations.shape[1] + 1)
+        index = (middle[:, :, None] > ends[:, None, :]).sum(axis=2)
+        jerks += np.take_along_axis(padded.jerks, index[:, :, None], axis=1)
+    return Segments(durations, jerks)
+
+
 class Samples(NamedTuple):
     """Position [m], velocity [m/s] and acceleration [m/s2], each (N, M, 3)."""
 
@@ -77,6 +94,7 @@ class JerkTrajectory:
         jerks: segment jerks (N, K, 3) [m/s3].
         start_velocity: velocities at time 0 (N, 3) [m/s], rest when not given.
         start_acceleration: accelerations at time 0 (N, 3) [m/s2], zero when not given.
+        rides: whether a path comes with its first velocity and goes on with its last one; if not, it rests outside.
         knot_times: segment borders (N, K + 1) [s], from 0 to the duration.
         knots: position, velocity and acceleration at the borders, each (N, K + 1, 3).
 
@@ -89,6 +107,7 @@ class JerkTrajectory:
     jerks: Floats
     start_velocity: Floats | None = None
     start_acceleration: Floats | None = None
+    rides: bool = False
     knot_times: Floats = field(init=False)
     knots: Samples = field(init=False)
     _table: Floats = field(init=False, repr=False)
@@ -104,7 +123,7 @@ class JerkTrajectory:
         object.__setattr__(self, "start_acceleration", acceleration)
         object.__setattr__(self, "knot_times", times)
         object.__setattr__(self, "knots", knots)
-        object.__setattr__(self, "_table", _coefficients(times, knots, self.jerks))
+        object.__setattr__(self, "_table", _coefficients(times, knots, self.jerks, self.rides))
 
     @classmethod
     def concatenate(
@@ -112,10 +131,11 @@ class JerkTrajectory:
         start: Floats,
         parts: Sequence[Segments],
         start_velocity: Floats | None = None,
+        rides: bool = False,
     ) -> JerkTrajectory:
         """Return the path that starts at ``start`` (N, 3) and runs through ``parts`` one after the other."""
         whole = joined(parts, axis=1)
-        return cls(start, whole.durations, whole.jerks, start_velocity)
+        return cls(start, whole.durations, whole.jerks, start_velocity, rides=rides)
 
     @property
     def duration(self) -> Floats:
@@ -130,7 +150,7 @@ class JerkTrajectory:
     def sample(self, times: ArrayLike) -> Samples:
         """Return the motion at ``times`` [s], shape (M,) for all paths or (N, M), each result (N, M, 3).
 
-        A path holds still at its start before time 0 and at its last point after its duration.
+        A path holds still at its start before time 0 and at its last point after its duration, unless it ``rides``.
         """
         time, c = self._rows(times)
         t = (time - c[..., 12])[..., None]
@@ -213,8 +233,8 @@ def _running(first: Floats, increments: Floats) -> Floats:
     return np.cumsum(np.concatenate([first[:, None], increments], axis=1), axis=1)
 
 
-def _coefficients(times: Floats, knots: Samples, jerks: Floats) -> Floats:
-    """Table (N, K + 2, 13): position, velocity, acceleration, jerk and start time, with a rest at either end.
+def _coefficients(times: Floats, knots: Samples, jerks: Floats, rides: bool) -> Floats:
+    """Table (N, K + 2, 13): position, velocity, acceleration, jerk and start time; rest or a ride at either end.
 
     One contiguous row per segment lets a sample fetch all it needs in one gather.
     """
@@ -226,4 +246,6 @@ def _coefficients(times: Floats, knots: Samples, jerks: Floats) -> Floats:
     table[:, 1:-1, 6:9] = knots.acceleration[:, :-1]
     table[:, 1:-1, 9:12] = jerks
     table[:, 1:, 12] = times
+    if rides:
+        table[:, [0, -1], 3:6] = knots.velocity[:, [0, -1]]
     return table

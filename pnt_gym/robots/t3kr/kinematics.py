@@ -199,3 +199,39 @@ def closed_pose(tcp: ArrayLike, rods_per_arm: int = 1, geometry: T3krGeometry = 
     pose = np.concatenate([chains, points, level]).T
     pose[np.isnan(pose).any(axis=1)] = np.nan
     return np.ascontiguousarray(pose)
+
+
+def closed_velocity(
+    tcp: ArrayLike, velocity: ArrayLike, rods_per_arm: int = 1, geometry: T3krGeometry = T3KR
+) -> Floats:
+    """Joint velocities that go with `closed_pose` while the TCP moves and the loops stay closed.
+
+    Args:
+        tcp: (N, 3) TCP, m.
+        velocity: (N, 3) of the TCP, m/s.
+        rods_per_arm: 1, or 2 where the platform may turn.
+        geometry: the robot.
+
+    Returns:
+        (N, n) velocities in the order of `model.qvel_columns`: n = 15 with one rod an arm, 26 with two (the last three
+        the angular velocity of the platform, zero); NaN rows where the TCP is out of reach.
+    """
+    _, points = components(np.atleast_2d(np.asarray(tcp, dtype=np.float64)))
+    _, (x, y, z) = components(np.atleast_2d(np.asarray(velocity, dtype=np.float64)))
+    arms, frames = solve_arms(points, geometry), geometry.arms
+    rows = jacobian_rows(arms, geometry)
+    turn = rows[0] * x + rows[1] * y + rows[2] * z
+    # A rod's end moves with the platform, its other one with the elbow.
+    out = frames.cos * x + frames.sin * y + geometry.arm_length * arms.sin * turn
+    along = frames.cos * y - frames.sin * x
+    up = z - geometry.arm_length * arms.cos * turn
+    planar = arms.rod_x**2 + arms.rod_z**2
+    swing = (arms.rod_x * up - arms.rod_z * out) / planar - turn
+    level = np.sqrt(planar)
+    tilt = (along * level - arms.rod_y * (arms.rod_x * out + arms.rod_z * up) / level) / (planar + arms.rod_y**2)
+    rods = [swing[:, None], tilt[:, None]] * rods_per_arm
+    chains = np.concatenate([turn[:, None], *rods], axis=1).reshape(-1, points.shape[1])
+    still = np.zeros((3 if rods_per_arm == 2 else 0, points.shape[1]))
+    rates = np.concatenate([chains, np.stack([x, y, z]), still]).T
+    rates[np.isnan(rates).any(axis=1)] = np.nan
+    return np.ascontiguousarray(rates)

@@ -131,12 +131,22 @@ def _close_loops(spec: MjSpec, geometry: T3krGeometry, rods: Rods) -> tuple[str,
 
 def qpos_columns(model: MjModel, handles: T3krHandles) -> Ints:
     """(n,) columns of the model's qpos that `closed_pose` fills: `qpos[:, columns] = closed_pose()`."""
+    return _columns(model, handles, "qposadr", 4)
+
+
+def qvel_columns(model: MjModel, handles: T3krHandles) -> Ints:
+    """(n,) columns of the model's qvel that `closed_velocity` fills."""
+    return _columns(model, handles, "dofadr", 3)
+
+
+def _columns(model: MjModel, handles: T3krHandles, address: str, of_ball: int) -> Ints:
+    """(n,) columns of all joints, of which a ball has `of_ball`."""
     ball = int(mujoco.mjtJoint.mjJNT_BALL.value)
     columns: list[int] = []
     for name in handles.joints:
         joint = model.joint(name)
-        start = int(joint.qposadr[0])
-        columns += range(start, start + (4 if int(joint.type[0]) == ball else 1))
+        start = int(getattr(joint, address)[0])
+        columns += range(start, start + (of_ball if int(joint.type[0]) == ball else 1))
     return np.array(columns, dtype=np.int64)
 
 

@@ -14,6 +14,7 @@ from pnt_gym.planning import (
     rest_to_rest,
     speed_at,
 )
+from pnt_gym.planning.motion.trajectory import Segments, superposed
 
 
 def units(rng, count):
@@ -159,3 +160,57 @@ def test_bad_times_are_refused():
     path = JerkTrajectory(np.zeros((2, 3)), np.ones((2, 1)), np.zeros((2, 1, 3)))
     with pytest.raises(ValueError, match="times"):
         path.sample(np.zeros((3, 4)))
+
+
+def test_superposed_motions_are_the_sums_of_their_samples():
+    rng = np.random.default_rng(0)
+    count = 50
+    parts = []
+    for columns in (5, 8):
+        durations = rng.uniform(0.0, 0.2, (count, columns)) * (rng.random((count, columns)) < 0.8)
+        parts.append(Segments(durations, rng.normal(size=(count, columns, 3))))
+    # Both end together in some rows, and borders coincide.
+    parts[1].durations[:5, :5], parts[1].durations[:5, 5:] = parts[0].durations[:5], 0.0
+    start, velocity = rng.normal(size=(2, count, 3))
+    whole = JerkTrajectory.concatenate(start, [superposed(*parts)], velocity, rides=True)
+    one, other = (JerkTrajectory.concatenate(np.zeros((count, 3)), [part]) for part in parts)
+    np.testing.assert_allclose(whole.duration, np.maximum(one.duration, other.duration))
+    both = np.minimum(one.duration, other.duration)[:, None] * np.linspace(0.0, 1.0, 400)
+    found = whole.sample(both)
+    line = start[:, None] + both[..., None] * velocity[:, None]
+    np.testing.assert_allclose(
+        found.position, one.sample(both).position + other.sample(both).position + line, atol=1e-12
+    )
+    total = one.sample(both).velocity + other.sample(both).velocity + velocity[:, None]
+    np.testing.assert_allclose(found.velocity, total, atol=1e-12)
+    np.testing.assert_allclose(
+        found.acceleration, one.sample(both).acceleration + other.sample(both).acceleration, atol=1e-12
+    )
+
+
+def test_a_motion_that_is_over_goes_on_without_jerk():
+    zero = np.zeros((1, 3))
+    short = Segments(np.array([[0.1]]), np.array([[[10.0, 0.0, 0.0]]]))
+    still = coast(np.array([0.5]))
+    for parts in ((short, still), (still, short)):
+        path = JerkTrajectory.concatenate(zero, [superposed(*parts)])
+        late = path.sample([0.4])
+        # 10 m/s3 for 0.1 s, then its acceleration and velocity for 0.3 s more.
+        assert late.acceleration[0, 0, 0] == pytest.approx(1.0)
+        assert late.velocity[0, 0, 0] == pytest.approx(0.05 + 0.3)
+        assert late.position[0, 0, 0] == pytest.approx(0.01 / 6 + 0.05 * 0.3 + 0.5 * 0.09)
+
+
+def test_a_path_rests_outside_or_rides():
+    start, belt = np.zeros((1, 3)), np.array([[0.5, 0.0, 0.0]])
+    parts = [Segments(np.array([[0.2]]), np.array([[[0.0, 1.0, 0.0]]]))]
+    rest, ride = (JerkTrajectory.concatenate(start, parts, belt, rides=rides) for rides in (False, True))
+    inside = np.linspace(0.0, 0.2, 9)
+    for a, b in zip(rest.sample(inside), ride.sample(inside), strict=True):
+        np.testing.assert_array_equal(a, b)
+    np.testing.assert_array_equal(rest.sample([-0.1]).position[0, 0], start[0])
+    np.testing.assert_allclose(ride.sample([-0.1]).position[0, 0], [-0.05, 0.0, 0.0])
+    end = rest.sample([0.2])
+    np.testing.assert_allclose(ride.sample([0.3]).position, end.position + 0.1 * end.velocity)
+    np.testing.assert_allclose(ride.sample([0.3]).velocity, end.velocity)
+    assert not rest.sample([0.3]).velocity.any()

@@ -6,7 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pnt_gym.robots.t3kr.geometry import T3KR, T3krGeometry
-from pnt_gym.robots.t3kr.kinematics import closed_pose, forward_kinematics, inverse_kinematics, jacobian
+from pnt_gym.robots.t3kr.kinematics import (
+    closed_pose,
+    closed_velocity,
+    forward_kinematics,
+    inverse_kinematics,
+    jacobian,
+)
 from tests.tools.t3kr import WORKSPACE
 
 
@@ -180,3 +186,27 @@ def test_another_geometry_is_used_throughout():
     assert np.isfinite(q).all()
     assert np.abs(q - inverse_kinematics(points)).max() > 0.05
     np.testing.assert_allclose(forward_kinematics(q, other), points, atol=1e-12)
+
+
+@pytest.mark.parametrize("rods", [1, 2])
+def test_closed_velocities_are_the_derivative_of_closed_poses(rods):
+    rng, step = np.random.default_rng(0), 1e-6
+    points = POINTS[np.isfinite(closed_pose(POINTS)).all(axis=1)]
+    velocity = rng.normal(size=points.shape)
+    ahead, behind = (closed_pose(points + sign * step * velocity, rods) for sign in (1.0, -1.0))
+    known = np.isfinite(ahead).all(axis=1) & np.isfinite(behind).all(axis=1)
+    assert known.mean() > 0.9
+    slope = ((ahead - behind) / (2.0 * step))[known]
+    found = closed_velocity(points, velocity, rods)[known]
+    chains = 4 * (1 + 2 * rods) + 3
+    assert found.shape[1] == chains + (3 if rods == 2 else 0)
+    np.testing.assert_allclose(found[:, :chains], slope[:, :chains], rtol=1e-5, atol=1e-6)
+    # Neither does the platform turn.
+    np.testing.assert_array_equal(found[:, chains:], 0.0)
+    np.testing.assert_array_equal(slope[:, chains:], 0.0)
+
+
+def test_a_pose_out_of_reach_has_no_velocity():
+    found = closed_velocity([[0.0, 0.0, -0.7], [3.0, 0.0, -0.7]], [[1.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    assert np.isfinite(found[0]).all()
+    assert np.isnan(found[1]).all()
