@@ -277,8 +277,8 @@ def judged_table(data: Data) -> Grid:
     emptied = " and ".join(f"{count} in `{level}`" for level, count in data["emptied"].items())
     note = (
         f"`PnTConveyor-v0`, {data['throws']} picks per row, seed {data['seed']}, full physics. `boxes` sorts the kinds "
-        f"of `waste` into six fixed bins by material. Classes wrong: {100 * data['wrong']:g} % of every kind is seen as "
-        f"one of another material. Bins are emptied after so many objects: {emptied}."
+        f"of `waste` into six fixed bins by material. Classes wrong: {100 * data['wrong']:g} % of every kind is seen "
+        f"as one of another material. Bins are emptied after so many objects: {emptied}."
     )
     return Grid("What a sorter is judged by", header, rows, note)
 

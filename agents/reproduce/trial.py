@@ -20,7 +20,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.hand import HandCycle
 from pnt_gym.cells.conveyor.objects import NORMALS, UNIFORMS, objects_from_draws
-from pnt_gym.cells.conveyor.outcome import Course, judge
+from pnt_gym.cells.conveyor.outcome import Told, judge
 from pnt_gym.cells.conveyor.plant import ConveyorPlant, Followed
 from pnt_gym.cells.conveyor.scene import CUP_LENGTH
 from pnt_gym.engine import mujoco
@@ -266,10 +266,10 @@ def _judged(
     plant: ConveyorPlant, context: Context, release: ReleaseBatch, path: HandPath, followed: Followed
 ) -> Trials:
     """What the cell makes of the throws; but an object that is put down lands where it is let go."""
-    flight, put = followed.flight, release.speed < REST
-    outcome = judge(followed.flown, context, plant.config, Course.alone(path.duration, put))
-    let_go = flight.position[np.arange(len(put)), flight.release_step, :2]
-    landing = np.where(put[:, None], let_go, outcome.landing)
+    count, flight = len(release.speed), followed.flight
+    outcome = judge(followed.flown, context, plant.config, path.duration, Told.alone(count))
+    let_go = flight.position[np.arange(count), flight.release_step, :2]
+    landing = np.where((release.speed < REST)[:, None], let_go, outcome.landing)
     miss = landing - context.target[:, :2]
     along, across = context.to_throw_frame(miss)
     return Trials(

@@ -39,6 +39,11 @@ class Belt(Section):
         description="Whether the suction cup's hand rides with the belt while it grips and throws from there; if not, "
         "it stands still and the object slips.",
     )
+    neighbours: Literal["ghosts", "solid"] = Field(
+        default="ghosts",
+        description="What a carried object does to others on the belt that it sweeps through: nothing, or they are "
+        "knocked, ride on and cannot be picked any more. Then picks that touch nobody are taken before others.",
+    )
     camera_x: Finite = Field(
         default=-0.80, description="Where the camera sees an object; a belt-speed error grows from here [m]."
     )

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Literal, Self, final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Floats, Ints, made_anew, replaced
+from pnt_gym.arrays import Bools, Floats, Ints, made_anew, replaced
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.canvas import Marker
 from pnt_gym.cells.base.core import Cell, Generators
@@ -19,12 +19,12 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.fill import Fill, volume_of
 from pnt_gym.cells.conveyor.hand import HandCycle
-from pnt_gym.cells.conveyor.hold import slip
+from pnt_gym.cells.conveyor.hold import grips, slip
 from pnt_gym.cells.conveyor.movers import ThrowMotion
+from pnt_gym.cells.conveyor.neighbours import course
 from pnt_gym.cells.conveyor.objects import Objects
 from pnt_gym.cells.conveyor.observation import HIDDEN, TABLE
-from pnt_gym.cells.conveyor.outcome import Course, Outcome, judge
-from pnt_gym.cells.conveyor.placing import placed
+from pnt_gym.cells.conveyor.outcome import Outcome, Told, judge
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.conveyor.plant import ConveyorPlant
 from pnt_gym.cells.conveyor.seal import picked
@@ -98,10 +98,13 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         motion = self._motion(context, plans)
         if self.plant.record_row is not None:
             self.upstream = self._source.waiting(self.plant.record_row)
-        passed = self._source.passed.copy()
+        passed, met = self._source.passed.copy(), self._swept(context, motion)
+        if self.config.belt.neighbours == "solid":
+            self._source.knock(met)
         # Where the hand returns to without a belt belongs to the present pick's draw.
         following = self._source.following(motion, context.limits, context.objects.place[:, 1:3])
-        outcome = self._flown(context, plans, motion, following.back, following.wait, passed)
+        told = Told(following.wait, passed, motion.placed, np.asarray(met.any(axis=1)))
+        outcome = self._flown(context, plans, motion, following.back, told)
         self.context = self._after(outcome, following.context)
         return outcome
 
@@ -110,7 +113,9 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         context = self.context if jitter else self.context.expected()
         motion = self._motion(context, plans)
         back = self.planner.mover.back(motion, context.pick, context.limits)
-        return self._flown(context, plans, motion, back, np.zeros(self.count), self._source.passed.copy())
+        wait, met = np.zeros(self.count), np.asarray(self._swept(context, motion).any(axis=1))
+        told = Told(wait, self._source.passed.copy(), motion.placed, met)
+        return self._flown(context, plans, motion, back, told)
 
     def reward(self, outcome: Outcome) -> dict[str, Floats]:
         """Weighted reward terms by name, each (N,); before weighting every term lies in [0, 1]."""
@@ -128,6 +133,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
             "recontact": outcome.recontact,
             "picked": outcome.picked,
             "dropped": outcome.dropped,
+            "disturbed": outcome.disturbed,
             "grip_margin": outcome.grip_margin,
             "passed": outcome.passed,
             "placed": outcome.placed,
@@ -198,11 +204,21 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         return made_anew(motion, ~picked(context, self.config), left, context.pick, context.throw_limits)
 
     def _flown(
-        self, context: Context, release: ReleaseBatch, motion: ThrowMotion, back: Segments, wait: Floats, passed: Ints
+        self, context: Context, release: ReleaseBatch, motion: ThrowMotion, back: Segments, told: Told
     ) -> Outcome:
         """The outcome of throws and returns."""
         begin = motion.pick_velocity
         path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back], begin, rides=begin is not None)
         flown = self.plant.fly(context, HandCycle(release, motion.release_time, path))
-        course = Course(path.duration + self.dwell, wait, passed, placed(release))
-        return judge(flown, context, self.config, course)
+        return judge(flown, context, self.config, path.duration + self.dwell, told)
+
+    def _swept(self, thrown: Context, motion: ThrowMotion) -> Bools:
+        """Which objects on the belt the thrown ones sweep through, lost ones on their way back to it (N, K)."""
+        if self.terminates:
+            return np.zeros((self.count, 0), dtype=np.bool_)
+        path = JerkTrajectory.concatenate(motion.pick, [motion.segments], motion.pick_velocity)
+        held = grips(thrown, path, motion.release_time, self.config)
+        let_go = motion.release_time + thrown.objects.delay
+        free_at = np.where(held.dropped, held.lost_at * self.config.timestep, let_go)
+        met = self._source.swept(thrown, course(motion, free_at, self.config.belt.speed))
+        return met & held.picked[:, None]

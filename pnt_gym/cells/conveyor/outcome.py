@@ -58,16 +58,18 @@ class Outcome(Landed):
     """The object was lost on the way to its release (N,)."""
     grip_margin: Floats
     """How many times the load the cup could hold, at the worst moment until its release (N,)."""
-    passed: Ints
-    """Objects that were let go since the throw before (N,)."""
-    placed: Bools
-    """It was put down at its bin, not thrown (N,)."""
     energy: Floats
     """Positive mechanical work of the motors in the cycle (N,) [J], see `cells.base.energy`."""
     ended_in: Ints
     """Index of the bin in which the object lies at the end, 0 for one that is drawn per throw; -1 in none (N,)."""
     belongs: Bools
     """That bin takes what the object is (N,)."""
+    passed: Ints
+    """Objects that were let go since the throw before (N,)."""
+    placed: Bools
+    """It was put down at its bin, not thrown (N,)."""
+    disturbed: Bools
+    """The object swept through another one on the belt (N,)."""
 
     @property
     def sorted(self) -> Bools:
@@ -77,50 +79,53 @@ class Outcome(Landed):
 
 @final
 @dataclass(frozen=True)
-class Course:
-    """What N cycles were beside their throws."""
+class Told:
+    """What is known of N throws without simulating them."""
 
-    cycle_time: Floats
-    """From lift to lift, dwell included (N,) [s]."""
     wait_time: Floats
-    """Part of it spent waiting for the next object (N,) [s]."""
+    """Part of the cycle spent waiting for the next object (N,) [s]."""
     passed: Ints
-    """Objects let go since the throw before (N,)."""
+    """Objects that were let go since the throw before (N,)."""
     placed: Bools
-    """The object was put down, not thrown (N,)."""
+    """The object is put down at its bin, not thrown (N,)."""
+    disturbed: Bools
+    """The object sweeps through another one on the belt (N,)."""
 
     @classmethod
-    def alone(cls, cycle_time: Floats, placed: Bools) -> Self:
-        """Cycles (N,) [s] without a belt that anything waits for."""
-        return cls(cycle_time, np.zeros_like(cycle_time), np.zeros(len(placed), dtype=np.int64), placed)
+    def alone(cls, count: int) -> Self:
+        """Throws without a wait and without a belt."""
+        never = np.zeros(count, dtype=np.bool_)
+        return cls(np.zeros(count), np.zeros(count, dtype=np.int64), never, never)
 
 
-def judge(flown: Flown, context: Context, config: ConveyorConfig, course: Course) -> Outcome:
+def judge(flown: Flown, context: Context, config: ConveyorConfig, cycle_time: Floats, told: Told) -> Outcome:
     """What became of N throws.
 
     Args:
         flown: the throws.
         context: the picks that were thrown.
         config: the cell.
-        course: of the cycles.
+        cycle_time: from lift to lift, dwell included (N,) [s].
+        told: what is known without simulating them.
     """
     landed = flown.touchdown.landed(context.target, context.opening, context.bin_depth, context.direction)
     ended_in = bins_of(flown.touchdown, context, config, landed["in_bin"])
     return Outcome(
         **landed,
         landing_error=np.sqrt(landed["landing_along"] ** 2 + landed["landing_across"] ** 2),
-        cycle_time=course.cycle_time,
-        wait_time=course.wait_time,
+        cycle_time=cycle_time,
+        wait_time=told.wait_time,
         peak_torque=flown.effort.torque,
         tracking_error=flown.tracking_error,
         picked=flown.grips.picked,
         dropped=flown.grips.dropped,
         grip_margin=flown.grips.margin,
-        passed=course.passed,
-        placed=course.placed,
         energy=flown.effort.energy,
         ended_in=ended_in,
         belongs=(ended_in >= 0) & _is_taken(context, ended_in, config),
+        passed=told.passed,
+        placed=told.placed,
+        disturbed=told.disturbed,
     )
 
 

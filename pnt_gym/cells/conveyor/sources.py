@@ -13,9 +13,10 @@ from pnt_gym.cells.base.core import Generators
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.movers import ThrowMotion
+from pnt_gym.cells.conveyor.neighbours import as_measured, course, swept
 from pnt_gym.cells.conveyor.objects import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
-from pnt_gym.cells.conveyor.stream import BeltStream
+from pnt_gym.cells.conveyor.stream import AWAY, LET_GO, BeltStream
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.dispatch import Candidates, Rule, index
 from pnt_gym.planning.motion.limits import LimitRows
@@ -70,6 +71,14 @@ class PickSource(ABC):
         """The objects around one row's present pick, and their centres (K, 3) [m]; None without a belt."""
         return None
 
+    def swept(self, thrown: Context, way: Floats) -> Bools:
+        """Which objects on the belt the present ones sweep through on their ways against it (N, M, 3) [m], (N, K)."""
+        return np.zeros((len(way), 0), dtype=np.bool_)
+
+    def knock(self, which: Bools) -> None:
+        """Objects on the belt (N, K) are not picked any more; without a belt there are none."""
+        assert which.shape[1] == 0
+
     def _impossible(self) -> ConfigError:
         config = self._planner.config
         return ConfigError(
@@ -122,6 +131,7 @@ class BeltPicks(PickSource):
         self._rule: Rule = planner.config.dispatch
         self._patience = planner.config.patience
         self._estimator = _estimator(planner)
+        self._solid = planner.config.belt.neighbours == "solid"
         self.stream = BeltStream(planner, generators, _queue_length(planner.config))
 
     def first(self, rows: Ints) -> Context:
@@ -165,15 +175,49 @@ class BeltPicks(PickSource):
         result, pending = None, np.arange(len(rows))
         places, elapsed = np.full(len(rows), self.stream.length), np.zeros(len(rows))
         for at in self._order(rows, motion, limits).T:
-            objects, x = self.stream.in_queue(rows[pending], at[pending])
+            own, place = rows[pending], at[pending]
+            objects, x = self.stream.in_queue(own, place)
             found, time, good = self._meet(self._planner, objects, x, take(motion, pending), take(limits, pending))
-            result = found if result is None else replaced(result, pending, found)
-            places[pending[good]], elapsed[pending[good]] = at[pending[good]], time[good]
-            pending = pending[~good]
+            good &= ~self.stream.knocked[own, LET_GO + place]
+            best = self._touches_nobody(own, place, found.context, time, good) if self._solid else good
+            # The first that can be taken stays until one is found that touches nobody.
+            better = best | (places[pending] == self.stream.length)
+            into = pending[better]
+            result = found if result is None else replaced(result, into, take(found, better))
+            into, taken = pending[better & good], better & good
+            places[into], elapsed[into] = place[taken], time[taken]
+            pending = pending[~best]
             if pending.size == 0:
                 break
         assert result is not None  # a queue is never empty
         return result, places, elapsed
+
+    def swept(self, thrown: Context, way: Floats) -> Bools:
+        """Which objects on the belt are swept through (N, LET_GO + Q)."""
+        stream, rows = self.stream, np.arange(len(way))
+        return swept(thrown.objects, thrown.pick[:, :2], way, stream.objects, stream.places(rows))
+
+    def knock(self, which: Bools) -> None:
+        """They ride on."""
+        self.stream.knocked |= which
+
+    def _touches_nobody(self, rows: Ints, at: Ints, context: Context, elapsed: Floats, good: Bools) -> Bools:
+        """Which objects at places of queues (K,), lifted after a time (K,) [s], are thrown without sweeping others.
+
+        By what the sensors see of all; those that are no good need no look.
+        """
+        some = np.flatnonzero(good)
+        rows, at, one = rows[some], at[some], take(context, some)
+        motion = self._planner.mover.throw(one.pick, one.plan, one.throw_limits, one.ceiling)
+        place = self.stream.places(rows)
+        place[..., 0] += self._belt.speed * elapsed[some, None]
+        place[np.arange(len(some)), LET_GO + at] = AWAY
+        others = as_measured(take(self.stream.objects, rows))
+        way = course(motion, motion.release_time, self._belt.speed)
+        met = swept(as_measured(one.objects), one.pick[:, :2], way, others, place)
+        free = np.zeros(len(good), dtype=np.bool_)
+        free[some] = ~met.any(axis=1)
+        return free
 
     def _order(self, rows: Ints, motion: ThrowMotion, limits: LimitRows) -> Ints:
         """Places of the queues of some rows, the one to be tried first first (K, Q)."""
@@ -181,6 +225,7 @@ class BeltPicks(PickSource):
         if self._rule == "first":
             return np.broadcast_to(np.arange(self.stream.length), shape)
         ahead = self.stream.queue_x[rows] + self._belt.speed * motion.stop_time[:, None] <= self._belt.pick_x[1]
+        ahead &= ~self.stream.knocked[rows, LET_GO:]
         row, place = np.nonzero(ahead)
         objects, x = self.stream.in_queue(rows[row], place)
         worth = np.full(shape, -np.inf)

@@ -6,7 +6,7 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints, joined, replaced, take
+from pnt_gym.arrays import Bools, Floats, Ints, joined, replaced, take
 from pnt_gym.cells.base.core import Generators
 from pnt_gym.cells.conveyor.objects import Objects
 from pnt_gym.cells.conveyor.outline import half_extent
@@ -43,6 +43,8 @@ class BeltStream:
         """All that is known (N, LET_GO + Q)."""
         self.x: Floats = np.full(places, AWAY)
         """Where they are along the belt at the lift of the present pick (N, LET_GO + Q) [m]."""
+        self.knocked: Bools = np.zeros(places, dtype=np.bool_)
+        """Which have been swept through, and cannot be picked any more (N, LET_GO + Q)."""
 
     @property
     def queue(self) -> Objects:
@@ -54,12 +56,16 @@ class BeltStream:
         """Where those are (N, Q) [m]."""
         return self.x[:, LET_GO:]
 
+    def places(self, rows: Ints) -> Floats:
+        """Where all that is known of some belts lies (K, LET_GO + Q, 2) [m]."""
+        return np.stack([self.x[rows], self.objects.lane_y[rows]], axis=-1)
+
     def begin(self, rows: Ints) -> None:
         """Empty belts in some rows; the first object enters the window one gap after the episode begins."""
         objects, entry = self._drawn(rows, self.length), np.full(len(rows), self._belt.pick_x[0])
         queue = rows[:, None], np.arange(LET_GO, LET_GO + self.length, dtype=np.int64)
         self.objects = replaced(self.objects, queue, objects)
-        self.x[rows] = AWAY
+        self.x[rows], self.knocked[rows] = AWAY, False
         self.x[queue] = self._behind(objects, entry, np.zeros(len(rows)))
 
     def in_queue(self, rows: Ints, places: Ints) -> tuple[Objects, Floats]:
@@ -90,6 +96,8 @@ class BeltStream:
         old = take(self.objects, (rows[:, None], kept))
         self.objects = replaced(self.objects, rows, joined([old, new], axis=1))
         self.x[rows] = np.concatenate([np.take_along_axis(x, kept, axis=1), behind], axis=1)
+        known = np.take_along_axis(self.knocked[rows], kept, axis=1)
+        self.knocked[rows] = np.concatenate([known, np.zeros_like(behind, dtype=np.bool_)], axis=1)
 
     def _behind(self, objects: Objects, x: Floats, half: Floats) -> Floats:
         """Where objects (K, C) lie that follow others at x (K,), which reach back by half (K,) [m]."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pnt_gym.cells.conveyor.hand import HandCycle
-from pnt_gym.cells.conveyor.outcome import Course, Flown, judge
+from pnt_gym.cells.conveyor.outcome import Flown, Told, judge
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
 from tests.tools.throws import make_core
 
@@ -25,12 +25,9 @@ def flown() -> Flown:
     return cell.plant.fly(CONTEXT, HandCycle(CONTEXT.plan, motion.release_time, path))
 
 
-COURSE = Course(np.full(COUNT, 0.9), np.full(COUNT, 0.1), np.zeros(COUNT, dtype=np.int64), np.full(COUNT, False))
-
-
 def judged(flown, **changes):
     moved = replace(flown, touchdown=replace(flown.touchdown, **changes))
-    return judge(moved, CONTEXT, CONFIG, COURSE)
+    return judge(moved, CONTEXT, CONFIG, np.full(COUNT, 0.9), replace(Told.alone(COUNT), wait_time=np.full(COUNT, 0.1)))
 
 
 def test_through_the_opening_and_in_the_bin_is_a_success(flown):
