@@ -36,7 +36,8 @@ class Spy:
 
 
 def test_an_unknown_planner_is_named_with_the_known_ones():
-    with pytest.raises(ConfigError, match="planner is 'curved': input should be 'straight' or 'free_direction'"):
+    known = "'straight', 'free_direction', 'horizontal', 'pick_and_place' or 'ellipse'"
+    with pytest.raises(ConfigError, match=f"planner is 'curved': input should be {known}"):
         ConveyorConfig.load("ideal", planner="curved")
 
 

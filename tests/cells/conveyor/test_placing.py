@@ -16,7 +16,6 @@ from agents.evaluation import held_out
 from pnt_gym.arrays import take
 from pnt_gym.cells.conveyor.action import MODES
 from pnt_gym.cells.conveyor.cell import ConveyorCell
-from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.hand import HandCycle
 from pnt_gym.cells.conveyor.placing import first_not_late
 from pnt_gym.cells.conveyor.scene import LIP_GAP
@@ -177,7 +176,7 @@ def test_the_hand_arrives_where_and_when_the_object_does(planner):
     paths, fly = [], core.cell.plant.fly
     core.cell.plant.fly = lambda thrown, plans: paths.append(plans.path) or fly(thrown, plans)
     for _ in range(2):
-        before = core.cell._source.queue_x.copy()
+        before = core.cell._source.stream.queue_x.copy()
         wait = core.step(np.zeros((COUNT, 2))).info["wait_time"]
         path, pick = paths[-1], core.context.pick
         np.testing.assert_allclose(path.end, pick, atol=1e-9)
@@ -345,11 +344,6 @@ def test_a_meeting_is_the_first_time_that_nothing_is_late(bend):
     assert good.all()
     np.testing.assert_array_equal(at_once, low)
     assert not first_not_late(lambda time: 1.0 + time, low, high)[1].any()
-
-
-def test_all_methods_are_named_where_one_is_unknown():
-    with pytest.raises(ConfigError, match=r"planner is 'curved': input should be 'straight', .* or 'ellipse'"):
-        ConveyorConfig.load("ideal", planner="curved")
 
 
 def test_rows_can_be_taken_out_of_a_placed_plan():
