@@ -36,7 +36,7 @@ class Spy:
 
 
 def test_an_unknown_planner_is_named_with_the_known_ones():
-    known = "'straight', 'free_direction', 'horizontal', 'pick_and_place' or 'ellipse'"
+    known = "'straight', 'free_direction', 'horizontal', 'pick_and_place', 'ellipse' or 'auto'"
     with pytest.raises(ConfigError, match=f"planner is 'curved': input should be {known}"):
         ConveyorConfig.load("ideal", planner="curved")
 
