@@ -67,6 +67,10 @@ def _shift(config: ConveyorConfig) -> Floats:
     return np.array([config.action.along, config.action.across])
 
 
+def _raw(config: ConveyorConfig) -> Floats:
+    return np.array(config.action.xyz)
+
+
 def _shift_and_choice(config: ConveyorConfig) -> Floats:
     return np.array([*_shift(config), 1.0])
 
@@ -82,7 +86,7 @@ MODES: Final = by_name(
     ActionMode(
         "release_xyz",
         ("release point along the throw", "release point sideways", "release point up"),
-        lambda config: np.array(config.action.xyz),
+        _raw,
         _moved,
     ),
     ActionMode("virtual_goal", ("target along the throw", "target to its left"), _shift, _replanned, ERRORS),
