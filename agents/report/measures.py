@@ -205,9 +205,9 @@ def cup_table(data: Data) -> Grid:
         "alone. Leaves with: tilt and speed of the swing at release that 5 % exceed. Moves: mean and standard "
         "deviation of where the same throws land against the rigid cup, without those that the cup touched again. "
         "Analytic, MLP, oracle: landing error and success, of held-out objects for the last two; the MLP from "
-        f"{data['practice']:,} flights from that cup, mean of 2 seeds, the oracle on {data['oracle']} throws. Flights: "
-        "95 % of them land within this of the full physics. In full: flights whose object meets belt or cup as it "
-        "swings, simulated with the robot."
+        f"{data['practice']:,} flights from that cup, mean of 2 seeds, the oracle on {data['oracle_throws']} throws. "
+        "Flights: 95 % of them land within this of the full physics. In full: flights whose object meets belt or cup "
+        "as it swings, simulated with the robot."
     )
     return Grid("A cup that yields", header, rows, note)
 
@@ -277,8 +277,8 @@ def judged_table(data: Data) -> Grid:
     emptied = " and ".join(f"{count} in `{level}`" for level, count in data["emptied"].items())
     note = (
         f"`PnTConveyor-v0`, {data['throws']} picks per row, seed {data['seed']}, full physics. `boxes` sorts the kinds "
-        f"of `waste` into six fixed bins by material. Classes wrong: {100 * data['wrong']:g} % of every kind is seen "
-        f"as one of another material. Bins are emptied after so many objects: {emptied}."
+        f"of `waste` into six fixed bins by material. Classes wrong: {100 * data['wrong']:g} % of every kind is seen as "
+        f"one of another material. Bins are emptied after so many objects: {emptied}."
     )
     return Grid("What a sorter is judged by", header, rows, note)
 
@@ -301,10 +301,10 @@ TABLES: Final = (
     ({"plan_release_us", "batch_plans_per_s"}, planner_table),
     ({"envs", "cpus"}, environment_table),
     ({"fidelity", "throws"}, fidelity_table),
-    ({"effects", "learning"}, cup_table),
     ({"oracle", "throws"}, oracle_table),
     ({"training", "picks"}, training_table),
     ({"grip", "throws"}, grip_table),
+    ({"effects", "learning"}, cup_table),
     ({"dispatch", "shifts"}, dispatch_table),
     ({"judged", "wrong"}, judged_table),
     ({"methods", "throws"}, methods_table),
