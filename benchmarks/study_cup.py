@@ -169,7 +169,8 @@ def started(file: Path | None, head: dict[str, Any]) -> dict[str, Any]:
 
 def main() -> None:
     options = study_options(study_parser(__doc__, 1000, "row"))
-    head = {"level": LEVEL, "throws": options.throws, "seed": options.seed, "practice": PRACTICE, "oracle": ORACLE}
+    head = {"level": LEVEL, "throws": options.throws, "seed": options.seed, "practice": PRACTICE}
+    head["oracle_throws"] = ORACLE
     result = started(options.json, head)
     for part, study in (("effects", effects), ("swings", swings), ("learning", learning)):
         for name, found in study(options, result.setdefault(part, {})):
