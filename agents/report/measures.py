@@ -252,6 +252,31 @@ def dispatch_table(data: Data) -> Grid:
     return Grid("Which object next", header, rows, note)
 
 
+def neighbours_table(data: Data) -> Grid:
+    """What a hand that rides with the belt costs, and what solid neighbours do."""
+    header = ["gap", "belt", "hand", "neighbours", "picks/min", "swept", "slip, mean", "under 1 mm", "passed a pick"]
+    rows = [
+        [
+            found["gap"],
+            f"{found['speed']:g} m/s",
+            "rides" if found["tracking"] else "stands",
+            found["neighbours"],
+            f"{found['picks_per_min']['value']:.1f}",
+            f"{100 * found['disturbed']['value']:.1f} %",
+            f"{1000 * found['slip_mean_m']:.2f} mm",
+            f"{100 * found['slip_below_1mm']:.1f} %",
+            f"{found['passed_per_pick']['value']:.2f}",
+        ]
+        for found in data["neighbours"]
+    ]
+    note = (
+        f"Analytic planner, `waste`, {data['shifts']} shifts of {data['throws']} throws per row, seed {data['seed']}. "
+        "Gaps: 0.10 to 0.30 m between centres, or 0.02 to 0.18 m between edges. Swept: throws whose object sweeps "
+        "through another one on the belt (`disturbed`). Passed: objects let go, knocked ones among them."
+    )
+    return Grid("A hand that rides, and neighbours", header, rows, note)
+
+
 def _gain(found: Data, rule: str) -> str:
     """A share in percent with its interval; none of the rule that it is over."""
     if rule == "first":
@@ -308,6 +333,7 @@ TABLES: Final = (
     ({"dispatch", "shifts"}, dispatch_table),
     ({"judged", "wrong"}, judged_table),
     ({"methods", "throws"}, methods_table),
+    ({"neighbours", "shifts"}, neighbours_table),
 )
 """By what the files that `make perf` and `make studies` write are known, and their tables."""
 

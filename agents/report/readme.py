@@ -17,6 +17,7 @@ from .measures import (
     fidelity_table,
     grip_table,
     judged_table,
+    neighbours_table,
     oracle_table,
     physics_table,
     planner_table,
@@ -41,6 +42,7 @@ BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
     "oracle": ("oracle.json", oracle_table),
     "dispatch": ("dispatch.json", dispatch_table),
     "judged": ("judged.json", judged_table),
+    "neighbours": ("neighbours.json", neighbours_table),
 }
 """Blocks of a README by name: the file of results, and what makes the table of it; others are "paper/table"."""
 
