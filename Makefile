@@ -77,6 +77,7 @@ studies: dev ## flights, the oracle, grip, soft cup, order of picks, what a sort
 	$(BIN)/python benchmarks/study_dispatch.py --json results/dispatch.json
 	$(BIN)/python benchmarks/study_judged.py --json results/judged.json
 	$(BIN)/python benchmarks/study_methods.py --json results/methods.json
+	$(BIN)/python benchmarks/study_throwable.py --json results/throwable.json
 	$(BIN)/python benchmarks/study_neighbours.py --json results/neighbours.json
 
 reproduce: dev ## the papers' figures computed anew, beside the published ones, into results/ (minutes)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from ..tables import Grid
-from .methods import methods_table
+from .methods import methods_table, throwable_table
 
 Data = Mapping[str, Any]
 _LADDER_NAMES = {"analytic": "analytic planner", "oracle": "oracle (knows the hidden values)"}
@@ -302,8 +302,8 @@ def judged_table(data: Data) -> Grid:
     emptied = " and ".join(f"{count} in `{level}`" for level, count in data["emptied"].items())
     note = (
         f"`PnTConveyor-v0`, {data['throws']} picks per row, seed {data['seed']}, full physics. `boxes` sorts the kinds "
-        f"of `waste` into six fixed bins by material. Classes wrong: {100 * data['wrong']:g} % of every kind is seen as "
-        f"one of another material. Bins are emptied after so many objects: {emptied}."
+        f"of `waste` into six fixed bins by material. Classes wrong: {100 * data['wrong']:g} % of every kind is seen "
+        f"as one of another material. Bins are emptied after so many objects: {emptied}."
     )
     return Grid("What a sorter is judged by", header, rows, note)
 
@@ -333,6 +333,7 @@ TABLES: Final = (
     ({"dispatch", "shifts"}, dispatch_table),
     ({"judged", "wrong"}, judged_table),
     ({"methods", "throws"}, methods_table),
+    ({"throwable", "throws"}, throwable_table),
     ({"neighbours", "shifts"}, neighbours_table),
 )
 """By what the files that `make perf` and `make studies` write are known, and their tables."""

@@ -83,3 +83,23 @@ def _pace(found: Data) -> str:
     if "impossible" in found:
         return "-"
     return f"{found['sorted_per_min']:.1f} ({100 * found['success']:.0f} %)"
+
+
+def throwable_table(data: Data) -> Grid:
+    """What to do with objects that air carries away."""
+    header = ["what is done", "sorted/min", "success", "recovery", "put down", "landing error", "energy"]
+    rows = [
+        [
+            name,
+            f"{found['sorted_per_min']:.1f}",
+            *(f"{100 * found[figure]:.1f} %" for figure in ("success", "recovery", "placed")),
+            f"{1000 * found['landing_error']:.0f} mm",
+            f"{found['energy']:.1f} J",
+        ]
+        for name, found in data["throwable"].items()
+    ]
+    note = (
+        f"Level `{data['level']}` on the belt, {data['throws']} throws per row, seed {data['seed']}, full physics, "
+        "analytic planner. Rest: what has a drag area by mass above 2.5 m2/kg, as measured."
+    )
+    return Grid("What is not thrown", header, rows, note)

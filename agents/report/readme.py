@@ -23,7 +23,7 @@ from .measures import (
     planner_table,
     training_table,
 )
-from .methods import methods_table, pays_table, reasons_table
+from .methods import methods_table, pays_table, reasons_table, throwable_table
 from .reproduction import table as reproduced_table
 from .tables import benchmark_table
 
@@ -39,6 +39,7 @@ BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
     "methods": ("methods.json", methods_table),
     "method-reasons": ("methods.json", reasons_table),
     "methods-pay": ("methods.json", pays_table),
+    "throwable": ("throwable.json", throwable_table),
     "oracle": ("oracle.json", oracle_table),
     "dispatch": ("dispatch.json", dispatch_table),
     "judged": ("judged.json", judged_table),

@@ -63,7 +63,8 @@ class ConveyorEnv(ThrowEnv, observes=TABLE):
     after the release), `picked` (the cup sealed; else landings are NaN), `dropped` (lost on the way to the
     release), `grip_margin` (how many times the load the cup could hold, at the worst moment until then), `slip` (how
     far the belt carries it on under the cup during the dwell [m]), `passed` (objects on the belt that were let go since
-    the throw before, or since the episode began; 0 without a belt), `residual_clipped`, `peak_torque` [N m], `energy`
+    the throw before, or since the episode began; 0 without a belt), `disturbed` (it swept through another object on the
+    belt), `placed` (put down at its bin, not thrown), `residual_clipped`, `peak_torque` [N m], `energy`
     (positive work of the motors from lift to lift, without recuperation) [J], `item` and `bin` (indices of what was
     seen and thrown where), `true_kind` (index of what it truly is), `target_x`, `target_y`, `bin_depth` (of its bin
     above what lies in it) [m], `ended_in` (index of the bin in which the object lies at the end, -1 in none), `belongs`
@@ -110,8 +111,7 @@ class PnTConveyorEnv(ConveyorEnv):
     One step is one throw: plan, references, one rollout of the physics, outcome. It covers the throw, the
     follow-through, the return and the vertical approach to the next object, which is chosen on the belt while the
     hand returns: the first one that can be met inside the window and thrown, or another one by the level's `dispatch`
-    rule. The dwell at the pick is counted, not
-    simulated.
+    rule. The dwell at the pick is counted, not simulated.
 
     ## Starting State
 

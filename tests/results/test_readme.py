@@ -60,6 +60,8 @@ def test_the_example_levels_work():
     assert soft.swings
     assert soft.cup.fitted
     assert (chosen.belt.gap, chosen.dispatch) == ("edge", "atc")
+    some = ConveyorConfig.load(shown("throwable"))
+    assert (some.planner, some.throwable.drag_area, some.throwable.drag_shift) == ("auto", 2.5, 0.05)
     wrong = ConveyorConfig.load(shown("classifier"))
     assert wrong.pick.fails
     assert wrong.bins.emptied == 8
