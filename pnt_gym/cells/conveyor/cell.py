@@ -14,7 +14,7 @@ from pnt_gym.cells.base.canvas import Marker
 from pnt_gym.cells.base.core import Cell, Generators
 from pnt_gym.cells.base.plant import REWARD_TERMS
 from pnt_gym.cells.base.view import ThrowView
-from pnt_gym.cells.conveyor.action import correction, modes_of
+from pnt_gym.cells.conveyor.action import MODES, correction, modes_of
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.fill import Fill, volume_of
@@ -50,6 +50,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         threads: worker threads of the physics; results do not depend on it.
     """
 
+    modes = MODES
     reward_terms: ClassVar[tuple[str, ...]] = REWARD_TERMS
     table = TABLE
     hidden = HIDDEN
