@@ -29,9 +29,9 @@ class ConveyorEnv(ThrowEnv, observes=TABLE):
     In `virtual_goal` the same two numbers move the target, and the throw is planned again from scratch (it can jump
     between the planner's flat and steep solutions). In `release_xyz` three numbers move the release point by raw
     metres: 0.12 along, 0.02 sideways, 0.015 up. Where a level's `planner` puts objects down instead of throwing them,
-    the first two modes shift the place where the hand lets go, and `release_xyz` shifts the hand. Where it is `auto` there
-    is a fourth mode, `throw_or_place`, `Box(-1, 1, (3,), float32)`: as `release_point`, and with a third number above 1/2
-    an object is put down that would be thrown, or the other way round.
+    the first two modes shift the place where the hand lets go, and `release_xyz` shifts the hand. Where it is `auto`
+    there is a fourth mode, `throw_or_place`, `Box(-1, 1, (3,), float32)`: as `release_point`, and with a third number
+    above 1/2 an object is put down that would be thrown, or the other way round.
 
     ## Observation Space
 
