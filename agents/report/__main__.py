@@ -14,6 +14,7 @@ from ..reproduce.grids import plain
 from ..tables import console
 from .figures import benchmark_figures
 from .measures import TABLES
+from .methods import methods_chapter
 from .page import Chapter, markdown_page, page
 from .readme import update_readme
 from .reproduction import is_reproduction, paper_chapters
@@ -70,6 +71,8 @@ def _chapters(name: str, data: Mapping[str, Any], results: Path) -> list[Chapter
         return paper_chapters(data, results / "figures")
     if {"plan", "table", "comparisons", "results"} <= set(data):
         return [benchmark_chapter(name, data)]
+    if {"methods", "throws"} <= set(data):
+        return [methods_chapter(name, data)]
     for names, table in TABLES:
         if names <= set(data):
             return [Chapter(name, (table(data),))]

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from ..tables import Grid
-from .methods import methods_table, throwable_table
+from .methods import throwable_table
 
 Data = Mapping[str, Any]
 _LADDER_NAMES = {"analytic": "analytic planner", "oracle": "oracle (knows the hidden values)"}
@@ -332,7 +332,6 @@ TABLES: Final = (
     ({"effects", "learning"}, cup_table),
     ({"dispatch", "shifts"}, dispatch_table),
     ({"judged", "wrong"}, judged_table),
-    ({"methods", "throws"}, methods_table),
     ({"throwable", "throws"}, throwable_table),
     ({"neighbours", "shifts"}, neighbours_table),
 )

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
+from ..drawings import COLOURS, Axes, Figure, dress, subplots, svg
 from ..tables import Grid
+from .page import Chapter
 
 Data = Mapping[str, Any]
 NAMES: Final = {
@@ -18,6 +20,33 @@ NAMES: Final = {
 SWEEPS: Final = ("opening", "distance")
 PERCENT: Final = "40"
 """Of the limits, at which the methods are told apart."""
+
+
+def methods_chapter(name: str, data: Data) -> Chapter:
+    """All tables and the figure of the study."""
+    grids = methods_table(data), reasons_table(data), pays_table(data)
+    return Chapter(name, grids, {"methods.svg": svg(methods_figure(data))})
+
+
+def methods_figure(data: Data) -> Figure:
+    """Sorted per minute by each method: over the limits in each level, over opening and distance of one bin."""
+    across = {"opening": "opening of the bin [m]", "distance": "distance of the bin, y [m]"}
+    tables = data["methods"]
+    figure, panels = subplots(1, len(tables), (4.2 * len(tables), 3.6), sharey=True)
+    for axes, (title, table) in zip(panels, tables.items(), strict=True):
+        _lines(axes, table)
+        said = title if title in SWEEPS else f"level {title}"
+        dress(axes, across.get(title, "limits [%]"), "sorted per minute" if axes is panels[0] else "", said)
+    panels[0].set_ylim(bottom=0.0)
+    panels[0].legend(fontsize=8, loc="upper left")
+    return figure
+
+
+def _lines(axes: Axes, table: Data) -> None:
+    """A line for each method, with gaps where it cannot be used."""
+    for (name, said), colour in zip(NAMES.items(), COLOURS, strict=False):
+        pace = [found[name].get("sorted_per_min", float("nan")) for found in table.values()]
+        axes.plot([float(value) for value in table], pace, marker="o", markersize=4, color=colour, label=said)
 
 
 def methods_table(data: Data) -> Grid:

@@ -1,6 +1,6 @@
 """The tables of the study of methods: one cell a method, what is impossible as a dash, nothing lost."""
 
-from agents.report.methods import NAMES, methods_table, pays_table, reasons_table
+from agents.report.methods import NAMES, methods_chapter, methods_figure, methods_table, pays_table, reasons_table
 
 
 def found(pace: float) -> dict[str, float]:
@@ -44,3 +44,12 @@ def test_openings_and_distances_follow_one_another():
     assert [row[0] for row in grid.rows] == ["opening 140 mm", "bin 0.90 m beyond the robot's middle"]
     assert grid.rows[1][1:] == ["-", *["8.0 (50 %)"] * 4]
     assert grid.note.startswith("Sorted per minute, in brackets the success rate: 4 throws per cell")
+
+
+def test_the_figure_has_a_line_for_each_method_in_each_panel():
+    panels = methods_figure(DATA).axes
+    assert [panel.get_title() for panel in panels] == ["level nominal", "opening", "distance"]
+    for panel in panels:
+        assert [line.get_label() for line in panel.lines] == list(NAMES.values())
+    assert panels[0].lines[3].get_ydata()[1] == 30.0
+    assert set(methods_chapter("methods", DATA).figures) == {"methods.svg"}
