@@ -9,7 +9,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.errors import ConfigError
 from tests.tools.throws import item, make_core
 
-LEVELS = ("dense", "fast", "ideal", "nominal", "tight", "unseen", "waste")
+LEVELS = ("dense", "fast", "ideal", "light", "nominal", "tight", "unseen", "waste")
 BIN = {"name": "box", "x": 0.3, "y": 0.4}
 SMALLEST = {"bins": {"fixed": [BIN]}}
 
@@ -156,7 +156,7 @@ def test_neighbouring_bins_may_share_a_wall():
 
 
 def test_unknown_levels_and_missing_files():
-    with pytest.raises(ConfigError, match="unknown level 'nowhere'; shipped levels are dense, fast, ideal, nominal"):
+    with pytest.raises(ConfigError, match="unknown level 'nowhere'; shipped levels are dense, fast, ideal, light, nominal"):
         ConveyorConfig.load("nowhere")
     with pytest.raises(ConfigError, match=r"level file 'nowhere\.yaml' does not exist"):
         ConveyorConfig.load("nowhere.yaml")
