@@ -266,3 +266,30 @@ def test_all_that_the_belt_brought_is_thrown_failed_passed_or_still_there(dispat
     assert same_bits(brought + first, thrown + failed + passed + under_the_cup + stream.length)
     assert passed.sum() > 0
     assert failed.sum() > 0
+
+
+METHODS = ("straight", "free_direction", "horizontal", "pick_and_place", "ellipse", "auto")
+
+
+@pytest.mark.parametrize(
+    "belt", [{"tracking": True}, {"neighbours": "solid", "gap": "edge"}], ids=["tracking", "solid"]
+)
+@pytest.mark.parametrize("planner", METHODS)
+def test_failed_picks_go_with_every_way_to_a_bin_and_every_belt(planner, belt):
+    """Everything that can fail at once: no numbers are missing but those of landings that never were."""
+    level = {
+        "base": "nominal", "planner": planner, "belt": belt, "fidelity": "flight", "bins": {"emptied": 5}, **FAILING,
+        "classifier": {"confusion": {"paper": {"paper": 0.8, "metal_can": 0.2}}}, "grip": {"limit": True},
+    }  # fmt: skip
+    env = gym.make_vec("PnTConveyor-v0", num_envs=12, level=level)
+    env.reset(seed=2)
+    held = []
+    for _ in range(2):
+        seen, reward, *_, info = env.step(np.zeros(env.action_space.shape))
+        assert np.isfinite(seen).all()
+        assert np.isfinite(reward).all()
+        assert same_bits(np.isnan(info["landing_error"]), ~info["picked"])
+        assert np.isfinite(info["energy"]).all()
+        assert (info["cycle_time"] > 0.1).all()
+        held.append(info["picked"])
+    assert 0 < np.sum(held) < 24
