@@ -156,7 +156,9 @@ def test_neighbouring_bins_may_share_a_wall():
 
 
 def test_unknown_levels_and_missing_files():
-    with pytest.raises(ConfigError, match="unknown level 'nowhere'; shipped levels are dense, fast, ideal, light"):
+    with pytest.raises(
+        ConfigError, match="unknown level 'nowhere'; shipped levels are dense, fast, ideal, light, nominal"
+    ):
         ConveyorConfig.load("nowhere")
     with pytest.raises(ConfigError, match=r"level file 'nowhere\.yaml' does not exist"):
         ConveyorConfig.load("nowhere.yaml")
