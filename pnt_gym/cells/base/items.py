@@ -104,7 +104,7 @@ class Item(BaseModel):
         if self.seal_force is not None and self.seal_force <= weight:
             held = f"seal_force of {self.name!r} is {self.seal_force} N"
             raise ConfigError(f"{held}, but must exceed its weight of {weight:.3f} N.")
-        if "cup_radius" in self.model_fields_set and not self.bears(self.cup_radius):
+        if self.cup_radius != CUP_RADIUS and not self.bears(self.cup_radius):
             raise ConfigError(too_wide(self))
         return self
 
