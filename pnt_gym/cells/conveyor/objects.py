@@ -55,6 +55,8 @@ _UNIFORMS: Final = {
 }
 """Columns of its uniform draws; column 7 is not used."""
 UNIFORMS = 12 + 3 * TARGET_DRAWS
+_OF_THE_KIND: Final = ("shape", "friction", "cup_friction", "rolling_friction", "solref", "pick_chance")
+"""What all objects of a kind have alike."""
 _SMALLEST = 0.005
 """The camera reports no extent below this [m]."""
 _MIN_DEPTH, _MAX_DEPTH = 0.05, 0.95
@@ -176,11 +178,9 @@ def objects_from_draws(
     grasp = m * spread.grasp * z["grasp"]
     jitter = m * config.suction.jitter * z["jitter"]
     yaw = spread.yaw * (2.0 * u["yaw"] - 1.0)
-    percents = np.asarray(config.limits.percent)
     lane, gap = config.belt.lane_y, config.belt.spacing
     drawn = Objects(
         kind=kind,
-        shape=table.shape[kind],
         size=size,
         mass=mass,
         drag=table.drag[kind] * np.exp(spread.drag * z["drag"]),
@@ -189,16 +189,12 @@ def objects_from_draws(
         seal=seal,
         delay=np.maximum(m * release_delay(seal, mass, config.suction) + jitter, 0.0),
         jitter=jitter,
-        friction=table.friction[kind],
-        cup_friction=table.cup_friction[kind],
         cup_radius=np.where(config.cup.fitted, table.cup_radius[kind], CUP_RADIUS),
-        rolling_friction=table.rolling_friction[kind],
-        solref=table.solref[kind],
+        **{name: getattr(table, name)[kind] for name in _OF_THE_KIND},
         yaw=yaw,
         grasp=grasp,
         belt_error=m * spread.belt_speed * z["belt_speed"],
         spin=assumed(m * spread.spin * z["spin"], spread.spin_per_offset * grasp),
-        pick_chance=table.pick_chance[kind],
         pick_draw=apart.pick,
         seen=seen,
         measured_size=_measured_size(size, noise.size * z["measured_size"]),
@@ -209,12 +205,17 @@ def objects_from_draws(
         grasp_noise=noise.grasp * z["grasp_noise"],
         lane_y=lane[0] + (lane[1] - lane[0]) * u["lane"],
         gap=gap[0] + (gap[1] - gap[0]) * u["gap"],
-        percent=percents[np.minimum((u["percent"] * len(percents)).astype(np.int64), len(percents) - 1)],
+        percent=_one_of(config.limits.percent, u["percent"]),
         place=u["place"],
         bin_draw=u["bin"].reshape(*uniforms.shape[:-1], TARGET_DRAWS, 3),
         fill_draw=apart.fill,
     )
     return replace(drawn, spin=_spin(drawn, config))
+
+
+def _one_of(values: tuple[float, ...], draw: Floats) -> Floats:
+    """One of the values for each uniform draw S: S."""
+    return np.asarray(values)[np.minimum((draw * len(values)).astype(np.int64), len(values) - 1)]
 
 
 def release_delay(seal: Floats, mass: Floats, suction: Suction) -> Floats:
