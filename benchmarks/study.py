@@ -1,4 +1,4 @@
-"""What the studies share: their command line, and independent throws of conveyor cells."""
+"""What the studies share: their command line, and seeded conveyor cells and their throws."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pnt_gym.cells.base.core import Core
-from pnt_gym.cells.conveyor.cell import ConveyorCell
+from pnt_gym.cells.conveyor.cell import ConveyorCell, Picks
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
@@ -34,9 +34,9 @@ def study_options(parser: argparse.ArgumentParser) -> argparse.Namespace:
     return options
 
 
-def independent_cells(config: ConveyorConfig, cells: int, seed: int, threads: int) -> Core:
-    """Cells whose throws have nothing to do with each other; the same seed gives the same objects."""
-    core = Core(ConveyorCell(config, cells, "independent", threads))
+def seeded_cells(config: ConveyorConfig, picks: Picks, cells: int, seed: int, threads: int) -> Core:
+    """Cells whose first picks are drawn; the same seed gives the same objects."""
+    core = Core(ConveyorCell(config, cells, picks, threads))
     core.reset(np.arange(cells), [np.random.default_rng([seed, row]) for row in range(cells)], seeded=True)
     return core
 

@@ -31,7 +31,7 @@ from agents.evaluation import NUM_ENVS, held_out, practise
 from agents.files import read_json, write_json
 from agents.metrics import throughput
 from agents.throws import summary
-from benchmarks.study import Floats, independent_cells, infos, study_options, study_parser
+from benchmarks.study import Floats, infos, seeded_cells, study_options, study_parser
 from pnt_gym.arrays import joined, length
 from pnt_gym.cells.conveyor.clearance import vertical
 from pnt_gym.cells.conveyor.config import ConveyorConfig
@@ -66,7 +66,7 @@ ORACLE: Final = 400
 def throws(cup: dict[str, Any], fidelity: str, options: argparse.Namespace) -> dict[str, Floats]:
     """Infos of the planner's throws; the same objects and targets for every cup."""
     config = ConveyorConfig.load({"base": LEVEL, "fidelity": fidelity, "cup": cup})
-    core = independent_cells(config, CELLS, options.seed, options.threads)
+    core = seeded_cells(config, "independent", CELLS, options.seed, options.threads)
     return infos(core, lambda _: np.zeros((CELLS, 2)), options.throws)
 
 
@@ -110,7 +110,7 @@ def leaving(cup: dict[str, Any], options: argparse.Namespace) -> dict[str, float
     config = ConveyorConfig.load({"base": LEVEL, "fidelity": "flight", "cup": cup})
     partings: list[Parting] = []
     for batch in range(-(-options.throws // CELLS)):
-        core = independent_cells(config, CELLS, options.seed + batch, options.threads)
+        core = seeded_cells(config, "independent", CELLS, options.seed + batch, options.threads)
         picks, plans, mover = core.context, core.plan(np.zeros((CELLS, 2)))[0], core.cell.planner.mover
         motion = mover.throw(picks.pick, plans, picks.throw_limits, picks.ceiling)
         back = mover.back(motion, picks.pick, picks.limits)

@@ -17,9 +17,7 @@ import numpy as np
 import pnt_gym
 from agents.files import write_json
 from agents.metrics import mean_interval
-from benchmarks.study import Floats, infos, study_options, study_parser
-from pnt_gym.cells.base.core import Core
-from pnt_gym.cells.conveyor.cell import ConveyorCell
+from benchmarks.study import Floats, infos, seeded_cells, study_options, study_parser
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.conveyor.sources import BeltPicks
@@ -40,8 +38,7 @@ LEVELS: Final[dict[str, dict[str, Any]]] = {
 def shifts(level: dict[str, Any], rule: str, throws: int, seed: int, threads: int) -> dict[str, Floats]:
     """Picks and sorted objects a minute and the share of objects that were sorted, of each shift (SHIFTS,)."""
     config = ConveyorConfig.load({**level, "dispatch": rule, "picks_per_shift": throws})
-    core = Core(ConveyorCell(config, SHIFTS, "belt", threads))
-    core.reset(np.arange(SHIFTS), [np.random.default_rng([seed, row]) for row in range(SHIFTS)], seeded=True)
+    core = seeded_cells(config, "belt", SHIFTS, seed, threads)
     zero = np.zeros((SHIFTS, *core.action_space.shape))
     info = infos(core, lambda _: zero, throws * SHIFTS)
     sums = {name: info[name].reshape(throws, SHIFTS).sum(axis=0) for name in ("cycle_time", "is_success", "passed")}

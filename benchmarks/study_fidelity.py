@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from agents.files import write_json
-from benchmarks.study import independent_cells, infos, study_options, study_parser
+from benchmarks.study import infos, seeded_cells, study_options, study_parser
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 LEVELS = ("ideal", "nominal", "waste", "unseen", "tight", "fast")
@@ -26,7 +26,7 @@ ACTIONS = 0.3
 def throws(level: str, fidelity: str, count: int, seed: int, threads: int) -> dict[str, np.ndarray]:
     """Infos of `count` independent throws; both fidelities get the same objects, targets and actions."""
     config = ConveyorConfig.load({"base": level, "fidelity": fidelity})
-    core = independent_cells(config, CELLS, seed, threads)
+    core = seeded_cells(config, "independent", CELLS, seed, threads)
     actions = np.random.default_rng(seed).uniform(-ACTIONS, ACTIONS, (-(-count // CELLS), CELLS, 2))
     actions[::2] = 0.0
     return infos(core, lambda step: actions[step], count)

@@ -15,7 +15,7 @@ import numpy as np
 
 from agents.files import write_json
 from agents.metrics import throughput
-from benchmarks.study import independent_cells, infos, study_options, study_parser
+from benchmarks.study import infos, seeded_cells, study_options, study_parser
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 CELLS: Final = 50
@@ -47,7 +47,7 @@ LEVELS: Final[dict[str, dict[str, Any]]] = {
 def measured(level: dict[str, Any], safety: float | str | None, count: int, seed: int, threads: int) -> dict[str, Any]:
     """Figures of `count` throws."""
     config = ConveyorConfig.load({**level, "grip": {"limit": True, "safety": safety}})
-    core = independent_cells(config, CELLS, seed, threads)
+    core = seeded_cells(config, "independent", CELLS, seed, threads)
     info = infos(core, lambda _: np.zeros((CELLS, 2)), count)
     pace = throughput(info["is_success"], info["cycle_time"])
     return {

@@ -22,9 +22,8 @@ import numpy as np
 import pnt_gym
 from agents.files import write_json
 from agents.metrics import recovery, throughput
-from benchmarks.study import Floats, infos, study_options, study_parser
-from pnt_gym.cells.base.core import Core
-from pnt_gym.cells.conveyor.cell import ConveyorCell
+from benchmarks.study import Floats, infos, seeded_cells, study_options, study_parser
+from pnt_gym.cells.conveyor.cell import ConveyorCell, Picks
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.errors import ConfigError
 
@@ -81,15 +80,13 @@ def flown_over_planned(cell: ConveyorCell, watch: Watch) -> float:
     return float(((path.duration + came - due) / path.duration).mean())
 
 
-def measured(level: dict[str, Any], picks: str, options: Any, throws: int) -> dict[str, Any]:
+def measured(level: dict[str, Any], picks: Picks, options: Any, throws: int) -> dict[str, Any]:
     """Figures of throws with a method; what is told where it cannot be used."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of bins out of reach
-            cell = ConveyorCell(ConveyorConfig.load(level), CELLS, picks, options.threads)  # pyright: ignore[reportArgumentType]
-            core, watch = Core(cell), Watch(cell)
-            seeds = [np.random.default_rng([options.seed, row]) for row in range(CELLS)]
-            core.reset(np.arange(CELLS), seeds, seeded=True)
+            core = seeded_cells(ConveyorConfig.load(level), picks, CELLS, options.seed, options.threads)
+            cell, watch = core.cell, Watch(core.cell)
             info = infos(core, lambda _: np.zeros((CELLS, 2)), throws)
     except ConfigError as error:
         return {"impossible": str(error)}
@@ -111,9 +108,9 @@ def measured(level: dict[str, Any], picks: str, options: Any, throws: int) -> di
     }
 
 
-def rows() -> list[tuple[tuple[str, str, str], dict[str, Any], str, float]]:
+def rows() -> list[tuple[tuple[str, str, str], dict[str, Any], Picks, float]]:
     """Table, row and method; level; where picks come from; share of the throws."""
-    found: list[tuple[tuple[str, str, str], dict[str, Any], str, float]] = []
+    found: list[tuple[tuple[str, str, str], dict[str, Any], Picks, float]] = []
     for base in LEVELS:
         for percent in PERCENTS:
             for planner in METHODS:

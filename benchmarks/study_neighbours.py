@@ -16,9 +16,7 @@ import numpy as np
 
 from agents.files import write_json
 from agents.metrics import mean_interval
-from benchmarks.study import infos, study_options, study_parser
-from pnt_gym.cells.base.core import Core
-from pnt_gym.cells.conveyor.cell import ConveyorCell
+from benchmarks.study import infos, seeded_cells, study_options, study_parser
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 SHIFTS: Final = 24
@@ -32,8 +30,7 @@ GAPS: Final[dict[str, dict[str, Any]]] = {
 def measured(belt: dict[str, Any], throws: int, seed: int, threads: int) -> dict[str, Any]:
     """Figures of all shifts with such a belt."""
     config = ConveyorConfig.load({"base": "waste", "fidelity": "flight", "belt": belt, "picks_per_shift": throws})
-    core = Core(ConveyorCell(config, SHIFTS, "belt", threads))
-    core.reset(np.arange(SHIFTS), [np.random.default_rng([seed, row]) for row in range(SHIFTS)], seeded=True)
+    core = seeded_cells(config, "belt", SHIFTS, seed, threads)
     zero = np.zeros((SHIFTS, *core.action_space.shape))
     info = infos(core, lambda _: zero, throws * SHIFTS)
     by_shift = {

@@ -22,7 +22,7 @@ from agents.controllers.oracle import Oracle
 from agents.controllers.protocol import Controller, Observation
 from agents.files import write_json
 from agents.metrics import landing, throughput, wilson
-from benchmarks.study import Floats, independent_cells, infos, study_options, study_parser
+from benchmarks.study import Floats, infos, seeded_cells, study_options, study_parser
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
@@ -43,7 +43,7 @@ CONTROLLERS: dict[str, Callable[[Core], Controller]] = {"analytic": lambda core:
 
 def throws(config: ConveyorConfig, name: str, count: int, seed: int, threads: int) -> dict[str, Floats]:
     """Infos of `count` independent throws; controllers get the same throws at the same seed."""
-    core = independent_cells(config, min(BATCH, count), seed, threads)
+    core = seeded_cells(config, "independent", min(BATCH, count), seed, threads)
     controller = CONTROLLERS[name](core)
     return infos(core, lambda _: controller.act(Observation(core.cell.observe(), core.cell.context.kind)), count)
 

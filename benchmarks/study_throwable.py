@@ -16,10 +16,8 @@ import numpy as np
 
 import pnt_gym
 from agents.files import write_json
-from agents.metrics import throughput
-from benchmarks.study import infos, study_options, study_parser
-from pnt_gym.cells.base.core import Core
-from pnt_gym.cells.conveyor.cell import ConveyorCell
+from agents.metrics import recovery, throughput
+from benchmarks.study import infos, seeded_cells, study_options, study_parser
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 CELLS: Final = 20
@@ -37,15 +35,14 @@ BOUNDS: Final = (1.0, 2.5, 5.0, 10.0)
 def measured(changes: dict[str, Any], options: Any) -> dict[str, Any]:
     """Figures of throws at the belt."""
     config = ConveyorConfig.load({"base": LEVEL, **changes})
-    core = Core(ConveyorCell(config, CELLS, "belt", options.threads))
-    core.reset(np.arange(CELLS), [np.random.default_rng([options.seed, row]) for row in range(CELLS)], seeded=True)
+    core = seeded_cells(config, "belt", CELLS, options.seed, options.threads)
     info = infos(core, lambda _: np.zeros((CELLS, 2)), options.throws)
     pace = throughput(info["sorted"], info["cycle_time"])
     return {
         "picks_per_min": pace.attempted,
         "sorted_per_min": pace.sorted,
         "success": float(info["is_success"].mean()),
-        "recovery": float(info["sorted"].sum() / (len(info["sorted"]) + info["passed"].sum())),
+        "recovery": recovery(info["sorted"], info["passed"]),
         "placed": float(info["placed"].mean()),
         "landing_error": float(np.nanmean(info["landing_error"])),
         "energy": float(info["energy"].mean()),

@@ -200,7 +200,7 @@ dataset --name "" | --name is ''; it must be NAMESPACE/NAME-vN
 dataset --name waste | --name is 'waste'; it must be NAMESPACE/NAME-vN
 dataset --name pnt_gym/release/waste | --name is 'pnt_gym/release/waste'; it must be NAMESPACE/NAME-vN
 dataset --name ../waste-v0 | --name is '../waste-v0'; it must be NAMESPACE/NAME-vN
-dataset --name /tmp/waste-v0 | --name is '/tmp/waste-v0'; it must be NAMESPACE/NAME-vN
+dataset --name /elsewhere/waste-v0 | --name is '/elsewhere/waste-v0'; it must be NAMESPACE/NAME-vN
 dataset --name "one two-v0" | --name is 'one two-v0'; it must be NAMESPACE/NAME-vN
 dataset --name one/two-v0 --root datasets | 'one/two-v0' exists already in
 dataset --name one/two-v0/three-v0 --root datasets | 'one/two-v0/three-v0' would lie in

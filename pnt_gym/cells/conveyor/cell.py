@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Literal, Self, final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints, made_anew, replaced
+from pnt_gym.arrays import Floats, Ints, made_anew, replaced
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.canvas import Marker
 from pnt_gym.cells.base.core import Cell, Generators
@@ -19,9 +19,8 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.fill import Fill, volume_of
 from pnt_gym.cells.conveyor.hand import HandCycle
-from pnt_gym.cells.conveyor.hold import grips, slip
+from pnt_gym.cells.conveyor.hold import slip
 from pnt_gym.cells.conveyor.movers import ThrowMotion
-from pnt_gym.cells.conveyor.neighbours import course
 from pnt_gym.cells.conveyor.objects import Objects
 from pnt_gym.cells.conveyor.observation import HIDDEN, TABLE
 from pnt_gym.cells.conveyor.outcome import Outcome, Told, judge
@@ -99,7 +98,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         motion = self._motion(context, plans)
         if self.plant.record_row is not None:
             self.upstream = self._source.waiting(self.plant.record_row)
-        passed, met = self._source.passed.copy(), self._swept(context, motion)
+        passed, met = self._source.passed.copy(), self._source.swept(context, motion)
         if self.config.belt.neighbours == "solid":
             self._source.knock(met)
         # Where the hand returns to without a belt belongs to the present pick's draw.
@@ -114,7 +113,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         context = self.context if jitter else self.context.expected()
         motion = self._motion(context, plans)
         back = self.planner.mover.back(motion, context.pick, context.limits)
-        wait, met = np.zeros(self.count), np.asarray(self._swept(context, motion).any(axis=1))
+        wait, met = np.zeros(self.count), np.asarray(self._source.swept(context, motion).any(axis=1))
         told = Told(wait, self._source.passed.copy(), motion.placed, met)
         return self._flown(context, plans, motion, back, told)
 
@@ -212,14 +211,3 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back], begin, rides=begin is not None)
         flown = self.plant.fly(context, HandCycle(release, motion.release_time, path))
         return judge(flown, context, self.config, path.duration + self.dwell, told)
-
-    def _swept(self, thrown: Context, motion: ThrowMotion) -> Bools:
-        """Which objects on the belt the thrown ones sweep through, lost ones on their way back to it (N, K)."""
-        if self.terminates:
-            return np.zeros((self.count, 0), dtype=np.bool_)
-        path = JerkTrajectory.concatenate(motion.pick, [motion.segments], motion.pick_velocity)
-        held = grips(thrown, path, motion.release_time, self.config)
-        let_go = motion.release_time + thrown.objects.delay
-        free_at = np.where(held.dropped, held.lost_at * self.config.timestep, let_go)
-        met = self._source.swept(thrown, course(motion, free_at, self.config.belt.speed))
-        return met & held.picked[:, None]

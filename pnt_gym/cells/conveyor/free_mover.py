@@ -222,7 +222,7 @@ class FreeMover:
             velocity=velocity + gap[:, None],
             direction=velocity / speed[:, None],
             speed=speed,
-            acceleration=_greatest(motion.segments) + gap,
+            acceleration=motion.segments.greatest_acceleration() + gap,
             angle=np.arctan2(velocity[:, 2], level) + gap,
             azimuth=np.arctan2(velocity[:, 1], velocity[:, 0]) + gap,
             distance=length(position - pick) + gap,
@@ -234,11 +234,6 @@ class FreeMover:
             reason=np.where(good, int(Reason.FEASIBLE), int(Reason.CEILING)),
             straight=never.copy(),
         )
-
-
-def _greatest(parts: Segments) -> Floats:
-    """Greatest acceleration (N,) [m/s2] of motions that start without."""
-    return length(np.cumsum(parts.durations[..., None] * parts.jerks, axis=1)).max(axis=1)
 
 
 def _padded(parts: list[Segments]) -> Segments:

@@ -229,7 +229,7 @@ class PlacingMover(ABC):
             velocity=np.zeros_like(place) + gap[:, None],
             direction=heading + gap[:, None],
             speed=none + gap,
-            acceleration=length(np.cumsum(segments.durations[..., None] * segments.jerks, axis=1)).max(axis=1) + gap,
+            acceleration=segments.greatest_acceleration() + gap,
             angle=none + gap,
             azimuth=np.arctan2(way[:, 1], way[:, 0]) + gap,
             distance=length(way) + gap,

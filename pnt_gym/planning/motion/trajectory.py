@@ -32,6 +32,10 @@ class Segments:
         spare = (0, columns - self.durations.shape[1])
         return Segments(np.pad(self.durations, ((0, 0), spare)), np.pad(self.jerks, ((0, 0), spare, (0, 0))))
 
+    def greatest_acceleration(self) -> Floats:
+        """Return the greatest acceleration (N,) [m/s2] of motions that start without."""
+        return length(np.cumsum(self.durations[..., None] * self.jerks, axis=1)).max(axis=1)
+
 
 def superposed(first: Segments, second: Segments) -> Segments:
     """Return the sums of two motions that begin together; one that is over goes on without jerk.

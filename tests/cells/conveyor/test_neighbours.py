@@ -135,7 +135,7 @@ def test_what_was_knocked_rides_on_and_is_never_picked(tracking, dispatch):
         before = copy.deepcopy(stream)
         context = core.context
         motion = core.cell._motion(context, core.plan(np.zeros((COUNT, 2)))[0])
-        met = core.cell._swept(context, motion)
+        met = core.cell._source.swept(context, motion)
         info = core.step(np.zeros((COUNT, 2))).info
         np.testing.assert_array_equal(info["disturbed"], met.any(axis=1))
         told += info["disturbed"].sum()
