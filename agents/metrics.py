@@ -19,6 +19,8 @@ from pnt_gym.errors import PntGymError
 
 CONFIDENCE = 0.95
 RESAMPLES = 4000
+NEAR = 0.030
+"""A landing this close to its target is near [m]."""
 _BLOCK = 250  # resamples drawn at once: bounds the memory at 250 x N indices
 
 
@@ -50,6 +52,8 @@ class Landing:
     p95: float
     iqm: float
     """Mean of the middle half of the errors."""
+    near: float
+    """Share of the measured landings that are closer than `NEAR`."""
     unmeasured: int
     """Throws without a landing; they are left out of the figures above."""
 
@@ -134,6 +138,7 @@ def landing(error: ArrayLike) -> Landing:
         mean=float(measured.mean()),
         p95=float(np.percentile(measured, 95)),
         iqm=interquartile_mean(measured),
+        near=float((measured < NEAR).mean()),
         unmeasured=len(rows) - len(measured),
     )
 

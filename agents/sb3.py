@@ -20,6 +20,8 @@ from gymnasium.spaces import Box
 from numpy.typing import NDArray
 from stable_baselines3 import A2C, PPO, SAC, TD3
 from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.buffers import ReplayBuffer
+from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecNormalize
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvStepReturn
 
@@ -34,7 +36,7 @@ from .throws import results
 
 COUNTS = ("num_timesteps", "_n_updates", "_episode_num")
 """What a model counts while it learns; the rest of its state is tensors, or settled by the hyperparameters."""
-INFO_KEYS = ("is_success", "landing_error", "cycle_time")
+INFO_KEYS = ("is_success", "landing_error", "cycle_time", "picked", "dropped")
 """What of a throw's info reaches the learner's callbacks."""
 SMALL = 0.01
 """Factor on the last layer of a new policy: its first throws are the analytic planner's."""
@@ -160,6 +162,8 @@ def _made(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> Bas
     torch.set_num_threads(1)  # small networks are slower on many threads than on one
     chosen = checked(deepcopy(dict(settings)))  # stable-baselines3 adds to the dicts it is given
     policy, kind = chosen.pop("policy", "MlpPolicy"), algorithm_class(algo)
+    if issubclass(kind, OffPolicyAlgorithm):
+        chosen.setdefault("replay_buffer_class", ThrownBuffer)
     try:
         return kind(policy, env, seed=seed, device="cpu", verbose=0, **chosen)
     except PntGymError:
@@ -212,6 +216,32 @@ def _steps(model: BaseAlgorithm) -> tuple[list[Any], float]:
     if isinstance(model, TD3):
         steps.pop()  # tanh, which the others leave to their distribution
     return (steps[:-1], steps[-1].max_val) if isinstance(steps[-1], torch.nn.Hardtanh) else (steps, np.inf)  # gSDE
+
+
+@final
+class ThrownBuffer(ReplayBuffer):
+    """A memory of throws: what no action had a say in, a pick that failed or an object lost on the way, is not kept.
+
+    In its place in a batch stands a throw of another row; a batch without any throw is not kept at all.
+    """
+
+    def add(
+        self,
+        obs: NDArray[Any],
+        next_obs: NDArray[Any],
+        action: NDArray[Any],
+        reward: NDArray[Any],
+        done: NDArray[Any],
+        infos: list[dict[str, Any]],
+    ) -> None:
+        """Keep the throws of one step of all rows."""
+        thrown = [row for row, info in enumerate(infos) if info.get("picked", True) and not info.get("dropped", False)]
+        if thrown:
+            kept = np.arange(len(infos))
+            others = np.setdiff1d(kept, thrown)
+            kept[others] = np.resize(thrown, len(others))
+            parts = (part[kept] for part in (obs, next_obs, action, reward, done))
+            super().add(*parts, [infos[row] for row in kept])
 
 
 @final

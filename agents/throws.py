@@ -21,6 +21,8 @@ FIELDS: Final = {
     "clipped": ("residual_clipped", np.bool_),
 }
 """What every cell tells of a throw: our name, and the key and type in the info."""
+LANDING: Final = ("landing_error", "landing_along", "landing_across")
+"""How far from its target a throw came down; an object that was lost on the way to its release was not thrown."""
 METRES: Final = {"landing_along": "landing_along_m", "landing_across": "landing_across_m"}
 """Numbers of some cells that records name with their unit."""
 FAILURES: Final = ("unpicked", "dropped", "recontact", "rim")
@@ -81,7 +83,8 @@ class Throws:
 def results(info: Mapping[str, Any], count: int) -> dict[str, NDArray[Any]]:
     """What N throws came to, number by number (N,), but for `kind`, which is of the coming ones.
 
-    Gymnasium's own vector environments keep what ended an episode apart, in `final_info`.
+    Gymnasium's own vector environments keep what ended an episode apart, in `final_info`. Where an object was dropped on
+    the way, its landing is no throw's, and NaN.
     """
     final = info.get("final_info", {})
     over = np.asarray(info.get("_final_info", np.zeros(count, dtype=np.bool_)))
@@ -91,6 +94,9 @@ def results(info: Mapping[str, Any], count: int) -> dict[str, NDArray[Any]]:
             values = np.asarray(info.get(name, final.get(name)))
             if values.shape == (count,) and values.dtype.kind in "biuf":
                 found[name] = np.where(over, final.get(name, values), values)
+    if "dropped" in found:
+        lost = found["dropped"].astype(np.bool_)
+        found |= {name: np.where(lost, np.nan, found[name]) for name in LANDING if name in found}
     return found
 
 
@@ -109,6 +115,7 @@ def summary(throws: Throws) -> dict[str, float | int | None]:
         "landing_error_mean_m": where.mean,
         "landing_error_p95_m": where.p95,
         "landing_error_iqm_m": where.iqm,
+        "landing_near_share": where.near,
         **scatter(throws),
         "cycle_time_mean_s": pace.cycle_time,
         **sorting(throws),

@@ -22,6 +22,8 @@ ELLIPSOID, CYLINDER, BOX = range(len(SHAPES))
 _Scalar = TypeVar("_Scalar", bound=np.generic)
 
 _Extent = Annotated[float, Field(gt=0.0, le=1.0)]
+_CUP_SHARE: Final = 0.8
+"""Width of a cup over that of an item which is too small for the common one."""
 _Line = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, pattern=r"^[^\n\r]*$")]
 
 
@@ -58,7 +60,8 @@ class Item(BaseModel):
         pad_friction: friction against the pads of claws; None: that of its sliding.
         opening_delay: at m = 1 claws that hold it begin to open this much late, in s.
         oversize: at m = 1 it is larger by this share than the planner of the claws thinks.
-        cup_radius: of the suction cup that is made for it, in m; no wider than the item is across.
+        cup_radius: of the suction cup that is made for it, in m; no wider than the item is across. None: 0.018, or four
+            fifths of the item's width where that is less.
         pick_chance: that a suction cup well inside its outline seals on it, where picks may fail.
         surface: under a suction cup; gives friction and the safety that a grip should have, see `grip.SURFACES`.
         source: one line: where the numbers come from, or what is assumed and why.
@@ -81,7 +84,7 @@ class Item(BaseModel):
     pad_friction: float | None = Field(default=None, gt=0.0, le=2.0)
     opening_delay: float = Field(default=0.0, ge=0.0, le=1.0)
     oversize: float = Field(default=0.0, gt=-0.5, le=1.0)
-    cup_radius: float = Field(default=CUP_RADIUS, gt=0.0, le=0.1)
+    cup_radius: float | None = Field(default=None, gt=0.0, le=0.1)
     pick_chance: float = Field(default=0.9, gt=0.0, le=1.0)
     surface: Surface = "smooth"
     source: _Line
@@ -91,9 +94,15 @@ class Item(BaseModel):
         """Extent upwards as claws take it [m]."""
         return self.size[0] if self.upright else self.size[2]
 
-    def bears(self, cup_radius: float) -> bool:
-        """Whether a suction cup of this radius [m] is no wider than the item is across, seen from above."""
-        return 2.0 * cup_radius <= min(self.size[:2])
+    @property
+    def width(self) -> float:
+        """Smaller extent as seen from above [m]."""
+        return min(self.size[:2])
+
+    @property
+    def fitted_radius(self) -> float:
+        """Of the suction cup that is made for it [m]."""
+        return min(CUP_RADIUS, _CUP_SHARE * self.width / 2.0) if self.cup_radius is None else self.cup_radius
 
     @model_validator(mode="after")
     def _is_consistent(self) -> Self:
@@ -104,17 +113,12 @@ class Item(BaseModel):
         if self.seal_force is not None and self.seal_force <= weight:
             held = f"seal_force of {self.name!r} is {self.seal_force} N"
             raise ConfigError(f"{held}, but must exceed its weight of {weight:.3f} N.")
-        if self.cup_radius != CUP_RADIUS and not self.bears(self.cup_radius):
-            raise ConfigError(too_wide(self))
+        if 2.0 * self.fitted_radius > self.width:
+            raise ConfigError(
+                f"cup_radius of {self.name!r} is {self.cup_radius} m, but its cup, {2e3 * self.fitted_radius:g} mm wide, "
+                f"must not be wider than the item, {1e3 * self.width:g} mm across."
+            )
         return self
-
-
-def too_wide(item: Item) -> str:
-    """What is said of an item that is smaller than its cup."""
-    return (
-        f"cup_radius of {item.name!r} is {item.cup_radius} m, but its cup, {2e3 * item.cup_radius:g} mm wide, must not "
-        f"be wider than the item, {1e3 * min(item.size[:2]):g} mm across."
-    )
 
 
 @final
@@ -172,15 +176,14 @@ def item_arrays(items: Sequence[Item]) -> ItemTable:
     if len(items) == 0:
         raise ConfigError("0 items given, but a table needs at least 1.")
 
-    numbers = (
-        "size", "mass", "drag", "com_depth", "seal_force", "friction", "rolling_friction", "cup_radius", "pick_chance",
-    )  # fmt: skip
+    numbers = ("size", "mass", "drag", "com_depth", "seal_force", "friction", "rolling_friction", "pick_chance")
     columns = {name: _read_only(np.array([getattr(i, name) for i in items], dtype=np.float64)) for name in numbers}
     return ItemTable(
         names=tuple(i.name for i in items),
         shape=_read_only(np.array([shape_index(i.shape) for i in items], dtype=np.int64)),
         container=_read_only(np.array([i.container for i in items], dtype=np.bool_)),
         solref=_read_only(contact_solref([i.restitution for i in items])),
+        cup_radius=_read_only(np.array([i.fitted_radius for i in items])),
         cup_friction=_read_only(np.array([SURFACES[i.surface].friction for i in items])),
         safety=_read_only(np.array([SURFACES[i.surface].safety for i in items])),
         **columns,

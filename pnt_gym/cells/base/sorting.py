@@ -28,19 +28,19 @@ class Belt(Section):
     y: Range = Field(default=(-0.55, -0.08), description="Extent along y [m].")
     pick_x: Range = Field(default=(-0.30, 0.30), description="Window in which an object may be picked, along x [m].")
     lane_y: Range = Field(default=(-0.45, -0.20), description="Where objects lie across the belt [m].")
-    spacing: Range = Field(default=(0.10, 0.30), description="Gap between consecutive objects along x, uniform [m].")
+    spacing: Range = Field(default=(0.02, 0.18), description="Gap between consecutive objects along x, uniform [m].")
     gap: Literal["centre", "edge"] = Field(
-        default="centre",
-        description="What `spacing` lies between: centres, so that long objects overlap, or edges of the objects as "
-        "they lie.",
+        default="edge",
+        description="What `spacing` lies between: edges of the objects as they lie, or centres, so that long objects "
+        "overlap.",
     )
     tracking: bool = Field(
-        default=False,
+        default=True,
         description="Whether the suction cup's hand rides with the belt while it grips and throws from there; if not, "
         "it stands still and the object slips.",
     )
     neighbours: Literal["ghosts", "solid"] = Field(
-        default="ghosts",
+        default="solid",
         description="What a carried object does to others on the belt that it sweeps through: nothing, or they are "
         "knocked, ride on and cannot be picked any more. Then picks that touch nobody are taken before others.",
     )

@@ -12,7 +12,6 @@ from pydantic import Field, model_validator
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.config import Duration, Finite, NonNegative, Positive, Range, Section
-from pnt_gym.cells.base.items import too_wide
 from pnt_gym.cells.base.sorting import SortingLine, SortingReward
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.riding import fastest_belt
@@ -117,7 +116,7 @@ class Grip(Section):
     """What the cup can hold on the way to the release, slip and peel (`cells.base.grip`)."""
 
     limit: bool = Field(
-        default=False,
+        default=True,
         description="Whether an object that is more than the cup can hold leaves it on the way; its load scales with "
         "the mismatch.",
     )
@@ -146,7 +145,7 @@ class Cup(Section):
     """The cup's lip: how it yields while it holds, and what it does to an object that it lets go."""
 
     stiffness: Annotated[float, Field(ge=0.05, le=100)] | None = Field(
-        default=None,
+        default=1.0,
         description="Against bending of the lip about each level axis; compliance scales with the mismatch. Plausible "
         "are 0.1 to 3, a bellows at its soft end (assumed); null: a rigid cup [N m/rad].",
     )
@@ -154,7 +153,7 @@ class Cup(Section):
         default=0.25, description="Damping ratio of the object's swing about each of its level axes, assumed."
     )
     peel: bool = Field(
-        default=False,
+        default=True,
         description="The lip peels off at one side, and the spin at release follows from that instead of the draws of "
         "`spread.spin` and `spread.spin_per_offset`.",
     )
@@ -164,7 +163,7 @@ class Cup(Section):
         "assumed [m/s].",
     )
     fitted: bool = Field(
-        default=False, description="Each item has a cup of its own `cup_radius`, instead of one of 18 mm for all."
+        default=True, description="Each item has a cup of its own `cup_radius`, instead of one of 18 mm for all."
     )
 
 
@@ -172,7 +171,7 @@ class Pick(Section):
     """Whether the cup holds its object when the dwell is over (`cells.conveyor.seal`)."""
 
     fails: bool = Field(
-        default=False,
+        default=True,
         description="Whether a cup may not seal, by the item's `pick_chance` and by where it stands on the object; the "
         "chance to fail scales with the mismatch. A pick that fails costs its cycle, and the object rides on.",
     )
@@ -228,7 +227,7 @@ class ConveyorConfig(SortingLine):
         "down; `auto` throws straight what is `throwable` and puts the rest down over an ellipse.",
     )
     dispatch: Literal["first", "soonest", "atc"] = Field(
-        default="first",
+        default="atc",
         description="Which object on the belt is taken next, of those that can be: the one most downstream, which lets "
         "go those before it, the one with the shortest cycle, or a quick one that cannot wait.",
     )
@@ -244,8 +243,6 @@ class ConveyorConfig(SortingLine):
         for item in self.item_list():
             if item.seal_force is None:
                 raise ValueError(f"items: {item.name!r} has no seal_force; a suction cup cannot hold it")
-            if self.cup.fitted and not item.bears(item.cup_radius):
-                raise ValueError(f"cup.fitted: {too_wide(item)}")
         for true, row in self.classifier.confusion.items():
             where = f"classifier.confusion of {true!r}"
             for name in (true, *row):

@@ -112,6 +112,7 @@ class ThrowClock:
         passage = foreseen(self.parting, (hand.position, hand.velocity), since)
         passage = replace(passage, apart=passage.apart - self._solid)
         possible = passage.may_touch(thrown.objects, self.stride * self.step, FORESIGHT)
+        possible[:, 0] = True  # it is let go there, clear or not of the solid part above a lip
         last = possible.shape[1] - np.argmax(possible[:, ::-1], axis=1)
         return np.asarray(np.minimum(self.release + last * self.stride, self.end - 1))
 
