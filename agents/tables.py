@@ -122,6 +122,7 @@ def summary_table(title: str, summary: Summary) -> Table:
         ("success", success_text(summary)),
         ("landing error, mean", millimetres(summary["landing_error_mean_m"])),
         ("landing error, 95th percentile", millimetres(summary["landing_error_p95_m"])),
+        ("landings within 30 mm", percent(summary["landing_near_share"])),
         *(scatter_row(summary, key) for key in summary if key.startswith("bias_")),
         ("cycle time, mean", f"{summary['cycle_time_mean_s']:.3f} s"),
         *((text, percent(summary[key])) for key, text in SORTING.items() if key in summary),
@@ -137,7 +138,7 @@ def summary_table(title: str, summary: Summary) -> Table:
 
 def comparison_table(title: str, rows: Sequence[tuple[str, int, Summary]]) -> Table:
     """Controllers side by side; each row is a name, its throws of practice or training, and its summary."""
-    header = ("controller", "learned from", "landing error", "95th pct", "success (95 % interval)")
+    header = ("controller", "learned from", "landing error", "95th pct", "under 30 mm", "success (95 % interval)")
     lines = [
         [
             name,
@@ -152,9 +153,9 @@ def comparison_table(title: str, rows: Sequence[tuple[str, int, Summary]]) -> Ta
 
 
 def landing_cells(summary: Summary) -> list[str]:
-    """Landing error, its 95th percentile, and success."""
+    """Landing error, its 95th percentile, the share of landings within 30 mm, and success."""
     errors = (summary["landing_error_mean_m"], summary["landing_error_p95_m"])
-    return [*map(millimetres, errors), success_text(summary)]
+    return [*map(millimetres, errors), percent(summary["landing_near_share"]), success_text(summary)]
 
 
 def percent(share: float | None) -> str:

@@ -83,8 +83,8 @@ class Throws:
 def results(info: Mapping[str, Any], count: int) -> dict[str, NDArray[Any]]:
     """What N throws came to, number by number (N,), but for `kind`, which is of the coming ones.
 
-    Gymnasium's own vector environments keep what ended an episode apart, in `final_info`. Where an object was dropped on
-    the way, its landing is no throw's, and NaN.
+    Gymnasium's own vector environments keep what ended an episode apart, in `final_info`. Where an object was lost on
+    the way to its release, its landing is no throw's, and NaN.
     """
     final = info.get("final_info", {})
     over = np.asarray(info.get("_final_info", np.zeros(count, dtype=np.bool_)))

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from agents.throws import results
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.cell import ConveyorCell, Picks
 from pnt_gym.cells.conveyor.config import ConveyorConfig
@@ -42,6 +43,6 @@ def seeded_cells(config: ConveyorConfig, picks: Picks, cells: int, seed: int, th
 
 
 def infos(core: Core, act: Callable[[int], Any], count: int) -> dict[str, Floats]:
-    """What is told of `count` throws, with the actions that `act` gives for each step."""
-    steps = [core.step(act(step)).info for step in range(-(-count // core.count))]
+    """What is told of `count` throws, with the actions that `act` gives for each step; landings are those of throws."""
+    steps = [results(core.step(act(step)).info, core.count) for step in range(-(-count // core.count))]
     return {name: np.concatenate([info[name] for info in steps])[:count] for name in steps[0]}

@@ -1,4 +1,4 @@
-"""What a cup that yields does to landings on `waste`, effect by effect, and whether a learner sees it.
+"""What a cup that yields does to landings on `waste_plain`, effect by effect, and whether a learner sees it.
 
 `effects`: the analytic planner throws the same objects from a rigid cup and from one with a single effect, in the full
 physics and in flights. `moved_*` is where the same throw lands otherwise than from the rigid cup, `flight_*` where a
@@ -39,7 +39,7 @@ from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
 from pnt_gym.cells.conveyor.parting import Parting
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
 
-LEVEL: Final = "waste"
+LEVEL: Final = "waste_plain"
 CELLS: Final = 50
 RIGID: Final = "rigid"
 EFFECTS: Final[dict[str, dict[str, Any]]] = {

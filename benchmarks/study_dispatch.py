@@ -26,12 +26,18 @@ SHIFTS: Final = 24
 PATIENCES: Final = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
 TUNING_SEED: Final = 1000
 """What is added to the seed for the streams that the patience is tuned on."""
-EDGE: Final = {"gap": "edge", "spacing": [0.02, 0.18]}
-"""Objects about as far apart as in the levels that ship."""
+HONEST: Final[dict[str, Any]] = {
+    "belt": {"tracking": True, "neighbours": "solid"},
+    "pick": {"fails": True},
+    "cup": {"stiffness": 1.0, "peel": True, "fitted": True},
+    "grip": {"limit": True},
+}
+"""What `dense` leaves out."""
 LEVELS: Final[dict[str, dict[str, Any]]] = {
     "dense": {"base": "dense"},
-    "nominal": {"base": "nominal", "belt": EDGE},
-    "waste": {"base": "waste", "belt": EDGE},
+    "dense, honest": {"base": "dense", **HONEST},
+    "nominal": {"base": "nominal"},
+    "waste": {"base": "waste"},
 }
 
 

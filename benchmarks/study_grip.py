@@ -1,7 +1,7 @@
 """What the cup loses on the way to the release, level by level, and what a safety of the grip costs.
 
-The analytic planner throws with `grip: {limit: true}`: without care, and slowed until the measured objects are held
-with some safety. A level of heavy objects shows what a cup is not made for.
+The analytic planner throws: without care, and slowed until the measured objects are held with some safety. A level of
+heavy objects shows what a cup is not made for.
 
 Run: python benchmarks/study_grip.py --throws 1000 --json results/grip.json      (a minute)
 """
@@ -46,21 +46,22 @@ LEVELS: Final[dict[str, dict[str, Any]]] = {
 
 def measured(level: dict[str, Any], safety: float | str | None, count: int, seed: int, threads: int) -> dict[str, Any]:
     """Figures of `count` throws."""
-    config = ConveyorConfig.load({**level, "grip": {"limit": True, "safety": safety}})
+    config = ConveyorConfig.load({**level, "grip": {"safety": safety}})
     core = seeded_cells(config, "independent", CELLS, seed, threads)
     info = infos(core, lambda _: np.zeros((CELLS, 2)), count)
-    pace = throughput(info["is_success"], info["cycle_time"])
+    pace, held = throughput(info["is_success"], info["cycle_time"]), info["picked"].astype(bool)
     return {
         "safety": safety,
-        **{f"below_{value:g}": float((info["grip_margin"] < value).mean()) for value in (1.0, 1.5, 2.0)},
-        "dropped": float(info["dropped"].mean()),
+        "picked": float(held.mean()),
+        **{f"below_{value:g}": float((info["grip_margin"][held] < value).mean()) for value in (1.0, 1.5, 2.0)},
+        "dropped": float(info["dropped"][held].mean()),
         "success": float(info["is_success"].mean()),
         "cycle_time": pace.cycle_time,
         "sorted_per_min": pace.sorted,
         "dropped_by_item": {
-            name: float(info["dropped"][info["item"] == index].mean())
+            name: float(info["dropped"][held & (info["item"] == index)].mean())
             for index, name in enumerate(config.items)
-            if (info["item"] == index).any()
+            if (held & (info["item"] == index)).any()
         },
     }
 

@@ -1,8 +1,8 @@
 """What picks that fail, classes that are told wrong and bins that fill cost at the belt, as a sorter is judged.
 
-Two cells throw the fifteen kinds of `waste`: `waste` itself, with a bin drawn for every throw, and `boxes`, six fixed
-bins by material, in which what misses its own may end in another. Each effect alone, and all together, at a plausible
-size; the planner's throws and those of the policy that ships.
+Two cells throw the fifteen kinds of `waste`: `waste_plain`, with a bin drawn for every throw, and `boxes`, six fixed
+bins by material, in which what misses its own may end in another. Each effect alone, all together, and all that the
+honest levels have besides; the planner's throws and those of the policy that ships.
 
 Run: python benchmarks/study_judged.py --throws 800 --json results/judged.json      (minutes)
 """
@@ -29,7 +29,7 @@ MATERIALS: Final[dict[str, tuple[str, ...]]] = {
 }
 _SPOTS: Final = ((-0.28, 0.30), (0.0, 0.30), (0.28, 0.30), (-0.28, 0.54), (0.0, 0.54), (0.28, 0.54))
 BOXES: Final[dict[str, Any]] = {
-    "base": "waste",
+    "base": "waste_plain",
     "bins": {
         "fixed": [
             {"name": name, "x": x, "y": y, "size": [0.26, 0.22], "accepts": list(items)}
@@ -37,7 +37,7 @@ BOXES: Final[dict[str, Any]] = {
         ]
     },
 }
-LEVELS: Final[dict[str, dict[str, Any]]] = {"waste": {"base": "waste"}, "boxes": BOXES}
+LEVELS: Final[dict[str, dict[str, Any]]] = {"waste": {"base": "waste_plain"}, "boxes": BOXES}
 WRONG: Final = 0.05
 """Share of every kind that is seen as another, evenly over those of other materials; assumed."""
 EMPTIED: Final = {"waste": 8, "boxes": 40}
@@ -58,11 +58,12 @@ def cases(level: str) -> dict[str, dict[str, Any]]:
     fails, errs = {"pick": {"fails": True}}, {"classifier": {"confusion": confusion(WRONG)}}
     bins = {"bins": {**LEVELS[level].get("bins", {}), "emptied": EMPTIED[level]}}
     return {
-        "as it ships": {},
+        "nothing fails": {},
         "picks fail": fails,
         "classes wrong": errs,
         "bins fill": bins,
-        "all": fails | errs | bins,
+        "all three": fails | errs | bins,
+        "the honest cell": {**errs, **bins, "base": "waste"},
     }
 
 

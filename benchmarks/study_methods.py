@@ -2,7 +2,8 @@
 
 Pick-and-place, the level throw, the straight throw, the throw in a free direction, and Choe's ellipse, each in the
 cells of `nominal` and `waste` at 15 to 60 % of the limits, by the analytic planner on the same objects. Then, in the
-cell of `nominal` with one bin, where throwing stops paying: as its opening shrinks, and as it moves away.
+cell of `nominal` with one bin, where throwing stops paying: as its opening shrinks, as it moves away, and as cans that
+a cup holds with 20 N become heavier, each slowed until the cup could hold 1.5 times what is measured.
 
 Rows that the file holds already, of the same throws and seed, are not made again.
 
@@ -33,6 +34,20 @@ PERCENTS: Final = (15, 20, 30, 40, 60)
 LEVELS: Final = ("nominal", "waste")
 OPENINGS: Final = (0.08, 0.10, 0.12, 0.14, 0.16, 0.20, 0.24)
 DISTANCES: Final = (0.10, 0.25, 0.40, 0.55, 0.65, 0.75, 0.90)
+MASSES: Final = (0.03, 0.09, 0.15, 0.21, 0.27, 0.33, 0.39)
+"""Of cans [kg]."""
+SAFETY: Final = 1.5
+CAN: Final[dict[str, Any]] = {
+    "name": "filled",
+    "shape": "cylinder",
+    "size": [0.115, 0.066, 0.066],
+    "drag": 0.8,
+    "seal_force": 20.0,
+    "friction": 0.47,
+    "rolling_friction": 0.002,
+    "restitution": 0.2,
+    "source": "a can filled to some mass, at the seal of a smooth wall",
+}
 SWEEP_PERCENT: Final = 40
 ARRIVED: Final = 0.001
 """A hand this close to its next pick for good has arrived [m]."""
@@ -90,17 +105,19 @@ def measured(level: dict[str, Any], picks: Picks, options: Any, throws: int) -> 
             info = infos(core, lambda _: np.zeros((CELLS, 2)), throws)
     except ConfigError as error:
         return {"impossible": str(error)}
-    pace = throughput(info["is_success"], info["cycle_time"])
+    pace, thrown = throughput(info["is_success"], info["cycle_time"]), info["picked"] & ~info["dropped"]
     return {
         "picks_per_min": pace.attempted,
         "sorted_per_min": pace.sorted,
         "success": float(info["is_success"].mean()),
-        "missed": float((~info["in_opening"].astype(bool)).mean()),
-        "rim": float(info["rim"].mean()),
+        "unpicked": float((~info["picked"]).mean()),
+        "dropped": float(info["dropped"].mean()),
+        "missed": float((thrown & ~info["in_opening"]).mean()),
+        "rim": float((thrown & info["rim"]).mean()),
         "cycle_time": pace.cycle_time,
         "wait_time": float(info["wait_time"].mean()),
         "flown_over_planned": flown_over_planned(cell, watch),
-        "landing_error_mean_m": float(info["landing_error"].mean()),
+        "landing_error_mean_m": float(np.nanmean(info["landing_error"])),
         "grip_margin_below_1": float((info["grip_margin"] < 1.0).mean()),
         "recovery": recovery(info["sorted"], info["passed"]) if picks == "belt" else None,
         "energy_per_pick_j": float(info["energy"].mean()),
@@ -116,14 +133,21 @@ def rows() -> list[tuple[tuple[str, str, str], dict[str, Any], Picks, float]]:
             for planner in METHODS:
                 key = (base, str(percent), planner)
                 found.append((key, level_of(base, planner, percent), "belt", 1.0))
-    for name, values in (("opening", OPENINGS), ("distance", DISTANCES)):
+    for name, values in (("opening", OPENINGS), ("distance", DISTANCES), ("grip", MASSES)):
         for value in values:
             for planner in METHODS:
-                side, y = (value, 0.35) if name == "opening" else (0.20, value)
-                bins = {"fixed": [{"name": "only", "x": 0.0, "y": y, "size": [side, side]}]}
-                level = level_of("nominal", planner, SWEEP_PERCENT, bins=bins)
+                level = level_of("nominal", planner, SWEEP_PERCENT, **swept(name, value))
                 found.append(((name, f"{value:g}", planner), level, "independent", 0.5))
     return found
+
+
+def swept(sweep: str, value: float) -> dict[str, Any]:
+    """What a row of a sweep has instead of `nominal`'s."""
+    side, y = {"opening": (value, 0.35), "distance": (0.20, value), "grip": (0.24, 0.35)}[sweep]
+    bins = {"bins": {"fixed": [{"name": "only", "x": 0.0, "y": y, "size": [side, side]}]}}
+    if sweep != "grip":
+        return bins
+    return {**bins, "items": ["filled"], "extra_items": [{**CAN, "mass": value}], "grip": {"safety": SAFETY}}
 
 
 def begun(path: Path | None, fresh: dict[str, Any]) -> dict[str, Any]:

@@ -1,8 +1,8 @@
 """What a hand that rides with the belt saves in slip and costs in time, and how often throws sweep through neighbours.
 
-Shifts of the analytic planner at `waste`, at two speeds of the belt, with gaps between centres and between edges: the
-hand stands still or rides, neighbours are ghosts or solid. Hands move as planned (`fidelity: flight`): cycles, slips
-and sweeps follow from the plans in the full physics as well.
+Shifts of the analytic planner at `waste_plain`, so that every pick holds, at two speeds of the belt, with gaps between
+centres and between edges: the hand stands still or rides, neighbours are ghosts or solid. Hands move as planned
+(`fidelity: flight`): cycles, slips and sweeps follow from the plans in the full physics as well.
 
 Run: python benchmarks/study_neighbours.py --json results/neighbours.json      (a minute)
 """
@@ -29,7 +29,7 @@ GAPS: Final[dict[str, dict[str, Any]]] = {
 
 def measured(belt: dict[str, Any], throws: int, seed: int, threads: int) -> dict[str, Any]:
     """Figures of all shifts with such a belt."""
-    config = ConveyorConfig.load({"base": "waste", "fidelity": "flight", "belt": belt, "picks_per_shift": throws})
+    config = ConveyorConfig.load({"base": "waste_plain", "fidelity": "flight", "belt": belt, "picks_per_shift": throws})
     core = seeded_cells(config, "belt", SHIFTS, seed, threads)
     zero = np.zeros((SHIFTS, *core.action_space.shape))
     info = infos(core, lambda _: zero, throws * SHIFTS)

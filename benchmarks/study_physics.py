@@ -4,7 +4,8 @@ Three parts, each on the same seeded throws:
 
 * `ideal`: landing error and success of the analytic planner without any unmodelled effect.
 * `ladder`: analytic planner and oracle (which simulates every throw beforehand) on each level, with the shares of
-  throws that missed the opening, crossed it without staying in the bin, or were touched by the cup again.
+  picks that did not hold, of objects lost on the way, and of throws that missed the opening, crossed it without staying
+  in the bin, or were touched by the cup again.
 * `dial`: the analytic planner on `waste` as the mismatch dial is turned.
 
 Run: python benchmarks/study_physics.py --throws 1000 --json study.json      (minutes)
@@ -26,7 +27,7 @@ from benchmarks.study import Floats, infos, seeded_cells, study_options, study_p
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
-LEVELS = ("nominal", "waste", "unseen", "tight")
+LEVELS = ("nominal", "waste", "unseen", "tight", "nominal_plain", "waste_plain", "unseen_plain")
 DIAL = (0.0, 0.25, 0.5, 1.0, 1.5)
 BATCH = 100
 
@@ -50,13 +51,15 @@ def throws(config: ConveyorConfig, name: str, count: int, seed: int, threads: in
 
 def summary(info: dict[str, Floats]) -> dict[str, Any]:
     """Landing, success with its Wilson interval, and what stands between."""
-    success = info["is_success"]
+    success, held = info["is_success"], info["picked"] & ~info["dropped"]
     return {
         "throws": len(success),
         "landing": asdict(landing(info["landing_error"])),
         "success": asdict(wilson(int(success.sum()), len(success))),
-        "missed_opening": float(1.0 - info["in_opening"].mean()),
-        "rim": float(info["rim"].mean()),
+        "unpicked": float((~info["picked"]).mean()),
+        "dropped": float(info["dropped"].mean()),
+        "missed_opening": float((held & ~info["in_opening"]).mean()),
+        "rim": float((held & info["rim"]).mean()),
         "recontact": float(info["recontact"].mean()),
         "residual_clipped": float(info["residual_clipped"].mean()),
         "throughput": asdict(throughput(success, info["cycle_time"])),

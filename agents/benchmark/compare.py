@@ -61,6 +61,7 @@ def summarise(results: Sequence[Result]) -> dict[str, Any]:
         "landing_error_high_m": mean.high,
         "landing_error_p95_m": where.p95,
         "landing_error_iqm_m": where.iqm,
+        "landing_near_share": where.near,
         "landing_error_by_seed_m": [float(np.nanmean(e)) for e in error],
         **_scatter(results),
         "unmeasured": where.unmeasured,

@@ -35,7 +35,7 @@ def benchmark_grids(data: Data) -> list[Grid]:
 
 def benchmark_table(data: Data) -> Grid:
     """Every controller on the levels of the plan, side by side."""
-    columns, levels = ("error", "x floor", "success", "sorted/min"), data["plan"]["levels"]
+    columns, levels = ("error", "x floor", "under 30 mm", "success", "sorted/min"), data["plan"]["levels"]
     return _side_by_side("Every controller on the same held-out throws", data, levels, columns, _conditions(data))
 
 
@@ -45,6 +45,7 @@ def _conditions(data: Data) -> str:
     return (
         f"{plan['picks']} held-out throws per seed and level on {plan['env']}, seeds {plan['seeds']} of the learning, "
         f"learned on {plan['train_level']} unless the label says otherwise; "
+        "errors are of what was thrown, success is of all picks, failed ones and drops included; "
         "x floor is the error over that of a large network trained on very many throws. Versions: "
         + ", ".join(f"{package} {version}" for package, version in data["versions"].items())
         + "."
@@ -54,7 +55,7 @@ def _conditions(data: Data) -> str:
 def other_levels_table(data: Data) -> Grid:
     """Levels that only some controllers were evaluated on."""
     levels = sorted({row["level"] for row in data["table"]} - {*data["plan"]["levels"]})
-    return _side_by_side("Further levels", data, levels, ("error", "success", "sorted/min"))
+    return _side_by_side("Further levels", data, levels, ("error", "under 30 mm", "success", "sorted/min"))
 
 
 def failure_table(data: Data, level: str) -> Grid:
@@ -131,6 +132,7 @@ def _figures(row: Data) -> dict[str, str]:
     return {
         "error": f"{1000 * row['landing_error_mean_m']:.1f} mm",
         "x floor": "-" if floor is None else f"{floor:.2f}",
+        "under 30 mm": percent(row["landing_near_share"]),
         "success": f"{100 * row['success_rate']:.1f} %",
         "sorted/min": f"{row['sorted_per_min']:.1f}",
     }
