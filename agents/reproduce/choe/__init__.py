@@ -6,7 +6,7 @@ from typing import Final
 
 from ..finding import Overview, Parts
 from ..grids import Rows
-from . import curvature, ellipse, lengths, simulated, speed, times
+from . import curvature, ellipse, lengths, scene, simulated, speed, times
 
 SHORT: Final = "Choe et al. 2023"
 PARTS: Final[Parts] = {
@@ -19,6 +19,7 @@ PARTS: Final[Parts] = {
     "example-times": times.example_findings,
     "long-times": times.long_findings,
     "simulated": simulated.simulated_findings,
+    "scene": scene.scene_findings,
 }
 
 

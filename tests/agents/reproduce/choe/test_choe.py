@@ -10,7 +10,7 @@ from functools import cache, partial
 import numpy as np
 import pytest
 
-from agents.reproduce.choe import PARTS, cases, curvature, ellipse
+from agents.reproduce.choe import PARTS, cases, curvature, ellipse, scene
 from agents.reproduce.finding import Row
 from pnt_gym.planning.paths import EllipsePath
 from pnt_gym.planning.paths.timing import time_path
@@ -25,6 +25,7 @@ FIGURES = {
     "example-times": set(),
     "long-times": {"choe_times.svg", "choe_motions.svg"},
     "simulated": set(),
+    "scene": {"choe_scene.svg"},
 }
 
 
@@ -266,3 +267,14 @@ def test_the_profile_adds_up_to_the_way():
     assert found.displacement[-1] == pytest.approx(nodes.steps.sum())
     assert found.velocity[0] + found.acceleration.sum() == pytest.approx(found.velocity[-1])
     assert row("curvature", "fig-5/way-of-the-busiest-periods").reproduced > 0.5
+
+
+def test_objects_leave_one_box_and_come_to_lie_in_another():
+    """Fig. 4, in the simulator; boxes too narrow for an object are told by a touch."""
+    found = {row.quantity: row.reproduced for row in scene.scene_findings().rows}
+    assert found["choe/fig-4/touched"] == 0.0
+    assert found["choe/fig-4/arrived"] == 1.0
+    assert 0.0 < found["choe/fig-4/clearance"] < 0.2
+    walls = [{**one, "size": [0.16, 0.16]} for one in scene.LEVEL["bins"]["fixed"]]
+    narrow = scene.carry({**scene.LEVEL, "bins": {**scene.LEVEL["bins"], "fixed": walls}})
+    assert narrow.touched.any()
