@@ -9,7 +9,8 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.errors import ConfigError
 from tests.tools.throws import item, make_core
 
-LEVELS = ("dense", "fast", "ideal", "light", "nominal", "tight", "unseen", "waste")
+PLAIN = tuple(f"{name}_plain" for name in ("fast", "nominal", "tight", "unseen", "waste"))
+LEVELS = tuple(sorted((*PLAIN, "dense", "fast", "ideal", "light", "nominal", "tight", "unseen", "waste")))
 BIN = {"name": "box", "x": 0.3, "y": 0.4}
 SMALLEST = {"bins": {"fixed": [BIN]}}
 
@@ -40,6 +41,51 @@ def test_unseen_and_tight_differ_from_waste_in_one_respect_each():
     assert {key for key in waste if waste[key] != unseen[key]} == {"items"}
     assert {key for key in waste if waste[key] != tight[key]} == {"bins"}
     assert ConveyorConfig.load("tight").bins.random.side[1] < ConveyorConfig.load("waste").bins.random.side[0]
+
+
+# What a shipped level says, and its plain twin instead.
+HONEST = {
+    "belt.gap": ("edge", "centre"),
+    "belt.spacing": ((0.02, 0.18), (0.10, 0.30)),
+    "belt.tracking": (True, False),
+    "belt.neighbours": ("solid", "ghosts"),
+    "grip.limit": (True, False),
+    "cup.stiffness": (1.0, None),
+    "cup.peel": (True, False),
+    "cup.fitted": (True, False),
+    "pick.fails": (True, False),
+    "dispatch": ("atc", "first"),
+}
+EMPTIED = {"nominal": 10, "fast": 10, "waste": 4, "tight": 4, "unseen": 4}
+
+
+def entries(values, path=""):
+    """Every single value of a dumped level, by the way to it."""
+    if not isinstance(values, dict):
+        return {path: values}
+    return {name: v for key, inner in values.items() for name, v in entries(inner, f"{path}.{key}".strip(".")).items()}
+
+
+@pytest.mark.parametrize("plain", PLAIN)
+def test_a_plain_level_switches_off_the_honest_sections_and_nothing_else(plain):
+    base = plain.removesuffix("_plain")
+    honest, off = (entries(ConveyorConfig.load(name).model_dump(exclude={"name"})) for name in (base, plain))
+    assert honest.keys() == off.keys()
+    found = {key: (honest[key], off[key]) for key in honest if honest[key] != off[key]}
+    assert found == {**HONEST, "bins.emptied": (EMPTIED[base], None)}
+
+
+def test_a_level_is_honest_unless_it_says_otherwise():
+    smallest, light = (entries(ConveyorConfig.load(level).model_dump()) for level in (SMALLEST, "light"))
+    for key, (on, _) in HONEST.items():
+        assert smallest[key] == light[key] == on, key
+
+
+def test_the_planners_own_world_and_the_order_alone_are_plain_too():
+    ideal, dense = (entries(ConveyorConfig.load(name).model_dump()) for name in ("ideal", "dense"))
+    assert all(ideal[key] == off for key, (_, off) in HONEST.items())
+    assert {key for key, (_, off) in HONEST.items() if dense[key] != off} == {"belt.gap", "belt.spacing", "dispatch"}
+    assert ideal["bins.emptied"] is dense["bins.emptied"] is None
 
 
 def test_a_file_holds_only_differences_from_the_defaults(tmp_path):
@@ -157,7 +203,8 @@ def test_neighbouring_bins_may_share_a_wall():
 
 def test_unknown_levels_and_missing_files():
     with pytest.raises(
-        ConfigError, match="unknown level 'nowhere'; shipped levels are dense, fast, ideal, light, nominal"
+        ConfigError,
+        match="unknown level 'nowhere'; shipped levels are dense, fast, fast_plain, ideal, light, nominal, ",
     ):
         ConveyorConfig.load("nowhere")
     with pytest.raises(ConfigError, match=r"level file 'nowhere\.yaml' does not exist"):

@@ -16,7 +16,7 @@ COUNT, GRAVITY = 80, 9.81
 
 
 def core_of(fidelity="full", mismatch=1.0, **cup):
-    return make_core({"base": "waste", "fidelity": fidelity, "mismatch": mismatch, "cup": cup}, COUNT)
+    return make_core({"base": "waste_plain", "fidelity": fidelity, "mismatch": mismatch, "cup": cup}, COUNT)
 
 
 def half_a_lip(radius, side):
@@ -95,7 +95,7 @@ def test_full_physics_and_flights_blow_alike():
 
 def test_what_is_lost_on_the_way_is_not_blown_off():
     heavy = {
-        "base": "nominal", "items": ["block"],
+        "base": "nominal_plain", "items": ["block"],
         "extra_items": [item("block", mass=0.3, seal_force=12.0)], "grip": {"limit": True},
     }  # fmt: skip
     still, blown = (
@@ -108,16 +108,16 @@ def test_what_is_lost_on_the_way_is_not_blown_off():
 
 def test_every_item_of_the_catalogue_bears_the_cup_that_is_made_for_it():
     held = [one for one in CATALOGUE.values() if one.seal_force is not None]
-    assert all(one.bears(one.cup_radius) for one in held)
+    assert all(2.0 * one.fitted_radius <= min(one.size[:2]) for one in held)
     for name in ("cork", "cap", "can"):
-        assert 0.020 <= 2.0 * CATALOGUE[name].cup_radius <= 0.025
-    strength = 0.6e5 * np.pi * np.array([one.cup_radius for one in held]) ** 2
+        assert 0.020 <= 2.0 * CATALOGUE[name].fitted_radius <= 0.025
+    strength = 0.6e5 * np.pi * np.array([one.fitted_radius for one in held]) ** 2
     assert (np.array([one.seal_force for one in held]) <= strength).all()
 
 
 def test_fitted_cups_hold_and_touch_with_their_own_radius():
     fitted, common = core_of(fitted=True), core_of()
-    radius = np.array([CATALOGUE[name].cup_radius for name in fitted.config.items])[fitted.context.kind]
+    radius = np.array([CATALOGUE[name].fitted_radius for name in fitted.config.items])[fitted.context.kind]
     np.testing.assert_array_equal(true_hold(fitted.context).radius, radius)
     np.testing.assert_array_equal(true_hold(common.context).radius, 0.018)
     batch, geom = fitted.cell.plant.batch, fitted.cell.plant.scene.cup_geoms[0]
@@ -131,15 +131,24 @@ def test_fitted_cups_hold_and_touch_with_their_own_radius():
     np.testing.assert_array_equal(one["grip_margin"][~small], other["grip_margin"][~small])
 
 
-def test_a_cup_wider_than_its_item_is_refused():
-    small = item("pea", size=(0.03, 0.03, 0.03), mass=0.005)
-    unfitted = {"base": "nominal", "items": ["pea"], "extra_items": [small]}
-    assert ConveyorConfig.load(unfitted).items == ("pea",)
-    said = "cup_radius of 'pea' is 0.018 m, but its cup, 36 mm wide, must not be wider than the item, 30 mm across"
-    with pytest.raises(ConfigError, match=said):
-        ConveyorConfig.load({**unfitted, "cup": {"fitted": True}})
-    told = {**unfitted, "extra_items": [{**small, "cup_radius": 0.016}]}
+def with_a_pea(fitted=True, **cup):
+    small = item("pea", size=(0.045, 0.03, 0.03), mass=0.005, **cup)
+    return {"base": "nominal_plain", "items": ["pea"], "extra_items": [small], "cup": {"fitted": fitted}}
+
+
+@pytest.mark.parametrize(("size", "radius"), [((0.045, 0.03, 0.03), 0.012), ((0.12, 0.08, 0.05), 0.018)])
+def test_an_item_that_says_nothing_of_its_cup_gets_one_that_fits(size, radius):
+    """Four fifths as wide as the item, and no wider than the common one."""
+    level = {**with_a_pea(), "extra_items": [item("pea", size=size, shape="box", mass=0.005)]}
+    core = make_core(level, 4)
+    np.testing.assert_allclose(true_hold(core.context).radius, radius)
+    common = make_core({**level, "cup": {"fitted": False}}, 4)
+    np.testing.assert_array_equal(true_hold(common.context).radius, 0.018)
+
+
+@pytest.mark.parametrize("fitted", [True, False])
+def test_a_cup_wider_than_its_item_is_refused(fitted):
+    """Whether the level uses it or not."""
     with pytest.raises(ConfigError, match=r"cup_radius of 'pea' is 0.016 m, .* 32 mm wide, .* 30 mm across"):
-        ConveyorConfig.load(told)
-    fits = {**told, "extra_items": [{**small, "cup_radius": 0.012}], "cup": {"fitted": True}}
-    assert ConveyorConfig.load(fits).cup.fitted
+        ConveyorConfig.load(with_a_pea(fitted, cup_radius=0.016))
+    assert ConveyorConfig.load(with_a_pea(fitted, cup_radius=0.015)).item_list()[0].fitted_radius == 0.015
