@@ -51,6 +51,14 @@ NO_SPREAD = {
 }  # fmt: skip
 
 
+PLAIN: dict[str, Any] = {
+    "belt": {"gap": "centre", "spacing": [0.10, 0.30], "tracking": False, "neighbours": "ghosts"},
+    "bins": {"emptied": None}, "grip": {"limit": False}, "cup": {"stiffness": None, "peel": False, "fitted": False},
+    "pick": {"fails": False}, "dispatch": "first",
+}  # fmt: skip
+"""What the levels `*_plain` switch off, for a level that has no such twin."""
+
+
 def item(name: str, **changes: Any) -> dict[str, Any]:
     """A user's item: a 20 g sphere of 60 mm with a drag coefficient of 0.5."""
     sphere = {
@@ -106,7 +114,7 @@ def same_bits(a: Any, b: Any) -> bool:
 
 def straight_mover(follow: FollowThrough, workspace: EllipticWorkspace | None = None) -> StraightMover:
     """Throws along lines, with a follow-through of one's own."""
-    config = ConveyorConfig.load("nominal")
+    config = ConveyorConfig.load("nominal_plain")
     motion = config.motion.model_copy(update={"follow_through": follow})
     return StraightMover(config.model_copy(update={"motion": motion}), workspace or EllipticWorkspace())
 

@@ -19,9 +19,10 @@ COUNT, PICKS = 8, 15
 
 
 SHIFTS = {
-    "nominal": vary("nominal", picks_per_shift=1000),
-    "waste": vary("waste", picks_per_shift=1000),
-    "soonest": vary("waste", picks_per_shift=1000, dispatch="soonest"),
+    "nominal": vary("nominal_plain", picks_per_shift=1000),
+    "waste": vary("waste_plain", picks_per_shift=1000),
+    "honest": vary("waste", picks_per_shift=1000),
+    "soonest": vary("waste_plain", picks_per_shift=1000, dispatch="soonest"),
     "atc": vary("dense", picks_per_shift=1000, dispatch="atc"),
 }
 
@@ -41,11 +42,12 @@ def shift(request):
 
 
 def test_the_chosen_object_is_under_the_hand_when_it_arrives(shift):
-    """Belt speed times the time since the last lift brings the object exactly to where the hand comes down."""
+    """Belt speed times the time since the last lift brings the object to where the hand comes down, or rides to."""
     core, history = shift
     config, met = core.config, 0
+    stands = 0.0 if config.belt.tracking else config.motion.dwell
     for _, masses, x, info, after, _ in history:
-        travel = info["cycle_time"] - config.motion.dwell
+        travel = info["cycle_time"] - stands
         for row in range(COUNT):
             place = np.flatnonzero(masses[row] == after.objects.mass[row])
             if place.size == 0:
@@ -100,7 +102,8 @@ def test_picks_lie_in_the_window_and_in_their_lane(shift):
         height = core.config.belt.height + after.objects.size[:, 2]
         assert (np.abs(after.pick[:, 2] - height) < 0.001).all()
         assert (info["wait_time"] >= 0.0).all()
-        assert (info["cycle_time"] > before.plan.time + info["wait_time"] + core.config.motion.dwell).all()
+        thrown = info["cycle_time"] > before.plan.time + info["wait_time"] + core.config.motion.dwell
+        assert (thrown | ~info["picked"]).all()
 
 
 def test_objects_let_go_are_counted(shift):
@@ -109,13 +112,13 @@ def test_objects_let_go_are_counted(shift):
     assert (passed >= 0).all()
     for (*_, before), (_, _, _, info, *_) in pairwise(history):
         np.testing.assert_array_equal(info["passed"], before)
-    if core.config.name == "waste" and core.config.dispatch == "first":
+    if core.config.name == "waste_plain" and core.config.dispatch == "first":
         assert passed.sum() > 0  # random bins out of reach make the hand pass objects by
 
 
 def test_a_slow_belt_makes_the_hand_wait_and_a_fast_one_lets_objects_pass():
     slow, fast = (
-        make_core(vary("nominal", belt={"speed": s}, picks_per_shift=1000), 6, picks="belt") for s in (0.1, 0.8)
+        make_core(vary("nominal_plain", belt={"speed": s}, picks_per_shift=1000), 6, picks="belt") for s in (0.1, 0.8)
     )
     waits, passed = [], []
     for core in (slow, fast):
@@ -128,7 +131,7 @@ def test_a_slow_belt_makes_the_hand_wait_and_a_fast_one_lets_objects_pass():
 
 
 def test_the_belt_speed_error_grows_with_the_way_from_the_camera():
-    config = ConveyorConfig.load("nominal")
+    config = ConveyorConfig.load("nominal_plain")
     objects = take(PickPlanner(config).draw([np.random.default_rng(0)], np.arange(1), 50), 0)
     x = np.linspace(-0.3, 0.3, 50)
     context, _ = planned(config, objects, x)
@@ -139,7 +142,7 @@ def test_the_belt_speed_error_grows_with_the_way_from_the_camera():
 # Which throws are taken on.
 
 
-@pytest.fixture(scope="module", params=["nominal", "waste", "tight"])
+@pytest.fixture(scope="module", params=["nominal_plain", "waste_plain", "tight_plain"])
 def contexts(request):
     return make_core(request.param, 300, seed=11)
 
@@ -171,7 +174,7 @@ def test_a_taken_throw_has_room_for_the_reserve(contexts):
 
 
 def test_random_bins_fill_their_ranges():
-    core, r = make_core("tight", 400), ConveyorConfig.load("tight").bins.random
+    core, r = make_core("tight_plain", 400), ConveyorConfig.load("tight_plain").bins.random
     x, y = core.context.target[:, 0], core.context.target[:, 1]
     assert r.x[0] <= x.min() < r.x[0] + 0.1
     assert r.x[1] - 0.1 < x.max() <= r.x[1]
@@ -190,7 +193,7 @@ def test_items_go_to_bins_that_accept_them():
             {"name": "metal", "x": 0.30, "y": 0.40, "accepts": ["metal_can"]},
         ]
     }
-    context = make_core(vary("nominal", bins=bins), 400).context
+    context = make_core(vary("nominal_plain", bins=bins), 400).context
     pairs = set(zip(context.objects.kind.tolist(), context.bin.tolist(), strict=True))
     assert pairs == {(0, 0), (0, 1), (1, 0), (1, 2), (2, 0)}
     places = np.array([[-0.30, 0.40], [0.0, 0.40], [0.30, 0.40]])
@@ -200,10 +203,10 @@ def test_items_go_to_bins_that_accept_them():
 def test_a_cell_whose_bins_are_out_of_reach_says_so():
     far = {"fixed": [{"name": "moon", "x": 0.0, "y": 9.0}]}
     with pytest.raises(ConfigError, match="no object has a feasible throw; check that the bins are in reach") as e:
-        make_core(vary("nominal", bins=far), 1)
+        make_core(vary("nominal_plain", bins=far), 1)
     assert "\n" not in str(e.value)
     with pytest.raises(ConfigError, match="no object has a feasible throw"):
-        make_core(vary("nominal", bins=far), 1, picks="belt")
+        make_core(vary("nominal_plain", bins=far), 1, picks="belt")
 
 
 def test_a_row_of_contexts_does_not_depend_on_the_others():
@@ -232,7 +235,7 @@ def test_resetting_some_rows_leaves_the_others_alone():
 
 def test_the_queue_is_longer_than_any_pick_needs():
     """Objects ahead of the hand are known: the first episode finds its object without drawing many queues."""
-    config = ConveyorConfig.load("nominal")
+    config = ConveyorConfig.load("nominal_plain")
     source = BeltPicks(PickPlanner(config), [np.random.default_rng(i) for i in range(20)])
     context = source.first(np.arange(20))
     assert source.stream.queue_x.shape == (20, QUEUE)
@@ -251,13 +254,13 @@ def test_preview_changes_nothing():
 def test_without_spread_the_same_throw_is_the_same():
     """One item, one lane, no spread: nothing random is left in the object."""
     base = {"items": ["ball"], "extra_items": [item("ball")], "spread": NO_SPREAD}
-    context = make_core(vary("nominal", **base), 20).context
+    context = make_core(vary("nominal_plain", **base), 20).context
     for name in ("mass", "com_depth", "seal", "drag"):
         assert np.ptp(getattr(context.objects, name)) == 0.0
 
 
 def test_rows_are_taken_and_put_back():
-    context = make_core("nominal", 4).context
+    context = make_core("nominal_plain", 4).context
     rows = np.array([2, 0])
     part = take(context, rows)
     assert same_bits(part.objects.size, context.objects.size[rows])

@@ -13,14 +13,14 @@ from pnt_gym.cells.conveyor.movers import StraightMover
 from pnt_gym.cells.conveyor.placing import EllipseMover, placed
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
-from tests.tools.throws import make_core, vary
+from tests.tools.throws import PLAIN, make_core, vary
 
 COUNT = 40
 HARD_TO_REACH = {"fixed": [{"name": "only", "x": 0.0, "y": 0.85, "size": [0.34, 0.34]}]}
 
 
 def core_of(picks="independent", mode="release_point", **changes):
-    return make_core(vary("light", **changes), COUNT, picks=picks, mode=mode)
+    return make_core(vary("light", **{**PLAIN, **changes}), COUNT, picks=picks, mode=mode)
 
 
 def is_light(core):

@@ -25,7 +25,7 @@ PAPER, CAN, PACKAGE = range(3)
 
 
 def confused(**changes):
-    return vary("nominal", bins=BINS, classifier={"confusion": CONFUSION}, **changes)
+    return vary("nominal_plain", bins=BINS, classifier={"confusion": CONFUSION}, **changes)
 
 
 @pytest.mark.parametrize("mismatch", [0.0, 0.5, 1.0, 3.0])
@@ -53,7 +53,7 @@ def test_all_but_the_class_stays_as_it_is():
     """The objects, and where all goes into one bin observations and throws as well, to the last bit."""
     one = {"fixed": [{"name": "all", "x": 0.2, "y": 0.4}]}
     plain, wrong = (
-        make_core(vary("nominal", bins=one, **more), 60, seed=3)
+        make_core(vary("nominal_plain", bins=one, **more), 60, seed=3)
         for more in ({}, {"classifier": {"confusion": CONFUSION}})
     )
     different = wrong.context.objects.seen != plain.context.objects.kind
@@ -105,7 +105,7 @@ def test_purity_by_counting_objects_one_by_one(told):
 
 
 def test_a_bin_that_is_drawn_for_a_throw_is_for_what_was_seen():
-    core = make_core(vary("waste", classifier={"confusion": {"can": {"steel_tin": 1.0}}}), 60, seed=1)
+    core = make_core(vary("waste_plain", classifier={"confusion": {"can": {"steel_tin": 1.0}}}), 60, seed=1)
     info = core.step(np.zeros((60, 2))).info
     wrong = info["true_kind"] != info["item"]
     assert wrong.any()
@@ -118,7 +118,7 @@ NEIGHBOURS = {"fixed": [{"name": "near", "x": 0.0, "y": 0.30}, {"name": "far", "
 
 def strays(fidelity):
     """How many objects lie in the bin that they were not thrown for, when all are thrown too far."""
-    core = make_core(vary("nominal", items=["metal_can"], bins=NEIGHBOURS, fidelity=fidelity), 40)
+    core = make_core(vary("nominal_plain", items=["metal_can"], bins=NEIGHBOURS, fidelity=fidelity), 40)
     target, judged, throw = core.context.bin, [], core.cell.throw
     core.cell.throw = lambda plans: judged.append(throw(plans)) or judged[0]
     info = core.step(np.tile([1.0, 0.0], (40, 1))).info
@@ -154,14 +154,14 @@ WRONG = {
 def test_a_confusion_that_cannot_be_is_told_in_one_sentence(case):
     confusion, message = WRONG[case]
     with pytest.raises(ConfigError, match=message) as caught:
-        vary("nominal", classifier={"confusion": confusion})
+        vary("nominal_plain", classifier={"confusion": confusion})
     assert "\n" not in str(caught.value)
 
 
 def test_a_sum_may_be_off_by_what_rounding_leaves():
-    assert vary("nominal", classifier={"confusion": {"paper": {"paper": 0.7, "metal_can": 0.3 + 5e-7}}})
+    assert vary("nominal_plain", classifier={"confusion": {"paper": {"paper": 0.7, "metal_can": 0.3 + 5e-7}}})
     with pytest.raises(ConfigError, match="must sum to 1"):
-        vary("nominal", classifier={"confusion": {"paper": {"paper": 0.7, "metal_can": 0.3 + 2e-6}}})
+        vary("nominal_plain", classifier={"confusion": {"paper": {"paper": 0.7, "metal_can": 0.3 + 2e-6}}})
 
 
 def test_what_is_careful_goes_by_what_is_seen():
@@ -175,8 +175,10 @@ def test_what_is_careful_goes_by_what_is_seen():
         "extra_items": items,
         "grip": {"safety": 1.5},
     }
-    right = make_core(vary("nominal", **level), 30, seed=1).context
-    wrong = make_core(vary("nominal", **level, classifier={"confusion": {"wet_one": {"dry": 1.0}}}), 30, seed=1).context
+    right = make_core(vary("nominal_plain", **level), 30, seed=1).context
+    wrong = make_core(
+        vary("nominal_plain", **level, classifier={"confusion": {"wet_one": {"dry": 1.0}}}), 30, seed=1
+    ).context
     wet = right.objects.kind == 1
     assert (wrong.objects.measured_friction == 0.5).all()
     same = replace(right.objects, seen=wrong.objects.seen)

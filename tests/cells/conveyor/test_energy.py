@@ -81,7 +81,7 @@ def test_a_planned_cycle_from_rest_to_rest_gains_only_height(begun):
     assert same_bits(plant._effort_ahead(clock, np.zeros(COUNT, dtype=np.int64)).energy, put_in)
 
 
-@pytest.mark.parametrize("level", ["nominal", "waste"])
+@pytest.mark.parametrize("level", ["nominal_plain", "waste_plain"])
 def test_flights_cost_what_the_robot_does(level):
     """As planned, without the object and without what the controller adds: a few per cent less."""
     found = [
@@ -94,7 +94,7 @@ def test_flights_cost_what_the_robot_does(level):
 
 def test_a_faster_throw_costs_more():
     slow, fast = (
-        make_core(vary("waste", limits={"percent": [percent]}), 24).step(np.zeros((24, 2))).info["energy"]
+        make_core(vary("waste_plain", limits={"percent": [percent]}), 24).step(np.zeros((24, 2))).info["energy"]
         for percent in (30, 45)
     )
     assert (fast > slow).mean() > 0.9

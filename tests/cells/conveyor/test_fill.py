@@ -22,12 +22,12 @@ PAIR = {
 }
 
 
-def filling(emptied=30, level="nominal", **bins):
-    kept = PAIR if level == "nominal" else {}
+def filling(emptied=30, level="nominal_plain", **bins):
+    kept = PAIR if level == "nominal_plain" else {}
     return vary(level, bins={**kept, "emptied": emptied, **bins}, picks_per_shift=1000)
 
 
-@pytest.mark.parametrize("level", ["nominal", "waste"])
+@pytest.mark.parametrize("level", ["nominal_plain", "waste_plain"])
 def test_an_object_comes_to_rest_on_what_lies_in_its_bin(level):
     """Dropped into the middle of bins of any depth, without the robot: nothing sinks through."""
     depths = np.linspace(0.02, 0.30, 15)
@@ -80,7 +80,7 @@ def test_an_overfull_bin_keeps_a_least_depth():
 @pytest.mark.parametrize("fidelity", ["full", "flight"])
 def test_what_a_shift_brings_is_what_its_bins_hold(fidelity):
     """Every bin's depth from the list of all that ended there since it was emptied, throw by throw."""
-    core = make_core(vary("nominal", bins={**PAIR, "emptied": 7}, fidelity=fidelity), 6, picks="belt", seed=3)
+    core = make_core(vary("nominal_plain", bins={**PAIR, "emptied": 7}, fidelity=fidelity), 6, picks="belt", seed=3)
     config = core.config
     inside: dict[tuple[int, int], list[float]] = {(row, b): [] for row in range(6) for b in range(2)}
     areas = [fixed.size[0] * fixed.size[1] for fixed in config.bins.fixed]
@@ -104,7 +104,7 @@ def test_what_a_shift_brings_is_what_its_bins_hold(fidelity):
 
 def test_a_new_shift_begins_with_empty_bins():
     env = gym.make_vec(
-        "PnTConveyor-v0", num_envs=3, level=vary("nominal", bins={**PAIR, "emptied": 50}, picks_per_shift=4)
+        "PnTConveyor-v0", num_envs=3, level=vary("nominal_plain", bins={**PAIR, "emptied": 50}, picks_per_shift=4)
     )
     env.reset(seed=0)
     depths = [env.step(np.zeros((3, 2)))[4]["bin_depth"] for _ in range(8)]
@@ -120,16 +120,18 @@ def test_a_drawn_fill_is_any_between_two_emptyings():
     assert fill.count.tolist() == [[0, 1], [2, 3]]
     mean = volume_of(table.shape, table.size).mean()
     np.testing.assert_allclose(fill.volume, fill.count * mean)
-    own = vary("nominal", bins={"fixed": [{**PAIR["fixed"][0], "accepts": ["paper"]}, PAIR["fixed"][1]], "emptied": 4})
+    own = vary(
+        "nominal_plain", bins={"fixed": [{**PAIR["fixed"][0], "accepts": ["paper"]}, PAIR["fixed"][1]], "emptied": 4}
+    )
     np.testing.assert_allclose(
         drawn_fill(np.full((1, 2), 0.3), own, table).volume[0, 0], volume_of(table.shape, table.size)[0]
     )
 
 
-@pytest.mark.parametrize("level", ["nominal", "waste"])
+@pytest.mark.parametrize("level", ["nominal_plain", "waste_plain"])
 def test_drawn_fills_leave_all_else_as_it_is(level):
     """The objects to the last bit; throws that clear the bottom fly the same."""
-    plain = make_core(vary(level, bins=PAIR if level == "nominal" else {}), 40, seed=6)
+    plain = make_core(vary(level, bins=PAIR if level == "nominal_plain" else {}), 40, seed=6)
     full = make_core(filling(12, level), 40, seed=6)
     for name, values in vars(plain.context.objects).items():
         assert name == "fill_draw" or same_bits(values, vars(full.context.objects)[name])
@@ -206,5 +208,5 @@ WRONG = {
 def test_a_filling_that_cannot_be_is_told_in_one_sentence(case):
     bins, message = WRONG[case]
     with pytest.raises(ConfigError, match=message) as caught:
-        vary("nominal", bins=bins)
+        vary("nominal_plain", bins=bins)
     assert "\n" not in str(caught.value)

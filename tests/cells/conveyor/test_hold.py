@@ -20,7 +20,7 @@ ROUND = {
     "restitution": 0.2, "source": "a filled container, of a user's own",
 }  # fmt: skip
 HEAVY = {
-    "base": "nominal",
+    "base": "nominal_plain",
     "items": ["full_can", "jar"],
     "extra_items": [
         {"name": "full_can", "size": [0.115, 0.066, 0.066], "mass": 0.36, **ROUND},
@@ -112,7 +112,7 @@ def test_lost_objects_begin_where_the_hand_was_and_fall_short():
 def test_flights_lose_the_same_objects(level):
     rows = {}
     for fidelity in ("full", "flight"):
-        core = core_of({"base": level, "fidelity": fidelity}, limit=True)
+        core = core_of({"base": level, "fidelity": fidelity})
         steps = [core.step(np.zeros((COUNT, 2))).info for _ in range(2)]
         rows[fidelity] = {name: np.concatenate([step[name] for step in steps]) for name in steps[0]}
     full, flight = rows["full"], rows["flight"]
@@ -137,4 +137,4 @@ def test_objects_that_no_care_can_hold_ride_on():
 @pytest.mark.parametrize("safety", [0.5, 11.0, "velcro", -1])
 def test_no_such_safety(safety):
     with pytest.raises(ConfigError, match=r"grip\.safety"):
-        ConveyorConfig.load({"base": "nominal", "grip": {"safety": safety}})
+        ConveyorConfig.load({"base": "nominal_plain", "grip": {"safety": safety}})
