@@ -5,7 +5,7 @@ import gymnasium as gym
 import pnt_gym  # noqa: F401 - registers the environments
 
 env = gym.make("PnTConveyor-v0", level="waste")
-observation, info = env.reset(seed=0)
+observation, info = env.reset(seed=3)
 observation, reward, terminated, truncated, info = env.step([0.0, 0.0])
 
 print(f"{info['kind']=} {info['is_success']=} {info['landing_error']=:.3f} m {info['cycle_time']=:.2f} s")

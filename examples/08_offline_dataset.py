@@ -21,8 +21,9 @@ with TemporaryDirectory() as os.environ["MINARI_DATASETS_PATH"]:
 
 outcome = np.concatenate([episode.infos["outcome"][1:] for episode in episodes])  # entry 0 is of the reset
 landing = outcome[:, [names.index("landing_along"), names.index("landing_across")]]
-misses = landing - scale * np.concatenate([episode.actions for episode in episodes])  # of the planner alone
-x = np.concatenate([episode.observations[:-1] for episode in episodes])
+thrown = (outcome[:, names.index("picked")] == 1.0) & (outcome[:, names.index("dropped")] == 0.0)
+misses = (landing - scale * np.concatenate([episode.actions for episode in episodes]))[thrown]  # of the planner alone
+x = np.concatenate([episode.observations[:-1] for episode in episodes])[thrown]
 design = np.c_[np.ones(len(x)), x]
 weights = np.linalg.solve(design.T @ design + np.eye(design.shape[1]), design.T @ misses)
 
@@ -32,7 +33,7 @@ def regression(features):
     return np.clip(-np.c_[np.ones(len(features)), features] @ weights / scale, -1.0, 1.0)
 
 
-print(f"learned from {len(x)} throws")
+print(f"learned from {len(x)} of {len(thrown)} picks")
 for policy in ("analytic", regression):
     found = pnt_gym.evaluate(policy, "PnTRelease-v0", picks=32, level="waste")
     print(f"{found['controller']}: {1000 * found['landing_error_mean_m']:.0f} mm from the target on average")

@@ -18,7 +18,7 @@ SAYS = {
     "05_my_controller": ["analytic:", "two_centimetres_shorter:"],
     "06_train_sac": ["analytic:"],
     "07_own_loop": ["after 160 throws"],
-    "08_offline_dataset": ["learned from 96 throws", "regression:"],
+    "08_offline_dataset": ["of 96 picks", "regression:"],
 }
 
 

@@ -107,18 +107,19 @@ class PnTConveyorEnv(ConveyorEnv):
     Objects ride a belt. A suction cup takes one, the hand accelerates along a straight line, lets go, runs on for a
     moment, brakes, and meets the next object. The time-optimal planner of Hassan et al. 2022 gives every throw as
     if the object were a point at the cup that flies without drag and is let go at once. The real object hangs below
-    the cup, off its axis, leaves late by the decay of the vacuum, and is slowed by the air: the action corrects for
-    that.
+    the cup, off its axis, swings under a lip that yields, leaves late by the decay of the vacuum, and is slowed by the
+    air: the action corrects for that. It does not for a cup that fails to seal or loses what is more than it can hold.
 
     One step is one throw: plan, references, one rollout of the physics, outcome. It covers the throw, the
     follow-through, the return and the vertical approach to the next object, which is chosen on the belt while the
-    hand returns: the first one that can be met inside the window and thrown, or another one by the level's `dispatch`
-    rule. The dwell at the pick is counted, not simulated.
+    hand returns: of those that can be met inside the window and thrown, if possible without touching others, the best
+    one by the level's `dispatch` rule. The dwell at the pick, in which the hand rides with the belt, is counted, not
+    simulated.
 
     ## Starting State
 
-    Objects lie 0.10 to 0.30 m apart upstream of the window; kinds, sizes, masses, yaw and lane are drawn from the
-    level. The first object is under the cup, the hand at rest.
+    Objects lie 0.02 to 0.18 m apart upstream of the window, from edge to edge; kinds, sizes, masses, yaw and lane are
+    drawn from the level. The first object is under the cup, the bins are empty.
 
     ## Episode End
 
@@ -137,15 +138,16 @@ class PnTReleaseEnv(ConveyorEnv):
 
     ## Description
 
-    The cell of PnTConveyor-v0 without its belt traffic: every episode draws an object, a pick, a speed setting and a
-    bin, and one action decides the throw. Contexts depend on the seed alone and never on actions, so throws of two
-    policies on equal seeds are exactly paired. The cycle time is that of the throw and the return to an object standing
-    somewhere in the pick window.
+    The cell of PnTConveyor-v0 without its belt traffic: every episode draws an object, a pick, a speed setting, a bin
+    and what lies in it, and one action decides the throw. Contexts depend on the seed alone and never on actions, so
+    throws of two policies on equal seeds are exactly paired. The cycle time is that of the throw and the return to an
+    object standing somewhere in the pick window.
 
     ## Starting State
 
-    Object, pick point (x in [-0.30, 0.30] m, y in the lanes of the belt), speed setting and bin are drawn from the
-    level, again if the throw or one 0.10 m longer or shorter would leave the workspace.
+    Object, pick point (x in [-0.30, 0.30] m, less what the hand rides before the lift, y in the lanes of the belt),
+    speed setting and bin are drawn from the level, again if the throw or one 0.10 m longer or shorter would leave the
+    workspace.
 
     ## Episode End
 

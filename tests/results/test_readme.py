@@ -44,40 +44,51 @@ def test_python_blocks_run(code):
 
 
 def shown(*keys):
-    """The example on the page of levels that has these keys, as a mapping."""
+    """The example on the page of levels that says these keys beside its base, as a mapping."""
     levels = [yaml.safe_load(block.values[0]) for block in blocks("yaml") if block.id.startswith("docs/levels.md")]
-    (found,) = (level for level in levels if set(keys) <= set(level))
+    (found,) = (level for level in levels if set(keys) == set(level) - {"base", "name"})
     return found
 
 
 def test_the_example_levels_work():
-    cell, held = ConveyorConfig.load(shown("extra_items")), ConveyorConfig.load(shown("grip"))
+    cell = ConveyorConfig.load(shown("mismatch", "items", "extra_items", "limits", "bins"))
+    held = ConveyorConfig.load(shown("grip"))
     assert cell.items == ("can", "pet_05", "lid")
     assert [b.name for b in cell.bins.fixed] == ["metal", "plastic"]
     assert held.grip.limit
     assert held.grip.safety == "surface"
-    soft, chosen = ConveyorConfig.load(shown("cup")), ConveyorConfig.load(shown("dispatch"))
+    soft, chosen = ConveyorConfig.load(shown("cup")), ConveyorConfig.load(shown("belt", "dispatch", "patience"))
     assert soft.swings
     assert soft.cup.fitted
     assert (chosen.belt.gap, chosen.dispatch) == ("edge", "atc")
     some = ConveyorConfig.load(shown("throwable"))
     assert (some.planner, some.throwable.drag_area, some.throwable.drag_shift) == ("auto", 2.5, 0.05)
-    wrong = ConveyorConfig.load(shown("classifier"))
+    wrong = ConveyorConfig.load(shown("classifier", "bins"))
     assert wrong.pick.fails
     assert wrong.bins.emptied == 8
     assert wrong.confusion()[wrong.items.index("can"), wrong.items.index("can_crushed")] == 0.05
     assert ConveyorConfig.load(shown("reward")).items == ConveyorConfig.load("waste").items
 
 
+@pytest.mark.parametrize("base", ["nominal", "waste", "unseen", "tight", "fast"])
+def test_the_example_of_a_plain_cell_makes_any_level_plain(base):
+    said = shown("belt", "bins", "grip", "cup", "pick", "dispatch") | {"base": base}
+    plain = ConveyorConfig.load(f"{base}_plain")
+    assert ConveyorConfig.load(said).model_copy(update={"name": plain.name}) == plain
+    assert plain.model_copy(update={"name": base}) != ConveyorConfig.load(base)
+
+
 def test_the_example_of_a_reward_pays_what_the_page_says():
-    """At least 1 for a throw in its bin, 1.2 at most, and nothing beside it beyond 0.10 m."""
+    """At least 1 for a throw in its bin, 1.2 at most, nothing beside it beyond 0.10 m, nor for a pick that failed."""
     env = gym.make_vec("PnTRelease-v0", num_envs=32, level=shown("reward"))
     env.reset(seed=0)
     _, reward, *_, info = env.step(np.zeros(env.action_space.shape))
-    hit, error = info["is_success"], info["landing_error"]
+    hit, picked, error = info["is_success"], info["picked"], info["landing_error"]
     assert hit.any()
-    assert not hit.all()
-    np.testing.assert_allclose(reward, hit + 0.2 * np.clip(1.0 - error / 0.10, 0.0, None))
+    assert (picked & ~hit).any()
+    assert (~picked).any()
+    np.testing.assert_allclose(reward[picked], (hit + 0.2 * np.clip(1.0 - error / 0.10, 0.0, None))[picked])
+    assert (reward[~picked] == 0.0).all()
 
 
 @pytest.mark.parametrize("line", commands())
