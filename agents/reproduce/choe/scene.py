@@ -18,6 +18,7 @@ from pnt_gym.cells.conveyor.hand import HandCycle
 from pnt_gym.planning.motion.trajectory import HandPath, JerkTrajectory
 
 from ...drawings import Axes, Figure, dress, subplots, svg
+from ...tables import Grid
 from ..finding import Findings, Row
 
 FROM: Final = (-0.16, 0.10)
@@ -78,7 +79,13 @@ def scene_findings() -> Findings:
         Row.ours("choe/fig-4/touched", float(carried.touched.mean()), "-", note=f"{note}: touched a wall on the way"),
         Row.ours("choe/fig-4/arrived", float(carried.arrived.mean()), "-", note=f"{note}: lie in the other box"),
     )
-    return Findings(rows, figures={"choe_scene.svg": svg(scene_figure(carried))})
+    lines = [
+        ["least clearance over a wall", f"{1000.0 * clear:.0f} mm"],
+        ["touched a wall", f"{carried.touched.sum()} of {OBJECTS}"],
+        ["came to lie in the other box", f"{carried.arrived.sum()} of {OBJECTS}"],
+    ]
+    grid = Grid("Out of one box and into another", ("carried over the ellipse", "in the simulator"), lines)
+    return Findings(rows, figures={"choe_scene.svg": svg(scene_figure(carried))}, grids=(grid,))
 
 
 def carry(level: dict[str, Any]) -> Carried:
