@@ -158,18 +158,17 @@ def told_of_five() -> Throws:
         "sorted": [1, 0, 0, 0, 0], "belongs": [1, 0, 1, 0, 0], "picked": [1, 1, 1, 0, 1], "dropped": [0, 0, 0, 0, 1],
         "rim": [0, 0, 0, 0, 0], "recontact": [0, 0, 1, 0, 0],
     }  # fmt: skip
-    told: dict[str, np.ndarray] = {name: np.array(values, dtype=bool) for name, values in flags.items()}
-    told |= {"ended_in": np.array([0, 1, 1, -1, -1]), "passed": np.array([0, 2, 0, 1, 0])}
-    told["energy"] = np.array([40.0, 40.0, 40.0, 20.0, 40.0])
-    return Throws(
-        item=np.zeros(5, dtype=np.int64),
-        landing_error=np.array([0.01, 0.01, 0.3, np.nan, 0.5]),
-        is_success=np.array([True, True, False, False, False]),
-        cycle_time=np.array([1.0, 1.0, 1.0, 0.5, 1.0]),
-        clipped=np.zeros(5, dtype=bool),
-        reward=np.zeros(5),
-        told=told,
-    )
+    info: dict[str, np.ndarray] = {name: np.array(values, dtype=bool) for name, values in flags.items()}
+    info |= {"ended_in": np.array([0, 1, 1, -1, -1]), "passed": np.array([0, 2, 0, 1, 0])}
+    info |= {
+        "item": np.zeros(5, dtype=np.int64),
+        "landing_error": np.array([0.01, 0.01, 0.3, np.nan, 0.5]),
+        "is_success": np.array([True, True, False, False, False]),
+        "cycle_time": np.array([1.0, 1.0, 1.0, 0.5, 1.0]),
+        "energy": np.array([40.0, 40.0, 40.0, 20.0, 40.0]),
+        "residual_clipped": np.zeros(5, dtype=bool),
+    }
+    return Throws.of(info, np.zeros(5), ())
 
 
 def test_what_a_sorter_is_judged_by() -> None:
@@ -183,7 +182,8 @@ def test_what_a_sorter_is_judged_by() -> None:
     assert figures["pick_rate"] == pytest.approx(4 / 5)
     assert figures["drop_rate"] == pytest.approx(1 / 4)
     assert figures["energy_per_pick_j"] == pytest.approx(36.0)
-    assert figures["unmeasured"] == 1
+    assert figures["unmeasured"] == 2
+    assert figures["landing_near_share"] == pytest.approx(2 / 3)
     assert purity_by_bin(throws, ("a", "b", "c")) == {"a": 1.0, "b": 0.5, "c": None}
     assert failures(throws) == {
         "failed_unpicked": 0.2, "failed_dropped": 0.2, "failed_recontact": 0.2, "failed_rim": 0.0, "failed_missed": 0.0,

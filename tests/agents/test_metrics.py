@@ -43,6 +43,13 @@ def test_landing_counts_what_was_not_measured() -> None:
         metrics.landing([np.nan])
 
 
+def test_near_is_closer_than_thirty_millimetres() -> None:
+    """A share of the landings, however many throws have none; exactly 30 mm is not near."""
+    assert metrics.landing([0.0, 0.0299, 0.030, 0.0301, 0.5]).near == pytest.approx(2 / 5)
+    assert metrics.landing([0.01, np.nan, 0.2, np.inf]).near == pytest.approx(1 / 2)
+    assert (metrics.landing([0.029]).near, metrics.landing([0.031]).near) == (1.0, 0.0)
+
+
 def test_interquartile_mean_ignores_the_tails() -> None:
     assert metrics.interquartile_mean([-1e6, 1.0, 2.0, 3.0, 4.0, 1e6, 2.5, 2.5]) == pytest.approx(2.5)
 

@@ -1,4 +1,4 @@
-"""Throws that never were, because the cup did not seal: evaluated as not sorted, and no lesson to anybody."""
+"""Throws that never were, because the cup did not seal or lost its object: not sorted, and no lesson to anybody."""
 
 from __future__ import annotations
 
@@ -14,35 +14,38 @@ from agents.controllers import Observation, Outcome, make_controller
 from agents.environments import make_vector
 from agents.evaluation import evaluate, practise
 from agents.progress import ProgressCallback, Stop
+from agents.throws import Throws
 from pnt_gym.arrays import take
 
-LEVEL = {"base": "waste", "fidelity": "flight", "pick": {"fails": True}}
+LEVEL = {"base": "waste", "fidelity": "flight", "spread": {"seal": 1.0}}
+"""Where some picks fail, and some seals are so weak that the object is lost on the way."""
 LEARNERS = ("mean_shift", "virtual_goal", "newton_goal", "ridge", "mlp")
 
 
-def outcomes(env, steps: int) -> list[Outcome]:
-    """What a controller is told that throws at random."""
-    random, found = np.random.default_rng(0), []
+def outcomes(env, steps: int) -> tuple[list[Outcome], list[np.ndarray]]:
+    """What a controller is told that throws at random, and which rows were throws (N,) of each step."""
+    random, found, thrown = np.random.default_rng(0), [], []
+    unpicked = dropped = 0
     features, info = env.reset(seed=5)
     for _ in range(steps):
         seen = Observation(features.copy(), info["kind"].copy())
         action = random.uniform(-0.5, 0.5, env.action_space.shape).astype(np.float32)
-        features, _, _, _, info = env.step(action)
-        error = np.stack([info["landing_along"], info["landing_across"]], axis=-1)
-        told = error, info["is_success"], info["cycle_time"], info["residual_clipped"]
-        found.append(Outcome(seen, action, *told))
-    return found
+        features, reward, _, _, info = env.step(action)
+        told = Throws.of(info, reward, env.core.correction.errors)
+        found.append(Outcome(seen, action, told.error, told.is_success, told.cycle_time, told.clipped))
+        thrown.append(info["picked"] & ~info["dropped"])
+        unpicked, dropped = unpicked + (~info["picked"]).sum(), dropped + info["dropped"].sum()
+    assert min(unpicked, dropped) >= 3
+    return found, thrown
 
 
 @pytest.mark.parametrize("name", [name for name in LEARNERS if name != "newton_goal"])
-def test_learners_take_nothing_from_what_was_not_picked(name: str) -> None:
+def test_learners_take_nothing_from_what_was_not_thrown(name: str) -> None:
     """The same knowledge, to the bit, as from the throws alone that were."""
     with closing(make_vector("PnTRelease-v0", LEVEL, 16, 1)) as env:
-        told = outcomes(env, 6)
+        told, thrown = outcomes(env, 6)
         learners = [make_controller(name, env) for _ in range(2)]
-    held = [np.isfinite(one.error).all(axis=1) for one in told]
-    assert not np.concatenate(held).all()
-    for learner, rows in zip(learners, ([slice(None)] * 6, held), strict=True):
+    for learner, rows in zip(learners, ([slice(None)] * 6, thrown), strict=True):
         learner.reset(0)
         for one, kept in zip(told, rows, strict=True):
             learner.learn(take(one, kept))
@@ -54,14 +57,14 @@ def test_learners_take_nothing_from_what_was_not_picked(name: str) -> None:
         assert one[key].dtype.kind != "f" or np.isfinite(one[key]).all()
 
 
-def test_newtons_buckets_keep_only_what_was_picked() -> None:
+def test_newtons_buckets_keep_only_what_was_thrown() -> None:
     """It draws what to try next wherever something is to be thrown; its knowledge is of throws alone."""
     with closing(make_vector("PnTRelease-v0", LEVEL, 16, 1)) as env:
-        told, learner = outcomes(env, 6), make_controller("newton_goal", env)
+        (told, thrown), learner = outcomes(env, 6), make_controller("newton_goal", env)
     learner.reset(0)
     for one in told:
         learner.learn(one)
-    kept = sum(int((np.isfinite(one.error).all(axis=1) & ~one.clipped).sum()) for one in told)
+    kept = sum(int((rows & ~one.clipped).sum()) for one, rows in zip(told, thrown, strict=True))
     state = learner.state()
     assert 0 < len(state["error"]) == kept < 96
     assert np.isfinite(state["error"]).all()
@@ -77,15 +80,22 @@ def test_practice_goes_on_where_picks_fail(name: str) -> None:
         assert np.isfinite(learner.act(Observation(features, info["kind"]))).all()
 
 
-def test_an_evaluation_counts_what_was_not_picked() -> None:
+def test_an_evaluation_counts_what_was_not_thrown() -> None:
     found = evaluate("analytic", "PnTConveyor-v0", 64, level=LEVEL)
     throws = found["throws"]
-    picked = [throw["picked"] for throw in throws]
+    picked, dropped = ([throw[name] for throw in throws] for name in ("picked", "dropped"))
     assert 0 < sum(picked) < 64
+    assert sum(dropped) > 0
     assert found["pick_rate"] == pytest.approx(sum(picked) / 64)
+    assert found["drop_rate"] == pytest.approx(sum(dropped) / sum(picked))
     assert found["failed_unpicked"] == pytest.approx(1.0 - sum(picked) / 64)
-    assert found["unmeasured"] == 64 - sum(picked)
-    assert all((throw["landing_error_m"] is None) == (not throw["picked"]) for throw in throws)
+    assert found["failed_dropped"] == pytest.approx(sum(dropped) / 64)
+    assert found["unmeasured"] == 64 - sum(picked) + sum(dropped)
+    for throw in throws:
+        is_thrown = throw["picked"] and not throw["dropped"]
+        for name in ("landing_error_m", "landing_along_m", "landing_across_m"):
+            assert (throw[name] is not None) == is_thrown
+        assert is_thrown or not throw["success"]
     failures = sum(found[name] for name in found if name.startswith("failed_"))
     assert failures == pytest.approx(1.0 - found["success_rate"])
     json.dumps(found, allow_nan=False)
