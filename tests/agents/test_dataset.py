@@ -26,6 +26,7 @@ from agents.episodes import LEAST_SEED, Episode, episode_seeds
 from agents.evaluation import observed, practise
 from agents.offline import check_name, proper_name
 from agents.places import POLICY, SHIPPED
+from agents.throws import LANDING
 from agents.versions import versions
 from pnt_gym.cells.conveyor.observation import HIDDEN
 from tests.agents.test_trust import poisoned
@@ -93,6 +94,8 @@ def replayed(dataset: minari.MinariDataset) -> list[tuple[bool, bool]]:
             found = dict(zip(columns["outcome"], episode.infos["outcome"][k + 1], strict=True))
             found |= {name: episode.infos[name][k + 1] for name in ("landing_error", "is_success")}
             assert found.keys() == info.keys()
+            if info.get("dropped"):  # its landing is no throw's
+                info |= dict.fromkeys(LANDING, np.nan)
             np.testing.assert_array_equal([*found.values()], [float(info[name]) for name in found])
             if hidden:
                 np.testing.assert_array_equal(episode.infos["hidden"][k + 1], np.concatenate([*hidden.values()]))
@@ -107,6 +110,21 @@ def test_every_throw_comes_again_bit_for_bit(sets: Path) -> None:
     assert (dataset.total_episodes, dataset.total_steps) == (22, 22)
     assert replayed(dataset) == [(True, False)] * 22
     assert len({tuple(episode.actions[0]) for episode in dataset.iterate_episodes()}) == 22
+
+
+def test_what_was_no_throw_stands_there_too(sets: Path) -> None:
+    """With what it cost, and without a landing."""
+    dataset = minari.load_dataset(NAME)
+    columns, episodes = dataset.storage.metadata["columns"]["outcome"], [*dataset.iterate_episodes()]
+    told = {name: [episode.infos["outcome"][1, columns.index(name)] for episode in episodes] for name in columns}
+    picked, dropped = (np.array(told[name]) == 1.0 for name in ("picked", "dropped"))
+    assert (~picked).any()
+    assert dropped.any()
+    thrown = picked & ~dropped
+    for values in (told["landing_along"], told["landing_across"], [e.infos["landing_error"][1] for e in episodes]):
+        assert np.array_equal(np.isfinite(values), thrown)
+    assert not any(episode.infos["is_success"][1] for episode, was in zip(episodes, thrown, strict=True) if not was)
+    assert all(np.isfinite(episode.rewards).all() for episode in episodes)
 
 
 def test_seeds_are_those_of_no_other_use(sets: Path) -> None:
