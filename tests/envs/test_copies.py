@@ -14,7 +14,7 @@ import pytest
 
 import pnt_gym
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from tests.tools.throws import HARD, same_bits, zeros
+from tests.tools.throws import HARD, same_bits, same_step, zeros
 
 STEPS = 2
 
@@ -53,7 +53,7 @@ def go_on(env: Any, env_id: str) -> list[Any]:
     given: list[Any] = []
     for action in actions(env_id):
         observation, *rest = env.step(action)
-        given.append((observation.tobytes(), *rest))
+        given.append((observation.tobytes(), repr(rest)))  # NaN is not equal to itself
         if rest[1] or rest[2]:
             given.append(env.reset()[0].tobytes())
     return [*given, env.reset()[0].tobytes(), env.np_random.random()]
@@ -95,8 +95,7 @@ def test_a_copy_of_a_copy_and_one_under_wrappers():
     env.step(zeros("PnTConveyor-v0"))
     other = pickled(copy.deepcopy(env))
     a, b = env.step(zeros("PnTConveyor-v0")), other.step(zeros("PnTConveyor-v0"))
-    assert same_bits(a[0], b[0])
-    assert a[1:] == b[1:]
+    assert same_step(a, b)
 
 
 def test_a_copy_that_is_looked_at_keeps_its_throws(opengl):

@@ -106,18 +106,18 @@ def test_the_reward_is_the_sum_of_its_terms_and_each_is_its_formula(env_id):
     env.reset(seed=0)
     rng = np.random.default_rng(0)
     seen = set()
-    for _ in range(6):
+    for _ in range(24):
         _, reward, _, _, info = env.step(rng.uniform(-1, 1, 2).astype(np.float32))
-        landing = 2.0 * max(0.0, 1.0 - info["landing_error"] / 0.25)
+        landing = 2.0 * max(0.0, 1.0 - info["landing_error"] / 0.25) if info["picked"] else 0.0
         in_time = 0.3 * max(0.0, 1.0 - info["cycle_time"] / 3.0)
         assert info["reward_landing"] == pytest.approx(landing, abs=1e-12)
         assert info["reward_success"] == pytest.approx(0.7 * info["is_success"], abs=1e-12)
         assert info["reward_time"] == pytest.approx(in_time, abs=1e-12)
         terms = info["reward_landing"] + info["reward_success"] + info["reward_time"]
         assert reward == pytest.approx(terms, abs=1e-12)
-        seen.add(info["is_success"])
+        seen.add((info["is_success"], info["picked"]))
         env.reset()
-    assert seen == {False, True}
+    assert seen == {(False, False), (False, True), (True, True)}
 
 
 def test_the_info_is_of_plain_values_and_agrees_with_itself():
@@ -125,7 +125,8 @@ def test_the_info_is_of_plain_values_and_agrees_with_itself():
     _, first = env.reset(seed=3)
     kind = first["kind"]
     observation, *_ = env.reset(seed=3)
-    for _ in range(5):
+    picked = set()
+    for _ in range(24):
         seen = decode(observation)
         observation, reward, _, _, info = env.step(np.zeros(2, dtype=np.float32))
         assert all(type(value) in (int, float, bool) for value in info.values())
@@ -134,16 +135,22 @@ def test_the_info_is_of_plain_values_and_agrees_with_itself():
         kind = info["kind"]
         assert info["is_success"] == (info["in_opening"] and info["in_bin"])
         assert info["rim"] == (info["in_opening"] and not info["in_bin"])
-        assert np.hypot(info["landing_along"], info["landing_across"]) == pytest.approx(info["landing_error"])
+        error = np.hypot(info["landing_along"], info["landing_across"])
+        assert error == pytest.approx(info["landing_error"], nan_ok=True)
+        assert np.isnan(error) == (not info["picked"])
+        assert not (info["dropped"] and not info["picked"])
+        assert not (info["is_success"] and (info["dropped"] or not info["picked"]))
+        picked.add(info["picked"])
         assert info["target_x"] == pytest.approx(float(seen["target_x"]), abs=1e-5)
         assert info["target_y"] == pytest.approx(float(seen["target_y"]), abs=1e-5)
         assert info["cycle_time"] > info["wait_time"] >= 0.0
         assert 0.0 < info["peak_torque"] < 530.0
+    assert picked == {True, False}
 
 
 @pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
 def test_every_environment_tells_what_controllers_and_figures_need(env_id):
-    env = gym.make_vec(env_id, num_envs=2)
+    env = gym.make_vec(env_id, num_envs=16)
     _, first = env.reset(seed=0)
     *_, info = env.step(np.zeros(env.action_space.shape, dtype=np.float32))
     core = env.unwrapped.core
@@ -182,6 +189,7 @@ def test_the_zero_action_is_the_same_throw_in_every_mode(env_id):
         env = gym.make(env_id, action_mode=mode)
         env.reset(seed=2)
         errors.append(env.step(np.zeros(size, dtype=np.float32))[4]["landing_error"])
+    assert np.isfinite(errors[0])
     np.testing.assert_allclose(errors, errors[0], atol=1e-6)
 
 

@@ -112,6 +112,11 @@ def same_bits(a: Any, b: Any) -> bool:
     return a.shape == b.shape and a.dtype == b.dtype and a.tobytes() == b.tobytes()
 
 
+def same_step(a: Any, b: Any) -> bool:
+    """Whether two steps of single environments gave the same to the last bit; unlike `==` where a landing is NaN."""
+    return same_bits(a[0], b[0]) and repr(a[1:]) == repr(b[1:])
+
+
 def straight_mover(follow: FollowThrough, workspace: EllipticWorkspace | None = None) -> StraightMover:
     """Throws along lines, with a follow-through of one's own."""
     config = ConveyorConfig.load("nominal_plain")
