@@ -69,7 +69,7 @@ def card(
         files: names of what lies in the folder.
     """
     found = next(iter(figures.values()))
-    header = ["level", "landing error", "95th percentile", "success (95 % interval)", "sorted/min"]
+    header = ["level", "landing error", "95th percentile", "under 30 mm", "success (95 % interval)", "sorted/min"]
     rows = [[label, *landing_cells(one), f"{one['sorted_per_min']:.1f}"] for label, one in figures.items()]
     lines = [f"| `{file}` | {holds} |" for file, holds in PARTS.items() if file in files]
     parts = (

@@ -258,7 +258,8 @@ def _config(target: Floats, items: Sequence[str], mismatch: float) -> ConveyorCo
         raise PntGymError(f"targets lie at heights from {low[2]} to {high[2]} m; they must share one")
     random = {"x": (low[0], high[0]), "y": (low[1], high[1]), "side": (min(OPENING), max(OPENING))}
     bins = {"rim": target[0, 2], "random": random}
-    level = {"name": "trial", "items": tuple(dict.fromkeys(items)), "belt": {"height": BELT_HEIGHT}, "bins": bins}
+    level = {"name": "trial", "base": "nominal_plain", "items": tuple(dict.fromkeys(items)), "bins": bins}
+    level["belt"] = {"height": BELT_HEIGHT}
     return ConveyorConfig.load(level, mismatch=mismatch, timestep=TIMESTEP)
 
 

@@ -58,6 +58,7 @@ def cell_config(percent: float) -> ConveyorConfig:
     """The conveyor cell with what Table I leaves open, and no window after the release."""
     return ConveyorConfig.load(
         {
+            "base": "nominal_plain",
             "planner": "free_direction",
             "limits": {"percent": (percent,)},
             "motion": {"ceiling": RISE, "clearance": CYCLE.approach, "follow_through": {"window": 0.0}},
