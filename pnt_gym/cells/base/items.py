@@ -115,8 +115,8 @@ class Item(BaseModel):
             raise ConfigError(f"{held}, but must exceed its weight of {weight:.3f} N.")
         if 2.0 * self.fitted_radius > self.width:
             raise ConfigError(
-                f"cup_radius of {self.name!r} is {self.cup_radius} m, but its cup, {2e3 * self.fitted_radius:g} mm wide, "
-                f"must not be wider than the item, {1e3 * self.width:g} mm across."
+                f"cup_radius of {self.name!r} is {self.cup_radius} m, but its cup, {2e3 * self.fitted_radius:g} mm wide, must "
+                f"not be wider than the item, {1e3 * self.width:g} mm across."
             )
         return self
 
