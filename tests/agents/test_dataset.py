@@ -345,14 +345,17 @@ def test_nothing_is_unpickled(here: Path) -> None:
 
 
 def test_the_expert_is_the_policy_that_ships(here: Path) -> None:
-    options = ("--controller", "expert", "--throws", "16", "--score-throws", "16", "--num-envs", "16", *WORK)
+    options = ("--controller", "expert", "--throws", "32", "--score-throws", "32", "--num-envs", "16", *WORK)
     code, words = answered("agents.dataset", *options)
     assert code == 0, words
     dataset = minari.load_dataset("pnt_gym/release/waste-expert-v0")
     told = dataset.storage.metadata
     assert told["algorithm_name"] == f"sac of {POLICY.name}"
-    assert told["ref_max_score"] > 1.0 > told["ref_min_score"]
-    assert np.mean([episode.infos["landing_error"][1] for episode in dataset.iterate_episodes()]) < 0.03
+    assert told["ref_max_score"] > told["ref_min_score"] + 0.2
+    error, reward = np.array([(one.infos["landing_error"][1], one.rewards[0]) for one in dataset.iterate_episodes()]).T
+    assert np.isfinite(error).sum() > 16
+    assert np.nanmean(error) < 0.03
+    assert reward[np.isfinite(error)].mean() > 1.0
 
 
 @pytest.mark.parametrize(("library", "extra"), [("minari", "data"), ("h5py", "data"), ("PIL", "video")])
