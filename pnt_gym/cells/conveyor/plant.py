@@ -223,8 +223,9 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         return control
 
     def _knots(self, clock: ThrowClock, steps: Ints) -> JointMotion:
-        """What the motors should do at steps (K,) or (N, K)."""
-        position, velocity, acceleration = clock.hand(steps)
+        """What the motors should do at steps (K,) or (N, K), after the end of each throw what they do there."""
+        # A hand that rides with the belt would ride on for as long as the longest throw takes, out of reach.
+        position, velocity, acceleration = clock.hand(np.minimum(steps, clock.end[:, None]))
         return joint_knots(position, velocity, acceleration, geometry=self.scene.robot.geometry)
 
     def _write_grip_point(self, rows: Ints, context: Context) -> None:

@@ -276,3 +276,19 @@ def test_the_clock_of_some_rows_rides_as_well():
     whole, part = clock.hand(late), take(clock, some).hand(late[some])
     assert same_bits(whole.position[some], part.position)
     np.testing.assert_allclose(part.velocity, np.tile([FAST, 0.0, 0.0], (2, 5, 1)), atol=1e-9)
+
+
+def test_a_short_throw_beside_a_long_wait_is_simulated_to_its_own_end():
+    """A hand that rides does not ride on, out of the robot's reach, until the longest throw of the batch is over."""
+    core = make_core(vary("nominal", belt={"spacing": [0.02, 4.0]}), 6, picks="belt", threads=2)
+    seen, plant = [], core.cell.plant
+    fly = plant.fly
+    plant.fly = lambda thrown, plans: seen.append((thrown, plans)) or fly(thrown, plans)
+    for _ in range(2):
+        core.step(np.zeros((6, 2)))
+    durations = np.concatenate([plans.path.duration for _, plans in seen])
+    assert durations.max() > 8.0
+    assert durations.min() < 2.0
+    for thrown, plans in seen:
+        hand = plant.follow(thrown, plans).hand
+        assert np.isfinite(hand).all()
