@@ -55,7 +55,7 @@ def test_without_mismatch_every_throw_lands_and_the_cup_never_touches_again(pick
 
 @pytest.mark.parametrize("picks", ["belt", "independent"])
 def test_every_path_keeps_limits_and_rules_at_ten_kilohertz(picks):
-    core = core_of(level="waste", picks=picks)
+    core = core_of(level="waste_plain", picks=picks)
     spy, rules = Spy(core), core.cell.planner.mover.rules
     for _ in range(2):
         core.step(np.zeros((COUNT, 2)))
@@ -113,7 +113,7 @@ def test_a_correction_moves_the_drag_free_landing_and_zero_is_the_plan(mode):
 
 def test_an_impossible_correction_is_shortened_and_stays_legal():
     count, far = 8, {"xyz": [0.6, 0.6, 0.4]}
-    core = core_of(level="waste", picks="independent", count=count, mode="release_xyz", action=far)
+    core = core_of(level="waste_plain", picks="independent", count=count, mode="release_xyz", action=far)
     action = np.random.default_rng(0).uniform(-1.0, 1.0, (count, 3))
     release, clipped = core.plan(action)
     assert clipped.any()

@@ -21,14 +21,14 @@ from tests.tools.throws import make_core, same_bits, vary
 COUNT = 24
 
 
-def core_of(count=COUNT, level="waste", neighbours="solid", tracking=False, picks="belt", speed=0.8, **changes):
+def core_of(count=COUNT, level="waste_plain", neighbours="solid", tracking=False, picks="belt", speed=0.8, **changes):
     belt = {"speed": speed, "neighbours": neighbours, "tracking": tracking}
     return make_core(vary(level, belt=belt, **{"fidelity": "flight", **changes}), count, picks=picks)
 
 
 def some_objects(count, seed):
     """Objects of every shape and yaw."""
-    objects = make_core("waste", count, seed=seed).context.objects
+    objects = make_core("waste_plain", count, seed=seed).context.objects
     rng = np.random.default_rng(seed)
     return replace(
         objects,
@@ -160,7 +160,7 @@ def test_solid_neighbours_are_rarely_touched(tracking):
 def test_where_every_pick_touches_somebody_the_first_is_taken():
     """Nobody starves: picks go on, and are told to disturb."""
     belt = {"speed": 0.25, "neighbours": "solid", "spacing": [0.02, 0.021], "lane_y": [-0.33, -0.32]}
-    core = make_core(vary("waste", belt=belt, fidelity="flight"), 12, picks="belt")
+    core = make_core(vary("waste_plain", belt=belt, fidelity="flight"), 12, picks="belt")
     info = [core.step(np.zeros((12, 2))).info["disturbed"] for _ in range(4)]
     assert np.mean(info) > 0.5
 
@@ -189,7 +189,7 @@ def test_what_the_planner_compares_is_what_the_sensors_see():
 
 
 def test_a_row_gives_the_same_alone_in_a_batch_and_in_a_copy():
-    level = {"base": "waste", "belt": {"speed": 0.8, "neighbours": "solid"}, "fidelity": "flight"}
+    level = {"base": "waste_plain", "belt": {"speed": 0.8, "neighbours": "solid"}, "fidelity": "flight"}
     env = gym.make_vec("PnTConveyor-v0", num_envs=4, level=level)
     env.reset(seed=3)
     single = gym.make("PnTConveyor-v0", level=level).unwrapped

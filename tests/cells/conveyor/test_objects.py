@@ -21,7 +21,7 @@ from pnt_gym.cells.conveyor.planner import PickPlanner
 from tests.tools.throws import NO_SPREAD, same_bits, vary
 
 MANY = 20_000
-WASTE = ConveyorConfig.load("waste")
+WASTE = ConveyorConfig.load("waste_plain")
 HIDDEN_EFFECTS = ("delay", "jitter", "grasp", "spin", "belt_error")
 
 
@@ -66,8 +66,9 @@ def test_an_object_does_not_depend_on_those_drawn_with_it():
 
 
 def test_a_cell_draws_from_its_own_generator_only():
-    alone = PickPlanner(WASTE).draw([np.random.default_rng(5)], np.arange(1), 4)
-    among = PickPlanner(WASTE).draw([np.random.default_rng(9), np.random.default_rng(5)], np.arange(2), 4)
+    waste = ConveyorConfig.load("waste")
+    alone = PickPlanner(waste).draw([np.random.default_rng(5)], np.arange(1), 4)
+    among = PickPlanner(waste).draw([np.random.default_rng(9), np.random.default_rng(5)], np.arange(2), 4)
     assert_same(take(alone, 0), take(among, 1))
     assert alone.mass.shape == (1, 4)
     assert alone.size.shape == (1, 4, 3)
@@ -120,7 +121,7 @@ def test_places_and_yaw_fill_their_ranges(many):
 
 
 def test_only_containers_carry_a_residue_and_as_often_as_configured():
-    config = vary("waste", spread={"mass": 0.0})
+    config = vary("waste_plain", spread={"mass": 0.0})
     o, table = objects(config), item_arrays(config.item_list())
     ratio, container = o.mass / table.mass[o.kind], table.container[o.kind]
     np.testing.assert_allclose(ratio[~container], 1.0, rtol=1e-12)
@@ -146,14 +147,14 @@ def test_cylinders_keep_one_diameter(many):
 
 
 def test_mismatch_zero_kills_every_hidden_effect():
-    o = objects(vary("waste", mismatch=0.0))
+    o = objects(vary("waste_plain", mismatch=0.0))
     for name in HIDDEN_EFFECTS:
         np.testing.assert_array_equal(getattr(o, name), 0.0, err_msg=name)
     assert same_bits(o.known_depth, o.com_depth)
 
 
 def test_mismatch_zero_leaves_catalogue_and_noise():
-    with_, without = objects(WASTE), objects(vary("waste", mismatch=0.0))
+    with_, without = objects(WASTE), objects(vary("waste_plain", mismatch=0.0))
     # The height error is a hidden effect, and moves the centre of mass.
     assert_same(with_, without, but=(*HIDDEN_EFFECTS, "known_depth", "com_depth"))
     assert np.abs(with_.com_depth - without.com_depth).std() < 0.003
@@ -162,7 +163,7 @@ def test_mismatch_zero_leaves_catalogue_and_noise():
 @given(st.floats(0.1, 3.0))
 @settings(max_examples=15, deadline=None)
 def test_hidden_effects_grow_with_the_dial(m):
-    one, other = objects(WASTE, 200), objects(vary("waste", mismatch=m), 200)
+    one, other = objects(WASTE, 200), objects(vary("waste_plain", mismatch=m), 200)
     np.testing.assert_allclose(other.grasp, m * one.grasp, rtol=1e-12)
     np.testing.assert_allclose(other.spin, m * one.spin, rtol=1e-12, atol=1e-15)
     np.testing.assert_allclose(other.jitter, m * one.jitter, rtol=1e-12)
@@ -173,7 +174,7 @@ def test_hidden_effects_grow_with_the_dial(m):
 
 
 def test_without_spread_all_objects_of_a_kind_are_those_of_the_catalogue():
-    config = vary("waste", spread=NO_SPREAD)
+    config = vary("waste_plain", spread=NO_SPREAD)
     o, table = objects(config, 500), item_arrays(config.item_list())
     np.testing.assert_allclose(o.mass, table.mass[o.kind], rtol=1e-14)
     np.testing.assert_allclose(o.size, table.size[o.kind], rtol=1e-14)
@@ -184,7 +185,7 @@ def test_without_spread_all_objects_of_a_kind_are_those_of_the_catalogue():
 
 def test_an_off_centre_grip_turns_the_object_about_the_level_axis_beside_it():
     """An object gripped at +x of its centre gains spin about -y, one gripped at +y spin about +x... per metre."""
-    config = vary("nominal", spread={"spin": 0.0, "spin_per_offset": 30.0})
+    config = vary("nominal_plain", spread={"spin": 0.0, "spin_per_offset": 30.0})
     o = objects(config, 100)
     np.testing.assert_allclose(o.spin[:, 0], 30.0 * o.grasp[:, 1], rtol=1e-12)
     np.testing.assert_allclose(o.spin[:, 1], -30.0 * o.grasp[:, 0], rtol=1e-12)

@@ -32,7 +32,7 @@ def seen(config, objects: Objects):
     return TABLE.encode(take(replace(context), rows)), good
 
 
-@pytest.fixture(scope="module", params=["nominal", "waste"])
+@pytest.fixture(scope="module", params=["nominal_plain", "waste_plain"])
 def core(request):
     return make_core(request.param, COUNT)
 

@@ -33,7 +33,9 @@ ONLY_INSIDE = {"fixed": [{"name": "inside", "x": 0.30, "y": 0.40, "size": [0.24,
 pytestmark = pytest.mark.filterwarnings("ignore:level .* stays empty")
 
 
-def core_of(planner, level="nominal", picks="independent", count=COUNT, mode="release_point", threads=1, **changes):
+def core_of(
+    planner, level="nominal_plain", picks="independent", count=COUNT, mode="release_point", threads=1, **changes
+):
     return make_core(vary(level, planner=planner, **changes), count, picks=picks, mode=mode, threads=threads)
 
 
@@ -65,7 +67,7 @@ def test_a_cycle_is_the_papers(planner):
 @pytest.mark.parametrize("planner", METHODS)
 @pytest.mark.parametrize("picks", ENV_OF)
 def test_limits_are_kept_by_finite_differences(planner, picks):
-    core = core_of(planner, "waste", picks=picks)
+    core = core_of(planner, "waste_plain", picks=picks)
     seen, fly = [], core.cell.plant.fly
     core.cell.plant.fly = lambda thrown, plans: seen.append((thrown, plans)) or fly(thrown, plans)
     core.step(np.zeros((COUNT, 2)))
@@ -122,7 +124,7 @@ def test_zero_is_the_plan_and_an_action_shifts_the_landing(planner, mode):
 
 @pytest.mark.parametrize("planner", METHODS)
 def test_the_oracle_passes_and_a_deliberate_miss_fails(planner):
-    level = {"base": "nominal", "planner": planner, "bins": ONLY_INSIDE}
+    level = {"base": "nominal_plain", "planner": planner, "bins": ONLY_INSIDE}
     with closing(make_vector("PnTRelease-v0", level, 16, threads=1)) as env:
         throws = held_out(make_controller("oracle", env, previews=4), env, 16, 0)
     assert throws.is_success.mean() > 0.9
@@ -156,7 +158,7 @@ def test_flights_land_where_the_full_physics_does(planner):
 @pytest.mark.parametrize("planner", METHODS)
 def test_what_is_flown_is_what_is_planned(planner):
     """The simulated hand is at its next pick when the plan says so: within 3 %, and it stays within a millimetre."""
-    core = core_of(planner, "nominal")
+    core = core_of(planner, "nominal_plain")
     context, (motion, _, path) = core.context, cycle_of(core)
     followed = core.cell.plant.follow(context, HandCycle(context.plan, motion.release_time, path))
     steps = np.arange(followed.hand.shape[1])
@@ -216,7 +218,7 @@ def test_what_is_carried_passes_over_every_rim(planner):
 @pytest.mark.parametrize("planner", METHODS)
 def test_a_bin_out_of_reach_is_told(planner):
     far = {"fixed": [{"name": "far", "x": 0.0, "y": 1.6, "size": [0.2, 0.2]}]}
-    config = vary("nominal", planner=planner, bins=far)
+    config = vary("nominal_plain", planner=planner, bins=far)
     with (
         pytest.warns(UserWarning, match="bin 'far' .* stays empty"),
         pytest.raises(ConfigError, match="no object has a feasible throw"),
@@ -312,7 +314,7 @@ def test_both_environment_checkers_pass_and_an_env_is_copied_with_its_state(env_
 
 
 def test_care_slows_what_carries_and_not_what_returns():
-    free, careful = (core_of("pick_and_place", "waste", count=24, grip=grip) for grip in ({}, {"safety": 2.0}))
+    free, careful = (core_of("pick_and_place", "waste_plain", count=24, grip=grip) for grip in ({}, {"safety": 2.0}))
     shared = careful.context.objects.mass == free.context.objects.mass  # others could not be held
     slower = careful.context.plan.time > free.context.plan.time + 1e-9
     slow = careful.context.throw_limits.acceleration < careful.context.limits.acceleration

@@ -113,7 +113,7 @@ def test_the_object_leaves_with_the_planned_velocity():
 
 @pytest.mark.parametrize("yaw", [0.0, 1.2])
 def test_the_spin_is_there_right_after_the_release(yaw):
-    core = make_core(vary("nominal", spread={"grasp": 0.0}), 1)
+    core = make_core(vary("nominal_plain", spread={"grasp": 0.0}), 1)
     spin = np.array([[2.0, -3.0, 1.0]])
     with_objects(core, yaw=np.array([yaw]), spin=spin)
     states = states_after_release(recorded(core), 1)
@@ -133,7 +133,7 @@ def lonely(**changes):
     """The nominal cell at m = 1 with no delay and no spread, throwing one sphere: only the air is left."""
     ball = item("ball", mass=0.006, drag=changes.pop("drag", 0.5), size=(0.07, 0.07, 0.07))
     base = {"items": ["ball"], "extra_items": [ball], "suction": NO_DELAY, "spread": NO_SPREAD}
-    return vary("nominal", **{**base, **changes})
+    return vary("nominal_plain", **{**base, **changes})
 
 
 def flown_in_air(position, velocity, plane_z, radius, mass, drag):
@@ -188,7 +188,7 @@ def test_a_late_release_carries_the_object_on_at_release_velocity():
 
 
 def test_jitter_is_left_out_of_a_preview_unless_asked_for():
-    core = make_core(vary("nominal", suction={"jitter": 0.004}), 12)
+    core = make_core(vary("nominal_plain", suction={"jitter": 0.004}), 12)
     zero = np.zeros((12, 2))
     without, with_ = core.preview(zero), core.preview(zero, jitter=True)
     jitter, speed = core.context.objects.jitter, core.context.plan.speed
@@ -241,7 +241,7 @@ def test_a_long_window_or_soft_braking_keeps_the_cup_away(window, share):
 
 def test_an_engine_warning_is_an_error_and_not_a_number(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)  # the engine writes its log into the working directory
-    core = make_core("nominal", 2)
+    core = make_core("nominal_plain", 2)
     context = core.context
     objects = replace(context.objects, spin=np.array([[0.0, 0.0, 0.0], [1e40, 0.0, 0.0]]))
     core.cell.context = replace(context, objects=objects)
@@ -256,7 +256,7 @@ def test_an_engine_warning_is_an_error_and_not_a_number(tmp_path, monkeypatch):
 
 def test_an_oracle_that_looks_ahead_sorts_almost_everything():
     count, scale = 48, np.array([0.20, 0.06])
-    core = make_core("waste", count, seed=7)
+    core = make_core("waste_plain", count, seed=7)
     action, errors = np.zeros((count, 2)), []
     for _ in range(3):
         seen = core.preview(action)

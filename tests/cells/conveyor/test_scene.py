@@ -171,14 +171,14 @@ def escapes(core, centre, opening):
 def test_nothing_passes_a_wall_at_9_metres_per_second(name, timestep):
     side = max(CATALOGUE[name].size) * 1.4 + 0.03
     bins = {"fixed": [{"name": "box", "x": 0.3, "y": 0.45, "size": [side, side]}], "depth": 0.40}
-    core = make_core(vary("nominal", items=[name], bins=bins, timestep=timestep), 1)
+    core = make_core(vary("nominal_plain", items=[name], bins=bins, timestep=timestep), 1)
     assert escapes(core, np.array([0.3, 0.45]), np.array([side, side])) == []
 
 
 @pytest.mark.parametrize("timestep", [0.001, 0.0004])
 def test_a_bin_drawn_per_throw_holds_too(timestep):
     """The walls of a random bin are overwritten per simulation, with their bounds."""
-    core = make_core(vary("waste", items=["can"], timestep=timestep), 1)
+    core = make_core(vary("waste_plain", items=["can"], timestep=timestep), 1)
     target = core.context.target[0]
     model, _ = free_object(core)
     np.testing.assert_allclose(model.body_pos[core.cell.plant.scene.bin_bodies[0]], target)

@@ -19,7 +19,7 @@ from tests.tools.throws import make_core, planned, same_bits, vary
 
 LIP = 0.018
 FAILING = {"pick": {"fails": True}}
-WASTE = vary("waste", **FAILING)
+WASTE = vary("waste_plain", **FAILING)
 HIDDEN_DRAWS = ("pick_draw",)
 
 
@@ -82,7 +82,7 @@ def test_the_chance_falls_steadily_from_all_to_nothing_over_the_lip(shape):
 
 @pytest.mark.parametrize("mismatch", [0.0, 0.5, 1.0, 3.0])
 def test_as_many_picks_fail_as_the_chances_say(mismatch):
-    config = vary("waste", mismatch=mismatch, **FAILING)
+    config = vary("waste_plain", mismatch=mismatch, **FAILING)
     context = some(1500, config)
     expected = np.minimum(mismatch * (1.0 - seal_chance(context)), 1.0).mean()
     failed = ~picked(context, config)
@@ -101,7 +101,7 @@ def test_crushed_and_porous_things_are_harder_to_pick():
 @pytest.mark.parametrize("fidelity", ["full", "flight"])
 @pytest.mark.parametrize("env_id", ["PnTConveyor-v0", "PnTRelease-v0"])
 def test_a_failed_pick_is_no_throw(env_id, fidelity, mode):
-    level = {"base": "waste", "fidelity": fidelity, **FAILING}
+    level = {"base": "waste_plain", "fidelity": fidelity, **FAILING}
     env = gym.make_vec(env_id, num_envs=12, level=level, action_mode=mode)
     env.reset(seed=1)
     told = []
@@ -126,7 +126,7 @@ def test_a_failed_pick_is_no_throw(env_id, fidelity, mode):
 
 def test_a_failed_pick_costs_the_way_to_the_next_object():
     """Dwell, straight above the next pick, and down: by the public S-curve, row by row."""
-    core = make_core(vary("nominal", **FAILING), 40, seed=2)
+    core = make_core(vary("nominal_plain", **FAILING), 40, seed=2)
     before, config = core.context, core.config
     info = core.step(np.zeros((40, 2))).info
     low, high = np.array([config.belt.pick_x, config.belt.lane_y]).T
@@ -142,7 +142,7 @@ def test_a_failed_pick_costs_the_way_to_the_next_object():
 
 def test_what_is_picked_is_thrown_as_if_nothing_could_fail():
     """To the last bit, and the objects are the same."""
-    plain, failing = (make_core(level, 24, seed=4) for level in ("waste", WASTE))
+    plain, failing = (make_core(level, 24, seed=4) for level in ("waste_plain", WASTE))
     for name, values in vars(plain.context.objects).items():
         assert name in HIDDEN_DRAWS or same_bits(values, vars(failing.context.objects)[name])
     infos = [core.step(np.full((24, 2), 0.1)).info for core in (plain, failing)]
@@ -169,7 +169,7 @@ def test_a_row_fails_the_same_alone_in_a_batch_and_with_two_threads(picks):
 
 
 def test_copies_go_on_with_the_same_failures():
-    env = gym.make("PnTConveyor-v0", level={"base": "waste", "fidelity": "flight", **FAILING}).unwrapped
+    env = gym.make("PnTConveyor-v0", level={"base": "waste_plain", "fidelity": "flight", **FAILING}).unwrapped
     env.reset(seed=3)
     env.step(np.zeros(2))
     others = [pickle.loads(pickle.dumps(env)), copy.deepcopy(env)]
@@ -183,7 +183,7 @@ def test_copies_go_on_with_the_same_failures():
 
 def test_no_object_comes_twice_and_none_is_lost_from_the_count():
     """Thrown or failed, each object of the belt is met once; with those let go it is all that the belt brought."""
-    core = make_core(vary("waste", picks_per_shift=1000, fidelity="flight", **FAILING), 6, picks="belt", seed=1)
+    core = make_core(vary("waste_plain", picks_per_shift=1000, fidelity="flight", **FAILING), 6, picks="belt", seed=1)
     met, held = [], []
     for _ in range(12):
         met.append(core.context.objects.mass.copy())
@@ -221,7 +221,7 @@ def test_a_cup_that_yields_and_blows_does_nothing_to_what_it_never_held():
     """Every effect of the cup together with failed picks, in both fidelities."""
     cup = {"stiffness": 0.5, "peel": True, "blow_off": 0.2, "fitted": True}
     for fidelity in ("full", "flight"):
-        core = make_core(vary("waste", cup=cup, fidelity=fidelity, **FAILING), 24, seed=4)
+        core = make_core(vary("waste_plain", cup=cup, fidelity=fidelity, **FAILING), 24, seed=4)
         info = core.step(np.zeros((24, 2))).info
         assert 0 < info["picked"].sum() < 24
         assert same_bits(np.isnan(info["landing_error"]), ~info["picked"])
@@ -231,7 +231,7 @@ def test_a_cup_that_yields_and_blows_does_nothing_to_what_it_never_held():
 @pytest.mark.parametrize("gap", ["centre", "edge"])
 def test_objects_of_one_belt_fail_one_by_one(gap):
     """Each has a draw of its own, whether objects are drawn together or one after the other."""
-    core = make_core(vary("waste", belt={"gap": gap}, **FAILING), 3, picks="belt")
+    core = make_core(vary("waste_plain", belt={"gap": gap}, **FAILING), 3, picks="belt")
     draws = core.cell._source.stream.queue.pick_draw
     assert len(np.unique(draws)) == draws.size
 
@@ -240,7 +240,7 @@ def test_objects_of_one_belt_fail_one_by_one(gap):
 def test_all_that_the_belt_brought_is_thrown_failed_passed_or_still_there(dispatch):
     """Counted where objects are drawn, cell by cell."""
     config = vary(
-        "waste",
+        "waste_plain",
         dispatch=dispatch,
         fidelity="flight",
         picks_per_shift=1000,
@@ -278,8 +278,9 @@ METHODS = ("straight", "free_direction", "horizontal", "pick_and_place", "ellips
 def test_failed_picks_go_with_every_way_to_a_bin_and_every_belt(planner, belt):
     """Everything that can fail at once: no numbers are missing but those of landings that never were."""
     level = {
-        "base": "nominal", "planner": planner, "belt": belt, "fidelity": "flight", "bins": {"emptied": 5}, **FAILING,
-        "classifier": {"confusion": {"paper": {"paper": 0.8, "metal_can": 0.2}}}, "grip": {"limit": True},
+        "base": "nominal_plain", "planner": planner, "belt": belt, "fidelity": "flight", **FAILING,
+        "bins": {"emptied": 5}, "grip": {"limit": True},
+        "classifier": {"confusion": {"paper": {"paper": 0.8, "metal_can": 0.2}}},
     }  # fmt: skip
     env = gym.make_vec("PnTConveyor-v0", num_envs=12, level=level)
     env.reset(seed=2)

@@ -163,7 +163,7 @@ def test_staying_inside_is_about_pick_release_and_stop():
 
 
 def test_a_throw_that_does_not_exist_does_not_stay_inside():
-    core = make_core("nominal", 3)
+    core = make_core("nominal_plain", 3)
     pick = core.context.pick
     nowhere = plan_release_batch(pick, pick + np.array([0.0, 0.0, 0.1]), MotionLimits.t3kr(40.0))
     assert not nowhere.feasible.any()

@@ -12,7 +12,7 @@ from pnt_gym.errors import ConfigError
 
 COUNT = 60
 MIXED = {
-    "base": "nominal",
+    "base": "nominal_plain",
     "items": ["metal_can", "plastic_package", *LIGHT_ITEMS],
     "bins": {"fixed": [{"name": "inside", "x": 0.30, "y": 0.40, "size": [0.34, 0.34]}]},
 }
@@ -59,13 +59,13 @@ def test_a_bound_on_the_foreseen_shift_keeps_the_misses_small():
 
 
 def test_a_bound_on_the_margin_is_kept_in_the_worst_direction():
-    core = core_of({"base": "waste"}, margin=1.5)
+    core = core_of({"base": "waste_plain"}, margin=1.5)
     context = core.context
     hold, push = measured_hold(context.objects, context.belt_shift), context.throw_limits.acceleration
     turns = np.random.default_rng(0).normal(size=(COUNT, 500, 3))
     turns *= (push[:, None] / np.linalg.norm(turns, axis=2))[..., None]
     assert hold.margin(turns).min() >= 1.5
-    loose = core_of({"base": "waste"}).context
+    loose = core_of({"base": "waste_plain"}).context
     assert (measured_hold(loose.objects, loose.belt_shift).least_margin(loose.throw_limits.acceleration) < 1.5).any()
 
 
@@ -77,4 +77,4 @@ def test_a_level_of_nothing_to_throw_says_so():
 @pytest.mark.parametrize(("key", "value"), [("drag_area", 0), ("drag_shift", -0.1), ("margin", 0.5)])
 def test_no_such_bound(key, value):
     with pytest.raises(ConfigError, match=rf"throwable\.{key}"):
-        ConveyorConfig.load({"base": "nominal", "throwable": {key: value}})
+        ConveyorConfig.load({"base": "nominal_plain", "throwable": {key: value}})
