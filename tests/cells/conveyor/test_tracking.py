@@ -22,7 +22,9 @@ PLANNERS = ("straight", "free_direction")
 ALL_PLANNERS = (*PLANNERS, "horizontal", "pick_and_place", "ellipse")
 
 
-def core_of(level="nominal", picks="belt", count=COUNT, mode="release_point", tracking=True, speed=FAST, **changes):
+def core_of(
+    level="nominal_plain", picks="belt", count=COUNT, mode="release_point", tracking=True, speed=FAST, **changes
+):
     belt = {"tracking": tracking, "speed": speed}
     return make_core(vary(level, belt=belt, **changes), count, picks=picks, mode=mode, threads=2)
 
@@ -45,7 +47,7 @@ class Spy:
 @pytest.mark.parametrize("mode", ["release_point", "release_xyz", "virtual_goal"])
 def test_paths_begin_and_end_with_the_belt_and_keep_every_limit(planner, picks, mode):
     count = 12
-    core = core_of("waste", picks, count, mode, planner=planner, fidelity="flight")
+    core = core_of("waste_plain", picks, count, mode, planner=planner, fidelity="flight")
     spy, rng = Spy(core), np.random.default_rng(0)
     for _ in range(2):
         core.step(rng.uniform(-1, 1, (count, *core.action_space.shape)))
@@ -148,7 +150,7 @@ def test_the_hand_comes_to_the_belt_and_rides_as_planned(planner):
 
 
 @pytest.mark.parametrize("planner", PLANNERS)
-@pytest.mark.parametrize("level", ["nominal", "waste"])
+@pytest.mark.parametrize("level", ["nominal_plain", "waste_plain"])
 def test_a_throw_begins_without_a_jerk_of_the_robot(planner, level):
     """At the release the hand is as near its path as after a start from rest."""
     errors = {}
@@ -163,7 +165,7 @@ def test_a_throw_begins_without_a_jerk_of_the_robot(planner, level):
 
 def test_what_is_told_of_the_slip():
     for tracking in (False, True):
-        core = core_of("waste", "independent", tracking=tracking, fidelity="flight")
+        core = core_of("waste_plain", "independent", tracking=tracking, fidelity="flight")
         error = core.hidden()["belt_error"]
         slip = core.step(np.zeros((COUNT, 2))).info["slip"]
         true = FAST * (1.0 + error)
@@ -193,7 +195,9 @@ def test_flights_and_the_full_physics_agree_as_they_do_for_a_hand_at_rest(picks)
     landings = {}
     for tracking in (False, True):
         found = [
-            core_of("waste", picks, 60, tracking=tracking, fidelity=fidelity).preview(np.zeros((60, 2)), jitter=True)
+            core_of("waste_plain", picks, 60, tracking=tracking, fidelity=fidelity).preview(
+                np.zeros((60, 2)), jitter=True
+            )
             for fidelity in ("full", "flight")
         ]
         landings[tracking] = np.linalg.norm(found[0].landing - found[1].landing, axis=1)
@@ -211,7 +215,7 @@ def test_in_the_planners_own_world_every_throw_lands():
 
 def test_objects_that_must_be_thrown_slowly_fade_slowly_or_ride_on():
     """A grip that asks for less acceleration gets it, the fading included."""
-    core = core_of("waste", fidelity="flight", grip={"safety": 2.0, "limit": True})
+    core = core_of("waste_plain", fidelity="flight", grip={"safety": 2.0, "limit": True})
     spy = Spy(core)
     for _ in range(3):
         core.step(np.zeros((COUNT, 2)))
@@ -246,14 +250,14 @@ def test_a_belt_that_no_hand_can_ride_with_is_refused(case):
 
 
 def test_the_fastest_belt_that_is_not_refused_can_be_sorted_from():
-    core = core_of("nominal", "independent", 12, speed=1.43, fidelity="flight")
+    core = core_of("nominal_plain", "independent", 12, speed=1.43, fidelity="flight")
     assert core.step(np.zeros((12, 2))).info["is_success"].mean() > 0.8
 
 
 @pytest.mark.parametrize("planner", ALL_PLANNERS)
 def test_a_hand_that_lifts_nothing_stops_and_goes_on(planner):
     changes = {"pick": {"fails": True}, "planner": planner, "fidelity": "flight"}
-    core = core_of("waste", picks="belt", **changes)
+    core = core_of("waste_plain", picks="belt", **changes)
     spy, failed = Spy(core), 0
     for _ in range(3):
         picked = core.step(np.zeros((COUNT, 2))).info["picked"]
