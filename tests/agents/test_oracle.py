@@ -117,7 +117,7 @@ def test_it_leaves_the_noise() -> None:
         ("OneJointThrow-v0", "contact", 0.5),
         (
             "PnTRelease-v0",
-            {"base": "waste", "limits": {"percent": [60]}, "action": {"along": 0.5, "across": 0.15}},
+            {"base": "waste_plain", "limits": {"percent": [60]}, "action": {"along": 0.5, "across": 0.15}},
             0.9,
         ),
     ],

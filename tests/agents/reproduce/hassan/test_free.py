@@ -23,6 +23,7 @@ from agents.reproduce.hassan.per_pick import (
     BATCH,
     cell_config,
     loss_rows,
+    mover_of,
     per_pick_cycle,
     per_pick_grid,
     random_picks,
@@ -74,9 +75,10 @@ def test_broken_bounds_are_not_called_kept(optimum):
 def test_the_rules_are_those_of_the_table_and_of_the_cell():
     rules = PROTOCOLS["limits-respected"].rules
     config = cell_config(40)
-    mover = PickPlanner(config).mover
-    assert isinstance(mover, FreeMover)
-    assert mover.rules == RULES
+    standing = config.model_copy(update={"belt": config.belt.model_copy(update={"tracking": False})})
+    for mover in (mover_of(40), PickPlanner(standing).mover):  # the table's hand begins at rest
+        assert isinstance(mover, FreeMover)
+        assert mover.rules == RULES
     assert (RULES.approach, RULES.window, config.motion.ceiling) == (rules.approach, 0.0, rules.rise)
     assert config.limits.percent == (40,)
 
