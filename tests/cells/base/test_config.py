@@ -246,4 +246,4 @@ def test_a_level_is_written_as_json_can_hold_it(tmp_path):
 def test_true_is_no_number(level, key):
     with pytest.raises(ConfigError, match=rf"{key} is (True|False): input should be a number"):
         ConveyorConfig.load(level)
-    assert ConveyorConfig.load({"grip": {"limit": True}}).grip.limit
+    assert not ConveyorConfig.load({"grip": {"limit": False}}).grip.limit
