@@ -114,10 +114,9 @@ class Item(BaseModel):
             held = f"seal_force of {self.name!r} is {self.seal_force} N"
             raise ConfigError(f"{held}, but must exceed its weight of {weight:.3f} N.")
         if 2.0 * self.fitted_radius > self.width:
-            raise ConfigError(
-                f"cup_radius of {self.name!r} is {self.cup_radius} m, but its cup, {2e3 * self.fitted_radius:g} mm wide, must "
-                f"not be wider than the item, {1e3 * self.width:g} mm across."
-            )
+            cup, item = (f"{1e3 * wide:g} mm" for wide in (2.0 * self.fitted_radius, self.width))
+            held = f"cup_radius of {self.name!r} is {self.cup_radius} m"
+            raise ConfigError(f"{held}, but its cup, {cup} wide, must not be wider than the item, {item} across.")
         return self
 
 

@@ -35,7 +35,7 @@ FEATURES: Final = (
     Feature("belt_speed", "m/s", 0.25, 0.25, "nominal belt speed", lambda c: np.full(len(c.pick), c.belt_speed)),
     Feature("release_speed", "m/s", 2.2, 0.5, "of the nominal plan", lambda c: c.plan.speed),
     Feature("elevation", "rad", 0.45, 0.30, "of the nominal plan", lambda c: c.plan.angle),
-    Feature("release_distance", "m", 0.35, 0.20, "start of the throw to release, of the nominal plan", lambda c: c.plan.distance),
+    Feature("release_distance", "m", 0.35, 0.20, "start to release, of the nominal plan", lambda c: c.plan.distance),
     Feature("flight_time", "s", 0.28, 0.10, "of the nominal plan, without drag", lambda c: c.plan.flight_time),
     Feature("length", "m", 0.12, 0.06, "measured, along the object", lambda c: c.measured.size[:, 0]),
     Feature("width", "m", 0.07, 0.03, "measured, across the object", lambda c: c.measured.size[:, 1]),
