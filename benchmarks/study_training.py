@@ -34,7 +34,7 @@ from agents.throws import summary
 from agents.train import learn
 
 ENV: Final = "PnTRelease-v0"
-LEVEL: Final = "waste"
+LEVEL: Final = "waste_plain"
 THREADS: Final = 2
 WAYS: Final = {"full": 0.0, "flight": 1.0, "flight then full": 0.8}
 """Share of the throws that are flights."""
