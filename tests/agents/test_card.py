@@ -18,7 +18,7 @@ ASKED: dict[str, Any] = {
 def figures(reward: float) -> dict[str, Any]:
     throws = [{"reward": reward}, {"reward": reward + 0.2}]
     rates = {"success_rate": 0.98765, "success_low": 0.9, "success_high": 1.0, "sorted_per_min": 60.71234}
-    errors = {"landing_error_mean_m": 0.01234, "landing_error_p95_m": 0.0333}
+    errors = {"landing_error_mean_m": 0.01234, "landing_error_p95_m": 0.0333, "landing_near_share": 0.925}
     return {"picks": 2, "seed": 7, "throws": throws, **rates, **errors}
 
 
@@ -51,7 +51,7 @@ def test_a_card_names_what_is_there_and_nothing_else() -> None:
     bare = card(ASKED, "home", FIGURES, "Own-v0-home-tqc-seed3", {"policy.npz", "curve.png"})
     assert yaml.safe_load(whole.split("---\n")[1]) == metadata(ASKED, FIGURES)
     assert "# TQC on theirs:Own-v0, level home\n" in whole
-    assert "| waste | 12.3 mm | 33.3 mm | 98.8 % (90.0..100.0) | 60.7 |" in whole
+    assert "| waste | 12.3 mm | 33.3 mm | 92.5 % | 98.8 % (90.0..100.0) | 60.7 |" in whole
     assert "2 held-out throws per level (seed 7)" in whole
     assert r"aim\|\<b>" in whole
     for file in (*PARTS, "replay.mp4"):

@@ -92,9 +92,9 @@ def test_a_grid_is_kept_as_json() -> None:
 
 def test_controllers_are_compared_side_by_side() -> None:
     figures = {"landing_error_mean_m": 0.012, "landing_error_p95_m": 0.03, "success_rate": 0.9, "success_low": 0.8}
-    more = {"success_high": 0.95, "picks_per_min": 41.26, "sorted_per_min": 37.1}
+    more = {"landing_near_share": 0.875, "success_high": 0.95, "picks_per_min": 41.26, "sorted_per_min": 37.1}
     table = comparison_table("title", [("ridge", 30, {**figures, **more}), ("analytic", 0, {**figures, **more})])
     assert [list(column.cells) for column in table.columns] == [
-        ["ridge", "analytic"], ["30 throws", "-"], ["12.0 mm"] * 2, ["30.0 mm"] * 2, ["90.0 % (80.0..95.0)"] * 2,
-        ["41.3"] * 2, ["37.1"] * 2,
+        ["ridge", "analytic"], ["30 throws", "-"], ["12.0 mm"] * 2, ["30.0 mm"] * 2, ["87.5 %"] * 2,
+        ["90.0 % (80.0..95.0)"] * 2, ["41.3"] * 2, ["37.1"] * 2,
     ]  # fmt: skip
