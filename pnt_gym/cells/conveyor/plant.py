@@ -114,8 +114,16 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
 
     def _thrown(self, rows: Ints, thrown: Context, clock: ThrowClock) -> Flown:
         """The throws of some rows."""
-        flying = self._in_the_air if self.config.fidelity == "flight" else self._in_two_stages
-        flown, unsure = flying(rows, thrown, clock)
+        if self.config.fidelity == "full":
+            return self._simulated(rows, thrown, clock)
+        flown, unsure = self._in_the_air(rows, thrown, clock)
+        swung = clock.parting.unsure  # and then most are let go as any other
+        flown = made_anew(flown, unsure & ~swung, self._to_the_end, rows, thrown, clock)
+        return made_anew(flown, swung, self._simulated, rows, thrown, clock)
+
+    def _simulated(self, rows: Ints, thrown: Context, clock: ThrowClock) -> Flown:
+        """The throws of some rows, with the robot for as long as it may meet the object."""
+        flown, unsure = self._in_two_stages(rows, thrown, clock)
         return made_anew(flown, unsure, self._to_the_end, rows, thrown, clock)
 
     def _left_lying(self, clock: ThrowClock) -> Flown:

@@ -318,3 +318,13 @@ def test_every_action_mode_and_planner_throws(mode, numbers, planner):
 def test_no_such_cup(cup, said):
     with pytest.raises(ConfigError, match=said):
         make_core(level(**cup), 1)
+
+
+def test_a_flight_whose_object_met_the_belt_as_it_swung_is_the_full_physics():
+    cores = [make_core(level("waste", fidelity, stiffness=0.3), COUNT) for fidelity in ("full", "flight")]
+    met = ThrowClock.of(cores[1].context, cycle_of(cores[1]), cores[1].config).parting.unsure
+    met = met & ~cores[1].preview(np.zeros((COUNT, 2)), jitter=True).dropped
+    assert 0 < met.sum() < COUNT
+    full, flight = (core.preview(np.zeros((COUNT, 2)), jitter=True) for core in cores)
+    for name in ("landing", "final", "peak_torque", "energy", "in_bin"):
+        assert same_bits(getattr(full, name)[met], getattr(flight, name)[met]), name
