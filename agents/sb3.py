@@ -222,7 +222,8 @@ def _steps(model: BaseAlgorithm) -> tuple[list[Any], float]:
 class ThrownBuffer(ReplayBuffer):
     """A memory of throws: what no action had a say in, a pick that failed or an object lost on the way, is not kept.
 
-    In its place in a batch stands a throw of another row; a batch without any throw is not kept at all.
+    In its place in a batch stands a throw of another row; a batch without any throw is not kept at all, but in an empty
+    memory, from which nothing could be drawn.
     """
 
     def add(
@@ -236,12 +237,13 @@ class ThrownBuffer(ReplayBuffer):
     ) -> None:
         """Keep the throws of one step of all rows."""
         thrown = [row for row, info in enumerate(infos) if info.get("picked", True) and not info.get("dropped", False)]
-        if thrown:
-            kept = np.arange(len(infos))
-            others = np.setdiff1d(kept, thrown)
-            kept[others] = np.resize(thrown, len(others))
-            parts = (part[kept] for part in (obs, next_obs, action, reward, done))
-            super().add(*parts, [infos[row] for row in kept])
+        if not thrown and self.size() > 0:
+            return
+        kept = np.arange(len(infos))
+        others = np.setdiff1d(kept, thrown)
+        kept[others] = np.resize(thrown or others, len(others))
+        parts = (part[kept] for part in (obs, next_obs, action, reward, done))
+        super().add(*parts, [infos[row] for row in kept])
 
 
 @final

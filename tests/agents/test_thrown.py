@@ -69,6 +69,15 @@ def test_a_batch_without_a_throw_is_not_kept() -> None:
     assert same(ours, plain)
 
 
+def test_an_empty_memory_takes_even_a_batch_without_a_throw() -> None:
+    """Learning that begins with the first step has something to draw."""
+    ours, plain = memory(ThrownBuffer), memory(ReplayBuffer)
+    for one in (ours, plain):
+        one.add(*batch(0, [UNPICKED, LOST] * 2))
+    assert same(ours, plain)
+    assert len(ours.sample(2).rewards) == 2
+
+
 def test_what_was_stepped_is_left_as_it_was() -> None:
     """The learner goes on with these arrays."""
     told = [THROWN, UNPICKED, THROWN, LOST]
