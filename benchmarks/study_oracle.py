@@ -96,7 +96,9 @@ class Watched(Controller):
     def act(self, observation: Observation) -> Actions:
         """Those of the controller, (N, E)."""
         actions = self._controller.act(observation)
-        self.previewed = np.append(self.previewed, self._core.preview(actions).landing_error)
+        seen = self._core.preview(actions)
+        thrown = ~getattr(seen, "dropped", np.zeros(len(actions), dtype=np.bool_))
+        self.previewed = np.append(self.previewed, seen.landing_error[thrown])
         self.at_bound = np.append(self.at_bound, (np.abs(actions) > 0.999).any(axis=1))
         return actions
 
