@@ -132,9 +132,9 @@ def neighbours_table(data: Data) -> Grid:
         for found in data["neighbours"]
     ]
     note = (
-        f"Analytic planner, `waste`, {data['shifts']} shifts of {data['throws']} throws per row, seed {data['seed']}. "
-        "Gaps: 0.10 to 0.30 m between centres, or 0.02 to 0.18 m between edges. Swept: throws whose object sweeps "
-        "through another one on the belt (`disturbed`). Passed: objects let go, knocked ones among them."
+        f"Analytic planner, `waste_plain`, {data['shifts']} shifts of {data['throws']} throws per row, seed "
+        f"{data['seed']}. Gaps: 0.10 to 0.30 m between centres, or 0.02 to 0.18 m between edges. Swept: throws whose "
+        "object sweeps through another one on the belt (`disturbed`). Passed: objects let go, knocked ones among them."
     )
     return Grid("A hand that rides, and neighbours", header, rows, note)
 
@@ -163,8 +163,9 @@ def judged_table(data: Data) -> Grid:
     ]
     emptied = " and ".join(f"{count} in `{level}`" for level, count in data["emptied"].items())
     note = (
-        f"`PnTConveyor-v0`, {data['throws']} picks per row, seed {data['seed']}, full physics. `boxes` sorts the kinds "
-        f"of `waste` into six fixed bins by material. Classes wrong: {100 * data['wrong']:g} % of every kind is seen "
+        f"`PnTConveyor-v0`, {data['throws']} picks per row, seed {data['seed']}, full physics. `waste` is "
+        "`waste_plain`, but for the last row of each controller; `boxes` sorts its kinds into six fixed bins by "
+        f"material. Classes wrong: {100 * data['wrong']:g} % of every kind is seen "
         f"as one of another material. Bins are emptied after so many objects: {emptied}."
     )
     return Grid("What a sorter is judged by", header, rows, note)

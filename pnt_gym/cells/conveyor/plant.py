@@ -231,9 +231,10 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         return control
 
     def _knots(self, clock: ThrowClock, steps: Ints) -> JointMotion:
-        """What the motors should do at steps (K,) or (N, K), after the end of each throw what they do there."""
-        # A hand that rides with the belt would ride on for as long as the longest throw takes, out of reach.
-        position, velocity, acceleration = clock.hand(np.minimum(steps, clock.end[:, None]))
+        """What the motors should do at steps (K,) or (N, K), after each throw's end what they do just behind it."""
+        # A hand that rides with the belt would ride on for as long as the longest throw takes, out of reach. What lies
+        # between two looks needs the one behind the end, too.
+        position, velocity, acceleration = clock.hand(np.minimum(steps, clock.end[:, None] + clock.stride))
         return joint_knots(position, velocity, acceleration, geometry=self.scene.robot.geometry)
 
     def _write_grip_point(self, rows: Ints, context: Context) -> None:
