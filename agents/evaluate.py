@@ -13,7 +13,7 @@ from .cli import UsageError, at_least, option, run
 from .controllers import Learner, load_state, make_controller, save_state
 from .controllers.protocol import Controller
 from .environments import Env, make_vector
-from .evaluation import NUM_ENVS, PRACTICE, evaluate
+from .evaluation import NUM_ENVS, evaluate, usual_practice
 from .files import check_writable, write_json
 from .tables import console, summary_table, throws_bar
 from .trained import setting
@@ -44,7 +44,7 @@ class Arguments:
     """Cells simulated side by side; part of what a seed means."""
     threads: int = 2
     """Threads that simulate; results do not depend on it."""
-    practice: Annotated[int | None, option("120, or 0 with --load", "N")] = None
+    practice: Annotated[int | None, option("120, or 0 with --load and for one that ships knowing", "N")] = None
     """Throws before the evaluation for a controller that learns; others throw none."""
     online: bool = False
     """Go on learning during the evaluation."""
@@ -93,7 +93,7 @@ def prepare(controller: Controller, arguments: Arguments) -> int:
     """Load what a learning controller knows; returns the throws it is to practise."""
     if isinstance(controller, Learner):
         if arguments.load is None:
-            return PRACTICE if arguments.practice is None else arguments.practice
+            return usual_practice(controller) if arguments.practice is None else arguments.practice
         load_state(controller, arguments.load)
         return arguments.practice or 0
     for name in ("load", "save"):

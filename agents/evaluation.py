@@ -58,7 +58,7 @@ def evaluate(
             1 for a single environment.
         picks: throws to count, at least 1.
         seed: names the objects; no training or practice with any seed sees them.
-        practice: throws before for one that learns; None for 120 if `policy` is a name, else none.
+        practice: throws before for one that learns; None for 120 if `policy` is a name that knows nothing, else none.
         online: go on learning during the evaluation.
         trust: run the code in an RL-Zoo folder or a model.zip that `policy` names.
         progress: told after each batch whether it was "practice" or "evaluation", and how many throws.
@@ -77,7 +77,7 @@ def evaluate(
     cells = make_vector(env, **{"num_envs": NUM_ENVS, **options}) if isinstance(env, str) else as_vector(env)
     try:
         controller = _made(policy, cells, seed, trust)
-        wanted = PRACTICE if isinstance(policy, str) and practice is None else practice or 0
+        wanted = usual_practice(controller) if isinstance(policy, str) and practice is None else practice or 0
         practised = wanted if isinstance(controller, Learner) else 0
         tell = progress or (lambda name, count: None)
         practise(controller, cells, practised, seed, progress=partial(tell, "practice"))
@@ -90,6 +90,11 @@ def evaluate(
     finally:
         if isinstance(env, str):
             cells.close()
+
+
+def usual_practice(controller: Controller) -> int:
+    """Throws from which a controller learns before it is judged, unless others are asked for: 120, or its own word."""
+    return getattr(controller, "practice", PRACTICE)
 
 
 def _told(seed: int, throws: Throws, env: Env, how: dict[str, Any]) -> dict[str, Any]:
@@ -159,7 +164,7 @@ def practise(
 def thrown(controller: Controller, env: Env, picks: int, env_seed: int, *, learn: bool = False) -> Iterator[Throws]:
     """Carry out throws and yield each batch of them; the last batch is cut to `picks` in all."""
     correction = core_of(env).correction
-    errors = () if correction is None else correction.errors
+    errors = () if correction is None else correction.told
     features, info = env.reset(seed=env_seed)
     done = 0
     while done < picks:

@@ -24,3 +24,7 @@ def module_name(name: str) -> str:
 def code_pattern(pattern: str) -> str:
     """A glob below `CODE` for one of a checkout, such as agents/*.py."""
     return pattern if CHECKOUT or not pattern.startswith("agents/") else f"pnt_gym/{pattern}"
+
+
+ADAPTIVE: Final = SHIPPED / "results" / "policies" / "PnTAdapt-v0-day"
+"""What the controllers of a cell that drifts know beforehand."""

@@ -18,6 +18,7 @@ except PackageNotFoundError:  # a source tree on the path, not installed
 
 _ENTRY_POINTS: Final = {
     "PnTConveyor-v0": "pnt_gym.envs.conveyor:PnTConveyor",
+    "PnTAdapt-v0": "pnt_gym.envs.conveyor:PnTAdapt",
     "PnTRelease-v0": "pnt_gym.envs.conveyor:PnTRelease",
     "OneJointThrow-v0": "pnt_gym.envs.one_joint:OneJointThrow",
     "OneJointSort-v0": "pnt_gym.envs.one_joint:OneJointSort",

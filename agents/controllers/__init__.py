@@ -18,9 +18,12 @@ from pnt_gym.errors import one_sentence
 from ..cli import UsageError
 from ..environments import Env, core_of
 from ..files import replace_file
+from ..places import ADAPTIVE
+from .adaptive import Adaptive
 from .analytic import Analytic
 from .ballistic import AnalyticHeight, MeanLead
 from .bucket_table import mean_shift, virtual_goal
+from .in_context import InContext
 from .mlp import Mlp
 from .newton import NewtonGoal
 from .oracle import Oracle
@@ -29,6 +32,7 @@ from .protocol import Controller, Learner, Observation, Outcome
 from .random import Random
 from .regression import OnPolicyRegression
 from .ridge import Ridge
+from .trackers import Kalman, Known, Nothing, RecursiveRidge, RunningMean, Tracker
 
 _ANY_ACTIONS: Mapping[str, Callable[..., Controller]] = {
     "analytic": lambda env: Analytic(_entries(env.single_action_space)),
@@ -44,7 +48,16 @@ _SHIFTS: Mapping[str, Callable[..., Controller]] = {
     "mlp": lambda env, correction, **options: OnPolicyRegression("mlp", correction, _features(env), Mlp(**options)),
     "oracle": lambda env, correction, **options: Oracle(_whole_core(env), correction, **options),
 }
-NAMES = (*_ANY_ACTIONS, *_SHIFTS)
+_TRACKERS: Mapping[str, Callable[..., Tracker]] = {
+    "static": lambda core: Nothing(),
+    "ema": lambda core, **options: RunningMean(**options),
+    "kalman": lambda core, **options: Kalman(core.config.belt.camera_x, **options),
+    "recursive_ridge": lambda core, **options: RecursiveRidge(**options),
+    "in_context": lambda core, **options: InContext(core.config.belt.camera_x, **options),
+    "oracle_drift": Known,
+}
+"""What is taken from the static policy's shift, of controllers that are told of the throw before."""
+NAMES = (*_ANY_ACTIONS, *_SHIFTS, *_TRACKERS)
 
 __all__ = [
     "NAMES",
@@ -76,6 +89,8 @@ def make_controller(name: str, env: Env, *, trust: bool = False, **options: Any)
         return _ANY_ACTIONS[name](env, **options)
     if name in _SHIFTS:
         return _SHIFTS[name](env, _needed_correction(name, env), **options)
+    if name in _TRACKERS:
+        return _adaptive(name, env, options)
     if os.path.isdir(name) or name.endswith(".zip"):
         return trained_policy(Path(name), env, trust=trust)
     if ":" in name:
@@ -84,6 +99,15 @@ def make_controller(name: str, env: Env, *, trust: bool = False, **options: Any)
         f"{one_sentence(name, 80)!r} is neither a controller nor a run folder; controllers are {', '.join(NAMES)}, "
         "MODULE:CLASS and MODEL.zip, and a run folder is what training leaves in runs/"
     )
+
+
+def _adaptive(name: str, env: Env, options: Mapping[str, Any]) -> Adaptive:
+    """A controller that is told of the throw before, with the static policy that ships."""
+    correction, core = _needed_correction(name, env), core_of(env)
+    if not correction.seen:
+        raise UsageError(f"controller {name!r} goes by what is told of the throw before; use --env PnTAdapt-v0")
+    tracker, knows = _TRACKERS[name](core, **options), "in_context" if name == "in_context" else "static"
+    return Adaptive(name, knows, correction, _features(env), tracker, read_state(ADAPTIVE / f"{knows}.npz")[1])
 
 
 def _needed_correction(name: str, env: Env) -> Correction:
@@ -130,7 +154,7 @@ def save_state(controller: Learner, path: Path) -> None:
 
     def write(temporary: Path) -> None:
         with temporary.open("wb") as file:  # given a name, numpy would append a suffix
-            np.savez(file, controller=np.array(controller.name), **controller.state())
+            np.savez(file, controller=np.array(knowledge(controller)), **controller.state())
 
     replace_file(path, write)
 
@@ -141,19 +165,34 @@ def load_state(controller: Learner, path: Path) -> None:
     Raises:
         UsageError: the file is missing or damaged, or belongs to another controller.
     """
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            state: dict[str, np.ndarray] = {name: file[name] for name in file.files}
-        owner = str(state.pop("controller"))
-    except FileNotFoundError:
-        raise UsageError(f"{str(path)!r} does not exist") from None
-    except Exception:  # there is no telling what a torn or foreign file upsets
-        raise UsageError(f"{str(path)!r} holds no saved controller") from None
-    if owner != controller.name:
-        raise UsageError(f"{str(path)!r} was saved by {owner!r}, not by {controller.name!r}")
+    owner, state = read_state(path)
+    wanted = knowledge(controller)
+    if owner != wanted:
+        raise UsageError(f"{str(path)!r} was saved by {owner!r}, not by {wanted!r}")
     try:
         controller.restore(state)
     except UsageError:
         raise
     except Exception:
         raise UsageError(f"{str(path)!r} holds no state of {owner!r} that is understood here") from None
+
+
+def knowledge(controller: Learner) -> str:
+    """Whose knowledge a controller has: its own, or that of the static policy under it."""
+    return controller.knows if isinstance(controller, Adaptive) else controller.name
+
+
+def read_state(path: Path) -> tuple[str, dict[str, np.ndarray]]:
+    """Whose knowledge a file holds, and what it is.
+
+    Raises:
+        UsageError: the file is missing or damaged.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            state: dict[str, np.ndarray] = {name: file[name] for name in file.files}
+        return str(state.pop("controller")), state
+    except FileNotFoundError:
+        raise UsageError(f"{str(path)!r} does not exist") from None
+    except Exception:  # there is no telling what a torn or foreign file upsets
+        raise UsageError(f"{str(path)!r} holds no saved controller") from None

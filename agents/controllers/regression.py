@@ -71,11 +71,18 @@ class OnPolicyRegression(Learner):
     def act(self, observation: Observation) -> Actions:
         """Predicted shift, in practice with exploration around it: (N, E)."""
         count = len(observation.kind)
-        shift = self._predict(observation)
+        shift = self.predict(observation)
         if self._exploring:
             noise = self._random.standard_normal((count, self._correction.count))
             shift = shift + self._correction.exploration * noise
         return to_action(shift, self._correction)
+
+    def predict(self, observation: Observation) -> Floats:
+        """The fit's shifts (N, E), within the range of an action; zero before the first fit."""
+        if not self._fitted:
+            return np.zeros((len(observation.kind), self._correction.count))
+        scale = self._correction.scale
+        return np.clip(self._regressor.predict(observation.features.astype(np.float64)), -scale, scale)
 
     def learn(self, outcome: Outcome) -> None:
         """Remember the throws; renew the fit when a round is over."""
@@ -90,6 +97,12 @@ class OnPolicyRegression(Learner):
         if due:
             self._rounds = self._rounds[1:]
             self._fit()
+
+    def data(self) -> tuple[Floats, Floats]:
+        """What is learned from: observations (M, D), and the shifts that would have been right (M, E)."""
+        if not self._features:
+            return np.zeros((0, self._width)), np.zeros((0, self._correction.count))
+        return np.concatenate(self._features), np.concatenate(self._shifts)
 
     def state(self) -> State:
         """The fit; empty before the first."""
@@ -115,15 +128,9 @@ class OnPolicyRegression(Learner):
                 f"{self._correction.count} numbers"
             )
 
-    def _predict(self, observation: Observation) -> Floats:
-        if not self._fitted:
-            return np.zeros((len(observation.kind), self._correction.count))
-        scale = self._correction.scale
-        return np.clip(self._regressor.predict(observation.features.astype(np.float64)), -scale, scale)
-
     def _fit(self) -> None:
         if self._count < FEWEST_THROWS:
             return
         seed = int(self._random.integers(2**31))
-        self._regressor.fit(np.concatenate(self._features), np.concatenate(self._shifts), seed)
+        self._regressor.fit(*self.data(), seed)
         self._fitted, self._fitted_at = True, self._count

@@ -7,7 +7,7 @@ from typing import ClassVar, final
 from pnt_gym.cells.base.config import Level
 from pnt_gym.cells.conveyor.cell import ConveyorCell, Picks
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.observation import TABLE
+from pnt_gym.cells.conveyor.observation import SHIFT_TABLE, TABLE
 from pnt_gym.envs.base import ThrowEnv
 from pnt_gym.envs.vector import vector_form
 
@@ -91,11 +91,12 @@ class ConveyorEnv(ThrowEnv, observes=TABLE):
     """
 
     picks: ClassVar[Picks]
+    feedback: ClassVar[bool] = False
 
     @classmethod
     def make_cell(cls, level: Level, count: int, threads: int) -> ConveyorCell:
         """`count` cells of a level."""
-        return ConveyorCell(ConveyorConfig.load(level), count, cls.picks, threads)
+        return ConveyorCell(ConveyorConfig.load(level), count, cls.picks, threads, cls.feedback)
 
 
 @final
@@ -130,6 +131,53 @@ class PnTConveyorEnv(ConveyorEnv):
 
 
 PnTConveyorVectorEnv = vector_form(PnTConveyorEnv)
+
+
+@final
+class PnTAdaptEnv(ConveyorEnv, observes=SHIFT_TABLE):
+    """A shift in a cell that drifts: what an early throw teaches pays later.
+
+    ## Description
+
+    The cell of PnTConveyor-v0, in which things change that no sensor tells, as the level's section `drift` says: the
+    valve releases late or early, the camera is off along and across the belt, the belt's encoder is off by a share, air
+    moves through the cell. Every shift of `picks_per_shift` picks has values of its own, constant or changing on the
+    way, drawn from a generator of their own: the objects on the belt are those of PnTConveyor-v0. All are centred at
+    zero and scale with the mismatch. A camera over the bins sees where each object came down, with noise: the
+    observation of the next pick tells it, beside what was asked for and where that throw went. From the first throw
+    to the last the same few numbers are to be found out, and a throw that tries something pays for it itself.
+
+    Judge by the landing error and its share within 30 mm: at the openings of `waste`, 120 mm and more, drift hardly
+    shows in the success rate.
+
+    ## Observation Space
+
+    Here it is `Box(-5, 5, (34,), float32)`: the 26 entries of PnTConveyor-v0, the same in a cell that does not drift,
+    and eight more. The last landing is told along and left of the last throw, by a camera with the noise, the blind
+    share and the view of the level's section `feedback`; what was not picked, was lost on the way or came down out
+    of its view is unseen.
+
+    ## Starting State
+
+    As PnTConveyor-v0; nothing is known of a throw before.
+
+    ## Episode End
+
+    As PnTConveyor-v0: a shift. Beside `landing_along` and `landing_across`, which are true, `info` has `seen_along` and
+    `seen_across` [m], what the bin's camera saw (NaN where nothing), and `pick_in_shift`, 0 for the first.
+
+    ## Arguments
+
+    `level` is here `"day"` by default; `steps` and `drift_mix` drift otherwise, `day_far`, `steps_far` and
+    `drift_mix_far` twice as much. Any other level of PnTConveyor-v0 is one without drift.
+    """
+
+    picks: ClassVar[Picks] = "belt"
+    feedback: ClassVar[bool] = True
+    own_level: ClassVar[str] = "day"
+
+
+PnTAdaptVectorEnv = vector_form(PnTAdaptEnv)
 
 
 @final

@@ -116,7 +116,7 @@ class Correction:
     """
 
     errors: tuple[str, ...]
-    """Names of the errors, one per number: keys of a step's info and attributes of a preview, each (N,)."""
+    """Names of the errors, one per number: attributes of a preview, each (N,)."""
     scale: Floats
     """How far an action of 1 moves each error (E,), in the error's unit."""
     exploration: Floats
@@ -127,6 +127,13 @@ class Correction:
     """Which bucket of a table each throw belongs to."""
     possible: Possible | None = None
     """Which shifts the robot can do; None where only a throw shows it, by being shortened."""
+    seen: tuple[str, ...] = ()
+    """Keys of a step's info that tell of the errors, NaN where nothing is known; where there are none, `errors` are."""
+
+    @property
+    def told(self) -> tuple[str, ...]:
+        """Keys of a step's info under which a learner finds the errors, each (N,)."""
+        return self.seen or self.errors
 
     @property
     def count(self) -> int:

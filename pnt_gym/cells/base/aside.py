@@ -21,6 +21,8 @@ class Purpose(IntEnum):
     """As what an object is seen."""
     FILL = 3
     """How much lies in bins."""
+    SHIFT = 4
+    """What changes during a shift, and what is seen of it."""
 
 
 def aside(generator: np.random.Generator, purpose: Purpose) -> np.random.Generator:

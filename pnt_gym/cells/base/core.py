@@ -85,7 +85,7 @@ class Cell(ABC, Generic[ConfigT, ThrowsT, PlansT, VerdictT]):
     """Its action modes, the default first."""
     reward_terms: ClassVar[tuple[str, ...]]
     """Names of the reward's terms."""
-    hidden: ClassVar[Sequence[Quantity]] = ()
+    hidden: Sequence[Quantity] = ()
     """What no observation tells of a throw, for those who study it afterwards."""
 
     table: FeatureTable

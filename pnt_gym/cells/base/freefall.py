@@ -91,12 +91,12 @@ def _wind(
 
 
 @part
-def _step(state: Floats, body: Floats, air: float, step: float) -> None:
-    """One step of an object, in place."""
+def _step(state: Floats, body: Floats, wind: Floats, air: float, step: float) -> None:
+    """One step of an object in a wind (2,), in place."""
     w, x, y, z = state[3], state[4], state[5], state[6]
     mass, ix, iy, iz = body[0], body[1], body[2], body[3]
     ox, oy, oz = state[10], state[11], state[12]
-    vx, vy, vz = _turned(w, -x, -y, -z, state[7], state[8], state[9])
+    vx, vy, vz = _turned(w, -x, -y, -z, state[7] - wind[0], state[8] - wind[1], state[9])
     fx, fy, fz, gx, gy, gz = _wind(body, air, vx, vy, vz, ox, oy, oz)
     # Euler's equations about the centre of mass.
     ox, oy, oz = (
@@ -137,16 +137,26 @@ def _turn(state: Floats, step: float) -> None:
 
 
 @compiled(
-    "void(float64[:, ::1], float64[:, ::1], float64[::1], float64, float64, int64, float64[:, :, ::1], int64[::1])"
+    "void(float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[::1], float64, float64, int64,"
+    "float64[:, :, ::1], int64[::1])"
 )
 def fly_down(
-    state: Floats, body: Floats, floor: Floats, air: float, step: float, stride: int, seen: Floats, steps: Ints
+    state: Floats,
+    body: Floats,
+    wind: Floats,
+    floor: Floats,
+    air: float,
+    step: float,
+    stride: int,
+    seen: Floats,
+    steps: Ints,
 ) -> None:
     """Let objects fly until each is below a height and sinks, in place.
 
     Args:
         state: N objects (N, STATE), at the end where each has just passed its height.
         body: what they are (N, BODY).
+        wind: level velocity of the air around each (N, 2) [m/s].
         floor: the heights (N,) [m].
         air: share of the air's density and viscosity.
         step: of the physics [s].
@@ -161,7 +171,7 @@ def fly_down(
         while count < last and not (one[2] < floor[row] and one[9] < 0.0):
             if count % stride == 0:
                 seen[row, count // stride] = one
-            _step(one, body[row], air, step)
+            _step(one, body[row], wind[row], air, step)
             count += 1
         steps[row] = count
         for k in range((count + stride - 1) // stride, seen.shape[1]):
@@ -231,7 +241,8 @@ def swing_down(
             lip about each of the axes in which the object hangs at rest (N, 9).
         air: share of the air's density and viscosity.
         step: of the physics [s].
-        hand: acceleration [m/s2] and velocity [m/s] at the beginning of each step, in the same axes (N, K, 6).
+        hand: acceleration [m/s2] and velocity [m/s] at the beginning of each step, the latter
+            against the air, in the same axes (N, K, 6).
         steps: how many are made (N,), at most K.
         stride: steps between two records.
         seen: filled with the attitudes every `stride` steps, the first one first, and then the last (N, L, 4).

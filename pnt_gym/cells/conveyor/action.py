@@ -104,8 +104,11 @@ def modes_of(config: ConveyorConfig) -> Modes:
     return {**MODES, CHOICE_MODE.name: CHOICE_MODE} if config.planner == "auto" else MODES
 
 
-def correction(config: ConveyorConfig, mode: str) -> Correction | None:
-    """How an action shifts the landing along and across the throw; None where it has no such meaning."""
+def correction(config: ConveyorConfig, mode: str, seen: tuple[str, ...] = ()) -> Correction | None:
+    """How an action shifts the landing along and across the throw; None where it has no such meaning.
+
+    `seen` are the keys of the info that tell of the errors, where they are not the true ones.
+    """
     if not modes_of(config)[mode].errors:
         return None
     return Correction(
@@ -114,6 +117,7 @@ def correction(config: ConveyorConfig, mode: str) -> Correction | None:
         exploration=np.array(EXPLORATION),
         tolerance=np.ones(2),
         buckets=partial(_buckets, config),
+        seen=seen,
     )
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, ClassVar, Literal, Self, final
+from typing import Any, ClassVar, Final, Literal, Self, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from pnt_gym.arrays import Floats, Ints, made_anew, replaced
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.canvas import Marker
 from pnt_gym.cells.base.core import Cell, Generators
+from pnt_gym.cells.base.features import FeatureTable, Quantity
 from pnt_gym.cells.base.plant import REWARD_TERMS
 from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.cells.conveyor.action import MODES, correction, modes_of
@@ -22,20 +24,26 @@ from pnt_gym.cells.conveyor.hand import HandCycle
 from pnt_gym.cells.conveyor.hold import slip
 from pnt_gym.cells.conveyor.movers import ThrowMotion
 from pnt_gym.cells.conveyor.objects import Objects
-from pnt_gym.cells.conveyor.observation import HIDDEN, TABLE
+from pnt_gym.cells.conveyor.observation import DRIFT, HIDDEN, SHIFT_TABLE, TABLE
 from pnt_gym.cells.conveyor.outcome import Outcome, Told, judge
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.conveyor.plant import ConveyorPlant
 from pnt_gym.cells.conveyor.seal import picked
+from pnt_gym.cells.conveyor.shift import Shift, drifted, known
 from pnt_gym.cells.conveyor.sources import BeltPicks, IndependentPicks, PickSource
 from pnt_gym.cells.conveyor.tracking import brought_to_rest
 from pnt_gym.cells.conveyor.view import camera, objects_on_belt
 from pnt_gym.engine import MjData, MjModel
+from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
 from pnt_gym.planning.straight.plan import ReleaseBatch
 
 Picks = Literal["belt", "independent"]
+SEEN: Final = ("seen_along", "seen_across")
+"""Landing errors as a camera over the bins tells them."""
+FEWEST_PICKS: Final = 2
+"""In a shift from whose throws something can be learned."""
 
 
 @final
@@ -47,15 +55,30 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         count: number of cells N.
         picks: "belt" for a stream of objects on the moving belt, "independent" for unrelated picks.
         threads: worker threads of the physics; results do not depend on it.
+        feedback: whether a camera over the bins tells of each throw for those that follow, on the belt.
+
+    Raises:
+        ConfigError: a level that drifts without that camera, or a shift of one pick with it.
     """
 
     modes = MODES
     reward_terms: ClassVar[tuple[str, ...]] = REWARD_TERMS
-    table = TABLE
-    hidden = HIDDEN
+    table: FeatureTable = TABLE
+    hidden: Sequence[Quantity] = HIDDEN
 
-    def __init__(self, config: ConveyorConfig, count: int, picks: Picks, threads: int = 1) -> None:
+    def __init__(
+        self, config: ConveyorConfig, count: int, picks: Picks, threads: int = 1, feedback: bool = False
+    ) -> None:
         super().__init__(config, count, threads)
+        self._shift: Shift | None = None
+        """How each cell drifts; None where nobody could tell."""
+        if feedback:
+            self._begin_shifts()
+        elif config.drift.moves:
+            raise ConfigError(
+                f"level {config.name!r} drifts, and nothing in this environment tells of it; use PnTAdapt-v0, or set "
+                "the parts of its section `drift` to 0"
+            )
         self.terminates = picks == "independent"
         self.episode = 1 if self.terminates else config.picks_per_shift
         self.modes = modes_of(config)
@@ -76,6 +99,10 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
     def first(self, rows: Ints) -> Context:
         """First picks of an episode for some rows; where bins are carried along, they are empty."""
         picks = self._source.first(rows)
+        if self._shift is not None:
+            shift = Shift.drawn([self.generators[row] for row in rows], self.config)
+            self._shift = replaced(self._shift, rows, shift)
+            picks = self._drifting(picks, shift)
         if not self._carries:
             return picks
         self._fill = replaced(self._fill, rows, self._empty(len(rows)))
@@ -90,6 +117,8 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         scout = super().scout(generators)
         scout._source = type(self._source)(self.planner, generators)
         scout._fill = self._empty(len(generators))
+        if self._shift is not None:
+            scout._shift = Shift.drawn(generators, self.config)
         return scout
 
     def throw(self, plans: ReleaseBatch) -> Outcome:
@@ -105,7 +134,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         following = self._source.following(motion, context.limits, context.objects.place[:, 1:3])
         told = Told(following.wait, passed, motion.placed, np.asarray(met.any(axis=1)))
         outcome = self._flown(context, plans, motion, following.back, told)
-        self.context = self._after(outcome, following.context)
+        self.context = self._told(outcome, plans, self._after(outcome, following.context))
         return outcome
 
     def preview(self, plans: ReleaseBatch, jitter: bool = False) -> Outcome:
@@ -148,11 +177,12 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
             "bin_depth": thrown.bin_depth.copy(),
             "target_x": thrown.target[:, 0].copy(),
             "target_y": thrown.target[:, 1].copy(),
+            **self._feedback(),
         }
 
     def correction(self, mode: str) -> Correction | None:
         """How an action shifts the landing along and across the throw; None where it has no such meaning."""
-        return correction(self.config, mode)
+        return correction(self.config, mode, SEEN if self._shift is not None else ())
 
     def view(self) -> ThrowView:
         """Pictures of the cells; row 0 is recorded from now on."""
@@ -174,6 +204,37 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
     def markers_at(self, time: float) -> list[Marker]:
         """The same, a time [s] after the recorded throw began."""
         return objects_on_belt(self.upstream, self.config.belt, time)
+
+    def _begin_shifts(self) -> None:
+        """A camera over the bins from now on."""
+        if self.config.picks_per_shift < FEWEST_PICKS:
+            raise ConfigError(
+                f"picks_per_shift is {self.config.picks_per_shift}; a shift in which a throw tells something for the "
+                f"next needs at least {FEWEST_PICKS}"
+            )
+        self.table, self.hidden = SHIFT_TABLE, (*HIDDEN, *DRIFT)
+        self._shift = Shift.drawn(self.generators, self.config)
+
+    def _drifting(self, picks: Context, shift: Shift) -> Context:
+        """Picks as they come in cells that are off by now."""
+        return drifted(picks, shift.now(), self.config) if self.config.drift.moves else picks
+
+    def _told(self, outcome: Outcome, plans: ReleaseBatch, picks: Context) -> Context:
+        """The next picks, with what is known of the throws before, in cells that have drifted on."""
+        if self._shift is None:
+            return picks
+        seen, error = self._shift.told(outcome, self.config)
+        self._shift = self._shift.thrown()
+        before = known(self.context, plans, seen, error, self._shift.at / self.config.picks_per_shift)
+        return replace(self._drifting(picks, self._shift), before=before)
+
+    def _feedback(self) -> dict[str, NDArray[Any]]:
+        """What the camera over the bins tells of the throws just made, NaN where it saw nothing; if there is one."""
+        if self._shift is None:
+            return {}
+        before = self.context.before
+        told = np.where(before.seen[:, None], before.error, np.nan)
+        return {**dict(zip(SEEN, told.T.copy(), strict=True)), "pick_in_shift": self._shift.at - 1}
 
     @property
     def _carries(self) -> bool:

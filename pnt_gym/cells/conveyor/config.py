@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.config import Duration, Finite, NonNegative, Positive, Range, Section
 from pnt_gym.cells.base.sorting import SortingLine, SortingReward
+from pnt_gym.cells.conveyor.drift import Drift, Feedback
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.riding import fastest_belt
 
@@ -218,6 +219,8 @@ class ConveyorConfig(SortingLine):
     cup: Cup = Cup()
     pick: Pick = Pick()
     classifier: Classifier = Classifier()
+    drift: Drift = Drift()
+    feedback: Feedback = Feedback()
     action: ActionScale = ActionScale()
     reward: SortingReward = SortingReward()
     planner: Literal["straight", "free_direction", "horizontal", "pick_and_place", "ellipse", "auto"] = Field(
@@ -236,7 +239,7 @@ class ConveyorConfig(SortingLine):
         le=1e6,
         description="k of `dispatch: atc`: an object that can wait so much longer must be e times as quick [s].",
     )
-    picks_per_shift: Annotated[int, Field(ge=1)] = Field(default=50, description="Episode length of PnTConveyor-v0.")
+    picks_per_shift: Annotated[int, Field(ge=1)] = Field(default=50, description="Episode length on the belt.")
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import final
+from typing import NamedTuple, Self, final
 
 import numpy as np
 
@@ -26,6 +26,47 @@ class Measured:
     yaw: Floats
     grasp: Floats
     """Centre of mass from the cup axis along world x, y (N, 2) [m]."""
+
+
+@final
+class Drifted(NamedTuple):
+    """What is off in N cells at a pick, and no sensor tells."""
+
+    delay: Floats
+    """Release later by this than the object alone explains (N,) [s]."""
+    camera: Floats
+    """Objects are off by this from where the camera takes them to be, along x, y (N, 2) [m]."""
+    encoder: Floats
+    """Relative error of the belt speed that nothing measures (N,)."""
+    draught: Floats
+    """Velocity of the air along x, y (N, 2) [m/s]."""
+
+    @classmethod
+    def nothing(cls, count: int) -> Self:
+        """Cells as they were on the day they were set up."""
+        return cls(np.zeros(count), np.zeros((count, 2)), np.zeros(count), np.zeros((count, 2)))
+
+
+@final
+class Before(NamedTuple):
+    """What N cells know of the throws before, of the same shift."""
+
+    seen: Bools
+    """The bin's camera saw the landing (N,)."""
+    error: Floats
+    """What it says of the landing against the target, along and left of that throw; 0 where unseen (N, 2) [m]."""
+    shift: Floats
+    """Where that throw was sent against its nominal plan, drag-free, in the same frame (N, 2) [m]."""
+    direction: Floats
+    """Horizontal unit vector of that throw (N, 2); 0 where there is none."""
+    gone: Floats
+    """Share of the shift that is over (N,)."""
+
+    @classmethod
+    def nothing(cls, count: int) -> Self:
+        """A shift begins."""
+        nowhere = np.zeros((count, 2))
+        return cls(np.zeros(count, dtype=np.bool_), nowhere, nowhere.copy(), nowhere.copy(), np.zeros(count))
 
 
 @final
@@ -58,6 +99,12 @@ class Context:
     """Highest release z of the nominal plan (N,) [m]."""
     belt_shift: Floats
     """Grasp offset along x that the belt-speed error adds (N,) [m]."""
+    drift: Drifted
+    """What has changed since the cell was set up."""
+    unseen: Floats
+    """Grasp offset that the drift adds, which no sensor tells (N, 2) [m]."""
+    before: Before
+    """What is known of the throws before."""
 
     @property
     def kind(self) -> Ints:
@@ -87,9 +134,14 @@ class Context:
         return self.measured.yaw - np.arctan2(self.direction[:, 1], self.direction[:, 0])
 
     @cached_property
+    def visible_grasp(self) -> Floats:
+        """What the sensors could tell of the grasp, but for their noise (N, 2) [m]."""
+        return self.objects.grasp + np.stack([self.belt_shift, np.zeros_like(self.belt_shift)], axis=-1)
+
+    @cached_property
     def grasp(self) -> Floats:
         """True centre of mass from the cup axis along x, y (N, 2) [m]."""
-        return self.objects.grasp + np.stack([self.belt_shift, np.zeros_like(self.belt_shift)], axis=-1)
+        return self.visible_grasp + self.unseen
 
     @cached_property
     def cup_offset(self) -> Floats:
@@ -107,7 +159,7 @@ class Context:
             mass=o.measured_mass,
             seal=o.measured_seal,
             yaw=o.measured_yaw,
-            grasp=self.grasp + o.grasp_noise,
+            grasp=self.visible_grasp + o.grasp_noise,
         )
 
     def expected(self) -> Context:

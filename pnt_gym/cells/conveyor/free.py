@@ -25,9 +25,11 @@ NEAR: Final = 0.02
 """An object whose middle misses an opening by more does not come to lie in that bin [m]."""
 
 
-def write_models(batch: Any, rows: Ints, scene: Surroundings, context: Context, bins: Bins) -> None:
-    """Give some simulations the objects of N throws and, where they are drawn per throw, the bins."""
-    o, geom = context.objects, scene.object_geom
+def write_models(batch: Any, rows: Ints, scene: Surroundings, context: Context, config: ConveyorConfig) -> None:
+    """Give some simulations the objects of N throws, the draught and, where they are drawn per throw, the bins."""
+    o, geom, bins = context.objects, scene.object_geom, config.bins
+    if config.drift.draught.moves:
+        batch.expand("opt.wind")[rows, :2] = context.drift.draught
     write_object(batch, rows, scene.object_body, geom, o.shape, o.size, o.mass, o.drag)
     batch.expand("geom_pos")[rows, geom, 2] = o.com_depth - LIP_GAP - o.size[:, 2] / 2
     batch.expand("geom_friction")[rows, geom] = np.stack(
@@ -85,7 +87,7 @@ class FreeObjects:
             PhysicsError: the engine warned, or stopped a simulation.
         """
         batch = self.batch
-        write_models(batch, rows, self._scene, thrown, self._config.bins)
+        write_models(batch, rows, self._scene, thrown, self._config)
         batch.set_const(rows)
         batch.state[rows] = 0.0
         batch.bind("qpos")[rows], batch.bind("qvel")[rows] = qpos, qvel
@@ -105,7 +107,7 @@ class FreeObjects:
         count, stride, step, rim = len(thrown.pick), clock.stride, clock.step, thrown.target[:, 2].copy()
         state, steps = _let_go(clock), np.zeros(count, dtype=np.int64)
         seen = np.zeros((count, int((clock.end - clock.release).max()) // stride + 2, STATE))
-        fly_down(state, bodies(thrown), rim, self._config.mismatch, step, stride, seen, steps)
+        fly_down(state, bodies(thrown), thrown.drift.draught, rim, self._config.mismatch, step, stride, seen, steps)
         before = state[:, :3] - step * state[:, 7:10], state[:, 7:10] + np.array([0.0, 0.0, GRAVITY * step])
         landing = landing_point(*before, rim)[:, :2]
         landing = np.where(np.isfinite(landing), landing, state[:, :2])

@@ -78,6 +78,39 @@ FEATURES: Final = (
     ),
 )  # fmt: skip
 TABLE: Final = FeatureTable(FEATURES)
+FEEDBACK: Final = (
+    Feature("last_seen", "-", 0.0, 1.0, "1 where the bin's camera saw the last landing", lambda c: c.before.seen),
+    Feature(
+        "last_along", "m", 0.0, 0.05, "last landing against its target, along that throw; 0 if unseen",
+        lambda c: c.before.error[:, 0],
+    ),
+    Feature(
+        "last_across", "m", 0.0, 0.05, "last landing against its target, left of that throw; 0 if unseen",
+        lambda c: c.before.error[:, 1],
+    ),
+    Feature(
+        "last_shift_along", "m", 0.0, 0.05, "what the last action asked for, as carried out, drag-free",
+        lambda c: c.before.shift[:, 0],
+    ),
+    Feature(
+        "last_shift_across", "m", 0.0, 0.05, "what the last action asked for, as carried out, drag-free",
+        lambda c: c.before.shift[:, 1],
+    ),
+    Feature(
+        "last_direction_x", "-", 0.0, 1.0, "horizontal heading of the last throw",
+        lambda c: c.before.direction[:, 0],
+    ),
+    Feature(
+        "last_direction_y", "-", 0.0, 1.0, "horizontal heading of the last throw",
+        lambda c: c.before.direction[:, 1],
+    ),
+    Feature(
+        "shift_gone", "-", 0.0, 1.0, "share of the shift that is over; 0 before its first throw",
+        lambda c: c.before.gone,
+    ),
+)  # fmt: skip
+"""What a cell with a camera over its bins knows beside."""
+SHIFT_TABLE: Final = FeatureTable((*FEATURES, *FEEDBACK))
 HIDDEN: Final = (
     Quantity("length", "m", "true extent along the object", lambda c: c.objects.size[:, 0]),
     Quantity("width", "m", "true extent across the object", lambda c: c.objects.size[:, 1]),
@@ -99,8 +132,20 @@ HIDDEN: Final = (
     Quantity("spin_z", "rad/s", "angular velocity gained at the release", lambda c: c.objects.spin[:, 2]),
 )
 """What it does not see."""
+DRIFT: Final = (
+    Quantity("drift_delay", "s", "part of the delay that drifts", lambda c: c.drift.delay),
+    Quantity("camera_x", "m", "true place against the camera's, along the belt", lambda c: c.drift.camera[:, 0]),
+    Quantity("camera_y", "m", "true place against the camera's, across the belt", lambda c: c.drift.camera[:, 1]),
+    Quantity("encoder", "-", "true belt speed over the encoder's, less 1", lambda c: c.drift.encoder),
+    Quantity("draught_x", "m/s", "velocity of the air along the belt", lambda c: c.drift.draught[:, 0]),
+    Quantity("draught_y", "m/s", "velocity of the air across the belt", lambda c: c.drift.draught[:, 1]),
+)
+"""What it does not see of a cell that drifts."""
 
 
 def decode(observation: NDArray[np.floating]) -> dict[str, Floats]:
-    """Physical values by feature name from observations (..., 26); clipped entries stay clipped."""
-    return TABLE.decode(observation)
+    """Physical values by feature name from observations (..., 26), or (..., 34) with what is known of the throw before.
+
+    Clipped entries stay clipped.
+    """
+    return (TABLE if observation.shape[-1] == len(TABLE) else SHIFT_TABLE).decode(observation)

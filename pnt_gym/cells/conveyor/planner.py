@@ -14,7 +14,7 @@ from pnt_gym.cells.base.aside import Purpose, aside
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor.choosing import AutoMover
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.context import Before, Context, Drifted
 from pnt_gym.cells.conveyor.fill import drawn_fill
 from pnt_gym.cells.conveyor.free_mover import FreeMover
 from pnt_gym.cells.conveyor.hold import LEAST_ACCELERATION, measured_hold
@@ -126,6 +126,9 @@ class PickPlanner:
             belt_speed=self.config.belt.speed,
             ceiling=ceiling,
             belt_shift=belt_shift,
+            drift=Drifted.nothing(len(pick)),
+            unseen=np.zeros((len(pick), 2)),
+            before=Before.nothing(len(pick)),
         )
         context, taken = self._decided(context)
         good &= taken & self.mover.is_feasible(pick, context.plan, throw_limits)

@@ -88,7 +88,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         """
         batch, scene, o = self.batch, self.scene, context.objects
         rows = np.arange(len(context.pick)) if rows is None else rows
-        write_models(batch, rows, scene, context, self.config.bins)
+        write_models(batch, rows, scene, context, self.config)
         self._write_grip_point(rows, context)
         batch.set_const(rows)
         batch.state[rows] = 0.0

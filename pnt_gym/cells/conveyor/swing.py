@@ -97,7 +97,8 @@ def swung(
 
     yaw, count, last = thrown.objects.yaw, len(release), int(release.max())
     motion = hand(np.arange(last, dtype=np.int64))
-    moves = np.concatenate([in_body_axes(way, yaw[:, None]) for way in motion[:0:-1]], axis=2)
+    against_air = motion.velocity - np.concatenate([thrown.drift.draught, np.zeros((count, 1))], axis=1)[:, None]
+    moves = np.concatenate([in_body_axes(way, yaw[:, None]) for way in (motion.acceleration, against_air)], axis=2)
     arm = in_body_axes(hanging.apart, yaw)
     state, seen = np.zeros((count, STATE)), np.zeros((count, last // stride + 2, 4))
     state[:, 3] = 1.0

@@ -56,7 +56,7 @@ def thrown(rng):
 def flown(state, body, floor, air, records):
     seen, steps = np.zeros((COUNT, records, STATE)), np.zeros(COUNT, dtype=np.int64)
     after = state.copy()
-    fly_down(after, body, np.full(COUNT, floor), air, STEP, STRIDE, seen, steps)
+    fly_down(after, body, np.zeros((COUNT, 2)), np.full(COUNT, floor), air, STEP, STRIDE, seen, steps)
     return after, seen, steps
 
 
@@ -95,5 +95,5 @@ def test_a_row_does_not_depend_on_the_others():
     together, *_ = flown(state, body, 0.0, 1.0, 300)
     for row in range(COUNT):
         seen, steps, alone = np.zeros((1, 300, STATE)), np.zeros(1, dtype=np.int64), state[row : row + 1].copy()
-        fly_down(alone, body[row : row + 1].copy(), np.zeros(1), 1.0, STEP, STRIDE, seen, steps)
+        fly_down(alone, body[row : row + 1].copy(), np.zeros((1, 2)), np.zeros(1), 1.0, STEP, STRIDE, seen, steps)
         np.testing.assert_array_equal(alone[0], together[row])

@@ -1,0 +1,128 @@
+"""Controllers of a cell that drifts: a policy that knows the objects, and what the shift does on top of it.
+
+They see what every agent sees of `PnTAdapt-v0`: the observation tells of the throw before, and 0 as the share of the
+shift that is gone says that another one begins. Nothing reaches them by any other way.
+"""
+
+from __future__ import annotations
+
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats
+from pnt_gym.cells.base.action import Correction
+from pnt_gym.cells.conveyor.observation import FEEDBACK, SHIFT_TABLE
+
+from .mlp import Mlp
+from .protocol import Actions, Learner, Observation, Outcome, State
+from .regression import OnPolicyRegression
+from .shift import to_action
+from .trackers import Tracker
+
+FEEDBACK_SIZE: Final = len(FEEDBACK)
+"""Entries at the end of an observation that tell of the throw before."""
+WIDTH: Final = 128
+STEPS: Final = 6000
+
+
+def without_feedback(observation: Observation) -> Observation:
+    """What an agent of a cell without a camera over its bins would see."""
+    return Observation(observation.features[:, :-FEEDBACK_SIZE], observation.kind)
+
+
+def told(observation: Observation) -> tuple[Floats, Bools]:
+    """What would have been right for the throws before (N, 2) [m], along and left of them, and of which it is known."""
+    seen = SHIFT_TABLE.decode(observation.features)
+    asked = np.stack([seen["last_shift_along"], seen["last_shift_across"]], axis=1)
+    error = np.stack([seen["last_along"], seen["last_across"]], axis=1)
+    return asked - error, (seen["last_seen"] > 0.5) & ~begins(observation)
+
+
+def begins(observation: Observation) -> Bools:
+    """Which of the coming throws are the first of their shift (N,)."""
+    return observation.features[:, -1] <= 0.0
+
+
+@final
+class Adaptive(Learner):
+    """A static policy, and a tracker that says how the shift is off.
+
+    Practice is the static policy's alone: an MLP on what tells of the object, learned under the drift.
+
+    Args:
+        name: name of the controller.
+        knows: whose knowledge it has, for files.
+        correction: what an action means.
+        features: entries of an observation D.
+        tracker: of the shift.
+        shipped: what the static policy knows without practice.
+    """
+
+    practice = 0
+
+    def __init__(
+        self, name: str, knows: str, correction: Correction, features: int, tracker: Tracker, shipped: State
+    ) -> None:
+        self.name, self.knows = name, knows
+        self._correction, self._tracker, self._shipped = correction, tracker, shipped
+        self._static = OnPolicyRegression(name, correction, features - FEEDBACK_SIZE, Mlp(WIDTH, STEPS))
+        self.reset(0)
+
+    def reset(self, seed: int) -> None:
+        """Back to what ships, and forget the shift."""
+        self._seed, self._practising = seed, False
+        self._last: tuple[Floats, Floats] | None = None
+        self._static.reset(seed)
+        self.restore(self._shipped)
+
+    def act(self, observation: Observation) -> Actions:
+        """The static shift less what the shift does to it (N, 2)."""
+        if self._practising:
+            return self._static.act(without_feedback(observation))
+        self._take_in(observation)
+        plain = without_feedback(observation)
+        own, throws = self._static.predict(plain), plain.features.astype(np.float64)
+        self._last = throws, own
+        return to_action(own - self._tracker.effect(throws), self._correction)
+
+    def learn(self, outcome: Outcome) -> None:
+        """In practice: the static policy does. What a shift teaches is in the observations."""
+        if self._practising:
+            cut = without_feedback(outcome.observation)
+            known = outcome.action, outcome.error, outcome.is_success, outcome.cycle_time, outcome.clipped
+            self._static.learn(Outcome(cut, *known))
+
+    def begin_practice(self, throws: int) -> None:
+        """The static policy practises, from nothing."""
+        self._practising = True
+        self._static.reset(self._seed)
+        self._static.begin_practice(throws)
+
+    def end_practice(self) -> None:
+        """It has; what it leaves of the throws is for the tracker to study."""
+        self._practising = False
+        self._static.end_practice()
+        throws, right = self._static.data()
+        own = self._static.predict(Observation(throws.astype(np.float32), np.zeros(len(throws), dtype=np.int64)))
+        self._tracker.study(throws, own - right, self._seed)
+
+    def state(self) -> State:
+        """The static policy's, and the tracker's."""
+        return {**self._static.state(), **self._tracker.state()}
+
+    def restore(self, state: State) -> None:
+        """Take over a static policy, and what goes with the tracker."""
+        self._static.restore(state)
+        self._tracker.restore(state)
+
+    def _take_in(self, observation: Observation) -> None:
+        """What is told of the throws before."""
+        fresh = begins(observation)
+        if self._last is None or len(fresh) != len(self._last[1]):
+            self._last, fresh = None, np.full(len(fresh), True)
+        self._tracker.begin(fresh)
+        if self._last is not None:
+            throws, own = self._last
+            right, known = told(observation)
+            self._tracker.learn(throws, own - right, known & ~fresh)

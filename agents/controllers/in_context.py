@@ -1,0 +1,109 @@
+"""A tracker that has learned to learn: a recurrent network trained on shifts that were never thrown.
+
+From practice in a cell that does not drift it knows what a static policy leaves of a throw. On such throws, put in any
+order, it lays drifts as the shipped levels draw them, by the effect that each has on every throw: as many shifts as are
+asked for, from throws that are few.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.drift import Drift
+
+from ..cli import UsageError
+from .protocol import State
+from .recurrent import Lessons, Recurrent, trained
+from .trackers import Tracker, effects
+
+LEVELS: Final = ("day", "steps", "drift_mix")
+"""Of whose kinds the drifts are that it learns from; each shift has one of them, up to `STRONGEST` times as strong."""
+STRONGEST: Final = 1.5
+SHIFTS: Final = 64
+"""In a batch."""
+PICKS: Final = 50
+"""In a shift."""
+UNSEEN: Final = 0.1
+"""Share of the landings of which nothing is told."""
+
+
+@final
+class InContext(Tracker):
+    """The network at work, a memory for every row.
+
+    Args:
+        camera_x: where the camera sees objects [m].
+        size: numbers in its memory.
+        batches: that it learns from.
+    """
+
+    def __init__(self, camera_x: float, size: int = 64, batches: int = 6000) -> None:
+        self._camera_x, self._size, self._batches = camera_x, size, batches
+        self._network: Recurrent | None = None
+        self._memory = np.zeros((0, size))
+
+    def begin(self, rows: Bools) -> None:
+        """Forget the shift."""
+        if len(rows) != len(self._memory):
+            self._memory = np.zeros((len(rows), self._size))
+        self._memory[rows] = 0.0
+
+    def learn(self, throws: Floats, z: Floats, rows: Bools) -> None:
+        """Remember."""
+        if self._network is not None:
+            new = self._network.remembered(self._memory, throws, z)
+            self._memory = np.where(rows[:, None], new, self._memory)
+
+    def effect(self, throws: Floats) -> Floats:
+        """As the network foresees it (N, 2); nothing, as long as it has not studied."""
+        if self._network is None:
+            return np.zeros((len(throws), 2))
+        return self._network.foreseen(self._memory, throws)
+
+    def study(self, throws: Floats, z: Floats, seed: int) -> None:
+        """Train the network on shifts made of these throws."""
+        shifts = simulated(throws, z, self._camera_x, self._batches, seed)
+        self._network = trained(shifts, self._batches, throws.shape[1], seed, self._size)
+
+    def state(self) -> State:
+        """The network's; empty before it has studied."""
+        return {} if self._network is None else self._network.state()
+
+    def restore(self, state: State) -> None:
+        """Take over a network.
+
+        Raises:
+            UsageError: there is none in the state.
+        """
+        if not state:
+            self._network = None
+            return
+        if "memory_in_weight" not in state:
+            raise UsageError("what 'in_context' is to take over holds no network; practise it without drift")
+        self._network = Recurrent.of(state)
+        self._size = self._network.size
+        self._memory = np.zeros((0, self._size))
+
+
+def simulated(throws: Floats, z: Floats, camera_x: float, batches: int, seed: int) -> Iterator[Lessons]:
+    """Batches of shifts, made of throws (M, D) that came down by z (M, 2) [m] other than foreseen, without drift."""
+    random, drifts = np.random.default_rng(seed), [ConveyorConfig.load(name).drift for name in LEVELS]
+    effect = effects(throws, camera_x)
+    for _ in range(batches):
+        drawn = random.integers(len(throws), size=(SHIFTS, PICKS))
+        state = np.stack([_drawn(drifts[random.integers(len(drifts))], random) for _ in range(SHIFTS)])
+        known = random.random((SHIFTS, PICKS)) >= UNSEEN
+        off = z[drawn] + (effect[drawn] @ state[..., None])[..., 0]
+        yield Lessons(throws[drawn], np.where(known[..., None], off, 0.0), known)
+
+
+def _drawn(drift: Drift, random: np.random.Generator) -> Floats:
+    """Delay, camera along x and y, and encoder of one shift (P, 4)."""
+    parts = (drift.delay, drift.camera, drift.camera, drift.encoder)
+    strength = STRONGEST * random.random()
+    return strength * np.stack([one.path(random, PICKS, drift.steps_every) for one in parts], axis=1)
