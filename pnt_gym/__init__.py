@@ -29,12 +29,19 @@ ENV_IDS: Final = tuple(_ENTRY_POINTS)
 """Ids of the environments, each with a single and a vector form."""
 
 
+_SETTINGS: Final = {"PnTAdapt-v0": {"level": "day"}}
+"""What an environment is made with unless something else is asked for."""
+
+
 def register_envs() -> None:
     """Register the environments with Gymnasium; calling it again changes nothing."""
     for env_id, entry_point in _ENTRY_POINTS.items():
         if env_id not in gymnasium.registry:
             gymnasium.register(  # pyright: ignore[reportUnknownMemberType]
-                env_id, entry_point=f"{entry_point}Env", vector_entry_point=f"{entry_point}VectorEnv"
+                env_id,
+                entry_point=f"{entry_point}Env",
+                vector_entry_point=f"{entry_point}VectorEnv",
+                kwargs=dict(_SETTINGS.get(env_id, {})),
             )
 
 

@@ -15,7 +15,7 @@ from gymnasium.utils import seeding
 from numpy.typing import NDArray
 
 from pnt_gym.cells.base.canvas import FPS, RENDER_MODES, SIZE, Picture
-from pnt_gym.cells.base.config import ROOT, Level, describes_a_cell, written
+from pnt_gym.cells.base.config import Level, describes_a_cell, written
 from pnt_gym.cells.base.core import Cell, Core
 from pnt_gym.cells.base.features import FeatureTable
 from pnt_gym.cells.base.request import ASKED, Request, requested
@@ -105,7 +105,7 @@ class Facade:
 
     @spec.setter
     def spec(self, value: EnvSpec | None) -> None:
-        if value is not None and value.kwargs.get("level") is not None:
+        if value is not None and "level" in value.kwargs:
             value.kwargs["level"] = written(value.kwargs["level"])
         self._spec = value
 
@@ -138,7 +138,7 @@ class ThrowEnv(Facade, gym.Env[Observation, NDArray[np.floating]]):  # pyright: 
     """Abstract: one cell, one throw a step. Subclasses say which.
 
     Args:
-        level: of the cell; None for the environment's own.
+        level: of the cell.
         action_mode: how an action is read; None for the cell's default.
         threads: of the physics; results do not depend on it.
         render_mode: one of `RENDER_MODES`, or None.
@@ -149,8 +149,6 @@ class ThrowEnv(Facade, gym.Env[Observation, NDArray[np.floating]]):  # pyright: 
     """
 
     metadata: ClassVar[dict[str, Any]] = {"render_modes": list(RENDER_MODES), "render_fps": FPS}  # pyright: ignore[reportIncompatibleVariableOverride]
-    own_level: ClassVar[str] = ROOT
-    """Its level where none is asked for."""
 
     @classmethod
     @abstractmethod
@@ -158,14 +156,14 @@ class ThrowEnv(Facade, gym.Env[Observation, NDArray[np.floating]]):  # pyright: 
         """`count` cells of a level."""
 
     @classmethod
-    def make_core(cls, level: Level | None, action_mode: str | None, count: int, threads: int) -> Core:
-        """`count` cells of a level, None for the environment's own, behind one way to act."""
+    def make_core(cls, level: Level, action_mode: str | None, count: int, threads: int) -> Core:
+        """`count` cells of a level behind one way to act."""
         with describes_a_cell():
-            return Core(cls.make_cell(cls.own_level if level is None else level, count, threads), action_mode)
+            return Core(cls.make_cell(level, count, threads), action_mode)
 
     def __init__(
         self,
-        level: Level | None = None,
+        level: Level = "nominal",
         action_mode: str | None = None,
         threads: int = 1,
         render_mode: str | None = None,

@@ -168,13 +168,12 @@ class PnTAdaptEnv(ConveyorEnv, observes=SHIFT_TABLE):
 
     ## Arguments
 
-    `level` is here `"day"` by default; `steps` and `drift_mix` drift otherwise, `day_far`, `steps_far` and
-    `drift_mix_far` twice as much. Any other level of PnTConveyor-v0 is one without drift.
+    `gymnasium.make` sets `level` to `"day"` where none is given; `steps` and `drift_mix` drift otherwise, `day_far`,
+    `steps_far` and `drift_mix_far` twice as much. Any other level of PnTConveyor-v0 is one without drift.
     """
 
     picks: ClassVar[Picks] = "belt"
     feedback: ClassVar[bool] = True
-    own_level: ClassVar[str] = "day"
 
 
 PnTAdaptVectorEnv = vector_form(PnTAdaptEnv)

@@ -25,7 +25,7 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
 
     Args:
         num_envs: number of cells N.
-        level: of the cells; None for the environment's own.
+        level: of the cells.
         action_mode: how an action is read; None for the cell's default.
         threads: of the physics; results do not depend on it.
         render_mode: "rgb_array" or None.
@@ -49,7 +49,7 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
     def __init__(
         self,
         num_envs: int = 1,
-        level: Level | None = None,
+        level: Level = "nominal",
         action_mode: str | None = None,
         threads: int = 2,
         render_mode: str | None = None,
