@@ -27,6 +27,8 @@ FEEDBACK_SIZE: Final = len(FEEDBACK)
 """Entries at the end of an observation that tell of the throw before."""
 WIDTH: Final = 128
 STEPS: Final = 6000
+STATIC: Final = "static_"
+"""What the names of the static policy's arrays begin with."""
 FEW: Final = 20
 """A kind of which there were fewer throws in practice is not known."""
 
@@ -128,12 +130,14 @@ class Adaptive(Learner):
 
     def state(self) -> State:
         """The static policy's, the names of the kinds that it has learned, and the tracker's."""
-        return {**self._static.state(), "kinds": self._kinds, **self._tracker.state()}
+        own = {f"{STATIC}{name}": value for name, value in self._static.state().items()}
+        return {**own, "kinds": self._kinds, **self._tracker.state()}
 
     def restore(self, state: State) -> None:
         """Take over a static policy, and what goes with the tracker."""
-        self._static.restore(state)
-        self._tracker.restore(state)
+        own = {name: value for name, value in state.items() if name.startswith(STATIC)}
+        self._static.restore({name.removeprefix(STATIC): value for name, value in own.items()})
+        self._tracker.restore({name: value for name, value in state.items() if name not in own and name != "kinds"})
         self._learned(np.asarray(state.get("kinds", self._items[:0])))
 
     def _learned(self, kinds: NDArray[np.str_]) -> None:
