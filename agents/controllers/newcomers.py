@@ -10,7 +10,7 @@ from pnt_gym.arrays import Bools, Floats, Ints
 
 from .trackers import NOISE, SURPRISE
 
-PRIOR: Final = (0.015, 0.004)
+PRIOR: Final = (0.025, 0.005)
 """How far off a kind may be along and across the throw, standard deviations [m]: what is not known of an object, when
 it lets go, how deep its middle hangs, how much air it meets, acts along its throw."""
 
