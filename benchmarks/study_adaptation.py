@@ -1,10 +1,10 @@
 """What a camera over the bins must see, and how soon a kind of item is learned that nobody has practised.
 
 Camera: shifts of `day` with what ships, at other noises of the bin's camera and with landings that it misses.
-Newcomers: shifts of `newcomers`, in flights alone, in which three kinds come that the controllers do not know; the floor
-of each is what a static policy leaves of it that has practised on them as well. Every row of the cell is a trial of its
-own, in which the throws of each kind are counted that came down. A kind is learned after as many throws as it takes
-until the mean of the next three is within 1.1 times its floor.
+Newcomers: shifts of `newcomers`, in flights alone, in which three kinds come that the controllers do not know; the
+floor of each is what a static policy leaves of it that has practised on them as well. Every row of the cell is a trial
+of its own, in which the throws of each kind are counted that came down. A kind is learned after as many throws as it
+takes until the mean of the next three is within 1.1 times its floor.
 
 Run: python benchmarks/study_adaptation.py --json results/adaptation.json      (10 minutes)
 """
