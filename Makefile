@@ -55,8 +55,9 @@ format: dev ## rewrite the code in the project's style
 docs: dev ## the documentation site, into docs/_build/html; a warning is an error, and the tour is run
 	$(BIN)/python -m sphinx -b html -E -W --keep-going -q docs docs/_build/html
 
-bench: setup ## the benchmark of results/ (hours; stops and resumes)
+bench: setup ## the benchmarks of results/ (hours; stop and resume)
 	$(BIN)/python -m agents.benchmark
+	$(BIN)/python -m agents.benchmark --config configs/benchmark_adapt.yaml
 	$(BIN)/python -m agents.report
 
 bench-quick: setup ## a small benchmark, minutes
@@ -79,6 +80,7 @@ studies: dev ## flights, the oracle, grip, soft cup, order of picks, what a sort
 	$(BIN)/python benchmarks/study_methods.py --json results/methods.json
 	$(BIN)/python benchmarks/study_throwable.py --json results/throwable.json
 	$(BIN)/python benchmarks/study_neighbours.py --json results/neighbours.json
+	$(BIN)/python benchmarks/study_adaptation.py --json results/adaptation.json
 
 reproduce: dev ## the papers' figures computed anew, beside the published ones, into results/ (minutes)
 	$(BIN)/python -m agents.reproduce all --json results/reproduction.json --figures results/figures

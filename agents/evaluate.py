@@ -13,7 +13,7 @@ from .cli import UsageError, at_least, option, run
 from .controllers import Learner, load_state, make_controller, save_state
 from .controllers.protocol import Controller
 from .environments import Env, make_vector
-from .evaluation import NUM_ENVS, evaluate, usual_practice
+from .evaluation import NUM_ENVS, evaluate, usual_picks, usual_practice
 from .files import check_writable, write_json
 from .tables import console, summary_table, throws_bar
 from .trained import setting
@@ -34,7 +34,7 @@ class Arguments:
     """Environment id; with MODULE:ID one that a module of yours registers."""
     level: Annotated[str | None, option("the environment's own, or that of the run folder", "NAME|FILE.yaml")] = None
     """A shipped level's name or a YAML file."""
-    picks: int = 200
+    picks: Annotated[int | None, option("200; whole shifts on PnTAdapt-v0", "N")] = None
     """Throws to count."""
     seed: int = 0
     """Names the objects; training and practice never see them, whatever their seed."""
@@ -68,7 +68,7 @@ def main(arguments: Arguments) -> None:
         found = judge(controller, env, arguments, practice)
     if isinstance(controller, Learner) and arguments.save is not None:
         save_state(controller, arguments.save)
-    title = f"{controller.name} on {env_id}, level {found['level']}, {arguments.picks} throws, seed {arguments.seed}"
+    title = f"{controller.name} on {env_id}, level {found['level']}, {found['picks']} throws, seed {arguments.seed}"
     title += f", after {found['practice']} practice throws" if found["practice"] else ""
     console().print(summary_table(title, found))
     if arguments.json is not None:
@@ -78,7 +78,8 @@ def main(arguments: Arguments) -> None:
 
 def judge(controller: Controller, env: Env, arguments: Arguments, practice: int) -> dict[str, Any]:
     """Practise and evaluate with a bar for each."""
-    picks, seed, online = arguments.picks, arguments.seed, arguments.online
+    picks = usual_picks(env) if arguments.picks is None else arguments.picks
+    seed, online = arguments.seed, arguments.online
     with throws_bar() as bar:
         totals = {"practice": practice, "evaluation": picks}
         tasks = {name: bar.add_task(name, total=total) for name, total in totals.items() if total}

@@ -25,6 +25,7 @@ from .throws import Throws, purity_by_bin, summary, throw_records
 from .versions import versions
 
 NUM_ENVS = 16
+PICKS = 200
 PRACTICE = 120
 
 Progress = Callable[[int], None]
@@ -34,7 +35,7 @@ Progress = Callable[[int], None]
 def evaluate(
     policy: Any,
     env: str | gym.Env[Any, Any] | Env,
-    picks: int = 200,
+    picks: int | None = None,
     seed: int = 0,
     *,
     practice: int | None = None,
@@ -56,7 +57,8 @@ def evaluate(
         env: an id, or MODULE:ID; a single environment, wrapped or not; or a vector environment with SAME_STEP
             autoreset. Its number of rows is part of what the seed means: 16 for an id unless `num_envs` says otherwise,
             1 for a single environment.
-        picks: throws to count, at least 1.
+        picks: throws to count, at least 1; None for 200, or for a whole episode of every row where what a throw teaches
+            pays later in it.
         seed: names the objects; no training or practice with any seed sees them.
         practice: throws before for one that learns; None for 120 if `policy` is a name that knows nothing, else none.
         online: go on learning during the evaluation.
@@ -81,6 +83,7 @@ def evaluate(
         practised = wanted if isinstance(controller, Learner) else 0
         tell = progress or (lambda name, count: None)
         practise(controller, cells, practised, seed, progress=partial(tell, "practice"))
+        picks = usual_picks(cells) if picks is None else picks
         throws = held_out(controller, cells, picks, seed, online=online, progress=partial(tell, "evaluation"))
         head = {
             "env": env if isinstance(env, str) else _name(cells),
@@ -90,6 +93,13 @@ def evaluate(
     finally:
         if isinstance(env, str):
             cells.close()
+
+
+def usual_picks(env: Env) -> int:
+    """Throws that are counted unless others are asked for: 200, or whole episodes where one throw teaches the next."""
+    core = core_of(env)
+    follows = core.correction is not None and core.correction.seen
+    return env.num_envs * core.cell.episode if follows else PICKS
 
 
 def usual_practice(controller: Controller) -> int:

@@ -32,6 +32,11 @@ SORTING: Final = {
     "drop_rate": "lost on the way, of those",
 }
 """Shares by which a sorter is judged, where its cell tells them."""
+SHIFT: Final = {
+    "landing_error_first_10_m": "landing error, first 10 of a shift",
+    "landing_error_second_half_m": "landing error, second half of a shift",
+}
+"""Figures of cells in which a throw teaches something for those after it."""
 FAILURES: Final = {
     "failed_missed": "failed: missed the target",
     "failed_rim": "failed: reached it, did not stay",
@@ -123,7 +128,8 @@ def summary_table(title: str, summary: Summary) -> Table:
         ("landing error, mean", millimetres(summary["landing_error_mean_m"])),
         ("landing error, 95th percentile", millimetres(summary["landing_error_p95_m"])),
         ("landings within 30 mm", percent(summary["landing_near_share"])),
-        *(scatter_row(summary, key) for key in summary if key.startswith("bias_")),
+        *((text, millimetres(summary[key])) for key, text in SHIFT.items() if summary.get(key) is not None),
+        *(scatter_row(summary, key) for key in summary if key.startswith("bias_") and "seen" not in key),
         ("cycle time, mean", f"{summary['cycle_time_mean_s']:.3f} s"),
         *((text, percent(summary[key])) for key, text in SORTING.items() if key in summary),
         *((f"purity of bin {name}", percent(share)) for name, share in summary.get("purity_by_bin", {}).items()),

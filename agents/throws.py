@@ -25,6 +25,8 @@ LANDING: Final = ("landing_error", "landing_along", "landing_across")
 """How far from its target a throw came down; an object that was lost on the way to its release was not thrown."""
 METRES: Final = {"landing_along": "landing_along_m", "landing_across": "landing_across_m"}
 """Numbers of some cells that records name with their unit."""
+FIRST: Final = 10
+"""Throws that are the beginning of a shift."""
 FAILURES: Final = ("unpicked", "dropped", "recontact", "rim")
 """What stood between a throw and success, the first that holds; the last one tells a target that was reached."""
 
@@ -116,6 +118,7 @@ def summary(throws: Throws) -> dict[str, float | int | None]:
         "landing_error_p95_m": where.p95,
         "landing_error_iqm_m": where.iqm,
         "landing_near_share": where.near,
+        **over_the_shift(throws),
         **scatter(throws),
         "cycle_time_mean_s": pace.cycle_time,
         **sorting(throws),
@@ -125,6 +128,16 @@ def summary(throws: Throws) -> dict[str, float | int | None]:
         **failures(throws),
         **{f"{name}_rate": float(flag.mean()) for name, flag in throws.told.items() if flag.dtype == np.bool_},
     }
+
+
+def over_the_shift(throws: Throws) -> dict[str, float | None]:
+    """Landing error at the beginning of shifts and in their second half, where the cell tells where a throw stands."""
+    pick = throws.told.get("pick_in_shift")
+    if pick is None:
+        return {}
+    parts = {"first_10": pick < FIRST, "second_half": pick >= (pick.max() + 1) // 2}
+    means = {name: throws.landing_error[rows & np.isfinite(throws.landing_error)] for name, rows in parts.items()}
+    return {f"landing_error_{name}_m": float(e.mean()) if e.size else None for name, e in means.items()}
 
 
 def sorting(throws: Throws) -> dict[str, float | int | None]:

@@ -13,7 +13,8 @@ from pnt_gym.arrays import Floats
 
 from .. import metrics
 from ..cli import UsageError
-from .plan import Plan
+from ..throws import FIRST
+from .plan import Plan, labels_of
 from .run import OUTCOMES
 
 Result = Mapping[str, Any]
@@ -41,16 +42,46 @@ def _by_seed(results: Sequence[Result]) -> tuple[Floats, Floats, Floats]:
     return np.array([errors(r) for r in results]), np.array([successes(r, "sorted") for r in results]), time
 
 
-def summarise(results: Sequence[Result]) -> dict[str, Any]:
+def _by_shift(plan: Plan, results: Sequence[Result]) -> tuple[Floats, Floats, Floats]:
+    """The same, each (S, N) with one column for every shift, where throws of a shift depend on one another.
+
+    The error of a shift is the mean over its throws, the others are sums.
+    """
+    error, done, time = _by_seed(results)
+    if "pick" not in results[0]["columns"]:
+        return error, done, time
+    picks = max(results[0]["columns"]["pick"]) + 1
+
+    def shifts(column: Floats) -> Floats:
+        return column.reshape(len(results), -1, picks, plan.num_envs).swapaxes(1, 2).reshape(len(results), picks, -1)
+
+    return np.nanmean(shifts(error), axis=1), shifts(done).sum(axis=1), shifts(time).sum(axis=1)
+
+
+def _over_the_shift(results: Sequence[Result]) -> dict[str, float]:
+    """Landing error at the beginning and in the second half of shifts, and by throw; nothing where there are none."""
+    if "pick" not in results[0]["columns"]:
+        return {}
+    error = np.concatenate([errors(r) for r in results])
+    pick = np.concatenate([r["columns"]["pick"] for r in results])
+    picks = int(pick.max()) + 1
+    return {
+        "landing_error_first_10_m": float(np.nanmean(error[pick < FIRST])),
+        "landing_error_second_half_m": float(np.nanmean(error[pick >= picks // 2])),
+        "landing_error_by_pick_m": [float(np.nanmean(error[pick == k])) for k in range(picks)],
+    }
+
+
+def summarise(plan: Plan, results: Sequence[Result]) -> dict[str, Any]:
     """Figures of one controller over its seeds: each throw counts once per seed.
 
-    The interval of the error is bootstrapped over throws, each averaged over the seeds.
+    The interval of the error is bootstrapped over throws, or over shifts where there are any, averaged over the seeds.
     """
     error, done, time = _by_seed(results)
     success = np.array([successes(r) for r in results])
     where = metrics.landing(error.ravel())
     pace = metrics.throughput(done.ravel(), time.ravel())
-    each = error.mean(axis=0)
+    each = _by_shift(plan, results)[0].mean(axis=0)
     mean = metrics.mean_interval(each[np.isfinite(each)])
     rate = metrics.wilson(round(float(success.mean()) * success.shape[1]), success.shape[1])
     letters = "".join(r["columns"]["outcome"] for r in results)
@@ -63,6 +94,7 @@ def summarise(results: Sequence[Result]) -> dict[str, Any]:
         "landing_error_iqm_m": where.iqm,
         "landing_near_share": where.near,
         "landing_error_by_seed_m": [float(np.nanmean(e)) for e in error],
+        **_over_the_shift(results),
         **_scatter(results),
         "unmeasured": where.unmeasured,
         "success_rate": float(success.mean()),
@@ -103,13 +135,13 @@ def _scatter(results: Sequence[Result]) -> dict[str, float]:
     return found
 
 
-def compare(learned: Sequence[Result], reference: Sequence[Result]) -> dict[str, Any]:
+def compare(plan: Plan, learned: Sequence[Result], reference: Sequence[Result]) -> dict[str, Any]:
     """Learned less reference on the same throws: landing error and sorted picks per minute, with intervals.
 
     A throw is averaged over the seeds of each side; `by_seed` compares each learned seed alone.
     """
-    by_seed = [{"seed": r["seed"], **_difference([r], reference)} for r in learned]
-    return {**_difference(learned, reference), "by_seed": by_seed}
+    by_seed = [{"seed": r["seed"], **_difference(plan, [r], reference)} for r in learned]
+    return {**_difference(plan, learned, reference), "by_seed": by_seed}
 
 
 def assemble(plan: Plan, results: Sequence[Result]) -> dict[str, Any]:
@@ -123,20 +155,20 @@ def assemble(plan: Plan, results: Sequence[Result]) -> dict[str, Any]:
     table: list[dict[str, Any]] = []
     for (label, throws, level), group in groups.items():
         head = {"label": label, "throws": throws, "level": level, "train_level": group[0]["train_level"]}
-        table.append({**head, "controller": group[0]["controller"], **summarise(group)})
+        table.append({**head, "controller": group[0]["controller"], **summarise(plan, group)})
     _add_floors(plan, table)
     comparisons: list[dict[str, Any]] = []
     for mine, other, level in product(plan.learned, plan.references, plan.levels):
         learned, reference = (groups.get((choice.label, choice.throws, level)) for choice in (mine, other))
         if learned and reference:
             head = {"level": level, "learned": mine.model_dump(), "reference": other.model_dump()}
-            comparisons.append({**head, **compare(learned, reference)})
+            comparisons.append({**head, **compare(plan, learned, reference)})
     return {"table": table, "comparisons": comparisons}
 
 
 def _grouped(plan: Plan, results: Sequence[Result]) -> dict[tuple[str, int, str], list[Result]]:
     groups: dict[tuple[str, int, str], list[Result]] = {}
-    order = [entry.label for entry in plan.entries]
+    order = [label for entry in plan.entries for label in labels_of(entry)]
     for result in sorted(results, key=lambda r: (order.index(r["label"]), r["throws"], r["seed"])):
         groups.setdefault((result["label"], result["throws"], result["level"]), []).append(result)
     return groups
@@ -151,9 +183,9 @@ def _add_floors(plan: Plan, table: list[dict[str, Any]]) -> None:
             row["times_floor"] = None if floor is None else row["landing_error_mean_m"] / floor
 
 
-def _difference(learned: Sequence[Result], reference: Sequence[Result]) -> dict[str, Any]:
+def _difference(plan: Plan, learned: Sequence[Result], reference: Sequence[Result]) -> dict[str, Any]:
     # Mean over seeds (S, N) -> (N,); NaN where any seed was not measured.
-    mine, base = ([column.mean(axis=0) for column in _by_seed(side)] for side in (learned, reference))
+    mine, base = ([column.mean(axis=0) for column in _by_shift(plan, side)] for side in (learned, reference))
     error = metrics.paired_mean(mine[0], base[0])
     rate = metrics.paired_rate(*mine[1:], *base[1:])
     return {
@@ -165,6 +197,8 @@ def _difference(learned: Sequence[Result], reference: Sequence[Result]) -> dict[
 def _check_paired(results: Sequence[Result]) -> None:
     seen: dict[str, tuple[str, list[int]]] = {}
     for result in results:
+        if "pick" in result["columns"]:  # shifts of the same drift and stream are paired, whatever is picked when
+            continue
         label, items = seen.setdefault(result["level"], (result["label"], result["columns"]["item"]))
         if items != result["columns"]["item"]:
             raise UsageError(

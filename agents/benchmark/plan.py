@@ -26,6 +26,8 @@ from ..work import code_digest, key
 
 Count = Annotated[int, Field(ge=0)]
 LEARNERS = ("mean_shift", "virtual_goal", "newton_goal", "ridge", "mlp", *ALGORITHMS)
+READY = ("static", "ema", "kalman", "recursive_ridge", "in_context")
+"""Learners that may do without practice: what they learned before ships with them."""
 _CODE = (
     "pnt_gym/**/*.py",
     "agents/actor.py",
@@ -51,17 +53,31 @@ class Entry(Section):
     levels: tuple[str, ...] | None = Field(None, description="To be evaluated on; default: the plan's.")
     train_level: str | None = Field(None, description="To learn on; default: the plan's.")
     options: Mapping[str, Any] = Field({}, description="Settings of the controller.")
+    also: tuple[str, ...] = Field((), description="Controllers that take over what it learned, evaluated beside it.")
+    online: bool = Field(False, description="It goes on learning in the evaluation, every cell for itself.")
 
     @model_validator(mode="after")
     def _check(self) -> Self:
+        known = ", ".join(NAMES)
+        for name in self.also:
+            if name not in NAMES:
+                raise ValueError(f"entry {self.label!r}: unknown controller {name!r} in also; known are {known}")
         if ":" in self.controller:
             return self
         if self.controller not in (*NAMES, *ALGORITHMS):
             known = ", ".join((*NAMES, *ALGORITHMS, "MODULE:CLASS"))
             raise ValueError(f"unknown controller {self.controller!r}; known are {known}")
+        if self.controller in READY or self.online:
+            return self
         if (self.controller in LEARNERS) != all(t > 0 for t in self.throws):
             raise ValueError(f"entry {self.label!r} with controller {self.controller!r} has throws {self.throws}")
         return self
+
+
+def labels_of(entry: Entry) -> list[str]:
+    """Labels of an entry's results: its own, and after it those of the controllers that take over what it learned."""
+    taken = [name if entry.label == entry.controller else f"{name}_{entry.label}" for name in entry.also]
+    return [entry.label, *taken]
 
 
 @final
@@ -91,10 +107,10 @@ class Plan(Section):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        labels = [entry.label for entry in self.entries]
+        labels = [label for entry in self.entries for label in labels_of(entry)]
         if len(set(labels)) != len(labels):
             raise ValueError(f"entries: labels {labels} must differ from one another")
-        known = {(entry.label, throws) for entry in self.entries for throws in entry.throws}
+        known = {(label, t) for entry in self.entries for label in labels_of(entry) for t in entry.throws}
         for choice in (*self.learned, *self.references):
             if (choice.label, choice.throws) not in known:
                 raise ValueError(f"no entry gives {choice.label!r} after {choice.throws} throws")
@@ -153,10 +169,12 @@ def pieces(plan: Plan) -> list[Piece]:
         UsageError: the environment does not exist.
         ConfigError: a level does not exist.
     """
+    for level in plan.levels:
+        _check_whole(plan, level)
     code = code_digest(_CODE)
     made: list[Piece] = []
     for entry in plan.entries:
-        learns = entry.controller in LEARNERS or any(entry.throws)
+        learns = any(entry.throws)
         seeds = (entry.seeds or plan.seeds) if learns else (plan.seeds[0],)
         # A training run passes through its smaller throw counts; practice is planned for each count anew.
         groups = [tuple(sorted(entry.throws))] if entry.controller in ALGORITHMS else [(t,) for t in entry.throws]
@@ -169,7 +187,7 @@ def _piece(plan: Plan, entry: Entry, throws: tuple[int, ...], seed: int, code: s
     train_level = entry.train_level or plan.train_level
     settings = SHIPPED / "configs" / "rl" / f"{entry.controller}.yml"
     inputs = {
-        "entry": entry.model_dump(mode="json", include={"controller", "options"}),
+        "entry": entry.model_dump(mode="json", include={"controller", "options", "also", "online"}),
         "throws": throws,
         "seed": seed,
         "levels": [_config(plan.env, level).model_dump(mode="json") for level in levels],
@@ -182,6 +200,20 @@ def _piece(plan: Plan, entry: Entry, throws: tuple[int, ...], seed: int, code: s
     known = {level: _config(plan.env, level) for level in (*levels, train_level)}
     own = {level: config for level, config in known.items() if _is_own(level, config)}
     return Piece(plan, entry, throws, seed, levels, train_level, own, key(**inputs))
+
+
+def _check_whole(plan: Plan, level: str) -> None:
+    """Make sure that throws which depend on those before are measured in whole episodes."""
+    with closing(make_vector(plan.env, level, num_envs=1, threads=1)) as env:
+        core = core_of(env)
+        if core.correction is None or not core.correction.seen:
+            return
+        together = plan.num_envs * core.cell.episode
+        if plan.picks % together > 0:
+            raise UsageError(
+                f"picks is {plan.picks}; with num_envs {plan.num_envs} and shifts of {core.cell.episode} picks on "
+                f"level {level!r} it must be a multiple of {together}"
+            )
 
 
 @cache

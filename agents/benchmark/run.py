@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterator
 from contextlib import closing
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from pnt_gym.arrays import Bools
 
 from .. import runs
 from ..controllers import Learner, make_controller
+from ..controllers.apart import Apart
 from ..controllers.own import Policy, actor_policy
 from ..controllers.protocol import Controller
 from ..environments import Env, core_of, make_vector
@@ -23,7 +25,7 @@ from ..hyperparameters import hyperparameters
 from ..runs import ALGORITHMS
 from ..throws import FAILURES, Throws
 from ..work import Job
-from .plan import Piece, Plan, pieces
+from .plan import Piece, Plan, labels_of, pieces
 
 OUTCOMES = {
     "sorted": "s",
@@ -47,11 +49,13 @@ def jobs(plan: Plan) -> list[Job]:
 def run_piece(piece: Piece, kept: Path) -> dict[str, Any]:
     """Results of a piece of work; training leaves its run in the folder `kept` and goes on from there."""
     results: list[dict[str, Any]] = []
+    named = list(zip(labels_of(piece.entry), (piece.entry.controller, *piece.entry.also), strict=True))
     for throws, seconds, controller in _learn(piece, kept):
-        for level in piece.levels:
+        for level, (label, name) in product(piece.levels, named):
             with closing(_cells(piece, level)) as env:
-                found = held_out(_transfer(controller, piece, env), env, piece.plan.picks, piece.plan.seed)
-            head = {"label": piece.entry.label, "controller": piece.entry.controller, "throws": throws}
+                able, online = _transfer(controller, name, piece, env), piece.entry.online
+                found = held_out(able, env, piece.plan.picks, piece.plan.seed, online=online)
+            head = {"label": label, "controller": name, "throws": throws}
             more = {"seed": piece.seed, "level": level, "train_level": piece.train_level, "learn_seconds": seconds}
             results.append({**head, **more, "columns": columns(found)})
     return {"results": results}
@@ -70,6 +74,7 @@ def columns(throws: Throws) -> dict[str, Any]:
         **{column: _rounded(values, 5) for column, values in (places or {"error_m": throws.landing_error}).items()},
         "cycle_s": _rounded(throws.cycle_time, 4),
         "outcome": _outcomes(throws),
+        **({"pick": throws.told["pick_in_shift"].tolist()} if "pick_in_shift" in throws.told else {}),
         "clipped": int(throws.clipped.sum()),
         "recontact": int(_flag(throws, "recontact").sum()),
         **_counts(throws),
@@ -156,12 +161,18 @@ def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Controller]]:
     env.close()
 
 
-def _transfer(controller: Controller, piece: Piece, env: Env) -> Controller:
-    """The same knowledge in a controller of the level that is evaluated."""
+def _transfer(controller: Controller, name: str, piece: Piece, env: Env) -> Controller:
+    """The same knowledge in a controller of the level that is evaluated; one for each cell, where all learn on."""
     if isinstance(controller, Policy):
         return controller
-    able = make_controller(piece.entry.controller, env, **piece.entry.options)
+    count = env.num_envs if piece.entry.online else 1
+    able = [_informed(controller, name, piece, env) for _ in range(count)]
+    return Apart(able) if piece.entry.online else able[0]
+
+
+def _informed(controller: Controller, name: str, piece: Piece, env: Env) -> Controller:
+    able = make_controller(name, env, **(piece.entry.options if name == piece.entry.controller else {}))
     able.reset(piece.seed)
-    if isinstance(able, Learner) and isinstance(controller, Learner):
+    if isinstance(able, Learner) and isinstance(controller, Learner) and max(piece.throws) > 0:
         able.restore(controller.state())
     return able

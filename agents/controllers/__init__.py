@@ -107,7 +107,8 @@ def _adaptive(name: str, env: Env, options: Mapping[str, Any]) -> Adaptive:
     if not correction.seen:
         raise UsageError(f"controller {name!r} goes by what is told of the throw before; use --env PnTAdapt-v0")
     tracker, knows = _TRACKERS[name](core, **options), "in_context" if name == "in_context" else "static"
-    return Adaptive(name, knows, correction, _features(env), tracker, read_state(ADAPTIVE / f"{knows}.npz")[1])
+    items = core.item_names
+    return Adaptive(name, knows, correction, _features(env), items, tracker, read_state(ADAPTIVE / f"{knows}.npz")[1])
 
 
 def _needed_correction(name: str, env: Env) -> Correction:

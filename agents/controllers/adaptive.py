@@ -6,24 +6,31 @@ shift that is gone says that another one begins. Nothing reaches them by any oth
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final, final
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats
+from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.conveyor.observation import FEEDBACK, SHIFT_TABLE
 
 from .mlp import Mlp
+from .newcomers import Newcomers
 from .protocol import Actions, Learner, Observation, Outcome, State
 from .regression import OnPolicyRegression
 from .shift import to_action
-from .trackers import Tracker
+from .trackers import Nothing, Tracker
 
 FEEDBACK_SIZE: Final = len(FEEDBACK)
 """Entries at the end of an observation that tell of the throw before."""
 WIDTH: Final = 128
 STEPS: Final = 6000
+STATIC: Final = "static_"
+"""What the names of the static policy's arrays begin with."""
+FEW: Final = 20
+"""A kind of which there were fewer throws in practice is not known."""
 
 
 def without_feedback(observation: Observation) -> Observation:
@@ -48,13 +55,16 @@ def begins(observation: Observation) -> Bools:
 class Adaptive(Learner):
     """A static policy, and a tracker that says how the shift is off.
 
-    Practice is the static policy's alone: an MLP on what tells of the object, learned under the drift.
+    Practice is the static policy's: an MLP on what tells of the object, learned under whatever drift there is. Where
+    there is a tracker, kinds that were not practised have corrections of their own, and it learns from the others: what
+    a newcomer does changes nothing for them.
 
     Args:
         name: name of the controller.
         knows: whose knowledge it has, for files.
         correction: what an action means.
         features: entries of an observation D.
+        items: names of the kinds.
         tracker: of the shift.
         shipped: what the static policy knows without practice.
     """
@@ -62,9 +72,16 @@ class Adaptive(Learner):
     practice = 0
 
     def __init__(
-        self, name: str, knows: str, correction: Correction, features: int, tracker: Tracker, shipped: State
+        self,
+        name: str,
+        knows: str,
+        correction: Correction,
+        features: int,
+        items: Sequence[str],
+        tracker: Tracker,
+        shipped: State,
     ) -> None:
-        self.name, self.knows = name, knows
+        self.name, self.knows, self._items = name, knows, np.array(items)
         self._correction, self._tracker, self._shipped = correction, tracker, shipped
         self._static = OnPolicyRegression(name, correction, features - FEEDBACK_SIZE, Mlp(WIDTH, STEPS))
         self.reset(0)
@@ -72,19 +89,21 @@ class Adaptive(Learner):
     def reset(self, seed: int) -> None:
         """Back to what ships, and forget the shift."""
         self._seed, self._practising = seed, False
-        self._last: tuple[Floats, Floats] | None = None
+        self._last: tuple[Floats, Floats, Ints] | None = None
+        self._thrown = np.zeros(len(self._items), dtype=np.int64)
         self._static.reset(seed)
         self.restore(self._shipped)
 
     def act(self, observation: Observation) -> Actions:
-        """The static shift less what the shift does to it (N, 2)."""
+        """The static shift less what the day and the kind do to it (N, 2)."""
         if self._practising:
             return self._static.act(without_feedback(observation))
         self._take_in(observation)
         plain = without_feedback(observation)
         own, throws = self._static.predict(plain), plain.features.astype(np.float64)
-        self._last = throws, own
-        return to_action(own - self._tracker.effect(throws), self._correction)
+        self._last = throws, own, observation.kind
+        off = self._tracker.effect(throws) + self._newcomers.effect(observation.kind)
+        return to_action(own - off, self._correction)
 
     def learn(self, outcome: Outcome) -> None:
         """In practice: the static policy does. What a shift teaches is in the observations."""
@@ -92,6 +111,7 @@ class Adaptive(Learner):
             cut = without_feedback(outcome.observation)
             known = outcome.action, outcome.error, outcome.is_success, outcome.cycle_time, outcome.clipped
             self._static.learn(Outcome(cut, *known))
+            self._thrown += np.bincount(outcome.observation.kind, minlength=len(self._thrown))
 
     def begin_practice(self, throws: int) -> None:
         """The static policy practises, from nothing."""
@@ -106,15 +126,25 @@ class Adaptive(Learner):
         throws, right = self._static.data()
         own = self._static.predict(Observation(throws.astype(np.float32), np.zeros(len(throws), dtype=np.int64)))
         self._tracker.study(throws, own - right, self._seed)
+        self._learned(self._items[self._thrown >= FEW])
 
     def state(self) -> State:
-        """The static policy's, and the tracker's."""
-        return {**self._static.state(), **self._tracker.state()}
+        """The static policy's, the names of the kinds that it has learned, and the tracker's."""
+        own = {f"{STATIC}{name}": value for name, value in self._static.state().items()}
+        return {**own, "kinds": self._kinds, **self._tracker.state()}
 
     def restore(self, state: State) -> None:
         """Take over a static policy, and what goes with the tracker."""
-        self._static.restore(state)
-        self._tracker.restore(state)
+        own = {name: value for name, value in state.items() if name.startswith(STATIC)}
+        self._static.restore({name.removeprefix(STATIC): value for name, value in own.items()})
+        self._tracker.restore({name: value for name, value in state.items() if name not in own and name != "kinds"})
+        self._learned(np.asarray(state.get("kinds", self._items[:0])))
+
+    def _learned(self, kinds: NDArray[np.str_]) -> None:
+        """The kinds of these names are known."""
+        self._kinds = kinds
+        known = np.isin(self._items, kinds) | isinstance(self._tracker, Nothing)
+        self._newcomers = Newcomers(known)
 
     def _take_in(self, observation: Observation) -> None:
         """What is told of the throws before."""
@@ -123,6 +153,8 @@ class Adaptive(Learner):
             self._last, fresh = None, np.full(len(fresh), True)
         self._tracker.begin(fresh)
         if self._last is not None:
-            throws, own = self._last
+            throws, own, kind = self._last
             right, known = told(observation)
-            self._tracker.learn(throws, own - right, known & ~fresh)
+            known, new = known & ~fresh, self._newcomers.new(kind)
+            self._newcomers.learn(kind, own - right - self._tracker.effect(throws), known)
+            self._tracker.learn(throws, own - right, known & ~new)

@@ -28,8 +28,11 @@ SHIFTS: Final = 64
 """In a batch."""
 PICKS: Final = 50
 """In a shift."""
-UNSEEN: Final = 0.1
-"""Share of the landings of which nothing is told."""
+UNSEEN: Final = 0.3
+"""Largest share of the landings of which nothing is told, in a shift."""
+BLURRED: Final = 0.02
+"""Largest standard deviation of what another camera over the bins would add, along and across [m]; in half of the
+shifts it is the one of the practice."""
 
 
 @final
@@ -42,7 +45,7 @@ class InContext(Tracker):
         batches: that it learns from.
     """
 
-    def __init__(self, camera_x: float, size: int = 64, batches: int = 6000) -> None:
+    def __init__(self, camera_x: float, size: int = 64, batches: int = 4000) -> None:
         self._camera_x, self._size, self._batches = camera_x, size, batches
         self._network: Recurrent | None = None
         self._memory = np.zeros((0, size))
@@ -97,9 +100,11 @@ def simulated(throws: Floats, z: Floats, camera_x: float, batches: int, seed: in
     for _ in range(batches):
         drawn = random.integers(len(throws), size=(SHIFTS, PICKS))
         state = np.stack([_drawn(drifts[random.integers(len(drifts))], random) for _ in range(SHIFTS)])
-        known = random.random((SHIFTS, PICKS)) >= UNSEEN
+        known = random.random((SHIFTS, PICKS)) >= UNSEEN * random.random((SHIFTS, 1))
         off = z[drawn] + (effect[drawn] @ state[..., None])[..., 0]
-        yield Lessons(throws[drawn], np.where(known[..., None], off, 0.0), known)
+        blur = BLURRED * np.maximum(2.0 * random.random((SHIFTS, 1, 1)) - 1.0, 0.0)
+        seen = off + blur * random.standard_normal(off.shape)
+        yield Lessons(throws[drawn], np.where(known[..., None], seen, 0.0), off, known)
 
 
 def _drawn(drift: Drift, random: np.random.Generator) -> Floats:

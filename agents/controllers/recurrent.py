@@ -31,7 +31,9 @@ class Lessons:
     features: Floats
     """What was seen of each (S, P, D)."""
     z: Floats
-    """How far off each came down (S, P, 2) [m]; 0 where that is not known."""
+    """How far off each was seen to come down (S, P, 2) [m]; 0 where that is not known."""
+    true: Floats
+    """How far off each came down (S, P, 2) [m]: what is to be foreseen."""
     known: Bools
     """Where it is (S, P)."""
 
@@ -127,7 +129,8 @@ def _parts(torch: Any, features: int, size: int) -> tuple[Any, Any, Any]:
 
 def _loss(torch: Any, parts: tuple[Any, Any, Any], lessons: Lessons) -> Any:
     """Huber loss of what a network foresees in shifts."""
-    features, z = (torch.as_tensor(part, dtype=torch.float32) for part in (lessons.features, _bounded(lessons.z)))
+    parts_of = (lessons.features, _bounded(lessons.z), _bounded(lessons.true))
+    features, z, true = (torch.as_tensor(part, dtype=torch.float32) for part in parts_of)
     known = torch.as_tensor(lessons.known)
     unit, head, answer = parts
     memory, foreseen = torch.zeros(len(features), unit.hidden_size), list[Any]()
@@ -137,8 +140,7 @@ def _loss(torch: Any, parts: tuple[Any, Any, Any], lessons: Lessons) -> Any:
         foreseen.append(answer(hidden))
         learned = unit(torch.cat([seen, z[:, at]], dim=1), memory)
         memory = torch.where(known[:, at, None], learned, memory)
-    error = torch.nn.functional.huber_loss(torch.stack(foreseen, dim=1), z, reduction="none", delta=1.0).sum(dim=2)
-    return (error * known).sum() / known.sum()
+    return torch.nn.functional.huber_loss(torch.stack(foreseen, dim=1), true, delta=1.0)
 
 
 def _layers(unit: Any, head: Any, answer: Any) -> dict[str, tuple[Floats, Floats]]:

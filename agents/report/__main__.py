@@ -73,9 +73,8 @@ def _chapters(name: str, data: Mapping[str, Any], results: Path) -> list[Chapter
         return [benchmark_chapter(name, data)]
     if {"methods", "throws"} <= set(data):
         return [methods_chapter(name, data)]
-    for names, table in TABLES:
-        if names <= set(data):
-            return [Chapter(name, (table(data),))]
+    if grids := tuple(table(data) for names, table in TABLES if names <= set(data)):
+        return [Chapter(name, grids)]
     rows = data.get("rows")
     if isinstance(rows, list) and rows and all({*ENTRIES} <= {*row} for row in rows):
         return [Chapter(name, (plain("Published and reproduced", rows),))]

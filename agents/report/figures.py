@@ -8,16 +8,21 @@ from typing import Any
 
 import numpy as np
 
-from ..drawings import COLOURS, Axes, Figure, subplots, svg
-from .tables import labels, name_of, rows_of
+from ..drawings import COLOURS, Axes, Figure, dress, subplots, svg
+from .tables import is_of_shifts, labels, name_of, rows_of
 
 THROW_TICKS = (30, 100, 300, 1000, 3000, 10_000, 30_000)
 ERROR_TICKS = (2, 5, 10, 20, 50, 100)
+ADAPTING = ("static", "ema", "kalman", "recursive_ridge", "in_context", "recurrent_ppo", "oracle_drift")
+SMOOTHED = 5
+"""Picks over which a curve is averaged."""
 
 
 def benchmark_figures(data: Mapping[str, Any]) -> dict[str, str]:
     """SVG texts by file name; no clouds of a cell that tells its errors only, not where objects landed."""
     drawn = {"landing_error.svg": error_bars(data), "learning_curves.svg": learning_curves(data)}
+    if is_of_shifts(data):
+        return {"over_the_shift.svg": svg(over_the_shift(data))}
     clouds = _cloud_choices(data)
     if clouds:
         drawn["landing_clouds.svg"] = landing_clouds(clouds)
@@ -64,6 +69,27 @@ def learning_curves(data: Mapping[str, Any]) -> Figure:
     # Not every controller is in every panel.
     shown = {label: handle for axes in panels for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
     figure.legend(shown.values(), shown.keys(), fontsize=8, loc="outside right center")
+    return figure
+
+
+def over_the_shift(data: Mapping[str, Any]) -> Figure:
+    """Mean landing error pick by pick, one panel per level, of those that start below the analytic planner's."""
+    levels = [level for level in dict.fromkeys(row["level"] for row in data["table"])]
+    figure, panels = subplots(-(-len(levels) // 2), 2, (9.0, 3.2 * -(-len(levels) // 2)), sharey=True)
+    colours = dict(zip(ADAPTING, cycle(COLOURS), strict=False))
+    for axes, level in zip(panels, levels, strict=False):
+        for row in rows_of(data, [level]):
+            if row["controller"] in colours:
+                error = 1000 * np.array(row["landing_error_by_pick_m"])
+                width = min(SMOOTHED, len(error))
+                smooth = np.convolve(error, np.full(width, 1.0 / width), mode="valid")
+                picks = np.arange(len(smooth)) + (width + 1) / 2
+                axes.plot(picks, smooth, color=colours[row["controller"]], label=row["controller"])
+        dress(axes, "pick of the shift", "landing error, mean [mm]", f"level {level}")
+    handles = {
+        label: handle for axes in panels for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
+    figure.legend(handles.values(), handles.keys(), fontsize=8, loc="outside right center")
     return figure
 
 

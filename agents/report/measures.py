@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from ..tables import Grid
+from .adaptation import camera_table, newcomers_table
 from .cell import cup_table, dispatch_table, grip_table, judged_table, neighbours_table
 from .methods import throwable_table
 
@@ -186,6 +187,8 @@ TABLES: Final = (
     ({"judged", "wrong"}, judged_table),
     ({"throwable", "throws"}, throwable_table),
     ({"neighbours", "shifts"}, neighbours_table),
+    ({"camera", "newcomers"}, camera_table),
+    ({"camera", "newcomers"}, newcomers_table),
 )
 """By what the files that `make perf` and `make studies` write are known, and their tables."""
 

@@ -10,6 +10,7 @@ from typing import Any, Final
 from ..cli import UsageError
 from ..files import of_its_form, read_json, write_text
 from ..tables import Grid, markdown_text
+from .adaptation import camera_table, newcomers_table
 from .measures import (
     cup_table,
     dispatch_table,
@@ -25,7 +26,7 @@ from .measures import (
 )
 from .methods import methods_table, pays_table, reasons_table, throwable_table
 from .reproduction import table as reproduced_table
-from .tables import benchmark_table
+from .tables import benchmark_table, shift_table
 
 BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
     "benchmark": ("benchmark.json", benchmark_table),
@@ -44,6 +45,9 @@ BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
     "dispatch": ("dispatch.json", dispatch_table),
     "judged": ("judged.json", judged_table),
     "neighbours": ("neighbours.json", neighbours_table),
+    "adapting": ("benchmark_adapt.json", shift_table),
+    "bin-camera": ("adaptation.json", camera_table),
+    "newcomers": ("adaptation.json", newcomers_table),
 }
 """Blocks of a README by name: the file of results, and what makes the table of it; others are "paper/table"."""
 

@@ -28,6 +28,7 @@ SHARES = {"recovery": "recovery", "purity": "purity", "pick_rate": "picks that h
 def benchmark_grids(data: Data) -> list[Grid]:
     """Every table of a benchmark."""
     grids = [benchmark_table(data), other_levels_table(data)]
+    grids += [shift_table(data)] if is_of_shifts(data) else []
     for level in data["plan"]["levels"]:
         grids += [comparison_table(data, level), failure_table(data, level), sorting_table(data, level)]
     return [grid for grid in grids if grid.rows]
@@ -37,6 +38,30 @@ def benchmark_table(data: Data) -> Grid:
     """Every controller on the levels of the plan, side by side."""
     columns, levels = ("error", "x floor", "under 30 mm", "success", "sorted/min"), data["plan"]["levels"]
     return _side_by_side("Every controller on the same held-out throws", data, levels, columns, _conditions(data))
+
+
+def is_of_shifts(data: Data) -> bool:
+    """Whether what a throw teaches pays later in its shift."""
+    return any("landing_error_first_10_m" in row for row in data["table"])
+
+
+def shift_table(data: Data) -> Grid:
+    """Landing error over the shift, level by level, and against the static policy of that level."""
+    static = {row["level"]: row["landing_error_mean_m"] for row in data["table"] if row["controller"] == "static"}
+    parts = ("mean", "first_10", "second_half")
+    rows = [
+        [
+            row["level"],
+            *_who(row),
+            *(f"{1000 * row[f'landing_error_{part}_m']:.1f} mm" for part in parts),
+            f"{row['landing_error_mean_m'] / static[row['level']]:.2f}" if row["level"] in static else "-",
+            percent(row["landing_near_share"]),
+        ]
+        for row in sorted(data["table"], key=lambda row: row["level"])
+    ]
+    header = ["level", *WHO, "landing error", "first 10 throws", "second half", "over static", "under 30 mm"]
+    note = "Over static: the error over that of the static policy that has learned from as many throws."
+    return Grid("What adapting is worth", header, rows, note)
 
 
 def _conditions(data: Data) -> str:

@@ -115,7 +115,7 @@ def judged(**more: Any) -> dict[str, Any]:
 
 def test_what_a_sorter_is_judged_by() -> None:
     counts = {"passed": 4, "ended": 4, "belong": 2, "dropped": 1, "energy_j": 240.0}
-    found = summarise([judged(**counts), judged(**counts)])
+    found = summarise(Plan.model_validate(PLAN), [judged(**counts), judged(**counts)])
     assert (found["success_rate"], found["share_sorted"]) == (pytest.approx(2 / 6), pytest.approx(1 / 6))
     assert found["sorted_per_min"] == pytest.approx(10.0)
     assert found["recovery"] == pytest.approx(1 / 10)
@@ -127,7 +127,7 @@ def test_what_a_sorter_is_judged_by() -> None:
 
 
 def test_results_of_before_are_reported_without_what_they_do_not_tell(done: dict[str, Any]) -> None:
-    found = summarise([judged()])
+    found = summarise(Plan.model_validate(PLAN), [judged()])
     assert not {"recovery", "purity", "pick_rate", "drop_rate", "energy_per_pick_j"} & found.keys()
     old = [{k: v for k, v in row.items() if k not in ("share_astray", "share_unpicked")} for row in done["table"]]
     before = {**done, "table": [{k: v for k, v in row.items() if k != "share_dropped"} for row in old]}

@@ -63,6 +63,7 @@ class Item(BaseModel):
         cup_radius: of the suction cup that is made for it, in m; no wider than the item is across. None: 0.018, or four
             fifths of the item's width where that is less.
         pick_chance: that a suction cup well inside its outline seals on it, where picks may fail.
+        clings: at m = 1 a wet or sticky face leaves the suction cup this much later than its vacuum explains, in s.
         surface: under a suction cup; gives friction and the safety that a grip should have, see `grip.SURFACES`.
         source: one line: where the numbers come from, or what is assumed and why.
     """
@@ -86,6 +87,7 @@ class Item(BaseModel):
     oversize: float = Field(default=0.0, gt=-0.5, le=1.0)
     cup_radius: float | None = Field(default=None, gt=0.0, le=0.1)
     pick_chance: float = Field(default=0.9, gt=0.0, le=1.0)
+    clings: float = Field(default=0.0, ge=0.0, le=0.05)
     surface: Surface = "smooth"
     source: _Line
 
@@ -141,6 +143,7 @@ class ItemTable:
         cup_radius: (K,) m, of the suction cup made for it.
         safety: (K,) that a suction cup should have, see `SURFACES`.
         pick_chance: (K,) that it seals.
+        clings: (K,) s, to a suction cup.
     """
 
     names: tuple[str, ...]
@@ -158,6 +161,7 @@ class ItemTable:
     cup_radius: Floats
     safety: Floats
     pick_chance: Floats
+    clings: Floats
 
 
 def item_arrays(items: Sequence[Item]) -> ItemTable:
@@ -175,8 +179,8 @@ def item_arrays(items: Sequence[Item]) -> ItemTable:
     if len(items) == 0:
         raise ConfigError("0 items given, but a table needs at least 1.")
 
-    numbers = ("size", "mass", "drag", "com_depth", "seal_force", "friction", "rolling_friction", "pick_chance")
-    columns = {name: _read_only(np.array([getattr(i, name) for i in items], dtype=np.float64)) for name in numbers}
+    plain = ("size", "mass", "drag", "com_depth", "seal_force", "friction", "rolling_friction", "pick_chance", "clings")
+    columns = {name: _read_only(np.array([getattr(i, name) for i in items], dtype=np.float64)) for name in plain}
     return ItemTable(
         names=tuple(i.name for i in items),
         shape=_read_only(np.array([shape_index(i.shape) for i in items], dtype=np.int64)),

@@ -187,7 +187,7 @@ def objects_from_draws(
         com_depth=com_depth,
         known_depth=max(1.0 - m, 0.0) * com_depth,
         seal=seal,
-        delay=np.maximum(m * release_delay(seal, mass, config.suction) + jitter, 0.0),
+        delay=np.maximum(m * (release_delay(seal, mass, config.suction) + table.clings[kind]) + jitter, 0.0),
         jitter=jitter,
         cup_radius=np.where(config.cup.fitted, table.cup_radius[kind], CUP_RADIUS),
         **{name: getattr(table, name)[kind] for name in _OF_THE_KIND},
