@@ -15,6 +15,7 @@ from pnt_gym.cells.base.view import ThrowView, record_video
 from pnt_gym.engine import has_display
 
 from .cli import UsageError, at_least, option, run
+from .environments import find_environment
 from .files import check_writable, replace_file
 from .stage import Stage
 from .tables import console
@@ -101,8 +102,9 @@ def show(arguments: Arguments, viewer: str) -> None:
     except ImportError as error:
         raise UsageError(f"--viewer needs MuJoCo's Studio, which this platform has not ({error})") from None
 
-    _, level, _ = setting(arguments.controller, arguments.env, arguments.level, None)
-    first = Choice(arguments.controller, level or "nominal")
+    env_id, level, _ = setting(arguments.controller, arguments.env, arguments.level, None)
+    own = find_environment(env_id).kwargs.get("level", "nominal")
+    first = Choice(arguments.controller, level or own)
     watch(lambda choice: stage_of(arguments, choice.controller, choice.level), first, "web" if viewer == "web" else "")
 
 

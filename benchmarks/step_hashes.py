@@ -20,10 +20,12 @@ import pnt_gym.errors
 from agents.files import write_json
 
 CONVEYOR = ("ideal", "nominal", "waste", "unseen", "tight", "fast")
+DRIFTING = ("waste", "day", "steps", "drift_mix", "day_far")
 ONE_JOINT = ("ideal", "nominal", "late", "paper", "contact")
 GRIPPER = ("ideal", "nominal", "late", "patient", "drop", "belt")
 CASES = {
     "PnTConveyor-v0": (CONVEYOR, ("release_point", "release_xyz", "virtual_goal")),
+    "PnTAdapt-v0": (DRIFTING, ("release_point", "release_xyz", "virtual_goal")),
     "PnTRelease-v0": (CONVEYOR, ("release_point", "release_xyz", "virtual_goal")),
     "OneJointThrow-v0": (ONE_JOINT, ("virtual_goal", "release_state")),
     "OneJointSort-v0": (ONE_JOINT, ("virtual_goal", "release_state")),

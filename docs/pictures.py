@@ -22,7 +22,7 @@ sys.path.insert(0, str(ROOT))
 
 from agents.controllers import make_controller  # noqa: E402
 from agents.environments import core_of, make_vector, stream_seed  # noqa: E402
-from agents.evaluation import practise, thrown  # noqa: E402
+from agents.evaluation import practise, thrown, usual_practice  # noqa: E402
 from agents.files import replace_file  # noqa: E402
 
 FOLDER: Final = ROOT / "docs" / "pictures"
@@ -56,13 +56,13 @@ class Film:
 
 FILMS: Final = {
     "PnTConveyor-v0": Film("oracle", "waste", throws=4, slow=1),
+    "PnTAdapt-v0": Film("kalman", "day", throws=4, slow=1),
     "PnTRelease-v0": Film("analytic", "waste", throws=3, slow=1),
     "OneJointThrow-v0": Film("virtual_goal", "paper", throws=2, slow=3),
     "OneJointSort-v0": Film("virtual_goal", "nominal", throws=3, slow=2),
     "OneJointAssembly-v0": Film("virtual_goal", "nominal", throws=2, slow=2),
     "GripperToss-v0": Film("virtual_goal", "nominal", throws=3, slow=3, seed=3),
 }
-PRACTICE: Final = 120
 
 
 def main() -> None:
@@ -78,7 +78,7 @@ def frames(env_id: str, film: Film) -> Iterator[NDArray[np.uint8]]:
     env = make_vector(env_id, film.level, num_envs=1, threads=1)
     controller = make_controller(film.controller, env)
     controller.reset(film.seed)
-    practise(controller, env, PRACTICE, film.seed)
+    practise(controller, env, usual_practice(controller), film.seed)
     view = core_of(env).view()
     try:
         for _ in thrown(controller, env, film.throws, stream_seed("evaluate", film.seed)):

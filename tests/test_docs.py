@@ -18,13 +18,14 @@ from pnt_gym.cells.base.sorting import Belt, SortingReward
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ActionScale, ConveyorConfig, Motion
 from pnt_gym.cells.conveyor.observation import FEATURES as PICK_FEATURES
+from pnt_gym.cells.conveyor.observation import FEEDBACK
 from pnt_gym.cells.gripper import config as gripper
 from pnt_gym.cells.gripper.cell import GripperCell
 from pnt_gym.cells.gripper.observation import FEATURES as TOSS_FEATURES
 from pnt_gym.cells.one_joint import config as one_joint
 from pnt_gym.cells.one_joint.cell import OneJointCell
 from pnt_gym.cells.one_joint.observation import FEATURES as GOAL_FEATURES
-from pnt_gym.envs.conveyor import PnTConveyorEnv, PnTReleaseEnv
+from pnt_gym.envs.conveyor import PnTAdaptEnv, PnTConveyorEnv, PnTReleaseEnv
 from pnt_gym.envs.gripper import GripperTossEnv
 from pnt_gym.envs.one_joint import (
     OneJointAssemblyEnv,
@@ -51,6 +52,7 @@ class Family:
 BELT = Family(
     ConveyorCell, (PnTConveyorEnv, PnTReleaseEnv), PICK_FEATURES, SortingReward()
 )  # fmt: skip
+DRIFTS = Family(ConveyorCell, (PnTAdaptEnv,), (*PICK_FEATURES, *FEEDBACK), SortingReward())
 ARM = Family(
     OneJointCell, (OneJointThrowEnv, OneJointSortEnv, OneJointAssemblyEnv),
     GOAL_FEATURES, one_joint.Reward(),
@@ -58,7 +60,8 @@ ARM = Family(
 GRIPPER = Family(
     GripperCell, (GripperTossEnv,), TOSS_FEATURES, gripper.Reward()
 )  # fmt: skip
-FAMILY = {env: family for family in (BELT, ARM, GRIPPER) for env in family.envs}
+FAMILY = {env: family for family in (BELT, DRIFTS, ARM, GRIPPER) for env in family.envs}
+CONVEYOR = (*BELT.envs, *DRIFTS.envs)
 
 
 @pytest.fixture(params=FAMILY, ids=lambda env: env.__name__)
@@ -142,7 +145,7 @@ def test_the_action_spaces_are_the_written_ones(env_class):
         assert sizes[mode] == int(size)
 
 
-@pytest.mark.parametrize("env_class", BELT.envs)
+@pytest.mark.parametrize("env_class", CONVEYOR)
 def test_action_rows(env_class):
     rows = table(section(env_class, "Action Space"))
     assert [int(row[0]) for row in rows] == list(range(BELT.modes["release_point"]))
@@ -167,7 +170,7 @@ def test_goal_rows_and_raw_amounts_are_the_configs(env_class):
     assert raw + f"{action.release_radius:g} m" in words(env_class, "Action Space")
 
 
-@pytest.mark.parametrize("env_class", BELT.envs)
+@pytest.mark.parametrize("env_class", CONVEYOR)
 def test_raw_metres_are_the_configs(env_class):
     along, sideways, up = ActionScale().xyz
     assert f"{along:g} along, {sideways:g} sideways, {up:g} up" in words(env_class, "Action Space")
@@ -181,7 +184,7 @@ def test_reward_rows(env_class):
         assert float(weight) == getattr(family.reward, name)
 
 
-@pytest.mark.parametrize("env_class", BELT.envs)
+@pytest.mark.parametrize("env_class", CONVEYOR)
 def test_scales_of_the_reward(env_class):
     rows = {row[0]: row for row in table(section(env_class, "Rewards"))}
     reward = SortingReward()
@@ -244,7 +247,7 @@ def test_what_can_be_asked_for_is_named(env_class):
     text = words(env_class, "Arguments").partition("`reset(options=")[2]
     assert all(f'"{name}"' in text for name in ASKED)
     assert "`reset_mask`" in text
-    if FAMILY[env_class] is BELT:
+    if env_class in CONVEYOR:
         assert f"does not come in {MOST_DRAWS} draws" in text
     named = set(re.findall(r"`(\w+)`", text))
     if env_class not in (OneJointThrowEnv, GripperTossEnv):
@@ -300,6 +303,9 @@ def test_nothing_is_said_of_a_mode_twice_differently():
     """The shared sections are the same text in both environments."""
     for title in ("Action Space", "Observation Space", "Rewards", "Arguments"):
         assert words(PnTConveyorEnv, title) == words(PnTReleaseEnv, title)
+    assert words(PnTAdaptEnv, "Action Space") == words(PnTConveyorEnv, "Action Space")
+    for title in ("Rewards", "Arguments"):
+        assert words(PnTAdaptEnv, title).startswith(words(PnTConveyorEnv, title))
     for title in ("Action Space", "Observation Space"):
         assert len({words(env, title) for env in ARM.envs}) == 1
 

@@ -30,7 +30,7 @@ def test_the_contract_of_the_planner_needs_no_simulator():
 
 
 def test_the_ids_are_those_of_the_suite():
-    assert set(pnt_gym.ENV_IDS) >= {"PnTConveyor-v0", "PnTRelease-v0"}
+    assert set(pnt_gym.ENV_IDS) >= {"PnTConveyor-v0", "PnTAdapt-v0", "PnTRelease-v0"}
     assert len(set(pnt_gym.ENV_IDS)) == len(pnt_gym.ENV_IDS)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import inspect
 from functools import cache
 from typing import Any, Final
@@ -10,6 +11,7 @@ import gymnasium as gym
 from gymnasium.envs.registration import load_env_creator
 
 import pnt_gym
+from pnt_gym.errors import ConfigError
 
 from .marks import table
 
@@ -36,6 +38,17 @@ def episode(env_id: str) -> str:
     return f"{throws} throw{'s' * (throws > 1)}, then {ending}"
 
 
+@cache
+def levels(env_id: str) -> tuple[str, ...]:
+    """Names of the shipped levels that it takes."""
+    env, taken = made(env_id), list[str]()
+    for name in env.core.config.level_names():
+        with contextlib.suppress(ConfigError):
+            env.make_cell(name, 1, 1)
+            taken.append(name)
+    return tuple(taken)
+
+
 def summary(env_id: str) -> str:
     """The first line of the manual."""
     return _manual(env_id).split("\n", 1)[0]
@@ -52,7 +65,7 @@ def page(env_id: str) -> str:
         ("Kind of task", f"{kind(env_id)}; an episode is {episode(env_id)}"),
         ("Actions", f"`{env.action_space}`, mode `{env.core.action_mode}`"),
         ("Observations", f"`{env.observation_space}`"),
-        ("Levels", ", ".join(f"`{name}`" for name in env.core.config.level_names())),
+        ("Levels", ", ".join(f"`{name}`" for name in levels(env_id))),
         ("One cell", f'`gymnasium.make("{env_id}")`'),
         ("Many", f'`gymnasium.make_vec("{env_id}", num_envs=64)`'),
     ]

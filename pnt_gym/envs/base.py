@@ -89,14 +89,18 @@ class Facade:
     original would. Views stay behind: a copy opens its own when it is asked for a picture.
 
     The docstring of an environment is its manual. What holds for a whole family stands in the docstring of their
-    abstract class, once; every environment's own is completed with it. The table that a class `observes` by takes the
-    place of `{observations}`, what can be said to every environment that of `{arguments}`.
+    abstract class, once; every environment's own is completed with it. The table that a class `observes` by, or the
+    one of its family, takes the place of `{observations}` and its length that of `{entries}`; what can be said to every
+    environment takes that of `{arguments}`.
     """
 
     core: Core
     _picture: Picture
     _view: ThrowView | None = None
     _spec: EnvSpec | None = None
+    _family: ClassVar[str] = ""
+    """The manual of the family, before anything takes its place in it."""
+    _table: ClassVar[FeatureTable | None] = None
 
     @property
     def spec(self) -> EnvSpec | None:
@@ -111,12 +115,15 @@ class Facade:
 
     def __init_subclass__(cls, observes: FeatureTable | None = None, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
-        if cls.__doc__:
-            manual = inspect.cleandoc(cls.__doc__).replace("{arguments}", ARGUMENTS)
-            cls.__doc__ = manual.replace("{observations}", observes.markdown()) if observes else manual
-        family = next((base.__doc__ for base in cls.__mro__[1:] if "## Action Space" in (base.__doc__ or "")), None)
-        if cls.__doc__ and family:
-            cls.__doc__ = completed(cls.__doc__, family)
+        cls._table = observes or cls._table
+        if not cls.__doc__:
+            return
+        manual = completed(cls.__doc__, cls._family) if cls._family else inspect.cleandoc(cls.__doc__)
+        if not cls._family and "## Action Space" in manual:
+            cls._family = manual
+        if cls._table is not None:
+            manual = manual.replace("{observations}", cls._table.markdown()).replace("{entries}", str(len(cls._table)))
+        cls.__doc__ = manual.replace("{arguments}", ARGUMENTS)
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_view": None}

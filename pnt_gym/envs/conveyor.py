@@ -35,8 +35,8 @@ class ConveyorEnv(ThrowEnv, observes=TABLE):
 
     ## Observation Space
 
-    `Box(-5, 5, (26,), float32)`: what a cell measures, as (value - centre) / scale, clipped. Nothing hidden enters.
-    `pnt_gym.cells.conveyor.observation.decode` turns observations back into physical values.
+    `Box(-5, 5, ({entries},), float32)`: what a cell measures, as (value - centre) / scale, clipped. Nothing hidden
+    enters. `pnt_gym.cells.conveyor.observation.decode` turns observations back into physical values.
 
     {observations}
 
@@ -152,10 +152,15 @@ class PnTAdaptEnv(ConveyorEnv, observes=SHIFT_TABLE):
 
     ## Observation Space
 
-    Here it is `Box(-5, 5, (34,), float32)`: the 26 entries of PnTConveyor-v0, the same in a cell that does not drift,
-    and eight more. The last landing is told along and left of the last throw, by a camera with the noise, the blind
-    share and the view of the level's section `feedback`; what was not picked, was lost on the way or came down out
-    of its view is unseen.
+    The first 26 entries are those of PnTConveyor-v0, the same in a cell that does not drift. The other eight tell of
+    the throw before: where it came down, along it and to its left, by a camera with the noise, the blind share and
+    the view of the level's section `feedback`. What was not picked, was lost on the way or came down out of its view is
+    unseen.
+
+    ## Rewards
+
+    `info` also has `seen_along` and `seen_across` [m], what the bin's camera saw where `landing_along` and
+    `landing_across` are true (NaN where it saw nothing), and `pick_in_shift`, 0 for the first.
 
     ## Starting State
 
@@ -163,8 +168,7 @@ class PnTAdaptEnv(ConveyorEnv, observes=SHIFT_TABLE):
 
     ## Episode End
 
-    As PnTConveyor-v0: a shift. Beside `landing_along` and `landing_across`, which are true, `info` has `seen_along` and
-    `seen_across` [m], what the bin's camera saw (NaN where nothing), and `pick_in_shift`, 0 for the first.
+    As PnTConveyor-v0: a shift.
 
     ## Arguments
 

@@ -57,7 +57,8 @@ def test_every_controller_is_described_and_tried_everywhere():
     rows = dict(zip(NAMES, table.splitlines()[2:], strict=True))
     assert rows["ridge"].startswith("| `ridge` | yes | all |")
     assert rows["oracle"].startswith("| `oracle` | no | all |")
-    assert rows["mean_lead"].startswith("| `mean_lead` | no | `PnTConveyor-v0`, `PnTRelease-v0` |")
+    assert rows["mean_lead"].startswith("| `mean_lead` | no | `PnTConveyor-v0`, `PnTAdapt-v0`, `PnTRelease-v0` |")
+    assert rows["kalman"].startswith("| `kalman` | yes | `PnTAdapt-v0` |")
 
 
 def test_every_command_shows_its_help():
@@ -79,6 +80,16 @@ def test_every_environment_has_a_page_and_a_small_picture(env_id):
     assert picture[8:12] == b"WEBP"
     assert b"ANIM" in picture[:64]
     assert len(picture) <= MOST_BYTES
+
+
+def test_a_page_names_the_levels_that_its_environment_takes():
+    taken = {env_id: set(environments.levels(env_id)) for env_id in pnt_gym.ENV_IDS}
+    drift = {"day", "steps", "drift_mix", "day_far", "steps_far", "drift_mix_far"}
+    assert taken["PnTAdapt-v0"] == set(ConveyorConfig.level_names()) > drift
+    assert taken["PnTConveyor-v0"] == taken["PnTRelease-v0"] == taken["PnTAdapt-v0"] - drift
+    assert taken["OneJointThrow-v0"] - taken["OneJointSort-v0"] == {"paper"}
+    assert "`day`" in environments.page("PnTAdapt-v0")
+    assert "`day`" not in environments.page("PnTConveyor-v0")
 
 
 @pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)

@@ -14,6 +14,7 @@ from pnt_gym.cells.conveyor.observation import decode
 from tests.tools.throws import CONVEYOR, FEATURES, MODES, vary, zeros
 
 SHORT = vary("nominal", picks_per_shift=4)
+SHIFTS = ("PnTConveyor-v0", "PnTAdapt-v0")
 CASES = [(env_id, mode) for env_id in pnt_gym.ENV_IDS for mode in MODES[env_id]]
 
 
@@ -45,8 +46,9 @@ def test_spaces(env_id, mode):
     env.close()
 
 
-def test_a_shift_is_truncated_after_its_picks_and_never_terminated():
-    env = gym.make("PnTConveyor-v0", level=SHORT)
+@pytest.mark.parametrize("env_id", SHIFTS)
+def test_a_shift_is_truncated_after_its_picks_and_never_terminated(env_id):
+    env = gym.make(env_id, level=SHORT)
     env.reset(seed=0)
     ends = [env.step(np.zeros(2, dtype=np.float32))[2:4] for _ in range(4)]
     assert ends == [(False, False)] * 3 + [(False, True)]
@@ -54,8 +56,9 @@ def test_a_shift_is_truncated_after_its_picks_and_never_terminated():
     assert env.step(np.zeros(2, dtype=np.float32))[2:4] == (False, False)
 
 
-def test_the_default_shift_has_fifty_picks():
-    assert gym.make("PnTConveyor-v0").unwrapped.core.config.picks_per_shift == 50
+@pytest.mark.parametrize("env_id", SHIFTS)
+def test_the_default_shift_has_fifty_picks(env_id):
+    assert gym.make(env_id).unwrapped.core.config.picks_per_shift == 50
 
 
 SINGLE = ("PnTRelease-v0", "OneJointThrow-v0", "OneJointSort-v0", "GripperToss-v0")
@@ -87,9 +90,10 @@ def test_a_reset_without_a_throw_draws_a_new_pick():
     assert not np.array_equal(first, second)
 
 
-def test_returned_observations_are_the_callers_own():
+@pytest.mark.parametrize("env_id", SHIFTS)
+def test_returned_observations_are_the_callers_own(env_id):
     """An observation that is changed by the caller, or kept, does not change with the environment."""
-    env = gym.make("PnTConveyor-v0")
+    env = gym.make(env_id)
     first, _ = env.reset(seed=0)
     kept = first.copy()
     second, *_ = env.step(np.zeros(2, dtype=np.float32))
@@ -120,8 +124,9 @@ def test_the_reward_is_the_sum_of_its_terms_and_each_is_its_formula(env_id):
     assert seen == {(False, False), (False, True), (True, True)}
 
 
-def test_the_info_is_of_plain_values_and_agrees_with_itself():
-    env = gym.make("PnTConveyor-v0", level="waste")
+@pytest.mark.parametrize("env_id", SHIFTS)
+def test_the_info_is_of_plain_values_and_agrees_with_itself(env_id):
+    env = gym.make(env_id, level="waste")
     _, first = env.reset(seed=3)
     kind = first["kind"]
     observation, *_ = env.reset(seed=3)

@@ -17,7 +17,12 @@ from tests.tools.throws import CONVEYOR, same_bits, same_step, zeros
 LEFT = {"name": "left", "x": -0.25, "y": 0.45, "accepts": ["paper", "metal_can"]}
 RIGHT = {"name": "right", "x": 0.25, "y": 0.45, "accepts": ["metal_can", "plastic_package"]}
 TWO_BINS = {"name": "two", "bins": {"fixed": [LEFT, RIGHT]}, "picks_per_shift": 2}
-LEVELS = dict.fromkeys(CONVEYOR, TWO_BINS) | {"OneJointThrow-v0": "contact", "GripperToss-v0": "belt"}
+DRIFTS = {"delay": {"even": 0.005, "step": 0.002}, "camera": {"normal": 0.008}, "encoder": {"walk": 0.002}}
+LEVELS = dict.fromkeys(CONVEYOR, TWO_BINS) | {
+    "PnTAdapt-v0": {**TWO_BINS, "drift": DRIFTS},
+    "OneJointThrow-v0": "contact",
+    "GripperToss-v0": "belt",
+}
 WISHES: list[tuple[str, dict[str, Any]]] = [
     *((env_id, wish) for env_id in CONVEYOR for wish in (
         {"item": "paper"}, {"target": "right"}, {"item": "metal_can", "target": "left"}, {"item": 2, "target": 1},
@@ -104,14 +109,15 @@ def test_a_request_is_forgotten_by_the_next_reset(env_id: str) -> None:
         assert same_bits(fresh.reset(seed=8)[0], used.reset(seed=8, options=options)[0])
 
 
-def test_later_throws_come_as_always() -> None:
-    env = single("PnTConveyor-v0", level={**TWO_BINS, "picks_per_shift": 40})
+@pytest.mark.parametrize("env_id", ["PnTConveyor-v0", "PnTAdapt-v0"])
+def test_later_throws_come_as_always(env_id: str) -> None:
+    env = single(env_id, level={**LEVELS[env_id], "picks_per_shift": 40})
     env.reset(seed=0, options={"item": "paper", "target": "left"})
-    later = [env.step(zeros("PnTConveyor-v0"))[4]["kind"] for _ in range(30)]
+    later = [env.step(zeros(env_id))[4]["kind"] for _ in range(30)]
     assert set(later) == {0, 1, 2}
 
 
-@pytest.mark.parametrize("env_id", ["PnTConveyor-v0", "PnTRelease-v0", "GripperToss-v0"])
+@pytest.mark.parametrize("env_id", [*CONVEYOR, "GripperToss-v0"])
 def test_a_mask_says_of_which_cells_it_is_asked(env_id: str) -> None:
     env = vector(env_id, 8)
     before, _ = env.reset(seed=0)
@@ -142,6 +148,7 @@ REFUSED: list[tuple[str, Any, str]] = [
     ("PnTRelease-v0", {"item": "paper", "target": "right"}, "item 'paper' and target 'right' did not come in 4096 draws"
      " of level 'two', which has items paper, metal_can, plastic_package and targets left, right$"),
     ("PnTConveyor-v0", {"target": "left", "item": 2}, "item 'plastic_package' and target 'left' did not come"),
+    ("PnTAdapt-v0", {"target": "left", "item": 2}, "item 'plastic_package' and target 'left' did not come"),
     ("OneJointSort-v0", {"target": "pallet_4"}, "target is 'pallet_4'; it must be one of pallet_1, pallet_2, pallet_3"),
     ("OneJointAssembly-v0", {"item": "tee"}, "item 'tee' did not come in .*, which has items aitch, tee"),
     ("GripperToss-v0", {"item": "cork"}, "item is 'cork'; it must be one of paper_ball, yoghurt_cup, can_crushed"),

@@ -15,6 +15,7 @@ from tests.tools.throws import CONVEYOR, FEATURES, GRIPPER, MODES, ONE_JOINT, sa
 N, STEPS, MOST_STEPS, SEED = 3, 5, 8, 21
 SHIFT = vary("waste", picks_per_shift=2)
 LEVELS = dict.fromkeys(CONVEYOR, SHIFT) | dict.fromkeys((*ONE_JOINT, *GRIPPER), "late")
+LEVELS["PnTAdapt-v0"] = vary("drift_mix", picks_per_shift=2)
 LEVELS["OneJointAssembly-v0"] = "ideal"
 """An assembly goes on to its second throw only if the first succeeds."""
 SMALL = {"OneJointAssembly-v0": 0.005}
@@ -240,7 +241,7 @@ def test_unseeded_rows_differ(drawn):
 def test_gymnasiums_statistics_wrapper_works(env_id):
     env = gym.wrappers.vector.RecordEpisodeStatistics(gym.make_vec(env_id, num_envs=N, level=LEVELS[env_id]))
     env.reset(seed=0)
-    length = 2 if env_id in ("PnTConveyor-v0", "OneJointAssembly-v0") else 1
+    length = 2 if env_id in ("PnTConveyor-v0", "PnTAdapt-v0", "OneJointAssembly-v0") else 1
     for k in range(length):
         *_, info = env.step(actions(env_id)[k, :N])
     np.testing.assert_array_equal(info["episode"]["l"], length)

@@ -28,6 +28,7 @@ from tests.tools.fuzz_lines import tried_line
 
 MODES: Final = {
     "PnTConveyor-v0": ("release_point", "release_xyz", "virtual_goal"),
+    "PnTAdapt-v0": ("release_point", "release_xyz", "virtual_goal"),
     "PnTRelease-v0": ("release_point", "release_xyz", "virtual_goal"),
     "OneJointThrow-v0": ("virtual_goal", "release_state"),
     "OneJointSort-v0": ("virtual_goal", "release_state"),
@@ -129,6 +130,7 @@ def calls_case(random: Random) -> str:
 
 FORMS: Final = {
     "PnTConveyor-v0": (conveyor.PnTConveyorEnv, conveyor.PnTConveyorVectorEnv),
+    "PnTAdapt-v0": (conveyor.PnTAdaptEnv, conveyor.PnTAdaptVectorEnv),
     "PnTRelease-v0": (conveyor.PnTReleaseEnv, conveyor.PnTReleaseVectorEnv),
     "OneJointThrow-v0": (one_joint.OneJointThrowEnv, one_joint.OneJointThrowVectorEnv),
     "OneJointSort-v0": (one_joint.OneJointSortEnv, one_joint.OneJointSortVectorEnv),

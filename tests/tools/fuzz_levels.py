@@ -25,6 +25,7 @@ from tests.tools.fuzz_basis import JUNK, Find, Random, Refused, finite, pick, re
 
 CONFIGS: Final[dict[str, Any]] = {
     "PnTConveyor-v0": ConveyorConfig,
+    "PnTAdapt-v0": ConveyorConfig,
     "PnTRelease-v0": ConveyorConfig,
     "OneJointThrow-v0": OneJointConfig,
     "OneJointSort-v0": OneJointConfig,

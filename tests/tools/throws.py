@@ -22,7 +22,7 @@ from pnt_gym.planning.motion.limits import EllipticWorkspace
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
 from pnt_gym.planning.straight.plan import ReleaseBatch
 
-CONVEYOR = ("PnTConveyor-v0", "PnTRelease-v0")
+CONVEYOR = ("PnTConveyor-v0", "PnTAdapt-v0", "PnTRelease-v0")
 ONE_JOINT = ("OneJointThrow-v0", "OneJointSort-v0", "OneJointAssembly-v0")
 GRIPPER = ("GripperToss-v0",)
 MODES = {
@@ -31,9 +31,14 @@ MODES = {
     for env_id in ids
 }
 """Action modes of every environment, with the numbers in one action; the first is the default."""
-FEATURES = {**dict.fromkeys(CONVEYOR, 26), **dict.fromkeys(ONE_JOINT, 14), **dict.fromkeys(GRIPPER, 15)}
+FEATURES = {
+    **dict.fromkeys(CONVEYOR, 26),
+    "PnTAdapt-v0": 34,
+    **dict.fromkeys(ONE_JOINT, 14),
+    **dict.fromkeys(GRIPPER, 15),
+}
 """Numbers in one observation."""
-HARD = {**dict.fromkeys(CONVEYOR, "waste"), **dict.fromkeys((*ONE_JOINT, *GRIPPER), "late")}
+HARD = {**dict.fromkeys(CONVEYOR, "waste"), "PnTAdapt-v0": "drift_mix", **dict.fromkeys((*ONE_JOINT, *GRIPPER), "late")}
 """A level of every environment in which much is drawn or unknown."""
 
 
@@ -81,9 +86,10 @@ def make_core(
     mode: str = "release_point",
     seed: int = 0,
     threads: int = 1,
+    feedback: bool = False,
 ) -> Core:
     """Cells with their first picks drawn; row i has its own generator of seed + i."""
-    core = Core(ConveyorCell(ConveyorConfig.load(level), count, picks, threads), mode)
+    core = Core(ConveyorCell(ConveyorConfig.load(level), count, picks, threads, feedback), mode)
     core.reset(np.arange(count), [np.random.default_rng(seed + i) for i in range(count)], seeded=True)
     return core
 

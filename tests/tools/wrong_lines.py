@@ -32,19 +32,23 @@ evaluate --controller analytic --online yes | Unrecognized options: yes
 evaluate --controller analytic --level "" | unknown level ''; shipped levels are
 evaluate --controller analytic --env "" | unknown environment ''; known are
 evaluate --controller analytic --action-mode "" | action_mode is ''; it must be one of
-evaluate --controller analytic --level Waste | unknown level 'Waste'; shipped levels are dense, fast, f
+evaluate --controller analytic --level Waste | unknown level 'Waste'; shipped levels are day, day_far, d
 evaluate --controller analytic --level waste.yaml | level file 'waste.yaml' does not exist
-evaluate --controller analytic --level folder | unknown level 'folder'; shipped levels are dense, fast,
+evaluate --controller analytic --level folder | unknown level 'folder'; shipped levels are day, day_far,
 evaluate --controller analytic --level text.yaml | level file 'text.yaml' must hold a mapping of settings, it h
 evaluate --controller analytic --level typo.yaml | level file 'typo.yaml': unknown key 'binz'
 evaluate --controller analytic --level circle.yaml | level file 'circle.yaml': levels are their own base: circle
 evaluate --controller analytic --level heavy.yaml | level file 'heavy.yaml': suction.tau is 1000000000.0: input
+evaluate --controller analytic --level day | level 'day' drifts, and nothing in this environment tells
+evaluate --controller analytic --env PnTRelease-v0 --level day | level 'day' drifts, and nothing in t
+evaluate --controller kalman | controller 'kalman' goes by what is told of the throw before; u
+evaluate --controller kalman --env GripperToss-v0 | controller 'kalman' goes by what is told of the thro
 evaluate --controller analytic --env PnTRelease | unknown environment 'PnTRelease'; known are PnTConveyor-v0,
 evaluate --controller analytic --env pntrelease-v0 | unknown environment 'pntrelease-v0'; known are PnTConveyor-v
 evaluate --controller analytic --env PnTRelease-v1 | unknown environment 'PnTRelease-v1'; known are PnTConveyor-v
 evaluate --controller analytic --env nobody:Cell-v0 | module 'nobody' cannot be imported: ModuleNotFoundError: No
 evaluate --controller analytic --env os:Cell-v0 | unknown environment 'Cell-v0': module 'os' does not register
-evaluate --controller analytic --env : | unknown environment ''; known are PnTConveyor-v0, PnTRelease
+evaluate --controller analytic --env : | unknown environment ''; known are PnTConveyor-v0, PnTAdapt
 evaluate --controller analytic --env OneJointThrow-v0 --level waste | unknown level 'waste'; shipped levels are contac
 evaluate --controller analytic --env OneJointThrow-v0 --action-mode release_point | action_mode is 'release_point'; it
 evaluate --controller analytic --action-mode Release_Point | action_mode is 'Release_Point'; it must be one of release
@@ -102,7 +106,8 @@ train --algo SAC | invalid choice 'SAC' for argument '--algo'
 train --algo "" | invalid choice '' for argument '--algo'
 train --env Nowhere-v0 | unknown environment 'Nowhere-v0'; known are PnTConveyor-v0,
 train --env CartPole-v1 | environment 'CartPole-v1' has no core, so it is none of a ce
-train --level nowhere | unknown level 'nowhere'; shipped levels are dense, fast, fast_plain, ideal
+train --level nowhere | unknown level 'nowhere'; shipped levels are day, day_far, dense, drift_mix
+train --level day | level 'day' drifts, and nothing in this environment tells
 train --level heavy.yaml | level file 'heavy.yaml': suction.tau is 1000000000.0: input
 train --action-mode nowhere | action_mode is 'nowhere'; it must be one of release_point, r
 train --config none.yml | cannot read hyperparameters 'none.yml': No such file or dire
@@ -136,7 +141,7 @@ benchmark --config plan.yaml --out file/out.json | cannot write 'file/out.json':
 benchmark --config plan.yaml --out o.json --work file | cannot write 'file/piece.json': File exists
 benchmark --config plan.yaml --out o.json --work file/inner | cannot write 'file/inner/piece.json': Not a directory
 benchmark --config nobody.yaml | benchmark 'nobody.yaml': unknown controller 'nobody'; known
-benchmark --config nowhere.yaml | unknown level 'nowhere'; shipped levels are dense, fast, fast_plain, ideal
+benchmark --config nowhere.yaml | unknown level 'nowhere'; shipped levels are day, day_far, dense, drift_mix
 reproduce | Missing from python -m agents.reproduce: hassan|choe|miyashi
 reproduce nobody | unknown paper 'nobody'; known are hassan, choe, miyashita, l
 reproduce hassan choe | Unrecognized options: choe
@@ -168,7 +173,8 @@ play --viewer hologram | invalid choice 'hologram' for argument '--viewer'
 play --viewer native --picture x.png | give one of --video FILE.mp4, --picture FILE.png and --viewe
 play --picture x.png --controller nobody | 'nobody' is neither a controller
 play --picture x.png --env Nowhere-v0 | unknown environment 'Nowhere-v0'; known are PnTConveyor-v0,
-play --picture x.png --level nowhere | unknown level 'nowhere'; shipped levels are dense, fast, fast_plain, ideal
+play --picture x.png --level nowhere | unknown level 'nowhere'; shipped levels are day, day_far, dense, drift_mix
+play --picture x.png --level day | level 'day' drifts, and nothing in this environment tells
 play --picture x.png --controller torn | 'torn/policy.npz' is damaged: policy.npz is truncated or holds no policy
 play --picture x.png --controller old | run folder 'old' is damaged: policy.npz is missing; before 0.2.0
 publish | Missing from python -m agents.publish: PATH The run folder
@@ -184,7 +190,7 @@ publish torn --to kept | 'torn/policy.npz' is damaged: policy.npz is truncated o
 publish foreign --to kept | 'foreign/policy.npz' is damaged: policy.npz is truncated or holds no policy
 publish old --to kept | run folder 'old' is damaged: policy.npz is missing; before 0.2.0 none was written
 publish policy --to file | cannot read or write 'file/
-publish policy --to kept --levels nowhere | unknown level 'nowhere'; shipped levels are dense, fast, fast_plain, ideal
+publish policy --to kept --levels nowhere | unknown level 'nowhere'; shipped levels are day, day_far, dense, drift_mix
 publish policy --env nobody:Cell-v0 | module 'nobody' cannot be imported: ModuleNotFoundError: No
 publish policy policy | Unrecognized options: policy
 dataset extra | Unrecognized options: extra
@@ -216,7 +222,8 @@ dataset --env Nowhere-v0 | unknown environment 'Nowhere-v0'; known are PnTConvey
 dataset --env CartPole-v1 | environment 'CartPole-v1' has no core, so it is none of a ce
 dataset --env ToyThrow-v0 | environment 'ToyThrow-v0' has no pnt_gym.cells.base.core.Core
 dataset --env OneJointThrow-v0 --level waste | unknown level 'waste'; shipped levels are contac
-dataset --level nowhere | unknown level 'nowhere'; shipped levels are dense, fast, fast_plain, ideal
+dataset --level nowhere | unknown level 'nowhere'; shipped levels are day, day_far, dense, drift_mix
+dataset --level day | level 'day' drifts, and nothing in this environment tells
 dataset --level heavy.yaml | level file 'heavy.yaml': suction.tau is 1000000000.0: input
 dataset --action-mode nowhere | action_mode is 'nowhere'; it must be one of release_point, r
 levels extra | Unrecognized options: extra

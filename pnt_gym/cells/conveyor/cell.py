@@ -44,6 +44,8 @@ SEEN: Final = ("seen_along", "seen_across")
 """Landing errors as a camera over the bins tells them."""
 FEWEST_PICKS: Final = 2
 """In a shift from whose throws something can be learned."""
+MOST_PICKS: Final = 100_000
+"""In a shift that is drawn whole when it begins."""
 
 
 @final
@@ -207,13 +209,25 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
 
     def _begin_shifts(self) -> None:
         """A camera over the bins from now on."""
-        if self.config.picks_per_shift < FEWEST_PICKS:
+        if not FEWEST_PICKS <= self.config.picks_per_shift <= MOST_PICKS:
             raise ConfigError(
                 f"picks_per_shift is {self.config.picks_per_shift}; a shift in which a throw tells something for the "
-                f"next needs at least {FEWEST_PICKS}"
+                f"next has {FEWEST_PICKS} to {MOST_PICKS}"
             )
-        self.table, self.hidden = SHIFT_TABLE, (*HIDDEN, *DRIFT)
         self._shift = Shift.drawn(self.generators, self.config)
+        self._tell()
+
+    def _tell(self) -> None:
+        """What is seen and hidden where shifts are drawn."""
+        if self._shift is not None:
+            self.table, self.hidden = SHIFT_TABLE, (*HIDDEN, *DRIFT)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name not in ("table", "hidden")}  # which are code
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        self._tell()
 
     def _drifting(self, picks: Context, shift: Shift) -> Context:
         """Picks as they come in cells that are off by now."""

@@ -44,7 +44,7 @@ class Wander(Section):
     @property
     def moves(self) -> bool:
         """Whether it is ever anything but zero."""
-        return any((self.even, self.normal, self.step, self.walk, self.ramp))
+        return self.most > 0.0 and any((self.even, self.normal, self.step, self.walk, self.ramp))
 
     def path(self, random: np.random.Generator, picks: int, steps_every: int) -> Floats:
         """Its values at the picks of a shift (P,); the same number of draws whatever the level says."""
@@ -74,7 +74,7 @@ class Valve(Wander):
     @property
     def moves(self) -> bool:
         """Whether it is ever anything but zero."""
-        return super().moves or self.film > 0.0
+        return super().moves or (self.most > 0.0 and self.film > 0.0)
 
     def path(self, random: np.random.Generator, picks: int, steps_every: int) -> Floats:
         """Its values at the picks of a shift (P,) [s]."""

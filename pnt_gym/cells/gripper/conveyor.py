@@ -34,7 +34,10 @@ class Conveyor(Section):
     What a section of the gripper robot's cell says itself goes before what the conveyor cell says.
     """
 
-    level: str = Field(default="nominal", description="Level of the conveyor cell: a shipped one's name, or a file.")
+    level: str = Field(
+        default="nominal",
+        description="Level of the conveyor cell: a shipped one's name, or a file. What drifts in it does not here.",
+    )
     origin: tuple[Finite, Finite, Finite] = Field(
         description="The robot's origin, amid its motor axes, in the conveyor cell's frame [m]."
     )

@@ -25,13 +25,14 @@ def bodies(shape, size, mass, drag, up):
     return np.concatenate([mass[:, None], inertia, up[:, None], placed.quat, semi, fluid], axis=1)
 
 
-def in_the_engine(things_, row, state, steps, air):
-    """The same flight stepped by MuJoCo."""
+def in_the_engine(things_, row, state, steps, air, wind=(0.0, 0.0)):
+    """The same flight stepped by MuJoCo, in a wind along x and y."""
     shape, size, mass, drag, up = (each[row : row + 1] for each in things_)
     placed, inertia = geom_placement(shape, size), solid_shell_inertia(mass, size, shape)[0]
     sizes, turn = " ".join(map(str, placed.size[0])), " ".join(map(str, placed.quat[0]))
     model = mujoco.MjModel.from_xml_string(f"""<mujoco><option timestep="{STEP}" density="{1.2 * air}"
-      viscosity="{1.8e-5 * air}" gravity="0 0 -9.81" integrator="Euler"/><worldbody><body pos="0 0 0"><freejoint/>
+      viscosity="{1.8e-5 * air}" gravity="0 0 -9.81" integrator="Euler"
+      wind="{wind[0]} {wind[1]} 0"/><worldbody><body pos="0 0 0"><freejoint/>
       <inertial pos="0 0 0" mass="{mass[0]}" diaginertia="{" ".join(map(str, inertia))}"/>
       <geom type="{SHAPES[shape[0]]}" size="{sizes}" quat="{turn}" pos="0 0 {up[0]}" fluidshape="ellipsoid"/>
       </body></worldbody></mujoco>""")
@@ -53,10 +54,10 @@ def thrown(rng):
     return state
 
 
-def flown(state, body, floor, air, records):
+def flown(state, body, floor, air, records, wind=0.0):
     seen, steps = np.zeros((COUNT, records, STATE)), np.zeros(COUNT, dtype=np.int64)
     after = state.copy()
-    fly_down(after, body, np.zeros((COUNT, 2)), np.full(COUNT, floor), air, STEP, STRIDE, seen, steps)
+    fly_down(after, body, np.zeros((COUNT, 2)) + wind, np.full(COUNT, floor), air, STEP, STRIDE, seen, steps)
     return after, seen, steps
 
 
@@ -73,6 +74,28 @@ def test_a_flight_is_that_of_the_engine(air):
         np.testing.assert_allclose(
             seen[row, 10], in_the_engine(objects, row, state[row], 10 * STRIDE, air), rtol=1e-9, atol=1e-9
         )
+
+
+def test_a_flight_in_a_wind_is_that_of_the_engine():
+    """Each object in its own; one without wind is as it was, and one that goes with it feels none."""
+    rng = np.random.default_rng(6)
+    objects, state, wind = things(rng), thrown(rng), rng.normal(0.0, 1.5, (COUNT, 2))
+    wind[1] = 0.0
+    body = bodies(*objects)
+    after, seen, _ = flown(state, body, -50.0, 1.0, 76, wind)
+    still, *_ = flown(state, body, -50.0, 1.0, 76)
+    for row in range(COUNT):
+        for found, steps in ((after[row], 300), (seen[row, 10], 10 * STRIDE)):
+            expected = in_the_engine(objects, row, state[row], steps, 1.0, wind[row])
+            np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
+        assert np.array_equal(after[row], still[row]) == (row == 1)
+    carried = state.copy()
+    carried[:, 7:9] += wind
+    moving, *_ = flown(carried, body, -50.0, 1.0, 76, wind)
+    with_it = still.copy()
+    with_it[:, :2] += 0.3 * wind
+    with_it[:, 7:9] += wind
+    np.testing.assert_allclose(moving, with_it, rtol=1e-9, atol=1e-8)
 
 
 def test_it_ends_below_its_height_and_keeps_its_last_state():

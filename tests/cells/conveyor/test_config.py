@@ -10,7 +10,8 @@ from pnt_gym.errors import ConfigError
 from tests.tools.throws import item, make_core
 
 PLAIN = tuple(f"{name}_plain" for name in ("fast", "nominal", "tight", "unseen", "waste"))
-LEVELS = tuple(sorted((*PLAIN, "dense", "fast", "ideal", "light", "nominal", "tight", "unseen", "waste")))
+DRIFTING = ("day", "steps", "drift_mix", "day_far", "steps_far", "drift_mix_far")
+LEVELS = tuple(sorted((*PLAIN, *DRIFTING, "dense", "fast", "ideal", "light", "nominal", "tight", "unseen", "waste")))
 BIN = {"name": "box", "x": 0.3, "y": 0.4}
 SMALLEST = {"bins": {"fixed": [BIN]}}
 
@@ -204,7 +205,7 @@ def test_neighbouring_bins_may_share_a_wall():
 def test_unknown_levels_and_missing_files():
     with pytest.raises(
         ConfigError,
-        match="unknown level 'nowhere'; shipped levels are dense, fast, fast_plain, ideal, light, nominal, ",
+        match="unknown level 'nowhere'; shipped levels are day, day_far, dense, drift_mix, drift_mix_far, fast, ",
     ):
         ConveyorConfig.load("nowhere")
     with pytest.raises(ConfigError, match=r"level file 'nowhere\.yaml' does not exist"):

@@ -28,7 +28,7 @@ from tests.tools.throws import CONVEYOR, make_core, same_bits, vary, with_object
 COUNT = 12
 PLACING = ("pick_and_place", "ellipse")
 METHODS = ("horizontal", *PLACING)
-ENV_OF = {"belt": CONVEYOR[0], "independent": CONVEYOR[1]}
+ENV_OF = {"belt": "PnTConveyor-v0", "independent": "PnTRelease-v0"}
 ONLY_INSIDE = {"fixed": [{"name": "inside", "x": 0.30, "y": 0.40, "size": [0.24, 0.235]}]}
 pytestmark = pytest.mark.filterwarnings("ignore:level .* stays empty")
 
