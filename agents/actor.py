@@ -2,10 +2,12 @@
 
 `policy.npz` is a NumPy archive of numbers and two names:
 
-    weight_0, bias_0, weight_1, ...   full layers from the observation to the action, weights (outputs, inputs), float32
+    lstm_in, lstm_kept, lstm_bias     of a recurrent policy: the layer before them, see `Lstm`
+    weight_0, bias_0, weight_1, ...   full layers from the observation, or what the former gives, to the action, weights
+                                      (outputs, inputs), float32
     activation                        after every layer but the last, a name of `ACTIVATIONS`
     output                            "squashed": tanh, then scaled from [-1, 1] to low and high (SAC, TD3, TQC);
-                                      "clipped" to low and high (PPO)
+                                      "clipped" to low and high (PPO, RecurrentPPO)
     bound                             the last layer's numbers are clipped to it on either side before; mostly inf
     low, high                         of the actions
 """
@@ -28,6 +30,7 @@ from .cli import UsageError
 
 Array = NDArray[np.float32]
 OUTPUTS: Final = ("squashed", "clipped")
+LSTM: Final = ("lstm_in", "lstm_kept", "lstm_bias")
 
 
 def _gelu(x: Floats) -> Floats:
@@ -55,6 +58,35 @@ ACTIVATIONS: Final[Mapping[str, Callable[[Floats], Floats]]] = {
 
 @final
 @dataclass(frozen=True)
+class Lstm:
+    """A layer of H long short-term memories, as torch computes it.
+
+    Its gates lie one after the other: input, forget, cell, output.
+    """
+
+    seen: Array
+    """Weights of what is seen (4H, D)."""
+    kept: Array
+    """Weights of what it gave before (4H, H)."""
+    bias: Array
+    """(4H,)"""
+
+    @property
+    def size(self) -> int:
+        """Memories H."""
+        return self.kept.shape[1]
+
+    def __call__(self, seen: Floats, memory: Floats) -> Floats:
+        """The memory (N, 2, H) after what is seen (N, D): what it gives, and its cells."""
+        before, cell = memory[:, 0], memory[:, 1]
+        gates = seen @ self.seen.T + before @ self.kept.T + self.bias
+        take, keep, new, give = np.split(gates, 4, axis=1)
+        cell = _sigmoid(keep) * cell + _sigmoid(take) * np.tanh(new)
+        return np.stack([_sigmoid(give) * np.tanh(cell), cell], axis=1)
+
+
+@final
+@dataclass(frozen=True)
 class Actor:
     """The deterministic policy that a training left; `policy.npz` holds what its attributes say."""
 
@@ -66,14 +98,31 @@ class Actor:
     bound: float
     low: Array
     high: Array
+    lstm: Lstm | None = None
+    """Of a recurrent policy."""
 
     def __call__(self, observations: NDArray[Any]) -> Array:
-        """Actions (N, A) for observations (N, D), each row for itself.
+        """Actions (N, A) for observations (N, D), each row for itself; a recurrent policy's are those that begin.
 
         Computed with 64 bits, so that rounding the actions to 32 hides how many rows were computed at once.
         """
-        *hidden, (weight, bias) = self.layers
+        return self.after(observations, self.blank(len(observations)))[0]
+
+    def blank(self, rows: int) -> Floats:
+        """What rows remember that begin, (N, 2, H); H is 0 without an LSTM."""
+        return np.zeros((rows, 2, 0 if self.lstm is None else self.lstm.size))
+
+    def after(self, observations: NDArray[Any], memory: Floats) -> tuple[Array, Floats]:
+        """Actions (N, A) for observations (N, D) after what is remembered (N, 2, H), and what then is remembered."""
         value = np.asarray(observations, dtype=np.float64)
+        if self.lstm is not None:
+            memory = self.lstm(value, memory)
+            value = memory[:, 0]
+        return self._answer(value), memory
+
+    def _answer(self, value: Floats) -> Array:
+        """Actions (N, A) by the full layers."""
+        *hidden, (weight, bias) = self.layers
         for inner, shift in hidden:
             value = ACTIVATIONS[self.activation](value @ inner.T + shift)
         value = np.clip(value @ weight.T + bias, -self.bound, self.bound)
@@ -84,15 +133,23 @@ class Actor:
     @property
     def sizes(self) -> tuple[int, int]:
         """Numbers in an observation and in an action."""
-        return self.layers[0][0].shape[1], len(self.low)
+        first = self.layers[0][0] if self.lstm is None else self.lstm.seen
+        return first.shape[1], len(self.low)
+
+    @property
+    def numbers(self) -> dict[str, Array]:
+        """Weights and biases by their names in a file."""
+        numbers: dict[str, Array] = {}
+        if self.lstm is not None:
+            numbers |= dict(zip(LSTM, (self.lstm.seen, self.lstm.kept, self.lstm.bias), strict=True))
+        for k, (weight, bias) in enumerate(self.layers):
+            numbers |= {f"weight_{k}": weight, f"bias_{k}": bias}
+        return numbers
 
     def save(self, file: Path) -> None:
         """Write it to a file."""
-        numbers: dict[str, Any] = {}
-        for k, (weight, bias) in enumerate(self.layers):
-            numbers |= {f"weight_{k}": weight, f"bias_{k}": bias}
-        numbers |= {"activation": self.activation, "output": self.output, "bound": np.float32(self.bound)}
-        np.savez(file, **numbers, low=self.low, high=self.high)
+        more: dict[str, Any] = {"activation": self.activation, "output": self.output, "bound": np.float32(self.bound)}
+        np.savez(file, **self.numbers, **more, low=self.low, high=self.high)
 
     @classmethod
     def load(cls, file: Path) -> Self:
@@ -112,12 +169,19 @@ class Actor:
                 float(found["bound"]),
                 _numbers(found["low"], 1),
                 _numbers(found["high"], 1),
+                _lstm(found) if found.keys() & set(LSTM) else None,
             )
             _check(actor)
         except Exception as error:
             # There is no telling what a torn or foreign file upsets.
             raise UsageError(f"{str(file)!r} is damaged: {file.name} is truncated or holds no policy") from error
         return actor
+
+
+def _lstm(found: Mapping[str, NDArray[Any]]) -> Lstm:
+    """The layer that a file holds."""
+    parts = zip(LSTM, (2, 2, 1), strict=True)
+    return Lstm(*(_numbers(found[name], axes) for name, axes in parts))
 
 
 def _numbers(array: NDArray[Any], axes: int) -> Array:
@@ -134,5 +198,9 @@ def _check(actor: Actor) -> None:
     fits += [bias.shape == weight.shape[:1] for weight, bias in actor.layers]
     fits += [actor.low.shape == actor.high.shape == weights[-1].shape[:1], bool((actor.low < actor.high).all())]
     fits += [actor.activation in ACTIVATIONS, actor.output in OUTPUTS, actor.bound > 0.0]
+    if actor.lstm is not None:
+        size, lstm = actor.lstm.size, actor.lstm
+        fits += [len(part) == 4 * size for part in (lstm.seen, lstm.kept, lstm.bias)]
+        fits += [weights[0].shape[1] == size > 0]
     if not all(fits):
         raise ValueError("parts that do not fit together")

@@ -76,8 +76,8 @@ def card(
         f"---\n{yaml.safe_dump(metadata(asked, figures), sort_keys=False)}---",
         markdown_text(f"# {asked['algo'].upper()} on {asked['env']}, level {level}"),
         f"Trained for {asked['steps']} throws with seed {asked['seed']}, action mode "
-        f"{markdown_text(asked['action_mode'])}. Measured on {found['picks']} held-out throws per level "
-        f"(seed {found['seed']}):",
+        f"{markdown_text(asked['action_mode'])}.{_between(asked)} Measured on {found['picks']} held-out throws per "
+        f"level (seed {found['seed']}):",
         Grid("", header, rows).markdown(),
         FILM if REPLAY in files else "",
         TRAINING,
@@ -86,6 +86,13 @@ def card(
         "\n".join(["| file | what it holds |", "| --- | --- |", *lines]),
     )
     return "\n\n".join(part for part in parts if part) + "\n"
+
+
+def _between(asked: Mapping[str, Any]) -> str:
+    """What stands between the policy and its environment."""
+    said = "" if asked["stack"] == 1 else f" It sees the last {asked['stack']} observations of a shift, oldest first."
+    more = "" if asked["over"] == "analytic" else f" Its action is added to that of `{markdown_text(asked['over'])}`."
+    return said + more
 
 
 def metadata(asked: Mapping[str, Any], figures: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:

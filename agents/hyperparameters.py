@@ -31,6 +31,8 @@ WHOLE: Final = {
     "top_quantiles_to_drop_per_net": (0, 1000),
     "n_critics": (1, 100),
     "n_quantiles": (1, 10**4),
+    "lstm_hidden_size": (1, 10**4),
+    "n_lstm_layers": (1, 1),
 }
 REAL: Final = {
     "learning_rate": (0.0, 1.0),
@@ -46,7 +48,9 @@ REAL: Final = {
     "target_noise_clip": (0.0, 1e6),
     "log_std_init": (-20.0, 20.0),
 }
-SWITCHES: Final = ("use_sde", "use_sde_at_warmup", "normalize_advantage", "optimize_memory_usage")
+SWITCHES: Final = (
+    "use_sde", "use_sde_at_warmup", "normalize_advantage", "optimize_memory_usage", "shared_lstm", "enable_critic_lstm",
+)  # fmt: skip
 OPTIONAL: Final = ("clip_range_vf", "target_kl", "action_noise")
 """What may be null as well."""
 WIDEST: Final = 10**5

@@ -6,7 +6,7 @@ import shutil
 from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import dataclass
-from itertools import chain, islice
+from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -19,6 +19,7 @@ from pnt_gym.cells.base.view import ThrowView, record_video
 from . import runs
 from .card import CURVE, GRAPH, REPLAY, card, curve
 from .cli import UsageError, at_least, option, run
+from .controllers.between import PLANNER
 from .environments import make_vector
 from .evaluation import evaluate
 from .files import read_yaml, sweep, unfinished, write_text
@@ -78,6 +79,8 @@ def main(arguments: Arguments) -> None:
     if target.exists():
         raise UsageError(f"{str(target)!r} exists already; remove it first")
     check_model(folder)
+    if arguments.onnx:
+        check_graph(asked)
     levels = {level: level for level in arguments.levels or LEVELS.get(env_id, ())}
     levels = levels or {trained_on: str(folder / "env.yaml")}
     for level in levels.values():
@@ -118,12 +121,24 @@ def check_model(folder: Path) -> None:
     """
     from .sb3 import actor_of  # noqa: PLC0415 - imports torch
 
-    kept, made = ([*chain(*actor.layers)] for actor in (runs.load_actor(folder), actor_of(runs.load_model(folder))))
-    if len(kept) != len(made) or not all(map(np.array_equal, kept, made)):
+    kept, made = (actor.numbers for actor in (runs.load_actor(folder), actor_of(runs.load_model(folder))))
+    if kept.keys() != made.keys() or not all(np.array_equal(kept[name], made[name]) for name in kept):
         raise UsageError(
             f"run folder {str(folder)!r} is damaged: {runs.POLICY} and {runs.MODEL} are not of the same throw; "
             "training that goes on with --resume mends it"
         )
+
+
+def check_graph(asked: Mapping[str, Any]) -> None:
+    """Make sure that a graph of the policy alone does what the policy does.
+
+    Raises:
+        UsageError: it is not all of it.
+    """
+    if asked["algo"] in runs.RECURRENT:
+        raise UsageError(f"a policy of {asked['algo']} remembers, which policy.onnx has no place for; give --no-onnx")
+    if asked["over"] != PLANNER:
+        raise UsageError(f"policy.onnx would lack the controller {asked['over']!r} under the policy; give --no-onnx")
 
 
 def fill(parts: Path, arguments: Arguments, env_id: str, asked: Mapping[str, Any]) -> None:

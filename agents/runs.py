@@ -38,12 +38,16 @@ if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
     from stable_baselines3.common.vec_env import VecEnv
 
-Algorithm = Literal["sac", "td3", "ppo", "tqc"]
+Algorithm = Literal["sac", "td3", "ppo", "tqc", "recurrent_ppo"]
 ALGORITHMS: tuple[Algorithm, ...] = get_args(Algorithm)
+ON_POLICY: tuple[Algorithm, ...] = ("ppo", "recurrent_ppo")
+"""Those that learn from every step once, and keep no memory of throws."""
+RECURRENT: tuple[Algorithm, ...] = ("recurrent_ppo",)
+"""Those whose policies remember what they have seen of a shift."""
 ARGUMENTS = ("env", "level", "algo", "steps", "seed", "num_envs", "action_mode", "checkpoint_every")
-LATER = {"fidelity": "full", "full_last": 0}
+LATER = {"fidelity": "full", "full_last": 0, "stack": 1, "over": "analytic"}
 """Arguments that older runs do not know, and what they did."""
-WHOLE = ("steps", "seed", "num_envs", "checkpoint_every", "full_last")
+WHOLE = ("steps", "seed", "num_envs", "checkpoint_every", "full_last", "stack")
 """Of all arguments those that are whole numbers; the others are text."""
 POLICY, MODEL, MEMORY, RANDOM = "policy.npz", "model.zip", "replay_buffer.npz", "random.json"
 

@@ -22,16 +22,17 @@ from stable_baselines3 import A2C, PPO, SAC, TD3
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.buffers import ReplayBuffer
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
+from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecNormalize
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvStepReturn
 
 from pnt_gym.errors import PntGymError, one_sentence
 
-from .actor import ACTIVATIONS, Actor
+from .actor import ACTIVATIONS, Actor, Lstm
 from .cli import UsageError
 from .environments import Env, check_autoreset
 from .hyperparameters import checked
-from .runs import ALGORITHMS
+from .runs import ALGORITHMS, RECURRENT
 from .throws import results
 
 COUNTS = ("num_timesteps", "_n_updates", "_episode_num")
@@ -44,10 +45,11 @@ MARKS: Final = {
     "tqc": "top_quantiles_to_drop_per_net",
     "td3": "target_policy_noise",
     "sac": "target_entropy",
+    "recurrent_ppo": "_process_sequence",
     "ppo": "clip_range",
     "a2c": "vf_coef",
 }
-"""What a stored model of each algorithm has, and none of an algorithm after it; DDPG is a kind of TD3."""
+"""What a stored model of each algorithm or its policy has, and none of an algorithm after it; DDPG is a kind of TD3."""
 
 
 def algorithm_class(name: str) -> type[BaseAlgorithm]:
@@ -60,6 +62,10 @@ def algorithm_class(name: str) -> type[BaseAlgorithm]:
         from sb3_contrib import TQC  # noqa: PLC0415 - only this algorithm needs it
 
         return TQC
+    if name == "recurrent_ppo":
+        from sb3_contrib import RecurrentPPO  # noqa: PLC0415 - as above
+
+        return RecurrentPPO
     classes: dict[str, type[BaseAlgorithm]] = {"sac": SAC, "td3": TD3, "ppo": PPO, "a2c": A2C}
     if name not in classes:
         raise UsageError(f"unknown algorithm {name!r}; known are {', '.join(ALGORITHMS)}")
@@ -76,7 +82,7 @@ def load_policy(file: Path, env: VecEnv | None = None) -> BaseAlgorithm:
     try:
         with ZipFile(file) as parts:
             stored = json.loads(parts.read("data"))
-        algo = next(name for name, mark in MARKS.items() if mark in stored)
+        algo = next(name for name, mark in MARKS.items() if mark in {*stored, *stored["policy_class"]})
         return algorithm_class(algo).load(file, env=env, device="cpu")
     except Exception as error:
         # There is no telling what a torn or foreign file upsets in there.
@@ -161,7 +167,8 @@ def _made(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> Bas
     """A model with random weights."""
     torch.set_num_threads(1)  # small networks are slower on many threads than on one
     chosen = checked(deepcopy(dict(settings)))  # stable-baselines3 adds to the dicts it is given
-    policy, kind = chosen.pop("policy", "MlpPolicy"), algorithm_class(algo)
+    policy = chosen.pop("policy", "MlpLstmPolicy" if algo in RECURRENT else "MlpPolicy")
+    kind = algorithm_class(algo)
     if issubclass(kind, OffPolicyAlgorithm):
         chosen.setdefault("replay_buffer_class", ThrownBuffer)
     try:
@@ -176,7 +183,7 @@ def _made(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> Bas
 def start_at_zero(model: BaseAlgorithm) -> None:
     """Scale the layer that gives the mean action down to nearly nothing."""
     policy: Any = model.policy
-    heads = [policy.action_net] if isinstance(model, PPO) else [policy.actor.mu]
+    heads = [policy.action_net] if isinstance(model, OnPolicyAlgorithm) else [policy.actor.mu]
     if isinstance(model, TD3):
         heads.append(policy.actor_target.mu)  # a copy made before: both must start alike
     with torch.no_grad():
@@ -196,19 +203,36 @@ def actor_of(model: BaseAlgorithm) -> Actor:
     steps, bound = _steps(model)
     full, between = {type(step) for step in steps[::2]}, {type(step) for step in steps[1::2]}
     known = [name for name in ACTIVATIONS if between <= {getattr(torch.nn, name)}]
-    if full != {torch.nn.Linear} or not known or not isinstance(seen, Box) or len(seen.shape) != 1:
+    recurrent = getattr(policy, "lstm_actor", None)
+    plain = recurrent is None or _is_plain(recurrent)
+    if full != {torch.nn.Linear} or not known or not plain or not isinstance(seen, Box) or len(seen.shape) != 1:
         raise UsageError(
             "the policy cannot be kept as numbers: it must take an observation in one vector, through full layers "
-            f"(net_arch), with activation_fn one of {', '.join(ACTIVATIONS)} of nn"
+            f"(net_arch), with activation_fn one of {', '.join(ACTIVATIONS)} of nn, a recurrent one "
+            "through one plain LSTM before them"
         )
+    lstm = None if recurrent is None else _lstm(recurrent)
     layers = tuple((step.weight.detach().numpy().copy(), step.bias.detach().numpy().copy()) for step in steps[::2])
-    return Actor(layers, known[0], "squashed" if policy.squash_output else "clipped", bound, given.low, given.high)
+    output = "squashed" if policy.squash_output else "clipped"
+    return Actor(layers, known[0], output, bound, given.low, given.high, lstm)
+
+
+def _is_plain(lstm: torch.nn.LSTM) -> bool:
+    """One layer that goes one way, with biases."""
+    return (lstm.num_layers, lstm.proj_size, lstm.bidirectional, lstm.bias, lstm.batch_first) == (
+        1, 0, False, True, False,
+    )  # fmt: skip
+
+
+def _lstm(lstm: torch.nn.LSTM) -> Lstm:
+    seen, kept, *biases = (part.detach().numpy().copy() for part in lstm.parameters())
+    return Lstm(seen, kept, biases[0] + biases[1])
 
 
 def _steps(model: BaseAlgorithm) -> tuple[list[Any], float]:
     """Full layers of a policy, with activations between them, and the bound of the last one's numbers."""
     policy: Any = model.policy
-    if isinstance(model, PPO):
+    if isinstance(model, OnPolicyAlgorithm):
         parts = [policy.mlp_extractor.policy_net, policy.action_net]
     else:
         parts = [policy.actor.mu] if isinstance(model, TD3) else [policy.actor.latent_pi, policy.actor.mu]
@@ -216,6 +240,21 @@ def _steps(model: BaseAlgorithm) -> tuple[list[Any], float]:
     if isinstance(model, TD3):
         steps.pop()  # tanh, which the others leave to their distribution
     return (steps[:-1], steps[-1].max_val) if isinstance(steps[-1], torch.nn.Hardtanh) else (steps, np.inf)  # gSDE
+
+
+def _thrown(infos: Sequence[Mapping[str, Any]]) -> list[int]:
+    """Rows in which an action had a say."""
+    return [row for row, info in enumerate(infos) if info.get("picked", True) and not info.get("dropped", False)]
+
+
+def _evened(reward: NDArray[Any], infos: Sequence[Mapping[str, Any]]) -> NDArray[Any]:
+    """Rewards (N,), of what was no throw the mean of the throws; as they are where there is none."""
+    thrown = _thrown(infos)
+    if not thrown:
+        return reward
+    evened = np.full_like(reward, np.mean(reward[thrown]))
+    evened[thrown] = reward[thrown]
+    return evened
 
 
 @final
@@ -236,7 +275,7 @@ class ThrownBuffer(ReplayBuffer):
         infos: list[dict[str, Any]],
     ) -> None:
         """Keep the throws of one step of all rows."""
-        thrown = [row for row, info in enumerate(infos) if info.get("picked", True) and not info.get("dropped", False)]
+        thrown = _thrown(infos)
         if not thrown and self.size() > 0:
             return
         kept = np.arange(len(infos))
@@ -253,13 +292,19 @@ class SameStepVecEnv(VecEnv):
     Per finished episode `infos` holds `terminal_observation`, `TimeLimit.truncated` and `episode` (return r,
     length l, seconds since the start t); every throw has `is_success`, `landing_error` and `cycle_time`.
 
+    Args:
+        env: the environment.
+        even: what no action had a say in, a pick that failed or an object lost on the way, gets the mean reward of the
+            throws beside it: for algorithms that keep no memory from which to leave it out.
+
     Raises:
         UsageError: the environment resets in another way.
     """
 
-    def __init__(self, env: Env) -> None:
+    def __init__(self, env: Env, *, even: bool = False) -> None:
         check_autoreset(env)
         self.env = env
+        self._even = even
         self._start = time.perf_counter()
         self._actions: NDArray[np.float32] = np.zeros(0, dtype=np.float32)
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
@@ -291,6 +336,7 @@ class SameStepVecEnv(VecEnv):
             infos[i].update(self._ending(info, i, bool(truncated[i] and not terminated[i])))
         self._returns[done] = 0.0
         self._lengths[done] = 0
+        reward = _evened(reward, infos) if self._even else reward
         return np.array(observation, dtype=np.float32), np.asarray(reward, dtype=np.float32), done, infos
 
     def close(self) -> None:

@@ -7,7 +7,7 @@ from typing import Any, Final, final
 
 from .controllers import make_controller
 from .environments import core_of, make_vector, stream_seed
-from .evaluation import PRACTICE, practise, thrown
+from .evaluation import practise, thrown, usual_practice
 from .throws import Throws
 from .trained import setting
 
@@ -34,7 +34,7 @@ class Stage:
             self.core = core_of(self._env)
             thrower = make_controller(controller, self._env, trust=trust)
             thrower.reset(seed)
-            practise(thrower, self._env, PRACTICE, seed)
+            practise(thrower, self._env, usual_practice(thrower), seed)
             self.view: Any = self.core.view()
         except BaseException:
             self._env.close()

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from . import runs
 from .cli import INTERRUPTED, UsageError, at_least, option, run
 from .controllers import make_controller
-from .controllers.own import actor_policy
+from .controllers.between import PLANNER, as_seen
+from .controllers.own import run_policy
 from .environments import Env, core_of, find_environment, make_vector, stream_seed
 from .evaluation import NUM_ENVS, PRACTICE, held_out, practise
 from .files import held, write_json
@@ -71,6 +72,11 @@ class Arguments:
     """Hyperparameters in RL-Zoo syntax."""
     eval_picks: int = 320
     """Held-out throws per controller in the table at the end; 0 for no table."""
+    stack: Annotated[int | None, option("1", "K")] = None
+    """Observations that the policy sees at once, the last ones of the shift; more than 1 on PnTAdapt-v0."""
+    over: Annotated[str | None, option("analytic", "CONTROLLER")] = None
+    """The policy's action is added to that of this controller, which needs no practice, e.g. static or kalman: learning
+    begins at its throws."""
     tensorboard: bool = False
     """Also log losses for TensorBoard, in the run folder."""
 
@@ -86,6 +92,8 @@ DEFAULTS: Mapping[str, Any] = {
     "num_envs": NUM_ENVS,
     "action_mode": None,
     "checkpoint_every": 2_000,
+    "stack": 1,
+    "over": PLANNER,
 }
 
 
@@ -97,8 +105,7 @@ def main(arguments: Arguments) -> None:
         settings = hyperparameters(asked["algo"], asked["env"], arguments.config)
     level = str(arguments.resume / "env.yaml") if arguments.resume is not None else asked["level"]
     cell = make_vector(asked["env"], level, asked["num_envs"], arguments.threads, asked["action_mode"])
-    core = core_of(cell)
-    quick = in_flight(cell, asked, arguments.threads)
+    core, seen, quick = core_of(cell), as_seen(cell, asked), in_flight(cell, asked, arguments.threads)
     asked |= {"level": asked["level"] or core.config.name, "action_mode": core.action_mode}
 
     import torch  # noqa: PLC0415 - bad usage is answered without waiting for it
@@ -107,7 +114,7 @@ def main(arguments: Arguments) -> None:
     from .sb3 import SameStepVecEnv  # noqa: PLC0415
 
     torch.set_num_threads(1)  # small networks are slower on many threads
-    with closing(SameStepVecEnv(cell)) as env:
+    with closing(SameStepVecEnv(seen, even=asked["algo"] in runs.ON_POLICY)) as env:
         with Stop().listening() as stop, ExitStack() as ends:
             if arguments.resume is not None:
                 ends.enter_context(held(arguments.resume))
@@ -130,7 +137,8 @@ def request(arguments: Arguments) -> dict[str, Any]:
         UsageError: a number out of its range, or an option that a resumed run has already settled.
     """
     given = {name: getattr(arguments, name) for name in DEFAULTS if getattr(arguments, name) is not None}
-    at_least(vars(arguments), steps=1, seed=0, num_envs=1, checkpoint_every=1, threads=1, eval_picks=0, full_last=0)
+    least = {"steps": 1, "num_envs": 1, "checkpoint_every": 1, "threads": 1, "stack": 1}
+    at_least(vars(arguments), **least, seed=0, eval_picks=0, full_last=0)
     if arguments.resume is None:
         if arguments.out is not None:
             runs.check_new(arguments.out)
@@ -153,7 +161,7 @@ def request(arguments: Arguments) -> dict[str, Any]:
 
 
 def in_flight(cell: Env, asked: Mapping[str, Any], threads: int) -> Env | None:
-    """The same cells where only flights are simulated, if that is asked for.
+    """The same cells, as the policy sees them, where only flights are simulated, if that is asked for.
 
     Raises:
         UsageError: there is no such thing for them.
@@ -164,7 +172,7 @@ def in_flight(cell: Env, asked: Mapping[str, Any], threads: int) -> Env | None:
     if "fidelity" not in type(config).model_fields:
         raise UsageError(f"--fidelity flight: environment {asked['env']!r} is simulated in full only")
     level = config.model_copy(update={"fidelity": "flight"})
-    return make_vector(asked["env"], level, asked["num_envs"], threads, asked["action_mode"])
+    return as_seen(make_vector(asked["env"], level, asked["num_envs"], threads, asked["action_mode"]), asked)
 
 
 def start(
@@ -262,12 +270,14 @@ def compare(folder: Path, learned_from: int, cell: Env, asked: Mapping[str, Any]
     core, seed = core_of(cell), asked["seed"]
     # A virtual goal is for actions that shift what the throw is judged by.
     peers = {"analytic": 0} if core.correction is None else {"analytic": 0, "virtual_goal": PRACTICE}
-    learned = actor_policy(runs.load_actor(folder), f"learned ({asked['algo']})", cell)
+    peers[asked["over"]] = 0
+    learned = run_policy(runs.load_actor(folder), asked, cell, "the policy", f"learned ({asked['algo']})")
     entries = [(make_controller(name, cell), throws) for name, throws in peers.items()]
     rows: list[tuple[str, int, dict[str, Any]]] = []
     for controller, throws in [*entries, (learned, learned_from)]:
         controller.reset(seed)
-        practise(controller, cell, PRACTICE, seed)
+        if controller is not learned:
+            practise(controller, cell, throws, seed)
         rows.append((controller.name, throws, summary(held_out(controller, cell, picks, TABLE_SEED))))
     title = f"{picks} held-out throws each, level {core.config.name}; run folder {folder}"
     console().print(comparison_table(title, rows))

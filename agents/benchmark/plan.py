@@ -17,6 +17,7 @@ from pnt_gym.cells.base.config import LevelConfig, Section, first_problem
 from ..cli import UsageError
 from ..cluster import Needs
 from ..controllers import NAMES
+from ..controllers.between import MOST, OVER, PLANNER
 from ..environments import core_of, make_vector
 from ..files import read_yaml
 from ..parcel import own_code
@@ -55,23 +56,36 @@ class Entry(Section):
     options: Mapping[str, Any] = Field({}, description="Settings of the controller.")
     also: tuple[str, ...] = Field((), description="Controllers that take over what it learned, evaluated beside it.")
     online: bool = Field(False, description="It goes on learning in the evaluation, every cell for itself.")
+    stack: int = Field(1, description="Of an algorithm: observations that its policy sees at once.")
+    over: str = Field(PLANNER, description="Of an algorithm: the controller to whose action its policy's is added.")
 
     @model_validator(mode="after")
     def _check(self) -> Self:
         known = ", ".join(NAMES)
+        if self.controller in ALGORITHMS and (self.also or self.online):
+            raise ValueError(f"entry {self.label!r}: also and online are not for {', '.join(ALGORITHMS)}")
         for name in self.also:
             if name not in NAMES:
                 raise ValueError(f"entry {self.label!r}: unknown controller {name!r} in also; known are {known}")
-        if ":" in self.controller:
-            return self
+        if ":" not in self.controller:
+            self._check_name()
+        return self
+
+    def _check_name(self) -> None:
         if self.controller not in (*NAMES, *ALGORITHMS):
             known = ", ".join((*NAMES, *ALGORITHMS, "MODULE:CLASS"))
             raise ValueError(f"unknown controller {self.controller!r}; known are {known}")
+        if self.controller not in ALGORITHMS and (self.stack, self.over) != (1, PLANNER):
+            raise ValueError(f"entry {self.label!r}: stack and over are for {', '.join(ALGORITHMS)}")
+        if not 1 <= self.stack <= MOST or self.over not in OVER:
+            raise ValueError(
+                f"entry {self.label!r} has stack {self.stack} over {self.over!r}; it must be 1 to {MOST} over one of "
+                f"{', '.join(OVER)}"
+            )
         if self.controller in READY or self.online:
-            return self
+            return
         if (self.controller in LEARNERS) != all(t > 0 for t in self.throws):
             raise ValueError(f"entry {self.label!r} with controller {self.controller!r} has throws {self.throws}")
-        return self
 
 
 def labels_of(entry: Entry) -> list[str]:
@@ -187,7 +201,7 @@ def _piece(plan: Plan, entry: Entry, throws: tuple[int, ...], seed: int, code: s
     train_level = entry.train_level or plan.train_level
     settings = SHIPPED / "configs" / "rl" / f"{entry.controller}.yml"
     inputs = {
-        "entry": entry.model_dump(mode="json", include={"controller", "options", "also", "online"}),
+        "entry": entry.model_dump(mode="json", include={"controller", "options", "also", "online", "stack", "over"}),
         "throws": throws,
         "seed": seed,
         "levels": [_config(plan.env, level).model_dump(mode="json") for level in levels],

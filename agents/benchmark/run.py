@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing
 from functools import partial
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from pnt_gym.arrays import Bools
 
 from .. import runs
+from ..actor import Actor
 from ..controllers import Learner, make_controller
 from ..controllers.apart import Apart
-from ..controllers.own import Policy, actor_policy
+from ..controllers.between import as_seen
+from ..controllers.own import run_policy
 from ..controllers.protocol import Controller
 from ..environments import Env, core_of, make_vector
 from ..evaluation import held_out, practise
@@ -41,6 +43,10 @@ touched again by the robot; crossed the opening only; or missed it, which every 
 not tell how a throw failed."""
 
 
+Able: TypeAlias = Callable[[str, Env], Controller]
+"""Gives a controller of a name that has learned, for the cells that it is evaluated in."""
+
+
 def jobs(plan: Plan) -> list[Job]:
     """The plan's work, as processes do it side by side."""
     return [Job(piece.name, piece.key, partial(run_piece, piece), piece.cost) for piece in pieces(plan)]
@@ -50,11 +56,10 @@ def run_piece(piece: Piece, kept: Path) -> dict[str, Any]:
     """Results of a piece of work; training leaves its run in the folder `kept` and goes on from there."""
     results: list[dict[str, Any]] = []
     named = list(zip(labels_of(piece.entry), (piece.entry.controller, *piece.entry.also), strict=True))
-    for throws, seconds, controller in _learn(piece, kept):
+    for throws, seconds, able in _learn(piece, kept):
         for level, (label, name) in product(piece.levels, named):
             with closing(_cells(piece, level)) as env:
-                able, online = _transfer(controller, name, piece, env), piece.entry.online
-                found = held_out(able, env, piece.plan.picks, piece.plan.seed, online=online)
+                found = held_out(able(name, env), env, piece.plan.picks, piece.plan.seed, online=piece.entry.online)
             head = {"label": label, "controller": name, "throws": throws}
             more = {"seed": piece.seed, "level": level, "train_level": piece.train_level, "learn_seconds": seconds}
             results.append({**head, **more, "columns": columns(found)})
@@ -111,8 +116,8 @@ def _rounded(values: np.ndarray, digits: int) -> list[float | None]:
     return [round(float(v), digits) if np.isfinite(v) else None for v in values]
 
 
-def _learn(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Controller]]:
-    """Throws learned from, seconds it took, and the controller, for each throw count of the piece."""
+def _learn(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
+    """Throws learned from, seconds it took, and what knows them, for each throw count of the piece."""
     if piece.entry.controller in ALGORITHMS:
         yield from _train(piece, kept)
         return
@@ -122,28 +127,31 @@ def _learn(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Controller]]:
         began = time.perf_counter()
         practise(controller, env, piece.throws[0], piece.seed)
         seconds = round(time.perf_counter() - began, 1)
-    yield piece.throws[0], seconds, controller
+    yield piece.throws[0], seconds, partial(_transfer, controller, piece)
 
 
-def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Controller]]:
+def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
     """Train, or go on training, and yield the policy at each throw count."""
     from ..progress import Stop  # noqa: PLC0415 - imports torch
     from ..sb3 import SameStepVecEnv, build  # noqa: PLC0415
     from ..train import learn  # noqa: PLC0415
 
     algo, folder = piece.entry.controller, kept / f"{piece.name}-{piece.key}-run"
-    env = SameStepVecEnv(_cells(piece, piece.train_level))
-    core = core_of(env.env)
+    cells = _cells(piece, piece.train_level)
+    core = core_of(cells)
     asked = {
         "env": piece.plan.env,
         "level": piece.train_level,
         "algo": algo,
         "steps": max(piece.throws),
         "seed": piece.seed,
-        "num_envs": env.num_envs,
+        "num_envs": cells.num_envs,
         "action_mode": core.action_mode,
         "checkpoint_every": max(piece.throws),
+        "stack": piece.entry.stack,
+        "over": piece.entry.over,
     }
+    env = SameStepVecEnv(as_seen(cells, asked), even=algo in runs.ON_POLICY)
     if runs.checkpoints(folder):
         model = runs.restore(folder, env)
     else:
@@ -157,20 +165,23 @@ def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Controller]]:
             learn(model, env, folder, leg, Stop(), quiet=True)
         seconds = round(time.perf_counter() - began, 1)
         place = next(p for p in runs.checkpoints(folder) if int(p.name) >= throws)
-        yield int(place.name), seconds, actor_policy(runs.load_actor(folder, place), algo, env.env)
+        yield int(place.name), seconds, partial(_policy, runs.load_actor(folder, place), asked, piece)
     env.close()
 
 
-def _transfer(controller: Controller, name: str, piece: Piece, env: Env) -> Controller:
+def _policy(actor: Actor, asked: Mapping[str, Any], piece: Piece, name: str, env: Env) -> Controller:
+    """What a training has left, as a controller of the level that is evaluated."""
+    return run_policy(actor, asked, env, piece.name, name)
+
+
+def _transfer(controller: Controller, piece: Piece, name: str, env: Env) -> Controller:
     """The same knowledge in a controller of the level that is evaluated; one for each cell, where all learn on."""
-    if isinstance(controller, Policy):
-        return controller
     count = env.num_envs if piece.entry.online else 1
-    able = [_informed(controller, name, piece, env) for _ in range(count)]
+    able = [_informed(controller, piece, name, env) for _ in range(count)]
     return Apart(able) if piece.entry.online else able[0]
 
 
-def _informed(controller: Controller, name: str, piece: Piece, env: Env) -> Controller:
+def _informed(controller: Controller, piece: Piece, name: str, env: Env) -> Controller:
     able = make_controller(name, env, **(piece.entry.options if name == piece.entry.controller else {}))
     able.reset(piece.seed)
     if isinstance(able, Learner) and isinstance(controller, Learner) and max(piece.throws) > 0:

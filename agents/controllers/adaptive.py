@@ -16,6 +16,8 @@ from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.conveyor.observation import FEEDBACK, SHIFT_TABLE
 
+from ..cli import UsageError
+from ..environments import Env, core_of
 from .mlp import Mlp
 from .newcomers import Newcomers
 from .protocol import Actions, Learner, Observation, Outcome, State
@@ -49,6 +51,17 @@ def told(observation: Observation) -> tuple[Floats, Bools]:
 def begins(observation: Observation) -> Bools:
     """Which of the coming throws are the first of their shift (N,)."""
     return observation.features[:, -1] <= 0.0
+
+
+def check_begins(env: Env, who: str) -> None:
+    """Make sure that the observations of an environment tell where a shift begins.
+
+    Raises:
+        UsageError: they do not, so nothing there can forget the shift before.
+    """
+    table = getattr(getattr(core_of(env), "cell", None), "table", None)
+    if table is None or table.names[-1] != FEEDBACK[-1].name:
+        raise UsageError(f"{who} goes by where a shift begins, which observations here do not tell; use PnTAdapt-v0")
 
 
 @final

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeAlias, final
 
@@ -17,6 +17,8 @@ from ..cli import UsageError
 from ..environments import Env, core_of, own_module
 from ..runs import load_actor, read_arguments
 from ..trained import check_trust, find_trained
+from .adaptive import check_begins
+from .between import PLANNER, Remembering, between
 from .protocol import Actions, Controller, Observation
 
 Function: TypeAlias = Callable[[NDArray[np.float32]], Any]
@@ -89,7 +91,7 @@ def _complete(controller: Any, name: str) -> Controller:
     return controller
 
 
-def trained_policy(place: Path, env: Env, *, trust: bool = False) -> Policy:
+def trained_policy(place: Path, env: Env, *, trust: bool = False) -> Controller:
     """The policy in a run folder, or with `trust`, as it runs code in them, in an RL-Zoo folder or a model file.
 
     Raises:
@@ -97,7 +99,7 @@ def trained_policy(place: Path, env: Env, *, trust: bool = False) -> Policy:
     """
     found, what = find_trained(place), f"the policy of {str(place)!r}"
     if found.is_run:
-        return actor_policy(load_actor(place), read_arguments(place)["algo"], env, what)
+        return run_policy(load_actor(place), read_arguments(place), env, what)
     check_trust(place, trust)
     from ..sb3 import SameStepVecEnv, load_policy, load_statistics  # noqa: PLC0415 - torch takes a second to import
 
@@ -105,33 +107,54 @@ def trained_policy(place: Path, env: Env, *, trust: bool = False) -> Policy:
     policy = model_policy(model, type(model).__name__.lower(), env, what)
     if found.statistics is None:
         return policy
+    if not isinstance(policy, Policy):
+        raise UsageError(f"{what} is recurrent and its observations were normalised, which is not understood together")
     statistics = load_statistics(found.statistics, SameStepVecEnv(env))
     return Policy(lambda features: policy.function(statistics.normalize_obs(features)), policy.name)
 
 
-def actor_policy(actor: Actor, name: str, env: Env, what: str = "the policy") -> Policy:
-    """A policy that training left as numbers.
+def run_policy(actor: Actor, asked: Mapping[str, Any], env: Env, what: str, name: str | None = None) -> Controller:
+    """A policy that a training left as numbers, with what stood between it and its environment.
+
+    Args:
+        actor: the policy.
+        asked: what the training was asked for.
+        env: to act in.
+        what: it is called in an error.
+        name: it is called in tables; None for its algorithm.
 
     Raises:
         UsageError: it does not fit the environment.
     """
+    return _acting(actor, name or asked["algo"], env, what, asked["stack"], asked["over"])
+
+
+def _acting(actor: Actor, name: str, env: Env, what: str, stack: int = 1, over: str = PLANNER) -> Controller:
     seen, given = actor.sizes
-    _check_fit((seen,), (given,), env, what)
-    return Policy(actor, name)
+    _check_fit((seen,), (given,), env, what, stack)
+    if actor.lstm is None and (stack, over) == (1, PLANNER):
+        return Policy(actor, name)
+    if actor.lstm is not None:
+        check_begins(env, what)
+    return Remembering(actor, name, between(env, stack, over))
 
 
-def model_policy(model: Any, name: str, env: Env, what: str = "the model") -> Policy:
+def model_policy(model: Any, name: str, env: Env, what: str = "the model") -> Controller:
     """The mean action of a model of stable-baselines3.
 
     Raises:
         UsageError: it does not fit the environment.
     """
+    if hasattr(getattr(model, "policy", None), "lstm_actor"):
+        from ..sb3 import actor_of  # noqa: PLC0415 - as above
+
+        return _acting(actor_of(model), name, env, what)
     _check_fit(model.observation_space.shape, model.action_space.shape, env, what)
     return Policy(lambda features: model.predict(features, deterministic=True)[0], name)
 
 
-def _check_fit(seen: Any, given: Any, env: Env, what: str) -> None:
-    here = (env.single_observation_space.shape, env.single_action_space.shape)
+def _check_fit(seen: Any, given: Any, env: Env, what: str, stack: int = 1) -> None:
+    here = ((*(stack * size for size in env.single_observation_space.shape or ()),), env.single_action_space.shape)
     if (seen, given) != here:
         raise UsageError(
             f"{what} takes observations {seen} and gives actions {given}, but the environment has {here[0]} and "

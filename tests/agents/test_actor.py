@@ -90,6 +90,77 @@ def test_state_dependent_exploration_bounds_and_squashes_as_there(algorithm: Any
     assert_same(actor, made)
 
 
+RECURRENT: list[dict[str, Any]] = [
+    {"lstm_hidden_size": 5, "net_arch": []},
+    {"lstm_hidden_size": 16, "net_arch": [7], "activation_fn": nn.SiLU},
+    {"lstm_hidden_size": 64, "net_arch": {"pi": [9, 8], "vf": [3]}, "shared_lstm": True, "enable_critic_lstm": False},
+]
+
+
+def recurrent(settings: dict[str, Any]) -> Any:
+    """A recurrent model whose memory counts."""
+    algorithm = pytest.importorskip("sb3_contrib").RecurrentPPO
+    made = algorithm("MlpLstmPolicy", Wide(), policy_kwargs=dict(settings), device="cpu", seed=1)
+    with torch.no_grad():
+        for parameter in made.policy.parameters():
+            parameter.add_(torch.randn_like(parameter), alpha=parameter.shape[-1] ** -0.5)
+    return made
+
+
+@pytest.mark.parametrize("settings", RECURRENT, ids=lambda s: str(s["lstm_hidden_size"]))
+def test_a_recurrent_actor_remembers_as_the_model(settings: dict[str, Any], tmp_path: Path) -> None:
+    """Through 60 steps of 7 rows, whose episodes begin anew at steps of their own."""
+    made = recurrent(settings)
+    actor_of(made).save(tmp_path / "policy.npz")
+    actor = Actor.load(tmp_path / "policy.npz")
+    assert actor.sizes == (6, 2)
+    random = np.random.default_rng(3)
+    memory, state, forgotten = actor.blank(7), None, actor.blank(7)
+    apart = []
+    for step in range(60):
+        rows, begin = random.standard_normal((7, 6)).astype(np.float32), (step + np.arange(7)) % 23 == 0
+        theirs, state = made.predict(rows, state, begin, deterministic=True)
+        memory[begin] = 0.0
+        ours, memory = actor.after(rows, memory)
+        assert (ours.shape, ours.dtype) == (theirs.shape, theirs.dtype)
+        assert (np.abs(ours - theirs) <= 1e-6 * (HIGH - LOW)).all()
+        apart.append(np.abs(ours - actor.after(rows, forgotten)[0]).max())
+        np.testing.assert_array_equal(actor(rows), actor.after(rows, forgotten)[0])
+    assert np.median(apart) > 0.05, "what was before counts"
+
+
+@pytest.mark.parametrize(
+    "more", [{"n_lstm_layers": 2}, {"lstm_kwargs": {"proj_size": 3}}, {"lstm_kwargs": {"bias": False}}], ids=str
+)
+def test_other_recurrent_networks_are_refused(more: dict[str, Any]) -> None:
+    made = pytest.importorskip("sb3_contrib").RecurrentPPO
+    kwargs = {"lstm_hidden_size": 8, **more}
+    with pytest.raises(UsageError, match="a recurrent one through one plain LSTM before them"):
+        actor_of(made("MlpLstmPolicy", Wide(), policy_kwargs=kwargs, device="cpu"))
+
+
+LSTM_DAMAGES: list[dict[str, Any]] = [
+    {"lstm_in": None}, {"lstm_kept": None}, {"lstm_bias": None}, {"lstm_in": np.zeros((20, 6))},
+    {"lstm_in": np.zeros((19, 6), np.float32)}, {"lstm_kept": np.zeros((20, 4), np.float32)},
+    {"lstm_bias": np.zeros(5, np.float32)}, {"lstm_bias": np.full(20, np.nan, np.float32)},
+    {"lstm_in": np.zeros((0, 6), np.float32), "lstm_kept": np.zeros((0, 0), np.float32),
+     "lstm_bias": np.zeros(0, np.float32)},
+    {"weight_0": np.zeros((2, 6), np.float32)},
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("changes", LSTM_DAMAGES, ids="-".join)
+def test_what_is_no_lstm_is_refused(changes: dict[str, Any], tmp_path: Path) -> None:
+    actor = actor_of(recurrent(RECURRENT[0]))
+    actor.save(tmp_path / "policy.npz")
+    with np.load(tmp_path / "policy.npz") as file:
+        whole = {**file, **changes}
+    assert Actor.load(tmp_path / "policy.npz").lstm is not None
+    np.savez(tmp_path / "policy.npz", **{name: value for name, value in whole.items() if value is not None})
+    with pytest.raises(UsageError, match=r"policy\.npz is truncated or holds no policy"):
+        Actor.load(tmp_path / "policy.npz")
+
+
 def test_an_actor_is_of_its_moment_and_a_rows_action_is_its_own() -> None:
     made = model(SAC, {})
     actor = actor_of(made)

@@ -12,6 +12,7 @@ from agents.card import PARTS, card, curve, metadata
 
 ASKED: dict[str, Any] = {
     "env": "theirs:Own-v0", "level": "x", "algo": "tqc", "steps": 500, "seed": 3, "action_mode": "aim|<b>",
+    "stack": 1, "over": "analytic",
 }  # fmt: skip
 
 
@@ -59,6 +60,13 @@ def test_a_card_names_what_is_there_and_nothing_else() -> None:
         assert (file in bare) == (file == "policy.npz")
     assert "(replay.mp4)" in whole
     assert "\n\n\n" not in whole + bare
+
+
+def test_a_card_tells_what_stands_between_the_policy_and_the_cell() -> None:
+    plain, between = (card(ASKED | more, "home", FIGURES, "x", set()) for more in ({}, {"stack": 8, "over": "ema"}))
+    assert "It sees the last 8 observations of a shift, oldest first. Its action is added to that of `ema`." in between
+    assert "observations of a shift" not in plain
+    assert "added to" not in plain
 
 
 def test_the_curve_is_that_of_the_training(tmp_path: Path) -> None:

@@ -14,6 +14,8 @@ import pytest
 import yaml
 
 from agents import publish, runs
+from agents.cli import UsageError
+from agents.evaluation import evaluate
 from agents.publish import Arguments
 from tests.tools.commands import answer, call, call_here, refused
 
@@ -105,6 +107,36 @@ def test_a_folder_is_published_in_full_or_not_at_all(
     assert list(kept.iterdir()) == []
     publish.main(Arguments(run, to=kept, picks=4, video=False))
     assert [path.name for path in kept.iterdir()] == [NAME]
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"algo": "recurrent_ppo"}, "a policy of recurrent_ppo remembers, which policy.onnx has no place for"),
+        ({"over": "mean_lead"}, "policy.onnx would lack the controller 'mean_lead' under the policy"),
+    ],
+)
+def test_a_graph_that_is_not_the_whole_policy_is_not_written(
+    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, changes: dict[str, str], said: str
+) -> None:
+    monkeypatch.setattr(publish, "check_model", lambda folder: None)
+    runs.write_arguments(run, {**runs.read_arguments(run), **changes})
+    with pytest.raises(UsageError, match=f"{said}; give --no-onnx"):
+        publish.main(Arguments(run, to=tmp_path / "kept", picks=4, video=False))
+    assert not (tmp_path / "kept").exists()
+
+
+def test_a_policy_with_a_memory_is_published_without_its_graph(tmp_path: Path) -> None:
+    level = {"name": "brief", "base": "day", "fidelity": "flight", "picks_per_shift": 5}
+    (tmp_path / "brief.yaml").write_text(yaml.safe_dump(level))
+    train = ("--env", "PnTAdapt-v0", "--level", "brief.yaml", "--algo", "recurrent_ppo", "--over", "ema", "--num-envs",
+             "2", "--steps", "4", "--eval-picks", "0", "--out", "run")  # fmt: skip
+    assert call_here("agents.train", *train, folder=tmp_path).returncode == 0
+    publish.main(Arguments(tmp_path / "run", to=tmp_path / "kept", picks=8, video=False, onnx=False))
+    (copy,) = (tmp_path / "kept").iterdir()
+    assert "Its action is added to that of `ema`." in (copy / "README.md").read_text()
+    figures = [evaluate(str(folder), "PnTAdapt-v0", 8, level=level) for folder in (tmp_path / "run", copy)]
+    assert figures[0] | {"controller": ""} == figures[1] | {"controller": ""}
 
 
 @pytest.mark.parametrize("text", [None, "", "throws\n", "throws,seconds\n1,2\n", "a,b,c,d,e\n1,2,3,4,x\n"])

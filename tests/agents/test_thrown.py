@@ -122,6 +122,32 @@ def test_those_with_a_memory_learn_from_throws_alone(algo: str) -> None:
     assert kept.min() > Slippery.BAD
 
 
+@pytest.mark.parametrize(
+    ("told", "expected"),
+    [
+        ([THROWN, UNPICKED, THROWN, LOST], [1.0, 2.0, 3.0, 2.0]),
+        ([UNPICKED, LOST, THROWN, UNPICKED], [3.0, 3.0, 3.0, 3.0]),
+        ([THROWN] * 4, [1.0, -7.0, 3.0, -9.0]),
+        ([UNPICKED] * 4, [1.0, -7.0, 3.0, -9.0]),
+    ],
+)
+def test_without_a_memory_what_was_none_counts_like_the_throws_beside_it(
+    told: list[dict[str, bool]], expected: list[float]
+) -> None:
+    class Told(ToyVectorEnv):
+        def step(self, actions: np.ndarray) -> Any:
+            observation, _, *ends, info = super().step(actions)
+            info |= {name: np.array([one[name] for one in told]) for name in THROWN}
+            return observation, np.array([1.0, -7.0, 3.0, -9.0]), *ends, info
+
+    for even, rewards in ((True, expected), (False, [1.0, -7.0, 3.0, -9.0])):
+        env = SameStepVecEnv(Told(ROWS), even=even)
+        env.reset()
+        _, reward, _, infos = env.step(np.zeros((ROWS, 2), dtype=np.float32))
+        assert reward.tolist() == rewards
+        assert [info["episode"]["r"] for info in infos] == [1.0, -7.0, 3.0, -9.0]
+
+
 def told(**changes: Any) -> dict[str, Any]:
     """The info of four throws: near and in, near and out, far, and lost on the way, right above a bin."""
     return {

@@ -33,6 +33,8 @@ TEXTS = {
     "broken/x.json": "{",
     "plan.yaml": yaml.safe_dump(PLAN),
     "nobody.yaml": yaml.safe_dump({**PLAN, "entries": [{"label": "a", "controller": "nobody"}]}),
+    "stacked.yaml": yaml.safe_dump({**PLAN, "entries": [{"label": "a", "controller": "analytic", "stack": 2}]}),
+    "over.yaml": yaml.safe_dump({**PLAN, "entries": [{"label": "a", "controller": "sac", "stack": 8, "over": "mlp"}]}),
     "nowhere.yaml": yaml.safe_dump({**PLAN, "levels": ["nowhere"]}),
 }
 

@@ -104,6 +104,20 @@ train --checkpoint-every 0 | --checkpoint-every is 0; it must be at least 1
 train --algo dqn | invalid choice 'dqn' for argument '--algo'
 train --algo SAC | invalid choice 'SAC' for argument '--algo'
 train --algo "" | invalid choice '' for argument '--algo'
+train --algo recurrent_ppo | algorithm 'recurrent_ppo' goes by where a shift begins, which observations here do not tell
+train --algo recurrent_ppo --env OneJointSort-v0 | algorithm 'recurrent_ppo' goes by where a shift begins, which
+train --algo rppo --env PnTAdapt-v0 | invalid choice 'rppo' for argument '--algo'
+train --stack 0 --env PnTAdapt-v0 | --stack is 0; it must be at least 1
+train --stack x --env PnTAdapt-v0 | Error parsing --stack: no type matching {None}|INT could be
+train --stack 101 --env PnTAdapt-v0 | stack is 101; a policy sees from 1 to 100 observations at once
+train --stack 8 | a stack of 8 observations goes by where a shift begins, which observations here do not tell; use PnTA
+train --stack 2 --env GripperToss-v0 | a stack of 2 observations goes by where a shift begins, which
+train --over mlp --env PnTAdapt-v0 | over is 'mlp'; it must be a controller that needs no practice: analytic, analyt
+train --over oracle | over is 'oracle'; it must be a controller that needs no practice
+train --over policy | over is 'policy'; it must be a controller that needs no practice
+train --over os:path | over is 'os:path'; it must be a controller that needs no practice
+train --over static | controller 'static' goes by what is told of the throw before; use --env PnTAdapt-v0
+train --over mean_lead --env OneJointThrow-v0 | controller 'mean_lead' knows the physics of the c
 train --env Nowhere-v0 | unknown environment 'Nowhere-v0'; known are PnTConveyor-v0,
 train --env CartPole-v1 | environment 'CartPole-v1' has no core, so it is none of a ce
 train --level nowhere | unknown level 'nowhere'; shipped levels are day, day_far, dense, drift_mix
@@ -124,6 +138,8 @@ train --resume "" | '.' is not a run folder: it has no args.yml
 train --resume policy | run folder 'policy' is damaged: it has no checkpoint
 train --resume policy --steps 20000 | run folder 'policy' is damaged: it has no checkpoint
 train --resume policy --algo ppo | --algo cannot be changed with --resume: the run folder has s
+train --resume policy --stack 4 | --stack cannot be changed with --resume: the run folder has s
+train --resume policy --over static | --over cannot be changed with --resume: the run folder has s
 train --resume policy --seed 1 | --seed cannot be changed with --resume: the run folder has s
 train --resume policy --num-envs 4 | --num-envs cannot be changed with --resume: the run folder h
 train --resume policy --out x | --out cannot be changed with --resume: the run folder has se
@@ -141,6 +157,8 @@ benchmark --config plan.yaml --out file/out.json | cannot write 'file/out.json':
 benchmark --config plan.yaml --out o.json --work file | cannot write 'file/piece.json': File exists
 benchmark --config plan.yaml --out o.json --work file/inner | cannot write 'file/inner/piece.json': Not a directory
 benchmark --config nobody.yaml | benchmark 'nobody.yaml': unknown controller 'nobody'; known
+benchmark --config stacked.yaml | benchmark 'stacked.yaml': entry 'a': stack and over are for sac, td3, ppo, tqc, rec
+benchmark --config over.yaml | benchmark 'over.yaml': entry 'a' has stack 8 over 'mlp'; it must be 1 to 100 over one of
 benchmark --config nowhere.yaml | unknown level 'nowhere'; shipped levels are day, day_far, dense, drift_mix
 reproduce | Missing from python -m agents.reproduce: hassan|choe|miyashi
 reproduce nobody | unknown paper 'nobody'; known are hassan, choe, miyashita, l

@@ -60,6 +60,11 @@ class FeatureTable:
     def __len__(self) -> int:
         return len(self._features)
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the entries."""
+        return tuple(feature.name for feature in self._features)
+
     def encode(self, throws: Any) -> NDArray[np.float32]:
         """Observations (N, D) of coming throws, float32 within [-CLIP, CLIP]."""
         values: list[Floats] = []
