@@ -328,16 +328,18 @@ def test_the_benchmark_trains_policies_with_a_memory_and_goes_on_with_them(tmp_p
         {"label": "recurrent", "controller": "recurrent_ppo", "options": SMALL, **memory},
         {"label": "stacked", "controller": "sac", "options": STACKED, "stack": 3, **memory},
     ]
-    level = str(tmp_path / "level.yaml")
+    other = {"name": "still", "base": "waste", "picks_per_shift": LEVEL["picks_per_shift"]}
+    (tmp_path / "other.yaml").write_text(yaml.safe_dump(other))
+    level, still = str(tmp_path / "level.yaml"), str(tmp_path / "other.yaml")
     plan = Plan.model_validate(
-        {"name": "x", "env": "PnTAdapt-v0", "train_level": level, "levels": [level, "waste"], "picks": 20,
+        {"name": "x", "env": "PnTAdapt-v0", "train_level": level, "levels": [level, still], "picks": 20,
          "num_envs": 4, "entries": entries}
     )  # fmt: skip
     work = {piece.entry.label: piece for piece in pieces(plan)}
     assert len({piece.key for piece in work.values()}) == 3
     found = {label: run_piece(piece, tmp_path)["results"] for label, piece in work.items()}
     assert [(one["throws"], one["level"]) for one in found["stacked"]] == [
-        (20, level), (20, "waste"), (40, level), (40, "waste"),
+        (20, level), (20, still), (40, level), (40, still),
     ]  # fmt: skip
     with closing(cells()) as env:
         run = tmp_path / f"{work['recurrent'].name}-{work['recurrent'].key}-run"
