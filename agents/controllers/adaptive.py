@@ -164,10 +164,10 @@ class Adaptive(Learner):
         fresh = begins(observation)
         if self._last is None or len(fresh) != len(self._last[1]):
             self._last, fresh = None, np.full(len(fresh), True)
-        self._tracker.begin(fresh)
         if self._last is not None:
             throws, own, kind = self._last
             right, known = told(observation)
             known, new = known & ~fresh, self._newcomers.new(kind)
             self._newcomers.learn(kind, own - right - self._tracker.effect(throws), known)
             self._tracker.learn(throws, own - right, known & ~new)
+        self._tracker.begin(fresh)  # last, so that a row that has just begun is as one that never threw

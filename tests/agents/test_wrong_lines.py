@@ -78,10 +78,10 @@ def test_a_box_of_any_width_and_colour_becomes_a_sentence(
     monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(io.BytesIO(), encoding=encoding))
     with pytest.raises(UsageError) as caught:
         _parsed(Arguments, "this", ["--controller", "analytic", "--picsk", "4"])
-    assert str(caught.value) == "Unrecognized options: --picsk, 4; perhaps you meant --picks INT; see this --help"
+    assert str(caught.value) == "Unrecognized options: --picsk, 4; perhaps you meant --picks N; see this --help"
     with pytest.raises(UsageError) as caught:
-        _parsed(Arguments, "this", ["--controller", "analytic", "--picks", "x"])
-    assert str(caught.value) == "Error parsing --picks: invalid literal for int() with base 10: 'x'; see this --help"
+        _parsed(Arguments, "this", ["--controller", "analytic", "--seed", "x"])
+    assert str(caught.value) == "Error parsing --seed: invalid literal for int() with base 10: 'x'; see this --help"
 
 
 def test_there_are_many() -> None:

@@ -10,13 +10,13 @@ evaluate analytic | Missing from python -m agents.evaluate: --controller NAME|RU
 evaluate --controller | Missing value for argument '--controller'
 evaluate --controller "" | '.' holds neither foreign.zip nor best_model.zip
 evaluate --controller analytic --picks | Missing value for argument '--picks'
-evaluate --controller analytic --picks "" | Error parsing --picks: invalid literal for int() with base 1
+evaluate --controller analytic --picks "" | Error parsing --picks: no type matching {None}|INT could
 evaluate --controller analytic --picks 0 | --picks is 0; it must be at least 1
 evaluate --controller analytic --picks -5 | --picks is -5; it must be at least 1
-evaluate --controller analytic --picks many | Error parsing --picks: invalid literal for int() with base 1
-evaluate --controller analytic --picks 1.5 | Error parsing --picks: invalid literal for int() with base 1
-evaluate --controller analytic --picks 1e3 | Error parsing --picks: invalid literal for int() with base 1
-evaluate --controller analytic --picks nan | Error parsing --picks: invalid literal for int() with base 1
+evaluate --controller analytic --picks many | Error parsing --picks: no type matching {None}|INT could
+evaluate --controller analytic --picks 1.5 | Error parsing --picks: no type matching {None}|INT could
+evaluate --controller analytic --picks 1e3 | Error parsing --picks: no type matching {None}|INT could
+evaluate --controller analytic --picks nan | Error parsing --picks: no type matching {None}|INT could
 evaluate --controller analytic --picks 4 4 | Unrecognized options: 4
 evaluate --controller analytic --picsk 4 | Unrecognized options: --picsk, 4; perhaps you meant --picks
 evaluate --controller analytic --seed -1 | --seed is -1; it must be at least 0

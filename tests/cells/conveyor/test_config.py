@@ -11,7 +11,9 @@ from tests.tools.throws import item, make_core
 
 PLAIN = tuple(f"{name}_plain" for name in ("fast", "nominal", "tight", "unseen", "waste"))
 DRIFTING = ("day", "steps", "drift_mix", "day_far", "steps_far", "drift_mix_far")
-LEVELS = tuple(sorted((*PLAIN, *DRIFTING, "dense", "fast", "ideal", "light", "nominal", "tight", "unseen", "waste")))
+LEVELS = tuple(
+    sorted((*PLAIN, *DRIFTING, "dense", "fast", "ideal", "light", "newcomers", "nominal", "tight", "unseen", "waste"))
+)
 BIN = {"name": "box", "x": 0.3, "y": 0.4}
 SMALLEST = {"bins": {"fixed": [BIN]}}
 

@@ -1,0 +1,256 @@
+"""Trackers of a shift against shifts on paper with a known truth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from agents.controllers.in_context import InContext
+from agents.controllers.recurrent import LAYERS
+from agents.controllers.trackers import (
+    FOLLOWED,
+    NOISE,
+    SURPRISE,
+    Kalman,
+    Nothing,
+    RecursiveRidge,
+    RunningMean,
+    Tracker,
+    effects,
+)
+from pnt_gym.cells.conveyor.observation import FEATURES, TABLE
+
+CAMERA = -1.2
+PRIOR = np.array([0.004, 0.008, 0.008, 0.008])
+COLUMNS = [[one.name for one in FEATURES].index(name) for name in FOLLOWED]
+
+
+def network(size: int = 8) -> dict[str, np.ndarray]:
+    """A network that has learned nothing, but answers."""
+    random, inputs = np.random.default_rng(0), {"memory_in": 28, "memory_kept": size, "head": size + 26, "answer": size}
+    outputs = {"memory_in": 3 * size, "memory_kept": 3 * size, "head": size, "answer": 2}
+    state: dict[str, np.ndarray] = {}
+    for layer in LAYERS:
+        state[f"{layer}_weight"] = random.normal(0.0, 0.3, (outputs[layer], inputs[layer]))
+        state[f"{layer}_bias"] = random.normal(0.0, 0.3, outputs[layer])
+    return state
+
+
+def in_context() -> InContext:
+    tracker = InContext(CAMERA, size=8)
+    tracker.restore(network())
+    return tracker
+
+
+TRACKERS: dict[str, Callable[[], Tracker]] = {
+    "ema": RunningMean,
+    "kalman": lambda: Kalman(CAMERA),
+    "recursive_ridge": RecursiveRidge,
+    "in_context": in_context,
+}
+
+
+def throws(count: int, seed: int = 0) -> np.ndarray:
+    """Observations of throws that could be (count, 26)."""
+    return np.random.default_rng(seed).uniform(-0.8, 0.8, (count, len(FEATURES)))
+
+
+def noise(count: int, seed: int) -> np.ndarray:
+    return np.random.default_rng([9, seed]).standard_normal((count, 2)) * NOISE
+
+
+def everyone(count: int) -> np.ndarray:
+    return np.full(count, True)
+
+
+def off_by(thrown: np.ndarray, state: np.ndarray) -> np.ndarray:
+    """What delay, camera x and y, and encoder (N, 4) do to throws (N, 2)."""
+    return np.einsum("nij,nj->ni", effects(thrown, CAMERA), state)
+
+
+def test_effects_are_those_of_pencil_and_paper() -> None:
+    """A camera moves the landing as itself, an encoder as what it has added up to, a delay along the throw only."""
+    thrown = throws(50)
+    seen, effect = TABLE.decode(thrown), effects(thrown, CAMERA)
+    heading = np.arctan2(seen["target_y"] - seen["pick_y"], seen["target_x"] - seen["pick_x"])
+    along, across = effect[:, 0], effect[:, 1]
+    np.testing.assert_allclose(along[:, 1:3], np.stack([np.cos(heading), np.sin(heading)], axis=1), atol=1e-12)
+    np.testing.assert_allclose(across[:, 1:3], np.stack([-np.sin(heading), np.cos(heading)], axis=1), atol=1e-12)
+    way = seen["pick_x"] - CAMERA
+    assert (way > 0.0).all()
+    np.testing.assert_allclose(effect[:, :, 3], way[:, None] * effect[:, :, 1], atol=1e-12)
+    assert not across[:, 0].any()
+    assert (along[:, 0] > seen["release_speed"] * np.cos(seen["elevation"]) * 0.99).all()  # later is also higher
+
+
+def test_nothing_expects_nothing() -> None:
+    tracker = Nothing()
+    tracker.begin(everyone(3))
+    tracker.learn(throws(3), np.ones((3, 2)), everyone(3))
+    assert not tracker.effect(throws(3)).any()
+
+
+def test_a_running_mean_is_the_mean() -> None:
+    tracker, z = RunningMean(rate=0.0, prior=0.0), 0.004 * np.random.default_rng(1).standard_normal((30, 5, 2))
+    tracker.begin(everyone(5))
+    for one in z:
+        tracker.learn(throws(5), one, everyone(5))
+    np.testing.assert_allclose(tracker.effect(throws(5, 1)), z.mean(axis=0), atol=1e-15)
+
+
+def test_a_running_mean_leans_on_its_prior_and_follows_at_its_rate() -> None:
+    tracker, z = RunningMean(rate=0.25, prior=2.0), np.array([[0.009, -0.006]])
+    tracker.begin(everyone(1))
+    tracker.learn(throws(1), z, everyone(1))
+    np.testing.assert_allclose(tracker.effect(throws(1)), z / 3.0)
+    for _ in range(100):
+        tracker.learn(throws(1), z, everyone(1))
+    np.testing.assert_allclose(tracker.effect(throws(1)), z, atol=1e-6)
+    tracker.learn(throws(1), z + 0.004, everyone(1))
+    np.testing.assert_allclose(tracker.effect(throws(1)), z + 0.001, atol=1e-6)
+
+
+def kalmans(rows: int, picks: int, walk: tuple[float, float, float, float]) -> tuple[Kalman, np.ndarray]:
+    """A filter that has seen constant drifts, one of each row (rows, 4)."""
+    truth = PRIOR * np.random.default_rng(2).standard_normal((rows, 4))
+    tracker = Kalman(CAMERA, walk=walk)
+    tracker.begin(everyone(rows))
+    for pick in range(picks):
+        thrown = throws(rows, pick)
+        tracker.learn(thrown, off_by(thrown, truth) + noise(rows, pick), everyone(rows))
+    return tracker, truth
+
+
+def test_kalman_converges_to_a_constant_drift() -> None:
+    left = []
+    for picks in (3, 15, 60):
+        tracker, truth = kalmans(200, picks, (0.0, 0.0, 0.0, 0.0))
+        fresh = throws(200, 999)
+        left.append(np.sqrt(np.square(tracker.effect(fresh) - off_by(fresh, truth)).mean()))
+    nothing = np.sqrt(np.square(off_by(fresh, truth)).mean())
+    assert left[2] < 0.6 * left[1] < 0.5 * left[0] < 0.5 * nothing
+    assert left[2] < 0.0025
+
+
+def test_kalmans_error_is_what_its_own_covariance_says() -> None:
+    """The squared error in units of the covariance is the number of unknowns on average: no more, no less."""
+    for picks in (2, 10, 50):
+        tracker, truth = kalmans(300, picks, (0.0, 0.0, 0.0, 0.0))
+        error = tracker._state - truth
+        found = np.einsum("ni,nij,nj->n", error, np.linalg.inv(tracker._spread), error)
+        assert found.mean() == pytest.approx(4.0, rel=0.2), picks
+    careful, truth = kalmans(300, 50, (0.0006, 0.0007, 0.0007, 0.0005))
+    error = careful._state - truth  # of what might have moved it is less sure than it needs to be
+    assert np.einsum("ni,nij,nj->n", error, np.linalg.inv(careful._spread), error).mean() < 4.0
+
+
+def test_kalman_follows_a_drift_that_walks() -> None:
+    rows, walk = 100, np.array([0.0006, 0.0007, 0.0007, 0.0005])
+    random, truth, tracker = np.random.default_rng(3), np.zeros((rows, 4)), Kalman(CAMERA)
+    still, off = Kalman(CAMERA, walk=(0.0, 0.0, 0.0, 0.0)), {"walks": [], "still": []}
+    for one in (tracker, still):
+        one.begin(everyone(rows))
+    for pick in range(120):
+        truth = truth + walk * random.standard_normal((rows, 4))
+        thrown = throws(rows, pick)
+        for name, one in (("walks", tracker), ("still", still)):
+            off[name].append(np.abs(one.effect(thrown) - off_by(thrown, truth)).mean())
+            one.learn(thrown, off_by(thrown, truth) + noise(rows, pick), everyone(rows))
+    assert np.mean(off["walks"][60:]) < 0.8 * np.mean(off["still"][60:])
+
+
+def test_recursive_ridge_recovers_what_is_linear_in_the_plan() -> None:
+    rows = 6
+    weights = 0.006 * np.random.default_rng(4).standard_normal((rows, len(FOLLOWED) + 1, 2))
+
+    def linear(thrown: np.ndarray) -> np.ndarray:
+        one = np.concatenate([np.ones((rows, 1)), thrown[:, COLUMNS]], axis=1)
+        return np.einsum("nf,nfe->ne", one, weights)
+
+    tracker = RecursiveRidge(forget=1.0, penalty=1e-6)
+    tracker.begin(everyone(rows))
+    for pick in range(25):
+        tracker.learn(throws(rows, pick), linear(throws(rows, pick)), everyone(rows))
+    np.testing.assert_allclose(tracker.effect(throws(rows, 99)), linear(throws(rows, 99)), atol=1e-6)
+    held = RecursiveRidge(penalty=1e9)
+    held.begin(everyone(rows))
+    held.learn(throws(rows), np.full((rows, 2), 0.02), everyone(rows))
+    assert np.abs(held.effect(throws(rows))).max() < 1e-6
+
+
+def learned(name: str, count: int, picks: int = 12, start: int = 0) -> Tracker:
+    """A tracker that has seen some throws of rows that differ."""
+    tracker = TRACKERS[name]()
+    tracker.begin(everyone(count))
+    for pick in range(start, start + picks):
+        z = np.linspace(-0.02, 0.02, count)[:, None] + noise(count, pick)
+        tracker.learn(throws(count, pick), z, everyone(count))
+    return tracker
+
+
+@pytest.mark.parametrize("name", TRACKERS)
+def test_a_shift_that_begins_is_forgotten_in_its_rows_only(name: str) -> None:
+    tracker, fresh, asked = learned(name, 4), TRACKERS[name](), throws(4, 77)
+    fresh.begin(everyone(4))
+    before = tracker.effect(asked)
+    tracker.begin(np.array([False, True, False, True]))
+    after, new = tracker.effect(asked), fresh.effect(asked)
+    np.testing.assert_array_equal(after[[0, 2]], before[[0, 2]])
+    np.testing.assert_allclose(after[[1, 3]], new[[1, 3]], atol=1e-15)
+    assert not np.allclose(before[[1, 3]], new[[1, 3]], atol=1e-4)
+    tracker.learn(asked, np.full((4, 2), 0.01), everyone(4))  # and learn from there as if new
+    fresh.learn(asked, np.full((4, 2), 0.01), everyone(4))
+    np.testing.assert_allclose(tracker.effect(asked)[[1, 3]], fresh.effect(asked)[[1, 3]], atol=1e-12)
+
+
+@pytest.mark.parametrize("name", TRACKERS)
+def test_another_number_of_rows_is_another_place(name: str) -> None:
+    tracker, fresh = learned(name, 4), TRACKERS[name]()
+    for one in (tracker, fresh):
+        one.begin(np.array([False, False, True]))
+    np.testing.assert_array_equal(tracker.effect(throws(3, 5)), fresh.effect(throws(3, 5)))
+
+
+@pytest.mark.parametrize("name", TRACKERS)
+def test_rows_are_independent(name: str) -> None:
+    together, asked = learned(name, 5), throws(5, 77)
+    for row in range(5):
+        alone = TRACKERS[name]()
+        alone.begin(everyone(1))
+        for pick in range(12):
+            z = np.linspace(-0.02, 0.02, 5)[:, None] + noise(5, pick)
+            alone.learn(throws(5, pick)[[row]], z[[row]], everyone(1))
+        np.testing.assert_allclose(alone.effect(asked[[row]])[0], together.effect(asked)[row], atol=1e-12)
+
+
+@pytest.mark.parametrize("name", TRACKERS)
+def test_rows_of_which_nothing_is_known_stay_as_they_are(name: str) -> None:
+    tracker, asked = learned(name, 3), throws(3, 77)
+    before = tracker.effect(asked)
+    tracker.learn(throws(3, 50), np.full((3, 2), 0.05), np.array([False, True, False]))
+    after = tracker.effect(asked)
+    np.testing.assert_array_equal(after[[0, 2]], before[[0, 2]])
+    assert not np.array_equal(after[1], before[1])
+
+
+@pytest.mark.parametrize("name", ["ema", "kalman", "recursive_ridge"])
+def test_a_landing_that_a_rim_threw_off_moves_the_estimate_little(name: str) -> None:
+    """By no more than one that is some deviations off, however far it went."""
+    asked, moved = throws(3, 77), []
+    for far in (3.0 * SURPRISE * np.array(NOISE), np.array([0.4, -0.4])):
+        tracker = learned(name, 3, picks=20)
+        before = tracker.effect(asked)
+        tracker.learn(throws(3, 50), before + far * [1.0, -1.0], everyone(3))
+        moved.append(np.abs(tracker.effect(asked) - before).max())
+    assert moved[1] < 0.012
+    assert moved[1] < 2.0 * moved[0]
+
+
+def test_a_network_that_has_not_studied_expects_nothing_and_learns_nothing() -> None:
+    tracker = InContext(CAMERA)
+    tracker.begin(everyone(2))
+    tracker.learn(throws(2), np.full((2, 2), 0.02), everyone(2))
+    assert not tracker.effect(throws(2)).any()
+    assert tracker.state() == {}
