@@ -24,7 +24,7 @@ from .controllers import make_controller
 from .controllers.protocol import Controller, Learner
 from .environments import Env, Role, core_of, cores_of, make_single, make_vector
 from .episodes import Episode
-from .evaluation import NUM_ENVS, PRACTICE, practise
+from .evaluation import NUM_ENVS, practise, usual_practice
 from .places import MADE, POLICY
 from .tables import Grid, console, millimetres, throws_bar
 from .trained import files_of, setting
@@ -72,7 +72,7 @@ class Arguments:
     """Of the dataset."""
     root: Annotated[Path | None, option("MINARI_DATASETS_PATH, or ~/.minari/datasets", "DIR")] = None
     """The folder of all datasets."""
-    practice: int = PRACTICE
+    practice: Annotated[int | None, option("120, or 0 for one that ships knowing", "N")] = None
     """Throws before for a controller that learns; others throw none."""
     score_throws: int = 1000
     """Throws by which random actions and the expert are scored."""
@@ -166,13 +166,21 @@ class Crew:
             seed=self.arguments.seed,
         )
 
+    def practice(self, controller: Controller) -> int:
+        """Throws that one of them practises; who does not learn throws none."""
+        if not isinstance(controller, Learner):
+            return 0
+        asked = self.arguments.practice
+        return usual_practice(controller) if asked is None else asked
+
     def _thrower(self, controller: Controller, given: str) -> Thrower:
         arguments, state = self.arguments, None
         if isinstance(controller, Learner):
             controller.reset(arguments.seed)
             with throws_bar() as bar:
-                advance = partial(bar.advance, bar.add_task(f"practice of {controller.name}", total=arguments.practice))
-                practise(controller, self.env, arguments.practice, arguments.seed, progress=advance)
+                practice = self.practice(controller)
+                advance = partial(bar.advance, bar.add_task(f"practice of {controller.name}", total=practice))
+                practise(controller, self.env, practice, arguments.seed, progress=advance)
             state = controller.state()
         is_trained = os.path.isdir(given) or given.endswith(".zip")
         files = files_of(Path(given)) if is_trained else {}
@@ -301,7 +309,7 @@ def facts_of(crew: Crew, scores: Scores, columns: Mapping[str, Sequence[str]]) -
     ours = {
         "seed": arguments.seed,
         "num_envs": arguments.num_envs,
-        "practice": arguments.practice if isinstance(crew.thrower, Learner) else 0,
+        "practice": crew.practice(crew.thrower),
         "expert": crew.expert,
         "items": list(core.item_names),
         "level": core.config.model_dump(mode="json"),

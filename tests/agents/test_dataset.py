@@ -201,6 +201,7 @@ def test_a_name_that_is_taken_is_refused_and_a_killed_command_swept(sets: Path) 
 
 CELLS = {
     "shifts": ("random", "--env", "PnTConveyor-v0", "--level", "short.yaml", "--throws", "13"),
+    "drift": ("ema", "--env", "PnTAdapt-v0", "--level", "drift.yaml", "--throws", "7", "--expert", "oracle_drift"),
     "assembly": ("analytic", "--env", "OneJointAssembly-v0", "--level", "mild.yaml", "--throws", "16"),
     "learner": ("virtual_goal", "--env", "OneJointSort-v0", "--practice", "16", "--throws", "5"),
     "mode": ("random", "--env", "GripperToss-v0", "--action-mode", "release_point", "--throws", "4"),
@@ -223,6 +224,7 @@ def alone(here: Path) -> Iterator[None]:
 def test_any_task_and_controller(here: Path, which: str) -> None:
     (here / "short.yaml").write_text(yaml.safe_dump({"base": "waste", "picks_per_shift": 3}))
     (here / "mild.yaml").write_text(yaml.safe_dump({"mismatch": 0.1}))
+    (here / "drift.yaml").write_text(yaml.safe_dump({"base": "drift_mix", "fidelity": "flight", "picks_per_shift": 3}))
     who, *options = CELLS[which]
     dataset = collected("--controller", who, *options)
     for level in here.glob("*.yaml"):  # a dataset stands by itself
@@ -231,9 +233,10 @@ def test_any_task_and_controller(here: Path, which: str) -> None:
     lengths = [told["total_steps"] for told in known(dataset)]
     assert sum(lengths[:-1]) < throws <= sum(lengths)
     assert dataset.storage.metadata["algorithm_name"] == who
-    assert {*ends} == {(which != "shifts", which == "shifts")}
-    if which == "shifts":
-        assert lengths == [3] * 5
+    belt = which in ("shifts", "drift")
+    assert {*ends} == {(not belt, belt)}
+    if belt:
+        assert lengths == [3] * (5 if which == "shifts" else 3)
     if which == "assembly":
         assert {*lengths} == {1, 2}
     assert dataset.storage.metadata["pnt_gym"]["practice"] == (16 if which == "learner" else 0)

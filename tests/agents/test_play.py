@@ -121,3 +121,11 @@ def test_it_wants_exactly_one_way_to_show(tmp_path: Path) -> None:
         assert done.returncode == 2
         assert "Traceback" not in done.stderr
         assert "--video FILE.mp4" in done.stderr
+
+
+def test_a_controller_that_ships_knowing_is_shown_at_once(tmp_path: Path) -> None:
+    """Without practice, which would take minutes and forget what ships."""
+    path = tmp_path / "throw.png"
+    done = call("agents.play", "--env", "PnTAdapt-v0", "--controller", "kalman", "--picture", path, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert iio.imread(path).std() > 20.0

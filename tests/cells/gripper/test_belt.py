@@ -44,6 +44,17 @@ def test_belt_waste_bins_and_errors_are_the_conveyor_cells():
     assert config.errors.camera == cell.noise.size
 
 
+def test_what_drifts_in_the_conveyor_cell_does_not_here():
+    belt = GripperConfig.load("belt")
+    where = belt.conveyor.model_dump()
+    drifts, other = (
+        GripperConfig.load({"base": "belt", "name": "belt", "conveyor": {**where, "level": level}})
+        for level in ("day", "fast")
+    )
+    assert drifts.model_copy(update={"conveyor": belt.conveyor}) == belt
+    assert other.model_copy(update={"conveyor": belt.conveyor}) != belt
+
+
 def test_bins_and_lanes_lie_as_beside_the_conveyor():
     """The robot's axes are the conveyor's, turned by a quarter about its origin."""
     cell, (x, y, _) = ConveyorConfig.load("waste"), CELL.config.conveyor.origin
