@@ -1,0 +1,83 @@
+"""What the benchmark of shifts and the study of adapting found, held to what the pages say of it."""
+
+import json
+
+import pytest
+import yaml
+
+from agents.places import SHIPPED as ROOT
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+
+
+def read(name):
+    return json.loads((ROOT / "results" / f"{name}.json").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def table():
+    return {(row["controller"], row["level"]): row for row in read("benchmark_adapt")["table"]}
+
+
+@pytest.fixture(scope="module")
+def study():
+    return read("adaptation")
+
+
+@pytest.mark.parametrize("level", ["day", "drift_mix"])
+def test_who_adapts_comes_closer_and_who_knows_comes_closest(table, level):
+    names = ("static", "recursive_ridge", "ema", "in_context", "oracle_drift")
+    errors = [table[name, level]["landing_error_mean_m"] for name in names]
+    assert errors == sorted(errors, reverse=True)
+    assert table["kalman", level]["landing_error_mean_m"] < table["ema", level]["landing_error_mean_m"]
+
+
+def test_the_millimetres_that_were_asked_for_on_day(table):
+    most = {"static": 17.5, "ema": 13.0, "in_context": 12.5}
+    for name, millimetres in most.items():
+        assert 1000 * table[name, "day"]["landing_error_mean_m"] <= millimetres, name
+    assert 1000 * table["in_context", "day"]["landing_error_second_half_m"] <= 11.5
+    assert 1000 * table["static", "drift_mix"]["landing_error_mean_m"] <= 21.0
+
+
+def test_without_drift_adapting_costs_less_than_a_millimetre(table):
+    still = table["static", "waste"]["landing_error_mean_m"]
+    for name in ("ema", "kalman", "in_context"):
+        assert table[name, "waste"]["landing_error_mean_m"] <= still + 0.001, name
+
+
+def test_success_does_not_see_drift(table):
+    rates = [table[name, "day"]["success_rate"] for name in ("static", "ema", "kalman", "in_context", "oracle_drift")]
+    assert max(rates) - min(rates) < 0.03
+
+
+def test_five_seeds_and_thirty_two_shifts_stand_behind_each_line(table):
+    plan = read("benchmark_adapt")["plan"]
+    assert plan["picks"] == 32 * 50
+    for name in ("static", "ema", "kalman", "in_context"):
+        assert table[name, "day"]["seeds"] == [0, 1, 2, 3, 4]
+
+
+def test_a_worse_camera_over_the_bins_is_worth_less(study):
+    cameras = ["exact", "10 mm", "20 mm"]
+    for who in ("ema", "kalman", "in_context"):
+        errors = [study["camera"][name][who]["error"]["value"] for name in cameras]
+        assert errors == sorted(errors), who
+    blind = study["camera"]["blind"]
+    assert blind["kalman"]["error"]["value"] == pytest.approx(blind["static"]["error"]["value"], rel=1e-9)
+
+
+def test_a_new_kind_is_learned_within_a_few_throws(study):
+    for kind, found in study["newcomers"]["kinds"].items():
+        counts = [found["throws_to_floor"][who] for who in ("ema", "kalman", "in_context")]
+        learned = [count for count in counts if count is not None]
+        assert learned, kind
+        for who in ("ema", "kalman", "in_context"):
+            assert found["regret_m"][who] < max(found["regret_m"]["static"], 0.05), (kind, who)
+
+
+def test_the_level_on_the_page_is_one(study):
+    page = (ROOT / "docs" / "drift.md").read_text(encoding="utf-8")
+    text = page.split("```yaml\n")[1].split("```")[0]
+    config = ConveyorConfig.load(yaml.safe_load(text))
+    assert config.drift.moves
+    assert (config.feedback.noise, config.picks_per_shift) == (0.010, 100)
