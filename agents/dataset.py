@@ -24,7 +24,7 @@ from .controllers import make_controller
 from .controllers.protocol import Controller, Learner
 from .environments import Env, Role, core_of, cores_of, make_single, make_vector
 from .episodes import Episode
-from .evaluation import NUM_ENVS, PRACTICE, practise
+from .evaluation import NUM_ENVS, PRACTICE, practise, usual_practice
 from .places import MADE, POLICY
 from .tables import Grid, console, millimetres, throws_bar
 from .trained import files_of, setting
@@ -72,7 +72,7 @@ class Arguments:
     """Of the dataset."""
     root: Annotated[Path | None, option("MINARI_DATASETS_PATH, or ~/.minari/datasets", "DIR")] = None
     """The folder of all datasets."""
-    practice: int = PRACTICE
+    practice: Annotated[int | None, option(f"{PRACTICE}, or 0 for one that ships knowing", "N")] = None
     """Throws before for a controller that learns; others throw none."""
     score_throws: int = 1000
     """Throws by which random actions and the expert are scored."""
@@ -170,9 +170,10 @@ class Crew:
         arguments, state = self.arguments, None
         if isinstance(controller, Learner):
             controller.reset(arguments.seed)
+            practice = _practice(arguments, controller)
             with throws_bar() as bar:
-                advance = partial(bar.advance, bar.add_task(f"practice of {controller.name}", total=arguments.practice))
-                practise(controller, self.env, arguments.practice, arguments.seed, progress=advance)
+                advance = partial(bar.advance, bar.add_task(f"practice of {controller.name}", total=practice))
+                practise(controller, self.env, practice, arguments.seed, progress=advance)
             state = controller.state()
         is_trained = os.path.isdir(given) or given.endswith(".zip")
         files = files_of(Path(given)) if is_trained else {}
@@ -221,6 +222,11 @@ class Thrown:
             file.unlink(missing_ok=True)
         with suppress(OSError):  # something else lies there
             self._folder.rmdir()
+
+
+def _practice(arguments: Arguments, controller: Learner) -> int:
+    """Throws before for a controller that learns."""
+    return usual_practice(controller) if arguments.practice is None else arguments.practice
 
 
 def _described(controller: Controller, given: str) -> str:
@@ -301,7 +307,7 @@ def facts_of(crew: Crew, scores: Scores, columns: Mapping[str, Sequence[str]]) -
     ours = {
         "seed": arguments.seed,
         "num_envs": arguments.num_envs,
-        "practice": arguments.practice if isinstance(crew.thrower, Learner) else 0,
+        "practice": _practice(arguments, crew.thrower) if isinstance(crew.thrower, Learner) else 0,
         "expert": crew.expert,
         "items": list(core.item_names),
         "level": core.config.model_dump(mode="json"),
