@@ -75,7 +75,7 @@ def learning_curves(data: Mapping[str, Any]) -> Figure:
 def over_the_shift(data: Mapping[str, Any]) -> Figure:
     """Mean landing error pick by pick, one panel per level, of those that start below the analytic planner's."""
     levels = [level for level in dict.fromkeys(row["level"] for row in data["table"])]
-    figure, panels = subplots(-(-len(levels) // 2), 2, (9.0, 3.2 * -(-len(levels) // 2)), sharey=True)
+    figure, panels = subplots(1, len(levels), (3.6 * len(levels) + 1.4, 3.4), sharey=True)
     colours = dict(zip(ADAPTING, cycle(COLOURS), strict=False))
     for axes, level in zip(panels, levels, strict=False):
         for row in rows_of(data, [level]):

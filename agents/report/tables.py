@@ -52,7 +52,8 @@ def shift_table(data: Data) -> Grid:
     rows = [
         [
             row["level"],
-            *_who(row),
+            row["controller"],
+            _who(row)[1],
             *(f"{1000 * row[f'landing_error_{part}_m']:.1f} mm" for part in parts),
             f"{row['landing_error_mean_m'] / static[row['level']]:.2f}" if row["level"] in static else "-",
             percent(row["landing_near_share"]),
@@ -131,8 +132,8 @@ def rows_of(data: Data, levels: Iterable[str]) -> list[Data]:
 
 
 def labels(data: Data) -> list[str]:
-    """Of the plan's entries."""
-    return [entry["label"] for entry in data["plan"]["entries"]]
+    """Of what was measured, in the order of the plan's entries, as the table is."""
+    return list(dict.fromkeys(row["label"] for row in data["table"]))
 
 
 def name_of(choice: Data) -> str:
