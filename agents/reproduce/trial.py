@@ -17,7 +17,7 @@ from pnt_gym.arrays import Bools, Floats, Ints, finite_points, finite_rows, leng
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.base.plant import ObjectFlight
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.context import Before, Context, Drifted
 from pnt_gym.cells.conveyor.hand import HandCycle
 from pnt_gym.cells.conveyor.objects import NORMALS, UNIFORMS, objects_from_draws
 from pnt_gym.cells.conveyor.outcome import Told, judge
@@ -177,6 +177,9 @@ def trial_context(
         belt_speed=config.belt.speed,
         ceiling=np.full(count, ceiling),
         belt_shift=objects.belt_error * (pick[:, 0] - config.belt.camera_x),
+        drift=Drifted.nothing(count),
+        unseen=np.zeros((count, 2)),
+        before=Before.nothing(count),
     )
 
 
