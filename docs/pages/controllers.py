@@ -9,7 +9,19 @@ from typing import Any, Final
 
 import pnt_gym
 from agents.cli import UsageError
-from agents.controllers import NAMES, Controller, Learner, ballistic, bucket_table, make_controller, mlp, ridge
+from agents.controllers import (
+    NAMES,
+    Controller,
+    Learner,
+    adaptive,
+    ballistic,
+    bucket_table,
+    in_context,
+    make_controller,
+    mlp,
+    ridge,
+    trackers,
+)
 from agents.environments import make_vector
 
 from .marks import table
@@ -21,6 +33,12 @@ DESCRIBED: Final[Mapping[str, Any]] = {
     "virtual_goal": bucket_table.virtual_goal,
     "ridge": ridge,
     "mlp": mlp,
+    "static": adaptive.Adaptive,
+    "ema": trackers.RunningMean,
+    "kalman": trackers.Kalman,
+    "recursive_ridge": trackers.RecursiveRidge,
+    "in_context": in_context,
+    "oracle_drift": trackers.Known,
 }
 """Where controllers are described whose module is not theirs alone."""
 
