@@ -98,8 +98,12 @@ def evaluate(
 def usual_picks(env: Env) -> int:
     """Throws that are counted unless others are asked for: 200, or whole episodes where one throw teaches the next."""
     core = core_of(env)
-    follows = core.correction is not None and core.correction.seen
-    return env.num_envs * core.cell.episode if follows else PICKS
+    return env.num_envs * core.cell.episode if is_told(core) else PICKS
+
+
+def is_told(core: Core) -> bool:
+    """Whether throws are told of those before, so that only whole episodes are judged fairly."""
+    return core.correction is not None and bool(core.correction.seen)
 
 
 def usual_practice(controller: Controller) -> int:

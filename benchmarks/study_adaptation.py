@@ -18,7 +18,7 @@ from typing import Any, Final
 import numpy as np
 
 from agents.controllers import make_controller
-from agents.controllers.protocol import Controller, Learner
+from agents.controllers.protocol import Controller
 from agents.environments import Env, core_of, make_vector
 from agents.evaluation import held_out
 from agents.files import write_json
@@ -103,10 +103,7 @@ def _trials(controller: Controller, env: Env, seed: int) -> list[Throws]:
     """Shifts from whose beginning nothing is known of the newcomers."""
     found: list[Throws] = []
     for trial in range(TRIALS):
-        if trial > 0 and isinstance(controller, Learner):
-            known = controller.state()
-            controller.reset(0)
-            controller.restore(known)
+        controller.reset(0)
         found.append(held_out(controller, env, ROWS * SHIFT, seed + trial))
     print(f"newcomers by {controller.name}", flush=True)
     return found

@@ -17,8 +17,10 @@ from pnt_gym.cells.base.config import LevelConfig, Section, first_problem
 from ..cli import UsageError
 from ..cluster import Needs
 from ..controllers import NAMES
+from ..controllers.adaptive import READY
 from ..controllers.between import MOST, OVER, PLANNER
 from ..environments import core_of, make_vector
+from ..evaluation import is_told
 from ..files import read_yaml
 from ..parcel import own_code
 from ..places import SHIPPED
@@ -27,8 +29,6 @@ from ..work import code_digest, key
 
 Count = Annotated[int, Field(ge=0)]
 LEARNERS = ("mean_shift", "virtual_goal", "newton_goal", "ridge", "mlp", *ALGORITHMS)
-READY = ("static", "ema", "kalman", "recursive_ridge", "in_context")
-"""Learners that may do without practice: what they learned before ships with them."""
 _CODE = (
     "pnt_gym/**/*.py",
     "agents/actor.py",
@@ -220,7 +220,7 @@ def _check_whole(plan: Plan, level: str) -> None:
     """Make sure that throws which depend on those before are measured in whole episodes."""
     with closing(make_vector(plan.env, level, num_envs=1, threads=1)) as env:
         core = core_of(env)
-        if core.correction is None or not core.correction.seen:
+        if not is_told(core):
             return
         together = plan.num_envs * core.cell.episode
         if plan.picks % together > 0:

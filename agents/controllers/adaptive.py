@@ -7,6 +7,7 @@ shift that is gone says that another one begins. Nothing reaches them by any oth
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final, final
 
 import numpy as np
@@ -31,6 +32,8 @@ WIDTH: Final = 128
 STEPS: Final = 6000
 STATIC: Final = "static_"
 """What the names of the static policy's arrays begin with."""
+READY: Final = ("static", "ema", "kalman", "recursive_ridge", "in_context")
+"""Those that need no practice: what they have learned ships."""
 FEW: Final = 20
 """A kind of which there were fewer throws in practice is not known."""
 
@@ -121,9 +124,7 @@ class Adaptive(Learner):
     def learn(self, outcome: Outcome) -> None:
         """In practice: the static policy does. What a shift teaches is in the observations."""
         if self._practising:
-            cut = without_feedback(outcome.observation)
-            known = outcome.action, outcome.error, outcome.is_success, outcome.cycle_time, outcome.clipped
-            self._static.learn(Outcome(cut, *known))
+            self._static.learn(replace(outcome, observation=without_feedback(outcome.observation)))
             self._thrown += np.bincount(outcome.observation.kind, minlength=len(self._thrown))
 
     def begin_practice(self, throws: int) -> None:

@@ -21,12 +21,12 @@ from ..actor import Actor
 from ..cli import UsageError
 from ..environments import Env
 from ..runs import RECURRENT
-from .adaptive import begins, check_begins
+from .adaptive import READY, begins, check_begins
 from .protocol import Actions, Controller, Observation
 
 PLANNER: Final = "analytic"
 """The controller whose action is zero."""
-OVER: Final = (PLANNER, "analytic_height", "mean_lead", "static", "ema", "kalman", "recursive_ridge", "in_context")
+OVER: Final = (PLANNER, "analytic_height", "mean_lead", *READY)
 """Controllers that need no practice, do not look into the cells, and draw nothing."""
 MOST: Final = 100
 """Observations in a stack."""

@@ -117,6 +117,11 @@ def effects(throws: Floats, camera_x: float) -> Floats:
     return np.stack([along, across], axis=1)
 
 
+def _landing(effect: Floats, state: Floats) -> Floats:
+    """How far off throws come down (N, 2) [m] by effects (N, 2, 4) of what is off (N, 4)."""
+    return (effect @ state[..., None])[..., 0]
+
+
 @final
 class Kalman(Tracker):
     """Release delay, camera along x and y, and encoder, with the physical effect of each on every throw.
@@ -148,7 +153,7 @@ class Kalman(Tracker):
     def learn(self, throws: Floats, z: Floats, rows: Bools) -> None:
         """The usual update; a throw far off gets the noise with which it would be `SURPRISE` deviations off."""
         effect = effects(throws, self._camera_x)
-        new = z - (effect @ self._state[..., None])[..., 0]
+        new = z - _landing(effect, self._state)
         expected = effect @ self._spread @ effect.transpose(0, 2, 1) + self._noise
         far = np.einsum("ni,nij,nj->n", new, np.linalg.inv(expected), new) / SURPRISE**2
         expected = expected + np.maximum(far - 1.0, 0.0)[:, None, None] * self._noise
@@ -159,7 +164,7 @@ class Kalman(Tracker):
 
     def effect(self, throws: Floats) -> Floats:
         """By the present estimate (N, 2)."""
-        return (effects(throws, self._camera_x) @ self._state[..., None])[..., 0]
+        return _landing(effects(throws, self._camera_x), self._state)
 
 
 FOLLOWED: Final = ("release_speed", "elevation", "flight_time", "distance", "pick_x", "target_x")
@@ -223,4 +228,4 @@ class Known(Tracker):
         """By what is so (N, 2)."""
         drift = self._core.context.drift
         state = np.concatenate([drift.delay[:, None], drift.camera, drift.encoder[:, None]], axis=1)
-        return (effects(throws, self._core.config.belt.camera_x) @ state[..., None])[..., 0]
+        return _landing(effects(throws, self._core.config.belt.camera_x), state)

@@ -20,9 +20,9 @@ SMOOTHED = 5
 
 def benchmark_figures(data: Mapping[str, Any]) -> dict[str, str]:
     """SVG texts by file name; no clouds of a cell that tells its errors only, not where objects landed."""
-    drawn = {"landing_error.svg": error_bars(data), "learning_curves.svg": learning_curves(data)}
     if is_of_shifts(data):
         return {"over_the_shift.svg": svg(over_the_shift(data))}
+    drawn = {"landing_error.svg": error_bars(data), "learning_curves.svg": learning_curves(data)}
     clouds = _cloud_choices(data)
     if clouds:
         drawn["landing_clouds.svg"] = landing_clouds(clouds)
@@ -66,15 +66,13 @@ def learning_curves(data: Mapping[str, Any]) -> Figure:
         axes.set_yticks(ERROR_TICKS, [str(ticks) for ticks in ERROR_TICKS])
         axes.minorticks_off()
         axes.grid(alpha=0.3)
-    # Not every controller is in every panel.
-    shown = {label: handle for axes in panels for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
-    figure.legend(shown.values(), shown.keys(), fontsize=8, loc="outside right center")
+    _name_once(figure, panels)
     return figure
 
 
 def over_the_shift(data: Mapping[str, Any]) -> Figure:
-    """Mean landing error pick by pick, one panel per level, of those that start below the analytic planner's."""
-    levels = [level for level in dict.fromkeys(row["level"] for row in data["table"])]
+    """Mean landing error pick by pick, one panel per level, of those that are `ADAPTING`."""
+    levels = list(dict.fromkeys(row["level"] for row in data["table"]))
     figure, panels = subplots(1, len(levels), (3.6 * len(levels) + 1.4, 3.4), sharey=True)
     colours = dict(zip(ADAPTING, cycle(COLOURS), strict=False))
     for axes, level in zip(panels, levels, strict=False):
@@ -86,10 +84,7 @@ def over_the_shift(data: Mapping[str, Any]) -> Figure:
                 picks = np.arange(len(smooth)) + (width + 1) / 2
                 axes.plot(picks, smooth, color=colours[row["controller"]], label=row["controller"])
         dress(axes, "pick of the shift", "landing error, mean [mm]", f"level {level}")
-    handles = {
-        label: handle for axes in panels for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
-    }
-    figure.legend(handles.values(), handles.keys(), fontsize=8, loc="outside right center")
+    _name_once(figure, panels)
     return figure
 
 
@@ -106,6 +101,12 @@ def landing_clouds(chosen: Sequence[Mapping[str, Any]]) -> Figure:
         axes.set(xlim=(-150, 150), ylim=(-150, 150), aspect="equal", xlabel="along the throw [mm]")
     panels[0].set_ylabel("across [mm]")
     return figure
+
+
+def _name_once(figure: Figure, panels: Sequence[Axes]) -> None:
+    """One legend for all panels: not every controller is in every one."""
+    shown = {label: handle for axes in panels for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
+    figure.legend(shown.values(), shown.keys(), fontsize=8, loc="outside right center")
 
 
 def _curve(axes: Axes, rows: list[Mapping[str, Any]], label: str, colour: str) -> None:

@@ -255,24 +255,22 @@ def _spin(drawn: Objects, config: ConveyorConfig) -> Floats:
     return spin
 
 
-def spin_gripped(spin: Floats, objects: Objects, grasp: Floats, other: Floats, config: ConveyorConfig) -> Floats:
+def spin_gripped(objects: Objects, grasp: Floats, config: ConveyorConfig) -> Floats:
     """Spin S + (3,) of objects that are gripped at another place than drawn: the rest of it stays.
 
     Args:
-        spin: at release with the grasp that they are drawn with.
-        objects: the objects, S.
-        grasp: that grasp, S + (2,) [m].
-        other: where they are gripped, S + (2,) [m].
+        objects: the objects as drawn, S.
+        grasp: where they are gripped, S + (2,) [m].
         config: the cell.
     """
 
     def of(place: Floats) -> Floats:
-        drawn = replace(objects, grasp=place, spin=np.zeros_like(spin))
+        drawn = replace(objects, grasp=place, spin=np.zeros_like(objects.spin))
         if not config.cup.peel:
             drawn = replace(drawn, spin=assumed(drawn.spin, config.spread.spin_per_offset * place))
         return _spin(drawn, config)
 
-    return spin + (of(other) - of(grasp))
+    return objects.spin + (of(grasp) - of(objects.grasp))
 
 
 def _seen(kind: Ints, draw: Floats, config: ConveyorConfig) -> Ints:

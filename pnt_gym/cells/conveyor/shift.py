@@ -77,7 +77,7 @@ def drifted(context: Context, now: Drifted, config: ConveyorConfig) -> Context:
     objects, offset = context.objects, now.camera.copy()
     offset[:, 0] += now.encoder * (context.pick[:, 0] - config.belt.camera_x)
     delay = np.maximum(objects.delay + now.delay, 0.0)
-    spin = spin_gripped(objects.spin, objects, objects.grasp, objects.grasp + offset, config)
+    spin = spin_gripped(objects, objects.grasp + offset, config)
     return replace(context, objects=replace(objects, delay=delay, spin=spin), drift=now, unseen=offset)
 
 
