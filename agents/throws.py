@@ -118,7 +118,7 @@ def summary(throws: Throws) -> dict[str, float | int | None]:
         "landing_error_p95_m": where.p95,
         "landing_error_iqm_m": where.iqm,
         "landing_near_share": where.near,
-        **over_the_shift(throws),
+        **over_the_shift(throws.landing_error, throws.told.get("pick_in_shift")),
         **scatter(throws),
         "cycle_time_mean_s": pace.cycle_time,
         **sorting(throws),
@@ -130,13 +130,17 @@ def summary(throws: Throws) -> dict[str, float | int | None]:
     }
 
 
-def over_the_shift(throws: Throws) -> dict[str, float | None]:
-    """Landing error at the beginning of shifts and in their second half, where the cell tells where a throw stands."""
-    pick = throws.told.get("pick_in_shift")
+def over_the_shift(error: Floats, pick: Ints | None) -> dict[str, float | None]:
+    """Landing error at the beginning of shifts and in their second half.
+
+    Args:
+        error: of N throws (N,) [m], NaN where it is not known.
+        pick: where in its shift each stands (N,), from 0 on; None where nothing tells, and then nothing is told.
+    """
     if pick is None:
         return {}
     parts = {"first_10": pick < FIRST, "second_half": pick >= (pick.max() + 1) // 2}
-    means = {name: throws.landing_error[rows & np.isfinite(throws.landing_error)] for name, rows in parts.items()}
+    means = {name: error[rows & np.isfinite(error)] for name, rows in parts.items()}
     return {f"landing_error_{name}_m": float(e.mean()) if e.size else None for name, e in means.items()}
 
 

@@ -13,7 +13,7 @@ from pnt_gym.arrays import Floats
 
 from .. import metrics
 from ..cli import UsageError
-from ..throws import FIRST
+from ..throws import over_the_shift
 from .plan import Plan, labels_of
 from .run import OUTCOMES
 
@@ -58,18 +58,14 @@ def _by_shift(plan: Plan, results: Sequence[Result]) -> tuple[Floats, Floats, Fl
     return np.nanmean(shifts(error), axis=1), shifts(done).sum(axis=1), shifts(time).sum(axis=1)
 
 
-def _over_the_shift(results: Sequence[Result]) -> dict[str, float]:
+def _over_the_shift(results: Sequence[Result]) -> dict[str, Any]:
     """Landing error at the beginning and in the second half of shifts, and by throw; nothing where there are none."""
     if "pick" not in results[0]["columns"]:
         return {}
     error = np.concatenate([errors(r) for r in results])
     pick = np.concatenate([r["columns"]["pick"] for r in results])
-    picks = int(pick.max()) + 1
-    return {
-        "landing_error_first_10_m": float(np.nanmean(error[pick < FIRST])),
-        "landing_error_second_half_m": float(np.nanmean(error[pick >= picks // 2])),
-        "landing_error_by_pick_m": [float(np.nanmean(error[pick == k])) for k in range(picks)],
-    }
+    by_pick = [float(np.nanmean(error[pick == k])) for k in range(int(pick.max()) + 1)]
+    return {**over_the_shift(error, pick), "landing_error_by_pick_m": by_pick}
 
 
 def summarise(plan: Plan, results: Sequence[Result]) -> dict[str, Any]:
