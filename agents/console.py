@@ -15,6 +15,7 @@ COMMANDS: Final = {
     "play": ("play", "watch a controller throw: video, picture or window"),
     "publish": ("publish", "keep a trained policy with its card, a film of it, and as ONNX"),
     "dataset": ("dataset", "collect throws of a controller as a Minari dataset, for offline learning"),
+    "calibrate": ("calibrate", "count what becomes of throws on a line, for levels whose throws go by a table"),
     "benchmark": ("benchmark.__main__", "let every controller of a plan learn, and compare them throw by throw"),
     "levels": ("levels", "the levels that ship, and what one says"),
     "doctor": ("doctor", "versions, rendering, and throws for a second: what to send with a bug report"),

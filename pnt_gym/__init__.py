@@ -23,13 +23,14 @@ _ENTRY_POINTS: Final = {
     "OneJointThrow-v0": "pnt_gym.envs.one_joint:OneJointThrow",
     "OneJointSort-v0": "pnt_gym.envs.one_joint:OneJointSort",
     "OneJointAssembly-v0": "pnt_gym.envs.one_joint:OneJointAssembly",
+    "PnTLine-v0": "pnt_gym.envs.line:PnTLine",
     "GripperToss-v0": "pnt_gym.envs.gripper:GripperToss",
 }
 ENV_IDS: Final = tuple(_ENTRY_POINTS)
 """Ids of the environments, each with a single and a vector form."""
 
 
-_SETTINGS: Final = {"PnTAdapt-v0": {"level": "day"}}
+_SETTINGS: Final = {"PnTAdapt-v0": {"level": "day"}, "PnTLine-v0": {"level": "single"}}
 """What an environment is made with unless something else is asked for."""
 
 

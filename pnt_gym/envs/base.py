@@ -6,7 +6,7 @@ import inspect
 from abc import abstractmethod
 from collections.abc import Mapping
 from numbers import Integral
-from typing import Any, ClassVar, Final, cast
+from typing import Any, ClassVar, Final, Protocol, cast
 
 import gymnasium as gym
 import numpy as np
@@ -14,11 +14,11 @@ from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils import seeding
 from numpy.typing import NDArray
 
+from pnt_gym.arrays import Bools, Ints
 from pnt_gym.cells.base.canvas import FPS, RENDER_MODES, SIZE, Picture
 from pnt_gym.cells.base.config import Level, describes_a_cell, written
-from pnt_gym.cells.base.core import Cell, Core
-from pnt_gym.cells.base.features import FeatureTable
-from pnt_gym.cells.base.request import ASKED, Request, requested
+from pnt_gym.cells.base.core import Cell, Core, Generators, Step
+from pnt_gym.cells.base.request import ANYTHING, ASKED, Request, requested
 from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.engine import has_display
 from pnt_gym.errors import ActionError, ConfigError, one_sentence
@@ -50,6 +50,47 @@ reset; the option `reset_mask`, a boolean array, says which."""
 """Rows that the table of arguments has in every manual, and what can be asked of a reset."""
 
 
+class Behind(Protocol):
+    """What stands behind an environment: N rows that step together. `Core` is one, for whatever throws once a step."""
+
+    cell: Any
+    config: Any
+    terminates: bool
+    observation_space: gym.Space[Any]
+    action_space: gym.Space[Any]
+
+    def reset(self, rows: Ints, generators: Generators, seeded: Bools | bool, request: Request = ANYTHING) -> None:
+        """Begin new episodes in some rows."""
+
+    def observe(self) -> Observation:
+        """Observations (N, D)."""
+        ...
+
+    def kinds(self) -> dict[str, NDArray[Any]]:
+        """What the info tells of coming steps, (N, ...) each."""
+        ...
+
+    def step(self, actions: object) -> Step:
+        """One step in every row."""
+        ...
+
+    def view(self) -> ThrowView:
+        """Pictures."""
+        ...
+
+
+class Table(Protocol):
+    """What is seen, as it stands in a manual."""
+
+    def __len__(self) -> int:
+        """Numbers in an observation."""
+        ...
+
+    def markdown(self) -> str:
+        """One row per entry."""
+        ...
+
+
 def seed_of(value: Any) -> int | None:
     """A seed as Gymnasium takes it, or None."""
     if value is None:
@@ -59,7 +100,7 @@ def seed_of(value: Any) -> int | None:
     return int(value)
 
 
-def request_of(options: Any, core: Core, *others: str) -> Request:
+def request_of(options: Any, core: Behind, *others: str) -> Request:
     """What options of a reset ask the first throw to be; `others` are what else they may hold."""
     if not (options is None or isinstance(options, dict)):
         raise ConfigError(f"options is {one_sentence(repr(options), 80)}; it must be a mapping, or None")
@@ -94,13 +135,13 @@ class Facade:
     environment takes that of `{arguments}`.
     """
 
-    core: Core
+    core: Behind
     _picture: Picture
     _view: ThrowView | None = None
     _spec: EnvSpec | None = None
     _family: ClassVar[str] = ""
     """The manual of the family, before anything takes its place in it."""
-    _table: ClassVar[FeatureTable | None] = None
+    _table: ClassVar[Table | None] = None
 
     @property
     def spec(self) -> EnvSpec | None:
@@ -113,7 +154,7 @@ class Facade:
             value.kwargs["level"] = written(value.kwargs["level"])
         self._spec = value
 
-    def __init_subclass__(cls, observes: FeatureTable | None = None, **kwargs: Any) -> None:
+    def __init_subclass__(cls, observes: Table | None = None, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
         cls._table = observes or cls._table
         if not cls.__doc__:
@@ -141,8 +182,8 @@ class Facade:
             self._view = None
 
 
-class ThrowEnv(Facade, gym.Env[Observation, NDArray[np.floating]]):  # pyright: ignore[reportIncompatibleVariableOverride]
-    """Abstract: one cell, one throw a step. Subclasses say which.
+class CoreEnv(Facade, gym.Env[Observation, NDArray[Any]]):  # pyright: ignore[reportIncompatibleVariableOverride]
+    """Abstract: one row of what stands behind. Subclasses say what that is.
 
     Args:
         level: of the cell.
@@ -159,14 +200,8 @@ class ThrowEnv(Facade, gym.Env[Observation, NDArray[np.floating]]):  # pyright: 
 
     @classmethod
     @abstractmethod
-    def make_cell(cls, level: Level, count: int, threads: int) -> Cell[Any, Any, Any, Any]:
-        """`count` cells of a level."""
-
-    @classmethod
-    def make_core(cls, level: Level, action_mode: str | None, count: int, threads: int) -> Core:
-        """`count` cells of a level behind one way to act."""
-        with describes_a_cell():
-            return Core(cls.make_cell(level, count, threads), action_mode)
+    def make_core(cls, level: Level, action_mode: str | None, count: int, threads: int) -> Any:
+        """`count` rows of a level behind one way to act, a `Behind`."""
 
     def __init__(
         self,
@@ -178,10 +213,12 @@ class ThrowEnv(Facade, gym.Env[Observation, NDArray[np.floating]]):  # pyright: 
         height: int = SIZE[0],
         camera: Mapping[str, Any] | None = None,
     ) -> None:
-        if render_mode is not None and render_mode not in RENDER_MODES:
-            raise ConfigError(f"render_mode is {render_mode!r}; it must be one of {', '.join(RENDER_MODES)}, or None")
+        offered: list[str] = type(self).metadata["render_modes"]
+        if render_mode is not None and render_mode not in offered:
+            known = ", ".join([*offered, "None"])
+            raise ConfigError(f"render_mode is {render_mode!r}; it must be one of {known}")
         if not has_display():  # what this machine can do; a class tells what there is
-            modes = [mode for mode in RENDER_MODES if mode != "human"]
+            modes = [mode for mode in offered if mode != "human"]
             vars(self)["metadata"] = {**self.metadata, "render_modes": modes}
         self._picture = Picture.of(width, height, camera)
         self.core = self.make_core(level, action_mode, 1, threads)
@@ -211,7 +248,7 @@ class ThrowEnv(Facade, gym.Env[Observation, NDArray[np.floating]]):  # pyright: 
         self._show()
         return self.core.observe()[0], scalars(self.core.kinds(), 0)
 
-    def step(self, action: NDArray[np.floating]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Throw the object under the cup and move above the next one.
 
         Raises:
@@ -252,9 +289,24 @@ class ThrowEnv(Facade, gym.Env[Observation, NDArray[np.floating]]):  # pyright: 
             self._opened_view().show()
 
 
+class ThrowEnv(CoreEnv):
+    """Abstract: one cell, one throw a step. Subclasses say which."""
+
+    @classmethod
+    @abstractmethod
+    def make_cell(cls, level: Level, count: int, threads: int) -> Cell[Any, Any, Any, Any]:
+        """`count` cells of a level."""
+
+    @classmethod
+    def make_core(cls, level: Level, action_mode: str | None, count: int, threads: int) -> Core:
+        """`count` cells of a level behind one way to act."""
+        with describes_a_cell():
+            return Core(cls.make_cell(level, count, threads), action_mode)
+
+
 def scalars(info: dict[str, NDArray[Any]], row: int) -> dict[str, Any]:
-    """One row of a step's info as plain Python values."""
+    """One row of a step's info as plain Python values; what is several numbers there stays an array."""
     told: dict[str, Any] = {}
     for name, values in info.items():
-        told[name] = values[row].item()
+        told[name] = values[row].item() if values.ndim == 1 else values[row].copy()
     return told

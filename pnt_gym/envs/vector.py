@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
+from gymnasium import Space
 from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from pnt_gym.arrays import Bools, Floats, replaced, take
 from pnt_gym.cells.base.canvas import FPS, SIZE, Picture
 from pnt_gym.cells.base.config import Level
-from pnt_gym.envs.base import Facade, Observation, ThrowEnv, request_of, seed_of
+from pnt_gym.envs.base import CoreEnv, Facade, Observation, request_of, seed_of
 from pnt_gym.errors import ConfigError, OrderError, one_sentence
 
 
@@ -37,7 +38,7 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         ConfigError: an unknown action, render or autoreset mode, no working cells, or no picture.
     """
 
-    single: ClassVar[type[ThrowEnv]]
+    single: ClassVar[type[CoreEnv]]
     """Row i of seed s is this one of seed s + i."""
 
     metadata: ClassVar[dict[str, Any]] = {  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -58,8 +59,10 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         camera: Mapping[str, Any] | None = None,
         autoreset_mode: str | AutoresetMode = "SameStep",
     ) -> None:
-        if render_mode not in (None, "rgb_array"):
-            raise ConfigError(f"render_mode is {render_mode!r}; a vector environment takes 'rgb_array' or None")
+        offered: list[str] = type(self).metadata["render_modes"]
+        if render_mode is not None and render_mode not in offered:
+            said = " or ".join([*map(repr, offered), "None"])
+            raise ConfigError(f"render_mode is {render_mode!r}; a vector environment takes {said}")
         if autoreset_mode not in [*AutoresetMode, *(mode.value for mode in AutoresetMode)]:
             known = ", ".join(mode.value for mode in AutoresetMode)
             raise ConfigError(f"autoreset_mode is {one_sentence(repr(autoreset_mode), 80)}; it must be one of {known}")
@@ -68,8 +71,8 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         self._picture = Picture.of(width, height, camera)
         self.core = self.single.make_core(level, action_mode, num_envs, threads)
         self.num_envs = num_envs
-        self.single_observation_space = self.core.observation_space
-        self.single_action_space = self.core.action_space
+        self.single_observation_space: Space[Any] = self.core.observation_space
+        self.single_action_space: Space[Any] = self.core.action_space
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.render_mode = render_mode
@@ -162,7 +165,7 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
             context, waiting = cell.context, [self._generators[row] for row in np.flatnonzero(over)]
             states = [generator.bit_generator.state for generator in waiting]
             actions = np.array(actions)
-            if actions.shape == (self.num_envs, *self.core.action_space.shape):
+            if actions.shape == (self.num_envs, *(self.core.action_space.shape or ())):
                 actions[over] = 0.0
             result = self.core.step(actions)
             cell.context = replaced(cell.context, over, take(context, over))
@@ -208,8 +211,13 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         return {key: value for name, values in info.items() for key, value in ((name, values), (f"_{name}", mask))}
 
 
-def vector_form(single: type[ThrowEnv]) -> type[ThrowVectorEnv]:
+def vector_form(single: type[CoreEnv]) -> type[ThrowVectorEnv]:
     """The vector form of `SomethingEnv`, to be called `SomethingVectorEnv` in the same module."""
     name = f"{single.__name__.removesuffix('Env')}VectorEnv"
     manual = f"N cells of `{single.__name__}` on one batch of simulations; row i of seed s is that one of seed s + i."
-    return type(name, (ThrowVectorEnv,), {"single": single, "__doc__": manual, "__module__": single.__module__})
+    metadata = {
+        **ThrowVectorEnv.metadata,
+        "render_modes": [m for m in single.metadata["render_modes"] if m == "rgb_array"],
+    }
+    form = {"single": single, "metadata": metadata, "__doc__": manual, "__module__": single.__module__}
+    return type(name, (ThrowVectorEnv,), form)

@@ -23,6 +23,8 @@ class Purpose(IntEnum):
     """How much lies in bins."""
     SHIFT = 4
     """What changes during a shift, and what is seen of it."""
+    ARRIVAL = 5
+    """Where objects lie on a line's belt, and what each is worth."""
 
 
 def aside(generator: np.random.Generator, purpose: Purpose) -> np.random.Generator:

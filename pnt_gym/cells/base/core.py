@@ -63,6 +63,16 @@ class Verdict(Protocol):
         ...
 
 
+def whole_number(name: str, value: object, most: int) -> None:
+    """Make sure that what a user gave is a whole number from 1 on.
+
+    Raises:
+        ConfigError: it is not, or greater than `most`.
+    """
+    if isinstance(value, bool) or not isinstance(value, Integral) or not 1 <= int(value) <= most:
+        raise ConfigError(f"{name} is {one_sentence(repr(value), 80)}; it must be a whole number from 1 to {most}")
+
+
 ConfigT = TypeVar("ConfigT", bound=LevelConfig)
 ThrowsT = TypeVar("ThrowsT", bound=Throws)
 PlansT = TypeVar("PlansT", bound=Plans)
@@ -106,11 +116,8 @@ class Cell(ABC, Generic[ConfigT, ThrowsT, PlansT, VerdictT]):
     """The coming throws."""
 
     def __init__(self, config: ConfigT, count: int, threads: int) -> None:
-        for name, value, most in (("num_envs", count, MOST_CELLS), ("threads", threads, MOST_THREADS)):
-            whole: object = value  # of a user, whom no type checker has seen
-            if isinstance(whole, bool) or not isinstance(whole, Integral) or not 1 <= int(whole) <= most:
-                said = one_sentence(repr(whole), 80)
-                raise ConfigError(f"{name} is {said}; it must be a whole number from 1 to {most}")
+        whole_number("num_envs", count, MOST_CELLS)
+        whole_number("threads", threads, MOST_THREADS)
         self.config = config
         self.count = count
         self.generators: Generators = [np.random.default_rng(0) for _ in range(count)]

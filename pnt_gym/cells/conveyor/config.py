@@ -211,6 +211,11 @@ class ConveyorConfig(SortingLine):
         description="What is simulated: the robot and what it throws, or hands that move as planned and the objects' "
         "flight alone, several times as fast.",
     )
+    mix: dict[str, Positive] = Field(
+        default={},
+        description="How often items come, in proportion to each other; an item that is not listed does not come. "
+        "Empty: all alike.",
+    )
     limits: Limits = Limits()
     motion: Motion = Motion()
     suction: Suction = Suction()
@@ -246,6 +251,9 @@ class ConveyorConfig(SortingLine):
         for item in self.item_list():
             if item.seal_force is None:
                 raise ValueError(f"items: {item.name!r} has no seal_force; a suction cup cannot hold it")
+        for name in self.mix:
+            if name not in self.items:
+                raise ValueError(f"mix tells of {name!r}, which is not among the items {self.items}")
         for true, row in self.classifier.confusion.items():
             where = f"classifier.confusion of {true!r}"
             for name in (true, *row):
@@ -286,6 +294,11 @@ class ConveyorConfig(SortingLine):
     def pushes(self) -> bool:
         """Whether air blows objects off their cups."""
         return self.cup.blow_off > 0.0 and self.mismatch > 0.0
+
+    def shares(self) -> Floats:
+        """Share of each item among those that come (K,)."""
+        wanted = np.array([self.mix.get(name, 0.0) if self.mix else 1.0 for name in self.items])
+        return wanted / wanted.sum()
 
     def confusion(self) -> Floats:
         """Share of each item (rows) that is seen as each item (columns); errors scale with the mismatch."""

@@ -166,7 +166,7 @@ def objects_from_draws(
     m, spread, noise = config.mismatch, config.spread, config.noise
     z = dict(zip(_NORMALS, itemgetter(*_NORMALS.values())(normals), strict=True))
     u = dict(zip(_UNIFORMS, itemgetter(*_UNIFORMS.values())(uniforms), strict=True))
-    kind = np.minimum((u["kind"] * len(config.items)).astype(np.int64), len(config.items) - 1)
+    kind = _kinds(u["kind"], config)
     seen = _seen(kind, apart.seen, config)
     size = _sizes(table, kind, z["size"], z["size_axis"], config)
     leftover = table.container[kind] & (u["residue_chance"] < spread.residue_chance)
@@ -271,6 +271,13 @@ def spin_gripped(objects: Objects, grasp: Floats, config: ConveyorConfig) -> Flo
         return _spin(drawn, config)
 
     return objects.spin + (of(grasp) - of(objects.grasp))
+
+
+def _kinds(draw: Floats, config: ConveyorConfig) -> Ints:
+    """What comes, by draws S: all items alike, or in the shares that a level gives them."""
+    if not config.mix:
+        return np.minimum((draw * len(config.items)).astype(np.int64), len(config.items) - 1)
+    return np.minimum(np.searchsorted(np.cumsum(config.shares()), draw, side="right"), len(config.items) - 1)
 
 
 def _seen(kind: Ints, draw: Floats, config: ConveyorConfig) -> Ints:

@@ -108,7 +108,23 @@ class PickPlanner:
         Bins are tried in the order of the object's own draws, from `attempt` on; rows without any feasible throw hold
         the last try.
         """
-        target, opening, index = self._bin(objects, attempt)
+        context, good = self._into(objects, pick, *self._bin(objects, attempt))
+        rows = np.flatnonzero(~good)
+        if rows.size > 0 and attempt + 1 < (len(self._centres) or TARGET_DRAWS):
+            found, good[rows] = self.plan(take(objects, rows), pick[rows], attempt + 1)
+            context = replaced(context, rows, found)
+        return context, good
+
+    def plan_into(self, objects: Objects, pick: Floats, bins: Ints) -> tuple[Context, Bools]:
+        """As `plan`, for fixed bins (N,) that somebody else has chosen."""
+        rim = np.full((len(bins), 1), self.config.bins.rim)
+        target = np.concatenate([self._centres[bins], rim], axis=1)
+        return self._into(objects, pick, target, self._openings[bins], bins)
+
+    def _into(
+        self, objects: Objects, pick: Floats, target: Floats, opening: Floats, index: Ints
+    ) -> tuple[Context, Bools]:
+        """Contexts for objects at their picks and the bins they go to, and which of them can be thrown (N,)."""
         ceiling = pick[:, 2] + self.config.motion.ceiling
         limits = LimitRows.t3kr(objects.percent)
         belt_shift = objects.belt_error * (pick[:, 0] - self.config.belt.camera_x)
@@ -135,10 +151,6 @@ class PickPlanner:
         reserve = self.mover.reserve(context.plan)
         for sign in (-1.0, 1.0) if reserve.any() else ():
             good &= self._has_reserve(context, sign * reserve)
-        rows = np.flatnonzero(~good)
-        if rows.size > 0 and attempt + 1 < (len(self._centres) or TARGET_DRAWS):
-            found, good[rows] = self.plan(take(objects, rows), pick[rows], attempt + 1)
-            context = replaced(context, rows, found)
         return context, good
 
     def replanned(self, context: Context, goal: Floats, swapped: bool = False) -> ReleaseBatch:

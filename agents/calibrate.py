@@ -1,0 +1,94 @@
+"""Make the table of throws of a line in the full physics: `python -m agents.calibrate --level skills3`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import tyro
+
+from pnt_gym.cells.line.cell import LineCell
+from pnt_gym.cells.line.chances import Chances, digest, place_of, written
+from pnt_gym.cells.line.config import LineConfig
+
+from .cli import at_least, option, run
+from .environments import stream_seed
+from .files import check_writable, write_text
+from .tables import console, throws_bar
+from .versions import versions
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """Throw whatever comes along a line, and count what ends in its bin: by item, speed setting and distance."""
+
+    level: Annotated[str, tyro.conf.arg(metavar="NAME|FILE.yaml")] = "single"
+    """A shipped level's name or a YAML file."""
+    throws: int = 5000
+    """Throws to count."""
+    seed: int = 0
+    """Names the objects."""
+    out: Annotated[Path | None, option("beside the shipped levels", "FILE.json")] = None
+    """Where the table goes; a level names it as `chances`."""
+    num_envs: int = 32
+    """Lines side by side; part of what a seed means."""
+    threads: int = 2
+    """Threads that simulate; results do not depend on it."""
+
+
+def main(arguments: Arguments) -> None:
+    """Throw, count, write."""
+    at_least(vars(arguments), throws=100, seed=0, num_envs=1, threads=1)
+    config = LineConfig.load(arguments.level, throws="full", chances=None)
+    place = place_of(config) if arguments.out is None else arguments.out
+    check_writable(place)
+    told = thrown(config, arguments)
+    columns = {name: np.concatenate([part[name] for part in told]) for name in told[0]}
+    chances = Chances.counted(config.cell, **columns)
+    head = {"digest": digest(config), "throws": len(columns["kind"]), "seed": arguments.seed, "versions": versions()}
+    write_text(place, written(chances, **head, items=list(config.cell.items)))
+    held = columns["won"].sum() / columns["picked"].sum()
+    console().print(
+        f"{len(columns['kind'])} throws: cups sealed on {columns['picked'].mean():.1%}, of what they held {held:.1%} "
+        f"ended in its bin; the table is in {place}"
+    )
+
+
+def thrown(config: LineConfig, arguments: Arguments) -> list[dict[str, Any]]:
+    """Throws of robots that choose at random, batch by batch."""
+    seed = stream_seed("practice", arguments.seed)
+    cell, generator = LineCell(config, arguments.num_envs, arguments.threads), np.random.default_rng(seed)
+    generators = [np.random.default_rng(seed + row) for row in range(arguments.num_envs)]
+    cell.reset(np.arange(arguments.num_envs), generators)
+    parts, count = [], 0
+    with throws_bar() as bar:
+        task = bar.add_task("throws", total=arguments.throws)
+        while count < arguments.throws:
+            scores = np.where(cell.state.choices.real, generator.random(cell.state.choices.real.shape), -1.0)
+            taken = cell.take(scores.argmax(axis=1))
+            parts.append(_counted(taken))
+            count += int(taken.valid.sum())
+            bar.advance(task, int(taken.valid.sum()))
+            over = np.flatnonzero(cell.over)
+            if over.size > 0:
+                cell.reset(over, [cell.generators[row] for row in over])
+    return parts
+
+
+def _counted(taken: Any) -> dict[str, Any]:
+    """What the table is made of, of the attempts that were made."""
+    objects, made = taken.context.objects, taken.made
+    columns = {
+        "kind": objects.kind,
+        "percent": objects.percent,
+        "distance": taken.context.distance,
+        "won": made.is_success,
+        "picked": made.picked,
+    }
+    return {name: values[taken.valid] for name, values in columns.items()}
+
+
+if __name__ == "__main__":
+    run(main, Arguments, "agents.calibrate")

@@ -1,0 +1,1 @@
+"""Robots along one belt: who takes what next."""

@@ -1,0 +1,235 @@
+"""N lines of robots in step: each step is one decision of the robot in each line that is free first."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats, Ints, replaced, take
+from pnt_gym.cells.base.core import Generators
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.tracking import brought_to_rest
+from pnt_gym.cells.line.chances import Chances, needed
+from pnt_gym.cells.line.choosing import Chooser
+from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.cells.line.state import Fate, Shift
+from pnt_gym.cells.line.stream import Arriving
+from pnt_gym.cells.line.throws import Made, TableThrows, ThrownThrows, Throws
+from pnt_gym.errors import ConfigError
+
+IDLE: Final = 0.1
+"""A robot that can do nothing, or does nothing that it can, looks again after this time [s]."""
+MOST_LOOKS: Final = 100_000
+"""Looks in a row that find nothing before a line is declared impossible."""
+
+
+@final
+@dataclass(frozen=True)
+class Taken:
+    """What N robots did, and what came of it."""
+
+    robot: Ints
+    """Who (N,)."""
+    valid: Bools
+    """The choice was there; else the robot has stood still for `IDLE` (N,)."""
+    index: Ints
+    """Object of the stream (N,)."""
+    context: Context
+    """The picks and throws; of those that are not valid anybody's (N,)."""
+    made: Made
+    """What became of them."""
+    start: Floats
+    """When it was decided, since the begin of the shift (N,) [s]."""
+    end: Floats
+    """When the robot is free again (N,) [s]."""
+    wait: Floats
+    """Standstill above the belt (N,) [s]."""
+    value: Floats
+    """What was brought in; nothing by throws that end after the shift (N,)."""
+    elapsed: Floats
+    """From this decision to the next one in the line (N,) [s]."""
+
+
+@final
+class LineCell:
+    """N lines. `state` is where they are; `take` carries decisions out and moves on to the next.
+
+    Args:
+        config: the line.
+        count: number of lines N.
+        threads: of the physics; results do not depend on it.
+
+    Raises:
+        ConfigError: throws by a table that nobody has made, or robots that find nothing to do.
+    """
+
+    target_names: tuple[str, ...] = ()
+
+    def __init__(self, config: LineConfig, count: int, threads: int = 1) -> None:
+        self.config, self.count = config, count
+        self.item_names = config.cell.items
+        cells = [config.cell_of(index) for index in range(len(config.robots))]
+        self.chances: Chances = needed(config)
+        self.chooser = Chooser(config, cells, self.chances)
+        self.arriving = Arriving(config, self.chooser.planner)
+        self.throws: Throws = _throws(config, cells, self.chances, count, threads)
+        self.generators: Generators = [np.random.default_rng(0) for _ in range(count)]
+        self.stream = self.arriving.nothing(count)
+        """What comes along the belts in this shift."""
+        self.state = self._begun(count)
+        """Where the lines are."""
+        self.reset(np.arange(count), self.generators)
+
+    def _begun(self, count: int) -> Shift:
+        hand, choices = self.chooser.begin(), self.chooser.nothing(count)
+        return Shift.begin(count, len(self.config.robots), self.arriving.length, hand, choices)
+
+    def reset(self, rows: Ints, generators: Generators) -> None:
+        """Begin shifts in some lines, each with its own generator."""
+        for row, generator in zip(rows, generators, strict=True):
+            self.generators[int(row)] = generator
+        self.stream = self.arriving.drawn(self.stream, rows, generators)
+        self.state = replaced(self.state, rows, self._begun(len(rows)))
+        self.state = self._on(self.state, rows)
+
+    @property
+    def context(self) -> Shift:
+        """The coming decisions, by the name that all cells have for what comes."""
+        return self.state
+
+    @context.setter
+    def context(self, state: Shift) -> None:
+        self.state = state
+
+    @property
+    def over(self) -> Bools:
+        """Whose shift is over (N,)."""
+        return self.state.clock >= self.config.duration
+
+    def take(self, choice: Ints) -> Taken:
+        """Let the robots whose turn it is do what they choose, and move on to the next decisions.
+
+        Args:
+            choice: which of the choices, (N,) from 0 to `CHOICES` - 1.
+        """
+        state, rows = self.state, np.arange(self.count)
+        choices, robot = state.choices, state.robot
+        valid = choices.real[rows, choice]
+        one = take(choices, (rows, choice))
+        made = self._made(np.flatnonzero(valid), one.context, one.index)
+        rest, back = self._resting(one.context)
+        cycle = np.where(made.picked, one.cycle, one.lift + rest)
+        cycle, expected = np.where(valid, cycle, IDLE), np.where(valid, one.cycle, IDLE)
+        end = state.clock + cycle
+        in_time = valid & (end <= self.config.duration)
+        value = np.where(in_time & made.sorted, self.stream.worth[rows, one.index], 0.0)
+        free, hand, busy = state.free.copy(), state.hand.copy(), state.busy.copy()
+        free[rows, robot] = end
+        busy[rows, robot] += np.where(valid, cycle - one.wait, 0.0)
+        going = state.expected.copy()
+        going[rows, robot] = state.clock + expected
+        stop = np.where(made.picked[:, None], one.stop, back)
+        hand[rows, robot] = np.where(valid[:, None], stop, hand[rows, robot])
+        after = replace(
+            _recorded(state, valid, one.index, made, state.clock + one.lift, in_time),
+            free=free,
+            expected=going,
+            hand=hand,
+            busy=busy,
+        )
+        self.state = self._on(after, np.flatnonzero(~self.over))
+        elapsed = np.minimum(self.state.clock, self.config.duration) - state.clock
+        return Taken(
+            robot=robot,
+            valid=valid,
+            index=one.index,
+            context=one.context,
+            made=made,
+            start=state.clock,
+            end=end,
+            wait=one.wait,
+            value=value,
+            elapsed=elapsed,
+        )
+
+    def _made(self, rows: Ints, context: Context, index: Ints) -> Made:
+        """What becomes of the throws of some lines, of N; nothing of the others."""
+        made = Made.nothing(self.count)
+        if rows.size == 0:
+            return made
+        luck, attempt = self.stream.luck[rows, index[rows]], self.state.attempts[rows, index[rows]]
+        return replaced(made, rows, self.throws.made(rows, self.state.robot[rows], take(context, rows), luck, attempt))
+
+    def _resting(self, context: Context) -> tuple[Floats, Floats]:
+        """How long hands that lift nothing take to stand still (N,) [s], and where they do (N, 3) [m]."""
+        belt = self.config.cell.belt
+        if not belt.tracking:
+            return np.zeros(self.count), context.pick
+        motion = brought_to_rest(context.pick, context.limits, belt.speed)
+        return motion.stop_time, motion.stop
+
+    def _on(self, state: Shift, rows: Ints) -> Shift:
+        """Some lines at their next decisions, or at the end of their shifts."""
+        pending = rows
+        for _ in range(MOST_LOOKS):
+            if pending.size == 0:
+                return _closed(state, self.config.duration)
+            robot = state.free[pending].argmin(axis=1)
+            clock, robots = state.clock.copy(), state.robot.copy()
+            clock[pending], robots[pending] = state.free[pending, robot], robot
+            state = replace(state, clock=clock, robot=robots)
+            state, pending = self._looked(state, pending)
+        raise ConfigError(f"level {self.config.name!r}: its robots find nothing that they can take")
+
+    def _standing(self, clock: Floats, robot: Ints) -> Floats:
+        """Until when robots stand still by the level (K,) [s]; now for those that do not."""
+        until = clock.copy()
+        for who, start, end in zip(*self.config.standstills(), strict=True):
+            until = np.where((robot == who) & (until >= start) & (until < end), end, until)
+        return until
+
+    def _looked(self, state: Shift, rows: Ints) -> tuple[Shift, Ints]:
+        """What the robots whose turn it is can do in some lines, and the lines in which it is nobody's yet."""
+        rows = rows[state.clock[rows] < self.config.duration]
+        until = self._standing(state.clock[rows], state.robot[rows])
+        down = until > state.clock[rows]
+        looking = rows[~down]
+        found = self.chooser.found(state, self.stream, looking)
+        state = replace(state, choices=replaced(state.choices, looking, found)) if looking.size else state
+        idle = looking[~found.real.any(axis=1)]
+        free = state.free.copy()
+        free[rows[down], state.robot[rows[down]]] = until[down]
+        free[idle, state.robot[idle]] += IDLE
+        return replace(state, free=free, expected=np.maximum(state.expected, free)), np.concatenate([rows[down], idle])
+
+
+def _closed(state: Shift, duration: float) -> Shift:
+    """Nothing can be chosen where a shift is over."""
+    over = state.clock >= duration
+    if not over.any():
+        return state
+    return replace(state, choices=replace(state.choices, real=state.choices.real & ~over[:, None]))
+
+
+def _recorded(state: Shift, valid: Bools, index: Ints, made: Made, lift: Floats, in_time: Bools) -> Shift:
+    """What is known of objects after attempts to throw one in each line."""
+    rows = np.flatnonzero(valid)
+    at, picked = (rows, index[rows]), made.picked[rows]
+    since, fate = state.since.copy(), state.fate.copy()
+    attempts, taker, ended_in = state.attempts.copy(), state.taker.copy(), state.ended_in.copy()
+    since[at] = np.where(picked, np.inf, lift[rows])
+    attempts[at] += 1
+    ended = np.where(made.sorted, Fate.SORTED, np.where(made.ended_in >= 0, Fate.MISPLACED, Fate.FLOOR))
+    fate[at] = np.where(picked, np.where(in_time[rows], ended[rows], Fate.HELD), fate[at])
+    taker[at] = np.where(picked, state.robot[rows], taker[at])
+    ended_in[at] = np.where(picked & in_time[rows], made.ended_in[rows], ended_in[at])
+    return replace(state, since=since, fate=fate, attempts=attempts, taker=taker, ended_in=ended_in)
+
+
+def _throws(config: LineConfig, cells: list[ConveyorConfig], chances: Chances, count: int, threads: int) -> Throws:
+    if config.throws == "table":
+        return TableThrows(cells, chances)
+    return ThrownThrows(cells, count, threads)

@@ -1,0 +1,228 @@
+"""What a level says of a line: its robots, what comes along their belt, what that is worth, and how throws are made."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Final, Literal, Self, cast, final
+
+import numpy as np
+from pydantic import Field, field_validator, model_validator
+
+from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.cells.base.config import Finite, LevelConfig, NonNegative, Positive, Section
+from pnt_gym.cells.base.sorting import Bin
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.errors import ConfigError
+
+MOST_ROBOTS: Final = 4
+FULLEST: Final = 0.5
+"""Share of the belt's lanes that objects may cover; poured more densely they would lie on each other."""
+Percents = tuple[Annotated[float, Field(ge=1, le=100)], ...]
+
+
+@final
+class Robot(Section):
+    """One robot of the line."""
+
+    name: str = Field(min_length=1)
+    x: Finite = Field(description="Where its base stands along the belt, downstream positive [m].")
+    skills: tuple[str, ...] = Field(
+        default=(), description="Items that it takes, as the classifier sees them; empty: all that its bins take."
+    )
+    bins: tuple[Bin, ...] = Field(default=(), description="Its own, seen from its base; empty: those of the `cell`.")
+    percent: Percents = Field(
+        default=(), description="Speed settings that it chooses from; empty: those of the `cell` [%]."
+    )
+
+
+@final
+class Arrivals(Section):
+    """What comes along the belt."""
+
+    rate: Annotated[float, Field(gt=0, le=20)] = Field(default=1.5, description="Objects a second.")
+    regularity: Annotated[float, Field(ge=0.1, le=100)] = Field(
+        default=1.0,
+        description="Shape of the gamma distribution of the gaps: 1 is a Poisson stream, less comes in bursts.",
+    )
+    gap: Annotated[float, Field(ge=0, le=1)] = Field(
+        default=0.01,
+        description="Objects lie at least so far apart, along the belt or across it; who would not moves upstream [m].",
+    )
+
+
+@final
+class Value(Section):
+    """What it is worth to bring an object into a bin that takes it."""
+
+    of: dict[str, NonNegative] = Field(default={}, description="By item; an item that is not listed is worth 1.")
+    spread: Annotated[float, Field(ge=0, le=2)] = Field(
+        default=0.0,
+        description="Of single objects, lognormal about their item's, which stays the mean; the camera sees it.",
+    )
+
+
+@final
+class Down(Section):
+    """A robot that stands still for a while."""
+
+    robot: str = Field(min_length=1)
+    start: NonNegative = Field(description="From the begin of the shift [s].")
+    end: Positive = Field(description="[s]")
+
+
+@final
+class LineConfig(LevelConfig):
+    """A line of robots along one belt.
+
+    What every robot is, its belt, its items and its bins is a conveyor cell, `cell`, in the form of the conveyor's
+    levels; x counts from each robot's base there.
+    """
+
+    folder: ClassVar[str | Path] = "line"
+
+    cell: ConveyorConfig = Field(description="A level of the conveyor, or differences from one.")
+    robots: tuple[Robot, ...] = Field(
+        default=(Robot(name="first", x=0.0),), min_length=1, max_length=MOST_ROBOTS, description="Upstream first."
+    )
+    arrivals: Arrivals = Arrivals()
+    value: Value = Value()
+    down: tuple[Down, ...] = ()
+    camera: Positive = Field(
+        default=1.0, le=20, description="The camera stands so far upstream of the first robot's window [m]."
+    )
+    duration: Annotated[float, Field(ge=5, le=3600)] = Field(default=120.0, description="Of a shift [s].")
+    horizon: Annotated[float, Field(gt=0, le=10)] = Field(
+        default=3.0, description="Objects that can be taken within this time are candidates [s]."
+    )
+    price_of_time: NonNegative = Field(
+        default=1.0, description="Value that a second costs in the reward, and in which candidates are shown [1/s]."
+    )
+    throws: Literal["table", "flight", "full"] = Field(
+        default="table",
+        description="What becomes of throws: by a table of chances that was made with the full physics, or by the "
+        "physics of the flight, or of robot and flight.",
+    )
+    chances: str | None = Field(
+        default=None,
+        description="File with the table of throws, as `pnt-gym calibrate` writes it; null: the one that ships for "
+        "such cells.",
+    )
+
+    @field_validator("cell", mode="before")
+    @classmethod
+    def _a_conveyor(cls, given: object) -> object:
+        """The conveyor's level that differences make."""
+        if not isinstance(given, dict):
+            return given
+        try:
+            return ConveyorConfig.load(cast("dict[str, Any]", given))
+        except ConfigError as error:
+            raise ValueError(f"cell: {str(error).removeprefix('config: ')}") from None
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        self._check_cell()
+        self._check_robots()
+        self._check_skills()
+        for name in self.value.of:
+            self._known(name, "value.of")
+        for down in self.down:
+            if down.robot not in [robot.name for robot in self.robots]:
+                raise ValueError(f"down tells of robot {down.robot!r}, which is not in the line")
+            if down.start >= down.end:
+                raise ValueError(f"down runs from {down.start:g} to {down.end:g} s; the first must be smaller")
+        return self
+
+    def _check_cell(self) -> None:
+        cell = self.cell
+        if cell.bins.random is not None:
+            raise ValueError("cell.bins.random draws a bin for every throw; robots of a line have bins that are fixed")
+        if cell.belt.neighbours != "ghosts":
+            raise ValueError(
+                "cell.belt.neighbours is 'solid'; on a line carried objects pass over others: use 'ghosts'"
+            )
+        if cell.planner == "auto" or any(
+            getattr(cell.throwable, name) is not None for name in type(cell.throwable).model_fields
+        ):
+            raise ValueError(
+                "cell.planner and cell.throwable choose what is thrown; on a line robots do, by their skills"
+            )
+        if cell.drift.moves:
+            raise ValueError("cell.drift moves; the robots of a line do not drift")
+        covered, room = self.arrivals.rate * _footprint(cell), np.ptp(cell.belt.lane_y) * cell.belt.speed
+        if covered > FULLEST * room:
+            raise ValueError(
+                f"arrivals.rate is {self.arrivals.rate:g} objects a second; these items have room on the belt's lanes "
+                f"for at most {FULLEST * room / _footprint(cell):.3g}"
+            )
+
+    def _check_robots(self) -> None:
+        names = [robot.name for robot in self.robots]
+        if len(set(names)) != len(names):
+            raise ValueError(f"robots are called {names}; the names must differ from one another")
+        low, high = self.cell.belt.pick_x
+        for before, robot in zip(self.robots, self.robots[1:], strict=False):
+            if robot.x + low < before.x + high:
+                raise ValueError(
+                    f"robots {before.name!r} at x {before.x:g} m and {robot.name!r} at {robot.x:g} m have windows that "
+                    f"overlap; each reaches from {low:g} to {high:g} m, upstream robots come first"
+                )
+
+    def _check_skills(self) -> None:
+        for robot in self.robots:
+            for name in robot.skills:
+                self._known(name, f"skills of robot {robot.name!r}")
+        able = self.able()
+        for index in np.flatnonzero(~able.any(axis=0)):
+            if self.cell.shares()[index] > 0.0:
+                raise ValueError(
+                    f"no robot takes item {self.cell.items[index]!r}; give one of them the skill and a bin"
+                )
+        for index in np.flatnonzero(~able.any(axis=1)):
+            raise ValueError(f"robot {self.robots[index].name!r} takes nothing; give it skills that its bins accept")
+
+    def _known(self, name: str, where: str) -> None:
+        if name not in self.cell.items:
+            raise ValueError(f"{where} tells of {name!r}, which is not among the cell's items {self.cell.items}")
+
+    def cell_of(self, index: int) -> ConveyorConfig:
+        """One robot as a conveyor cell of its own."""
+        robot, cell = self.robots[index], self.cell
+        changes: dict[str, Any] = {"fidelity": "full" if self.throws == "table" else self.throws}
+        if robot.bins:
+            changes["bins"] = cell.bins.model_copy(update={"fixed": robot.bins})
+        if robot.percent:
+            changes["limits"] = cell.limits.model_copy(update={"percent": robot.percent})
+        return ConveyorConfig.model_validate({**dict(cell), **changes})
+
+    def able(self) -> Bools:
+        """Which robot (rows) takes what is seen as which item (columns)."""
+        cells = [self.cell_of(index) for index in range(len(self.robots))]
+        taken = np.stack([cell.acceptance().any(axis=1) for cell in cells])
+        skilled = [[not r.skills or name in r.skills for name in self.cell.items] for r in self.robots]
+        return taken & np.array(skilled, dtype=np.bool_)
+
+    def places(self) -> Floats:
+        """Where the robots stand along the belt (R,) [m]."""
+        return np.array([robot.x for robot in self.robots])
+
+    def values(self) -> Floats:
+        """What each item is worth on average (K,)."""
+        return np.array([self.value.of.get(name, 1.0) for name in self.cell.items])
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """Where objects are known and can still be taken: from the camera to the end of the last window [m]."""
+        low, high = self.cell.belt.pick_x
+        return self.robots[0].x + low - self.camera, self.robots[-1].x + high
+
+    def standstills(self) -> tuple[Ints, Floats, Floats]:
+        """Robots that stand still, from when and until when, (D,) each."""
+        names = [robot.name for robot in self.robots]
+        robots = np.array([names.index(down.robot) for down in self.down], dtype=np.int64)
+        return robots, np.array([d.start for d in self.down]), np.array([d.end for d in self.down])
+
+
+def _footprint(cell: ConveyorConfig) -> float:
+    """Of the belt that an object covers on average, as a rectangle [m2]."""
+    return float(cell.shares() @ [item.size[0] * item.size[1] for item in cell.item_list()])

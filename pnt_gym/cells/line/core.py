@@ -1,0 +1,183 @@
+"""A line behind the environments: choices in, observations, rewards and infos out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final, final
+
+import numpy as np
+from gymnasium.spaces import Box, Discrete
+from numpy.typing import NDArray
+
+from pnt_gym.arrays import Bools, Ints
+from pnt_gym.cells.base.core import MOST_CELLS, MOST_THREADS, Generators, Step, whole_number
+from pnt_gym.cells.base.features import CLIP
+from pnt_gym.cells.base.request import ANYTHING, Request
+from pnt_gym.cells.base.view import ThrowView
+from pnt_gym.cells.line.cell import LineCell, Taken
+from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig
+from pnt_gym.cells.line.observation import ENTRIES, Glance, encoded
+from pnt_gym.cells.line.outcome import told
+from pnt_gym.cells.line.state import CHOICES
+from pnt_gym.cells.line.throws import Release, ThrownThrows
+from pnt_gym.errors import ActionError, ConfigError, one_sentence
+
+MODE: Final = "choice"
+"""The one way to act."""
+
+
+@final
+class LineCore:
+    """N lines.
+
+    Args:
+        config: the line.
+        count: number of lines N.
+        threads: of the physics; results do not depend on it.
+
+    Raises:
+        ConfigError: a count or a number of threads out of its range, or a level that no line can be made of.
+    """
+
+    correction = None
+    terminates = False
+
+    def __init__(self, config: LineConfig, count: int, threads: int = 1) -> None:
+        whole_number("num_envs", count, MOST_CELLS)
+        whole_number("threads", threads, MOST_THREADS)
+        self.cell = LineCell(config, count, threads)
+        self.config, self.count, self.item_names = config, count, config.cell.items
+        self.action_mode, self.dwell = MODE, config.cell.motion.dwell
+        self.observation_space = Box(-CLIP, CLIP, (ENTRIES,), np.float32)
+        self.action_space = Discrete(CHOICES)
+
+    def use(self, release: Release) -> None:
+        """Let throws be corrected by a policy of `PnTRelease-v0`.
+
+        Raises:
+            ConfigError: nothing is thrown in this line.
+        """
+        if not isinstance(self.cell.throws, ThrownThrows):
+            raise ConfigError(
+                f"level {self.config.name!r} goes by a table of throws, which no release corrects; set `throws` to "
+                "'flight' or 'full'"
+            )
+        self.cell.throws.release = release
+
+    def reset(self, rows: Ints, generators: Generators, seeded: Bools | bool, request: Request = ANYTHING) -> None:
+        """Begin shifts in some lines.
+
+        Args:
+            rows: which lines.
+            generators: one per row; the row keeps drawing from it.
+            seeded: which of them are new; it makes no difference here.
+            request: nothing can be asked of a stream.
+
+        Raises:
+            ConfigError: something is asked for.
+        """
+        if request:
+            raise ConfigError(f"options ask for {next(iter(request))}; what comes along a line cannot be asked for")
+        self.cell.reset(rows, generators)
+
+    def observe(self) -> NDArray[np.float32]:
+        """Observations of the coming decisions (N, D)."""
+        return encoded(self._glance(), self.cell.state.choices)
+
+    def kinds(self) -> dict[str, NDArray[Any]]:
+        """`action_mask`, the choices that there are (N, CHOICES), and `robot`, whose turn it is (N,)."""
+        state = self.cell.state
+        return {"action_mask": state.choices.real.copy(), "robot": state.robot.copy()}
+
+    def masks(self) -> Bools:
+        """The choices that there are (N, CHOICES)."""
+        return self.cell.state.choices.real.copy()
+
+    def step(self, actions: object) -> Step:
+        """One decision in every line.
+
+        Args:
+            actions: which of the choices (N,).
+
+        Raises:
+            ActionError: no whole numbers from 0 to `CHOICES` - 1.
+        """
+        cell = self.cell
+        taken = cell.take(_choices(actions, self.count))
+        reward = taken.value - self.config.price_of_time * taken.elapsed
+        ended = cell.over
+        info = {**_told(taken), **self._measured(taken), **self._shifts(ended), **self.kinds()}
+        return Step(self.observe(), reward, ended, info)
+
+    def view(self) -> ThrowView:
+        """There are none.
+
+        Raises:
+            ConfigError: always.
+        """
+        raise ConfigError("a line has no pictures yet")
+
+    def _measured(self, taken: Taken) -> dict[str, NDArray[Any]]:
+        """What only a throw that is simulated tells."""
+        if not isinstance(self.cell.throws, ThrownThrows):
+            return {}
+        return {"landing_error": taken.made.landing_error, "energy": taken.made.energy}
+
+    def _shifts(self, ended: Bools) -> Mapping[str, NDArray[Any]]:
+        """What shifts were worth that are over, NaN of others; nothing while there is none."""
+        rows = np.flatnonzero(ended)
+        if rows.size == 0:
+            return {}
+        found: dict[str, NDArray[Any]] = {}
+        for name, values in told(self.config, self.cell.state, self.cell.stream, rows).items():
+            found[name] = np.full((self.count, *values.shape[1:]), np.nan)
+            found[name][rows] = values
+        return found
+
+    def _glance(self) -> Glance:
+        cell, state = self.cell, self.cell.state
+        rows = np.arange(self.count)
+        busy = np.zeros((self.count, MOST_ROBOTS))
+        busy[:, : state.free.shape[1]] = np.maximum(state.expected - state.clock[:, None], 0.0)
+        return Glance(
+            gone=np.minimum(state.clock / self.config.duration, 1.0),
+            robot=state.robot,
+            hand=state.hand[rows, state.robot],
+            coming=cell.chooser.coming(state, cell.stream),
+            busy=busy,
+            possible=state.choices.real.sum(axis=1).astype(np.float64),
+        )
+
+
+def _told(taken: Taken) -> dict[str, NDArray[Any]]:
+    """What is told of decisions, (N,) each."""
+    made, context = taken.made, taken.context
+    return {
+        "dt": taken.elapsed,
+        "by": taken.robot,
+        "invalid_action": ~taken.valid,
+        "object": np.where(taken.valid, taken.index, -1),
+        "item": context.objects.seen.copy(),
+        "true_kind": context.objects.kind.copy(),
+        "bin": context.bin.copy(),
+        "percent": context.objects.percent.copy(),
+        "value": taken.value,
+        "picked": made.picked,
+        "is_success": made.is_success,
+        "sorted": made.sorted,
+        "ended_in": made.ended_in,
+        "start": taken.start,
+        "cycle_time": taken.end - taken.start,
+        "wait_time": np.where(taken.valid, taken.wait, 0.0),
+    }
+
+
+def _choices(actions: object, count: int) -> Ints:
+    """Actions as whole numbers (N,)."""
+    given: NDArray[Any] = np.asarray(actions)
+    said = one_sentence(repr(actions), 80)
+    if given.shape != (count,):
+        raise ActionError(f"action has shape {given.shape}; this environment needs ({count},)")
+    if given.dtype.kind not in "iu" or ((given < 0) | (given >= CHOICES)).any():
+        raise ActionError(f"action is {said}; it must be a whole number from 0 to {CHOICES - 1}")
+    return given.astype(np.int64)

@@ -1,0 +1,148 @@
+"""What the robot whose turn it is sees: the line in a few numbers, and each thing that it can do.
+
+Nothing hidden enters: positions are those of the camera and the belt's encoder, values and items as the camera sees
+them, times the planner's, chances those of the table of throws.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pnt_gym.arrays import Floats, Ints
+from pnt_gym.cells.base.features import Feature, FeatureTable
+from pnt_gym.cells.line.config import MOST_ROBOTS
+from pnt_gym.cells.line.state import CHOICES, Choices
+
+LEAST: Final = 1e-6
+"""Value a second below which choices are alike."""
+
+
+@final
+@dataclass(frozen=True)
+class Glance:
+    """What N robots whose turn it is know of their lines."""
+
+    gone: Floats
+    """Share of the shift that is over (N,)."""
+    robot: Ints
+    """Whose turn it is (N,)."""
+    hand: Floats
+    """Where the hand stands still (N, 3) [m]."""
+    coming: Floats
+    """Objects between the camera and the end of its window that it takes (N,)."""
+    busy: Floats
+    """Until each robot of the line is expected to be free (N, MOST_ROBOTS) [s]; 0 where there is none."""
+    possible: Floats
+    """Choices that there are (N,)."""
+
+
+def log_rate(choices: Choices) -> Floats:
+    """Logarithm of the value that a choice is expected to bring a second, S."""
+    rate: Floats = choices.value * choices.chance / choices.cycle
+    return np.log(np.maximum(rate, LEAST))
+
+
+def _one_hot(index: int) -> Feature:
+    def turn(glance: Glance) -> Floats:
+        return (glance.robot == index).astype(np.float64)
+
+    return Feature(f"turn_{index}", "-", 0.5, 0.5, f"whether it is the turn of robot {index}, upstream first", turn)
+
+
+def _until_free(index: int) -> Feature:
+    def until(glance: Glance) -> Floats:
+        return glance.busy[:, index]
+
+    return Feature(f"busy_{index}", "s", 0.5, 0.5, f"until robot {index} is expected to be free", until)
+
+
+LINE_TABLE: Final = FeatureTable(
+    (
+        Feature("gone", "-", 0.5, 0.5, "share of the shift that is over", lambda g: g.gone),
+        *(_one_hot(index) for index in range(MOST_ROBOTS)),
+        *(_until_free(index) for index in range(MOST_ROBOTS)),
+        Feature("hand_x", "m", 0.0, 0.30, "where the hand stands, from the robot's base", lambda g: g.hand[:, 0]),
+        Feature("hand_y", "m", 0.0, 0.30, "where the hand stands, from the robot's base", lambda g: g.hand[:, 1]),
+        Feature("coming", "-", 8.0, 8.0, "objects in the camera's sight that the robot takes", lambda g: g.coming),
+        Feature("possible", "-", 8.0, 8.0, "choices that there are", lambda g: g.possible),
+    )
+)
+"""The line; entries from 0 on."""
+CHOICE_TABLE: Final = FeatureTable(
+    (
+        Feature("real", "-", 0.0, 1.0, "1; all entries of a choice that is not there are 0", lambda c: c.real),
+        Feature("pick_x", "m", 0.0, 0.30, "where the object is lifted", lambda c: c.context.pick[..., 0]),
+        Feature("pick_y", "m", -0.33, 0.15, "where the object is lifted", lambda c: c.context.pick[..., 1]),
+        Feature("lift", "s", 1.0, 0.6, "until it is lifted", lambda c: c.lift),
+        Feature("cycle", "s", 1.3, 0.6, "until the robot is free again", lambda c: c.cycle),
+        Feature("wait", "s", 0.0, 0.5, "standstill above the belt until it comes", lambda c: c.wait),
+        Feature("slack", "s", 1.0, 1.0, "how much later it could be lifted", lambda c: c.leave - c.lift),
+        Feature("value", "-", 1.0, 1.0, "of the object in its bin", lambda c: c.value),
+        Feature("ln_rate", "ln 1/s", 0.0, 3.0, "value x chance / cycle, its logarithm", log_rate),
+        Feature("chance", "-", 0.5, 0.5, "that it ends in its bin, by the table of throws", lambda c: c.chance),
+        Feature("percent", "%", 40.0, 10.0, "speed setting", lambda c: c.context.objects.percent),
+        Feature(
+            "distance",
+            "m",
+            0.8,
+            0.2,
+            "horizontal distance from pick to bin",
+            lambda c: np.hypot(*np.moveaxis(c.context.target[..., :2] - c.context.pick[..., :2], -1, 0)),
+        ),
+        Feature("stop_x", "m", 0.0, 0.3, "where the hand stops after the throw", lambda c: c.stop[..., 0]),
+        Feature("stop_y", "m", 0.1, 0.2, "where the hand stops after the throw", lambda c: c.stop[..., 1]),
+        Feature(
+            "crowd", "-", 2.0, 2.0, "objects within 0.25 m of there that the robot can take then", lambda c: c.crowd
+        ),
+        Feature("heirs", "-", 0.0, 1.0, "robots downstream that take such an object", lambda c: c.heirs),
+        Feature("reaches", "s", 0.0, 3.0, "until the first of them can; 0 without one", lambda c: c.reaches),
+        Feature("queue", "-", 0.0, 6.0, "objects from it to there that this one takes", lambda c: c.queue),
+    )
+)
+"""One choice; as many entries for each of them follow those of the line."""
+
+
+@final
+class LineTables:
+    """Both tables, as they stand in a manual."""
+
+    def __len__(self) -> int:
+        return ENTRIES
+
+    def markdown(self) -> str:
+        """The entries of the line, and those of each choice."""
+        head, each = len(LINE_TABLE), len(CHOICE_TABLE)
+        then = f"Choice k, from 0 to {CHOICES - 1}, has the {each} entries from {head} + {each} k on:"
+        return f"{LINE_TABLE.markdown()}\n\n{then}\n\n{CHOICE_TABLE.markdown()}"
+
+
+ENTRIES: Final = len(LINE_TABLE) + CHOICES * len(CHOICE_TABLE)
+
+
+def encoded(glance: Glance, choices: Choices) -> NDArray[np.float32]:
+    """Observations (N, ENTRIES)."""
+    each = CHOICE_TABLE.encode(choices)
+    each[~choices.real] = 0.0
+    return np.concatenate([LINE_TABLE.encode(glance), each.reshape(len(each), -1)], axis=1)
+
+
+@final
+@dataclass(frozen=True)
+class Seen:
+    """Observations in physical values."""
+
+    line: dict[str, Floats]
+    """By the names of `LINE_TABLE`, S each."""
+    choices: dict[str, Floats]
+    """By the names of `CHOICE_TABLE`, S + (CHOICES,) each."""
+
+
+def decoded(observation: NDArray[np.floating]) -> Seen:
+    """What observations S + (ENTRIES,) say; clipped entries stay clipped."""
+    head = len(LINE_TABLE)
+    each = observation[..., head:].reshape(*observation.shape[:-1], CHOICES, len(CHOICE_TABLE))
+    return Seen(LINE_TABLE.decode(observation[..., :head]), CHOICE_TABLE.decode(each))

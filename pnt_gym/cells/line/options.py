@@ -1,0 +1,126 @@
+"""What robots of a line could do next: every object that each can meet, into every bin that takes it, by the planner.
+
+Times and feasibility are those of the conveyor's own planner, so what a robot decides by is what it then does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple, final
+
+import numpy as np
+
+from pnt_gym.arrays import Floats, Ints, joined, take
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.movers import ThrowMotion
+from pnt_gym.cells.conveyor.objects import Objects
+from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.planning.motion.limits import LimitRows
+
+
+@final
+@dataclass(frozen=True)
+class Options:
+    """C things that could be done next, each by the robot whose turn it is in its line; times from now on."""
+
+    line: Ints
+    """Which line (C,)."""
+    index: Ints
+    """Which object of its stream (C,)."""
+    context: Context
+    """The picks as the conveyor knows them, with the throws that are planned; x from the robot's base."""
+    lift: Floats
+    """Until the object is lifted, dwell included (C,) [s]."""
+    wait: Floats
+    """Part of it in which the hand stands still above the belt (C,) [s]."""
+    leave: Floats
+    """Until it can no longer be lifted (C,) [s]."""
+    throwing: Floats
+    """From the lift until the hand stands still after the throw (C,) [s]."""
+    stop: Floats
+    """Where it does, from the robot's base (C, 3) [m]."""
+
+    @property
+    def cycle(self) -> Floats:
+        """Until the robot is free again (C,) [s]."""
+        return self.lift + self.throwing
+
+
+class Turn(NamedTuple):
+    """Whose turn it is in K lines, and what can be seen of their belts."""
+
+    line: Ints
+    """(K,)"""
+    hand: Floats
+    """Where the hand stands still, from its base (K, 3) [m]."""
+    seen: Ints
+    """As what objects are seen (K, M)."""
+    x: Floats
+    """Where they are now, from the robot's base (K, M) [m]; out of every reach where nobody may take them."""
+
+
+@final
+class Robots:
+    """Robots that are alike: their bins and speed settings.
+
+    Args:
+        config: one of them as a conveyor cell.
+        horizon: how far ahead an object may be taken [s].
+    """
+
+    def __init__(self, config: ConveyorConfig, horizon: float) -> None:
+        self.planner = PickPlanner(config)
+        self._config, self._horizon = config, horizon
+        self._accepts = config.acceptance()
+        self._percent = np.array(config.limits.percent)
+
+    def begin(self) -> Floats:
+        """Where hands stand when a shift begins: above the middle of the belt (3,) [m]."""
+        belt = self._config.belt
+        return np.array([0.0, (belt.lane_y[0] + belt.lane_y[1]) / 2, belt.height + 0.3])
+
+    def options(self, turn: Turn, objects: Objects) -> Options:
+        """All that can be done.
+
+        Args:
+            turn: whose turn it is, in K lines.
+            objects: of all N lines (N, M).
+        """
+        (low, high), speed = self._config.belt.pick_x, self._config.belt.speed
+        near = (turn.x <= high) & (turn.x >= low - speed * self._horizon)
+        row, index = np.nonzero(near)
+        which, bins = np.nonzero(self._accepts[turn.seen[row, index]])
+        settings = len(self._percent)
+        row, index = np.repeat(row[which], settings), np.repeat(index[which], settings)
+        percent = np.tile(self._percent, len(which))
+        found = replace(take(objects, (turn.line[row], index)), percent=percent)
+        return self._planned(turn, row, index, found, np.repeat(bins, settings))
+
+    def _planned(self, turn: Turn, row: Ints, index: Ints, objects: Objects, bins: Ints) -> Options:
+        """Those of candidates (C,) that can be met in time and thrown."""
+        belt, mover = self._config.belt, self.planner.mover
+        limits, place = LimitRows.t3kr(objects.percent), self.planner.pick_point(objects, turn.x[row, index])
+        meeting = mover.meet(ThrowMotion.resting(turn.hand[row]), place, limits)
+        met = np.flatnonzero(meeting.feasible & (meeting.time <= self._horizon))
+        context, good = self.planner.plan_into(take(objects, met), meeting.position[met], bins[met])
+        rows = met[good]
+        context = take(context, good)
+        motion = mover.throw(context.pick, context.plan, context.throw_limits, context.ceiling)
+        lift = meeting.time[rows] + self._config.motion.dwell
+        return Options(
+            line=turn.line[row[rows]],
+            index=index[rows],
+            context=context,
+            lift=lift,
+            wait=meeting.wait[rows],
+            leave=lift + (belt.pick_x[1] - context.pick[:, 0]) / belt.speed,
+            throwing=motion.stop_time,
+            stop=motion.stop,
+        )
+
+
+def of_all(parts: list[Options]) -> Options:
+    """Options of several lines, in the order of the lines."""
+    found = joined(parts)
+    return take(found, np.argsort(found.line, kind="stable"))

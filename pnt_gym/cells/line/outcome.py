@@ -1,0 +1,58 @@
+"""What a shift of a line was worth."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pnt_gym.arrays import Floats, Ints, take
+from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.cells.line.state import Fate, Shift
+from pnt_gym.cells.line.stream import Stream
+
+
+def told(config: LineConfig, state: Shift, stream: Stream, rows: Ints) -> dict[str, NDArray[Any]]:
+    """Figures of the shifts of some lines (K,), and by item (K, items) or robot (K, R) as the names say.
+
+    An object has come when it was lifted, or has passed the last window before the end of the shift: those that are
+    still on their way, and those that somebody holds, are nobody's success or failure.
+    """
+    state, objects = take(state, rows), take(stream.objects, rows)
+    worth, x = stream.worth[rows], stream.x[rows]
+    end = np.minimum(state.clock, config.duration)
+    gone = x + config.cell.belt.speed * end[:, None] > config.reach[1]
+    on_belt = state.fate == Fate.RIDES
+    sorted_, binned = state.fate == Fate.SORTED, (state.fate == Fate.SORTED) | (state.fate == Fate.MISPLACED)
+    # What lay downstream of the last window when the shift began is none of its business.
+    passed, came = on_belt & gone, (on_belt & gone) | binned | (state.fate == Fate.FLOOR)
+    minutes = end / 60.0
+    gained = np.where(sorted_, worth, 0.0).sum(axis=1)
+    items = np.arange(len(config.cell.items))
+    of_item = objects.kind[..., None] == items
+    robots = np.arange(len(config.robots))
+    by = (state.taker[..., None] == robots) & (state.fate != Fate.HELD)[..., None]
+    return {
+        "shift_value_per_min": gained / minutes,
+        "shift_sorted_per_min": sorted_.sum(axis=1) / minutes,
+        "shift_attempts": state.attempts.sum(axis=1),
+        "shift_objects": came.sum(axis=1),
+        "shift_sorted": sorted_.sum(axis=1),
+        "shift_misplaced": (binned & ~sorted_).sum(axis=1),
+        "shift_on_floor": (state.fate == Fate.FLOOR).sum(axis=1),
+        "shift_passed": passed.sum(axis=1),
+        "shift_recovery": _share(sorted_, came),
+        "shift_value_recovery": _share(sorted_ * worth, came * worth),
+        "shift_purity": _share(sorted_, binned),
+        "shift_recovery_by_item": _share(sorted_[..., None] & of_item, came[..., None] & of_item),
+        "shift_passed_by_item": (passed[..., None] & of_item).sum(axis=1),
+        "shift_picks_by_robot": by.sum(axis=1),
+        "shift_utilisation": np.minimum(state.busy / end[:, None], 1.0),
+    }
+
+
+def _share(part: Any, whole: Any) -> Floats:
+    """Sums over objects (K, M, ...) of a part of a whole, NaN of nothing."""
+    total = whole.sum(axis=1, dtype=np.float64)
+    return np.divide(part.sum(axis=1, dtype=np.float64), total, out=np.full_like(total, np.nan), where=total > 0.0)

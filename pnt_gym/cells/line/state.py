@@ -1,0 +1,125 @@
+"""Where N lines are in their shifts: whose turn it is, what it can do, and what has become of every object."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.cells.conveyor.context import Context
+
+CHOICES: Final = 16
+"""Things that a robot can choose between."""
+
+
+@final
+class Fate(IntEnum):
+    """What has become of an object."""
+
+    RIDES = 0
+    """On the belt, or past its end."""
+    HELD = 1
+    """In a hand when the shift ended."""
+    SORTED = 2
+    """In a bin that takes it."""
+    MISPLACED = 3
+    """In a bin that takes other things."""
+    FLOOR = 4
+    """In none."""
+
+
+@final
+@dataclass(frozen=True)
+class Choices:
+    """What N robots whose turn it is can do: `CHOICES` places each, S = (N, CHOICES); times from now on.
+
+    The first places are real, the best first by value less the price of its time; others hold anything.
+    """
+
+    real: Bools
+    """Which there are."""
+    index: Ints
+    """Object of the stream."""
+    lift: Floats
+    """Until the object is lifted, dwell included [s]."""
+    wait: Floats
+    """Part of it in which the hand stands still above the belt [s]."""
+    leave: Floats
+    """Until it can no longer be lifted [s]."""
+    throwing: Floats
+    """From the lift until the hand stands still after the throw [s]."""
+    stop: Floats
+    """Where it does, from the robot's base, S + (3,) [m]."""
+    value: Floats
+    """What the object is worth in its bin, as the camera sees it."""
+    chance: Floats
+    """That the attempt brings it there, by the table of what it is seen as."""
+    crowd: Floats
+    """Other objects near where the hand will stop that it could take, as they lie then."""
+    heirs: Floats
+    """Robots downstream that can take it."""
+    reaches: Floats
+    """Until it comes into the window of the first of them [s]; the horizon where there is none."""
+    queue: Floats
+    """Objects between here and there that this one can take."""
+    context: Context
+    """The picks and throws, S."""
+
+    @property
+    def cycle(self) -> Floats:
+        """Until the robot is free again, S [s]."""
+        return self.lift + self.throwing
+
+
+@final
+@dataclass(frozen=True)
+class Shift:
+    """N lines in the middle of their shifts, with R robots and M objects each."""
+
+    clock: Floats
+    """Since the begin of the shift (N,) [s]."""
+    robot: Ints
+    """Whose turn it is (N,)."""
+    free: Floats
+    """When each robot is free again (N, R) [s]."""
+    expected: Floats
+    """When it was to be when it began; a cup that does not seal is earlier (N, R) [s]."""
+    hand: Floats
+    """Where hands stand then, from the bases (N, R, 3) [m]."""
+    since: Floats
+    """From when on objects may be taken; infinity for those that are gone (N, M) [s]."""
+    attempts: Ints
+    """How often each has been tried (N, M)."""
+    fate: Ints
+    """See `Fate` (N, M)."""
+    taker: Ints
+    """Robot that took each, -1 for none (N, M)."""
+    ended_in: Ints
+    """Bin in which each lies, of the robot that took it; -1 for none (N, M)."""
+    busy: Floats
+    """How long each robot has worked, waiting above the belt not included (N, R) [s]."""
+    choices: Choices
+    """What the robot whose turn it is can do."""
+
+    @classmethod
+    def begin(cls, count: int, robots: int, objects: int, hand: Floats, choices: Choices) -> Shift:
+        """Shifts begin; no choice is looked for yet."""
+        clear, nobody = np.zeros((count, robots)), np.full((count, objects), -1)
+        never = np.zeros((count, objects), dtype=np.int64)
+        return cls(
+            clock=np.zeros(count),
+            robot=np.zeros(count, dtype=np.int64),
+            free=clear,
+            expected=clear.copy(),
+            hand=np.tile(hand, (count, robots, 1)),
+            since=np.zeros((count, objects)),
+            attempts=never,
+            fate=never.copy(),
+            taker=nobody,
+            ended_in=nobody.copy(),
+            busy=clear.copy(),
+            choices=choices,
+        )

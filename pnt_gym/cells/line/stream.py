@@ -1,0 +1,100 @@
+"""What comes along N belts in a shift: all of it drawn when the shift begins, whatever the robots do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.arrays import Floats, Ints, joined, replaced, take
+from pnt_gym.cells.base.aside import Purpose, aside
+from pnt_gym.cells.base.core import Generators
+from pnt_gym.cells.conveyor.objects import Objects
+from pnt_gym.cells.conveyor.outline import half_extent
+from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.cells.line.config import LineConfig
+
+SPARE: Final = 6.0
+"""As many standard deviations of the objects' number are drawn beyond the mean, so that no belt runs empty."""
+GOLDEN: Final = (np.sqrt(5.0) - 1.0) / 2.0
+"""Uniform draws that turn by this are as good as new."""
+
+
+@final
+@dataclass(frozen=True)
+class Stream:
+    """M objects on each of N belts, in the order in which they come (N, M)."""
+
+    objects: Objects
+    x: Floats
+    """Where each lies along the belt when the shift begins; x 0 is the base of a robot at 0 [m]."""
+    worth: Floats
+    """What it is worth in a bin that takes it."""
+    luck: Floats
+    """Uniform draws that decide what becomes of its throw where nothing is simulated."""
+
+    def at(self, lines: Ints, index: Ints, attempt: Ints) -> Objects:
+        """Objects as they are picked the first time or again, (C,) each."""
+        found = take(self.objects, (lines, index))
+        return replace(found, pick_draw=turned(found.pick_draw, attempt))
+
+
+def turned(draws: Floats, attempt: Ints) -> Floats:
+    """Uniform draws for later attempts; those of 1, which stand for what never fails, stay."""
+    return np.where(draws < 1.0, (draws + attempt * GOLDEN) % 1.0, draws)
+
+
+def length(config: LineConfig) -> int:
+    """Objects M that are drawn for a shift."""
+    upstream, downstream = config.reach
+    belt = (downstream - upstream) / config.cell.belt.speed + config.duration + config.horizon
+    mean = config.arrivals.rate * belt
+    return int(np.ceil(mean + SPARE * np.sqrt(mean / config.arrivals.regularity)) + 1)
+
+
+@final
+class Arriving:
+    """Draws streams.
+
+    Args:
+        config: the line.
+        planner: draws objects.
+    """
+
+    def __init__(self, config: LineConfig, planner: PickPlanner) -> None:
+        from pnt_gym.cells.line.lie import apart  # noqa: PLC0415 - numba takes a while
+
+        self._config, self._planner, self._apart = config, planner, apart
+        self.length = length(config)
+
+    def nothing(self, count: int) -> Stream:
+        """Room for N streams."""
+        one = self._drawn(np.random.default_rng(0))
+        return take(one, np.zeros(count, dtype=np.int64))
+
+    def drawn(self, streams: Stream, rows: Ints, generators: Generators) -> Stream:
+        """The streams with new ones in some rows."""
+        return replaced(streams, rows, joined([self._drawn(generator) for generator in generators]))
+
+    def _drawn(self, generator: np.random.Generator) -> Stream:
+        """One stream (1, M)."""
+        config, shape = self._config, (1, self.length)
+        beside = aside(generator, Purpose.ARRIVAL)
+        gaps = beside.gamma(config.arrivals.regularity, size=shape) / config.arrivals.regularity
+        worth, luck = beside.standard_normal(shape), beside.random(shape)
+        objects = self._planner.draw([generator], np.zeros(1, dtype=np.int64), self.length)
+        way = config.cell.belt.speed / config.arrivals.rate * np.cumsum(gaps, axis=1)
+        come = config.reach[1] - way
+        half = half_extent(objects), half_extent(objects, np.pi / 2)
+        x = self._apart(come[0], objects.lane_y[0], half[0][0], half[1][0], config.arrivals.gap)
+        # Whoever gave way may lie behind one that came later.
+        order = np.argsort(-x, kind="stable")
+        spread = config.value.spread
+        factor = np.exp(spread * worth - 0.5 * spread * spread)
+        return Stream(
+            objects=take(objects, np.s_[:, order]),
+            x=x[None, order],
+            worth=(config.values()[objects.kind] * factor)[:, order],
+            luck=luck[:, order],
+        )

@@ -1,0 +1,139 @@
+"""What becomes of throws on a line: by a table of chances, or really thrown by a conveyor cell."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Self, TypeAlias, cast, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pnt_gym.arrays import Bools, Floats, Ints, replaced, take
+from pnt_gym.cells.base.core import Core
+from pnt_gym.cells.conveyor.cell import ConveyorCell
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.line.chances import Chances
+from pnt_gym.cells.line.stream import turned
+
+Release: TypeAlias = Callable[[NDArray[np.float32], Ints], NDArray[np.floating]]
+"""Corrects throws: observations (N, D) as of `PnTRelease-v0` and what the classifier says (N,), to actions (N, A)."""
+
+
+@final
+@dataclass(frozen=True)
+class Made:
+    """N attempts to throw."""
+
+    picked: Bools
+    """The cup sealed; else the object rides on (N,)."""
+    is_success: Bools
+    """It crossed the opening of the bin that it was meant for, and lies in it (N,)."""
+    sorted: Bools
+    """A success, and the bin takes what it is (N,)."""
+    ended_in: Ints
+    """Index of the bin in which it lies, -1 in none (N,)."""
+    landing_error: Floats
+    """Distance from its target (N,) [m]; NaN where nothing was simulated or picked."""
+    energy: Floats
+    """Positive work of the motors for the throw and the way back (N,) [J]; NaN where nothing was simulated."""
+
+    @classmethod
+    def nothing(cls, count: int) -> Self:
+        """No attempt."""
+        never, nan = np.zeros(count, dtype=np.bool_), np.full(count, np.nan)
+        return cls(never, never.copy(), never.copy(), np.full(count, -1), nan, nan.copy())
+
+
+class Throws(ABC):
+    """Abstract: carries throws out."""
+
+    @abstractmethod
+    def made(self, rows: Ints, robots: Ints, thrown: Context, luck: Floats, attempt: Ints) -> Made:
+        """What becomes of throws in some lines, (K,) each.
+
+        Args:
+            rows: the lines.
+            robots: who throws.
+            thrown: the picks and their plans.
+            luck: uniform draws of the objects.
+            attempt: how often each has been tried before.
+        """
+
+
+@final
+class TableThrows(Throws):
+    """By chances.
+
+    Args:
+        config: the cell.
+        chances: of its throws.
+        configs: of each robot.
+        chances: of their throws.
+    """
+
+    def __init__(self, configs: list[ConveyorConfig], chances: Chances) -> None:
+        self._chances = chances
+        accepts = [config.acceptance() for config in configs]
+        self._accepts = np.zeros((len(configs), len(accepts[0]), max(one.shape[1] for one in accepts)), dtype=np.bool_)
+        """Whether of each robot's (R) bins (B) one takes an item (K): (R, K, B)."""
+        for index, one in enumerate(accepts):
+            self._accepts[index, :, : one.shape[1]] = one
+
+    def made(self, rows: Ints, robots: Ints, thrown: Context, luck: Floats, attempt: Ints) -> Made:
+        """By the objects' own draws: a throw of the same object that is as likely ends alike."""
+        objects = thrown.objects
+        picked = objects.pick_draw >= 1.0 - self._chances.picked[objects.kind]
+        chance = self._chances.land(objects.kind, objects.percent, thrown.distance)
+        success = picked & (turned(luck, attempt) < chance)
+        takes = self._accepts[robots, objects.kind, thrown.bin]
+        nan = np.full(len(luck), np.nan)
+        return Made(picked, success, success & takes, np.where(success, thrown.bin, -1), nan, nan.copy())
+
+
+@final
+class ThrownThrows(Throws):
+    """Thrown by conveyor cells that are as the robots.
+
+    Args:
+        configs: of each robot.
+        count: number of lines N.
+        threads: of the physics.
+    """
+
+    release: Release | None = None
+    """Corrects the throws; None for the planner's own."""
+
+    def __init__(self, configs: list[ConveyorConfig], count: int, threads: int) -> None:
+        different = list(dict.fromkeys(config.model_dump_json() for config in configs))
+        self._same = np.array([different.index(config.model_dump_json()) for config in configs])
+        made = [configs[int(np.flatnonzero(self._same == index)[0])] for index in range(len(different))]
+        self.cores = [Core(ConveyorCell(config, count, "independent", threads)) for config in made]
+
+    def made(self, rows: Ints, robots: Ints, thrown: Context, luck: Floats, attempt: Ints) -> Made:
+        """As the conveyor's physics has it, with the hand on its way back to where it came from."""
+        result = Made.nothing(len(rows))
+        for index, core in enumerate(self.cores):
+            own = np.flatnonzero(self._same[robots] == index)
+            if own.size > 0:
+                result = replaced(result, own, self._by(core, rows[own], take(thrown, own)))
+        return result
+
+    def _by(self, core: Core, rows: Ints, thrown: Context) -> Made:
+        """Throws of some rows of a cell; what the other rows throw is nobody's."""
+        cell = cast("ConveyorCell", core.cell)
+        cell.context = replaced(cell.context, rows, thrown)
+        action: Any = np.zeros((core.count, *core.action_space.shape))
+        if self.release is not None:
+            action = self.release(core.observe(), cell.context.kind)
+        outcome = core.preview(action, jitter=True)
+        return Made(
+            picked=outcome.picked[rows],
+            is_success=outcome.is_success[rows],
+            sorted=outcome.sorted[rows],
+            ended_in=outcome.ended_in[rows],
+            landing_error=outcome.landing_error[rows],
+            energy=outcome.energy[rows],
+        )
