@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final, final
 
 import numpy as np
@@ -11,15 +12,13 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line.chances import Chances
 from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.cells.line.options import Options, Robots, Turn, of_all
+from pnt_gym.cells.line.options import AWAY, Options, Robots, Sight, Turn, of_all
 from pnt_gym.cells.line.state import CHOICES, Choices, Shift
 from pnt_gym.cells.line.stream import Stream
 from pnt_gym.errors import ConfigError
 
 NEAR: Final = 0.25
 """Objects this close along the belt to where a hand stops are near it [m]."""
-AWAY: Final = 1e6
-"""Where objects are that nobody may take [m]."""
 _TRIALS: Final = 200
 
 
@@ -61,19 +60,15 @@ class Chooser:
 
     def found(self, state: Shift, stream: Stream, lines: Ints) -> Choices:
         """What the robots whose turn it is can do in some lines (K, CHOICES)."""
-        robot = state.robot[lines]
-        x = self._where(state, stream, lines)
-        options = self._options(state, stream, lines, robot, x)
-        seen, worth = stream.objects.seen[options.line, options.index], stream.worth[options.line, options.index]
-        objects = options.context.objects
-        chance = self._chances.success(seen, objects.percent, options.context.distance)
-        row = np.searchsorted(lines, options.line)
-        place, kept = self._ranked(row, worth * chance - self._config.price_of_time * options.cycle)
-        options, row, place = take(options, kept), row[kept], place[kept]
-        told = self._told(state, stream, options, x[row], robot[row])
+        robot, sight = state.robot[lines], self.sight(state, stream, lines)
+        options = self.options(stream, sight, robot, state.hand[lines, robot])
+        at = options.row, options.place
+        worth, chance = stream.worth[lines[options.row], sight.which[at]], self.chance(sight, options)
+        place, kept = self._ranked(options.row, worth * chance - self._config.price_of_time * options.cycle)
+        options, place = take(options, kept), place[kept]
         choices = Choices(
-            real=np.ones(len(row), dtype=np.bool_),
-            index=options.index,
+            real=np.ones(len(kept), dtype=np.bool_),
+            index=sight.which[options.row, options.place],
             lift=options.lift,
             wait=options.wait,
             leave=options.leave,
@@ -82,34 +77,46 @@ class Chooser:
             value=worth[kept],
             chance=chance[kept],
             context=options.context,
-            **told,
+            **self._told(options, take(sight, options.row), robot[options.row]),
         )
-        return replaced(self.nothing(len(lines)), (row, place), choices)
+        return replaced(self.nothing(len(lines)), (options.row, place), choices)
 
-    def coming(self, state: Shift, stream: Stream) -> Floats:
-        """Objects that each robot whose turn it is takes, from the camera to the end of its window (N,)."""
-        lines = np.arange(len(state.clock))
-        x, end = self._where(state, stream, lines), self._places[state.robot] + self._config.cell.belt.pick_x[1]
-        own = self._able[state.robot[:, None], stream.objects.seen] & (x <= end[:, None])
-        return own.sum(axis=1).astype(np.float64)
+    def sight(self, state: Shift, stream: Stream, lines: Ints) -> Sight:
+        """What is known of some lines (K,) now."""
+        x, (low, high) = stream.x[lines] + self._config.cell.belt.speed * state.clock[lines, None], self._config.reach
+        # Objects stand in the order of x, so that those in sight follow each other.
+        first, last = (x > high).sum(axis=1), (x >= low).sum(axis=1)
+        index = first[:, None] + np.arange(max(int((last - first).max(initial=1)), 1))
+        there, index = index < last[:, None], np.minimum(index, x.shape[1] - 1)
+        at = lines[:, None], index
+        there &= state.since[at] <= state.clock[lines, None]
+        found = np.where(there, np.take_along_axis(x, index, axis=1), AWAY)
+        return Sight(lines, index, found, stream.objects.seen[at])
 
-    def _where(self, state: Shift, stream: Stream, lines: Ints) -> Floats:
-        """Where objects of some lines are now (K, M) [m]; far away those that nobody knows or may take."""
-        x = stream.x[lines] + self._config.cell.belt.speed * state.clock[lines, None]
-        low, high = self._config.reach
-        known = (x >= low) & (x <= high) & (state.since[lines] <= state.clock[lines, None])
-        return np.where(known, x, AWAY)
-
-    def _options(self, state: Shift, stream: Stream, lines: Ints, robot: Ints, x: Floats) -> Options:
-        """All that robots (K,) of some lines can do."""
-        seen = stream.objects.seen[lines]
-        own = np.where(self._able[robot[:, None], seen], x - self._places[robot][:, None], AWAY)
+    def options(self, stream: Stream, sight: Sight, robot: Ints, hand: Floats) -> Options:
+        """All that robots (K,) can do whose hands stand still at places (K, 3) [m], from their bases."""
+        own = np.where(self._able[robot[:, None], sight.seen], sight.x - self._places[robot][:, None], AWAY)
+        turn = Turn(sight._replace(x=own), hand)
+        if len(self._kinds) == 1:
+            return self._kinds[0].options(turn, stream.objects)
         parts: list[Options] = []
         for index, kind in enumerate(self._kinds):
             some = np.flatnonzero(self._kind_of[robot] == index)
-            turn = Turn(lines[some], state.hand[lines[some], robot[some]], seen[some], own[some])
-            parts.append(kind.options(turn, stream.objects))
-        return parts[0] if len(parts) == 1 else of_all(parts)
+            found = kind.options(take(turn, some), stream.objects)
+            parts.append(replace(found, row=some[found.row]))
+        return of_all(parts)
+
+    def chance(self, sight: Sight, options: Options) -> Floats:
+        """Chance that each of the options brings its object into its bin (C,)."""
+        seen = sight.seen[options.row, options.place]
+        return self._chances.success(seen, options.context.objects.percent, options.context.distance)
+
+    def coming(self, state: Shift, stream: Stream) -> Floats:
+        """Objects that each robot whose turn it is takes, from the camera to the end of its window (N,)."""
+        sight, robot = self.sight(state, stream, np.arange(len(state.clock))), state.robot
+        end = self._places[robot] + self._config.cell.belt.pick_x[1]
+        own = self._able[robot[:, None], sight.seen] & (sight.x <= end[:, None])
+        return own.sum(axis=1).astype(np.float64)
 
     def _ranked(self, row: Ints, worth: Floats) -> tuple[Ints, Ints]:
         """Places of options (C,) among those of their line, the best first, and which of them have one."""
@@ -119,22 +126,19 @@ class Chooser:
         place[order] = np.arange(len(row)) - first
         return place, np.flatnonzero(place < CHOICES)
 
-    def _told(self, state: Shift, stream: Stream, options: Options, x: Floats, robot: Ints) -> dict[str, Floats]:
-        """What else is known of options (C,), whose lines' objects are at x (C, M) [m]."""
+    def _told(self, options: Options, sight: Sight, robot: Ints) -> dict[str, Floats]:
+        """What else is known of options (C,), of their robots' lines each."""
         speed, (low, _) = self._config.cell.belt.speed, self._config.cell.belt.pick_x
-        seen = stream.objects.seen[options.line]
-        own = x[np.arange(len(robot)), options.index]
+        rows = np.arange(len(robot))
+        own, kind = sight.x[rows, options.place], sight.seen[rows, options.place]
         stop = self._places[robot] + options.stop[:, 0]
-        then = np.where(self._able[robot[:, None], seen], x, AWAY) + speed * options.cycle[:, None]
-        crowd = (np.abs(then - stop[:, None]) <= NEAR).sum(axis=1)
-        kind = seen[np.arange(len(robot)), options.index]
+        then = np.where(self._able[robot[:, None], sight.seen], sight.x, AWAY) + speed * options.cycle[:, None]
         heirs = self._able[:, kind].T & (np.arange(len(self._places)) > robot[:, None])
-        next_one = heirs.argmax(axis=1)
-        there = heirs.any(axis=1)
-        window = self._places[next_one] + low
-        between = (x >= own[:, None]) & (x <= window[:, None]) & self._able[next_one[:, None], seen]
+        heir, there = heirs.argmax(axis=1), heirs.any(axis=1)
+        window = self._places[heir] + low
+        between = (sight.x >= own[:, None]) & (sight.x <= window[:, None]) & self._able[heir[:, None], sight.seen]
         return {
-            "crowd": crowd.astype(np.float64),
+            "crowd": (np.abs(then - stop[:, None]) <= NEAR).sum(axis=1).astype(np.float64),
             "heirs": heirs.sum(axis=1).astype(np.float64),
             "reaches": np.where(there, np.maximum(window - own, 0.0) / speed, 0.0),
             "queue": np.where(there, between.sum(axis=1), 0).astype(np.float64),
@@ -146,9 +150,9 @@ class Chooser:
         objects = kind.planner.draw([generator], np.zeros(1, dtype=np.int64), _TRIALS)
         low, high = self._config.cell.belt.pick_x
         x = low + (high - low) * objects.place[..., 0]
-        turn = Turn(np.zeros(1, dtype=np.int64), self.begin()[None], objects.seen, x)
-        found = kind.options(turn, objects)
-        if len(found.line) == 0:
+        sight = Sight(np.zeros(1, dtype=np.int64), np.arange(_TRIALS)[None], x, objects.seen)
+        found = kind.options(Turn(sight, self.begin()[None]), objects)
+        if len(found.row) == 0:
             raise ConfigError(
                 f"level {self._config.name!r}: no robot can throw anything into its bins; move them closer"
             )

@@ -6,7 +6,7 @@ Times and feasibility are those of the conveyor's own planner, so what a robot d
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple, final
+from typing import Final, NamedTuple, final
 
 import numpy as np
 
@@ -18,16 +18,19 @@ from pnt_gym.cells.conveyor.objects import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.planning.motion.limits import LimitRows
 
+AWAY: Final = 1e6
+"""Where objects are that nobody may take [m]."""
+
 
 @final
 @dataclass(frozen=True)
 class Options:
     """C things that could be done next, each by the robot whose turn it is in its line; times from now on."""
 
-    line: Ints
-    """Which line (C,)."""
-    index: Ints
-    """Which object of its stream (C,)."""
+    row: Ints
+    """In which of K lines (C,)."""
+    place: Ints
+    """Which object in sight there (C,)."""
     context: Context
     """The picks as the conveyor knows them, with the throws that are planned; x from the robot's base."""
     lift: Floats
@@ -47,17 +50,26 @@ class Options:
         return self.lift + self.throwing
 
 
-class Turn(NamedTuple):
-    """Whose turn it is in K lines, and what can be seen of their belts."""
+class Sight(NamedTuple):
+    """What the camera and the belt's encoder know of K lines: W objects each, the most downstream first."""
 
     line: Ints
-    """(K,)"""
+    """Which lines (K,)."""
+    which: Ints
+    """Objects of their streams (K, W)."""
+    x: Floats
+    """Where they are along the belt (K, W) [m]; `AWAY` where nobody may take one."""
+    seen: Ints
+    """As what they are seen (K, W)."""
+
+
+class Turn(NamedTuple):
+    """Whose turn it is in K lines, and what it may take of what is seen there."""
+
+    sight: Sight
+    """With x from the robot's base."""
     hand: Floats
     """Where the hand stands still, from its base (K, 3) [m]."""
-    seen: Ints
-    """As what objects are seen (K, M)."""
-    x: Floats
-    """Where they are now, from the robot's base (K, M) [m]; out of every reach where nobody may take them."""
 
 
 @final
@@ -88,20 +100,21 @@ class Robots:
             objects: of all N lines (N, M).
         """
         (low, high), speed = self._config.belt.pick_x, self._config.belt.speed
-        near = (turn.x <= high) & (turn.x >= low - speed * self._horizon)
-        row, index = np.nonzero(near)
-        which, bins = np.nonzero(self._accepts[turn.seen[row, index]])
+        sight = turn.sight
+        near = (sight.x <= high) & (sight.x >= low - speed * self._horizon)
+        row, place = np.nonzero(near)
+        which, bins = np.nonzero(self._accepts[sight.seen[row, place]])
         settings = len(self._percent)
-        row, index = np.repeat(row[which], settings), np.repeat(index[which], settings)
+        row, place = np.repeat(row[which], settings), np.repeat(place[which], settings)
         percent = np.tile(self._percent, len(which))
-        found = replace(take(objects, (turn.line[row], index)), percent=percent)
-        return self._planned(turn, row, index, found, np.repeat(bins, settings))
+        found = replace(take(objects, (sight.line[row], sight.which[row, place])), percent=percent)
+        return self._planned(turn, (row, place), found, np.repeat(bins, settings))
 
-    def _planned(self, turn: Turn, row: Ints, index: Ints, objects: Objects, bins: Ints) -> Options:
+    def _planned(self, turn: Turn, at: tuple[Ints, Ints], objects: Objects, bins: Ints) -> Options:
         """Those of candidates (C,) that can be met in time and thrown."""
         belt, mover = self._config.belt, self.planner.mover
-        limits, place = LimitRows.t3kr(objects.percent), self.planner.pick_point(objects, turn.x[row, index])
-        meeting = mover.meet(ThrowMotion.resting(turn.hand[row]), place, limits)
+        limits, place = LimitRows.t3kr(objects.percent), self.planner.pick_point(objects, turn.sight.x[at])
+        meeting = mover.meet(ThrowMotion.resting(turn.hand[at[0]]), place, limits)
         met = np.flatnonzero(meeting.feasible & (meeting.time <= self._horizon))
         context, good = self.planner.plan_into(take(objects, met), meeting.position[met], bins[met])
         rows = met[good]
@@ -109,8 +122,8 @@ class Robots:
         motion = mover.throw(context.pick, context.plan, context.throw_limits, context.ceiling)
         lift = meeting.time[rows] + self._config.motion.dwell
         return Options(
-            line=turn.line[row[rows]],
-            index=index[rows],
+            row=at[0][rows],
+            place=at[1][rows],
             context=context,
             lift=lift,
             wait=meeting.wait[rows],
@@ -123,4 +136,4 @@ class Robots:
 def of_all(parts: list[Options]) -> Options:
     """Options of several lines, in the order of the lines."""
     found = joined(parts)
-    return take(found, np.argsort(found.line, kind="stable"))
+    return take(found, np.argsort(found.row, kind="stable"))

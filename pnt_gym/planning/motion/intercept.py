@@ -13,19 +13,11 @@ from typing import NamedTuple, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Bools, Floats, Ints, finite_points, finite_rows, length, take
+from pnt_gym.arrays import Bools, Floats, Ints, finite_points, finite_rows, length
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion.limits import LimitRows, Limits
-from pnt_gym.planning.motion.roots import bisect
 from pnt_gym.planning.motion.scurve import stroke_time
 from pnt_gym.planning.reasons import SpokenReason
-
-# Points at which F is read behind the closest approach of the object, where it may fall, rise and fall again.
-SCAN = 96
-# Objects whose points are read together, to bound memory.
-CHUNK = 1024
-# Halvings of a bracket of at most ``horizon`` seconds; enough to reach rounding.
-HALVINGS = 64
 
 
 @final
@@ -73,10 +65,6 @@ class _Chase(NamedTuple):
     def travel(self, time: Floats) -> Floats:
         """Time (N,) of the move to above where the object is at ``time`` (N,)."""
         return stroke_time(length(self.offset + time[:, None] * self.belt), *self.limits)
-
-    def late(self, time: Floats) -> Bools:
-        """F(t) > 0 (N,): whether the hand would arrive later than the object."""
-        return np.asarray(self.travel(time) + self.descent - time > 0.0)
 
 
 def plan_intercept(
@@ -174,30 +162,13 @@ def _earliest(chase: _Chase, first: Floats, last: Floats) -> tuple[Floats, Bools
     Until the object is closest to the hand F falls, so one look at its end tells whether it crosses zero
     there. Behind that point F is read at times that lie densest next to it.
     """
-    x, y, z = chase.belt.T
-    square = x * x + y * y + z * z
-    along = chase.offset[:, 0] * x + chase.offset[:, 1] * y + chase.offset[:, 2] * z
-    nearest = np.clip(-along / np.where(square > 0.0, square, 1.0), first, last)
-    before, after = first.copy(), nearest.copy()
-    found = ~chase.late(nearest)
-    end = np.maximum(nearest, np.minimum(last, _surely_reached(chase, np.sqrt(square))))
-    open_ = np.flatnonzero(~found)
-    for begin in range(0, open_.size, CHUNK):
-        rows = open_[begin : begin + CHUNK]
-        before[rows], after[rows], found[rows] = _behind(take(chase, rows), nearest[rows], end[rows])
-    at_once = ~chase.late(first)
-    met = bisect(chase.late, before, after, HALVINGS)[1]
-    return np.where(at_once, first, met), found | at_once
+    from pnt_gym.planning.motion.chase import earliest  # noqa: PLC0415 - numba takes a while
 
-
-def _behind(chase: _Chase, nearest: Floats, end: Floats) -> tuple[Floats, Floats, Bools]:
-    """The first bracket (N,), (N,) between the closest approach and an end in which F crosses zero; whether it does."""
-    share = np.arange(SCAN + 1) / SCAN
-    times = nearest[:, None] + (end - nearest)[:, None] * (share * share)
-    index = np.arange(len(end), dtype=np.int64)
-    met = ~take(chase, np.repeat(index, SCAN)).late(times[:, 1:].ravel()).reshape(-1, SCAN)
-    k = met.argmax(axis=1)
-    return times[index, k], times[index, k + 1], np.any(met, axis=1)
+    end = _surely_reached(chase, length(chase.belt))
+    columns = [*chase.offset.T, *chase.belt.T, chase.descent, *chase.limits, first, last, end]
+    time, reached = np.empty(len(end)), np.empty(len(end), dtype=np.bool_)
+    earliest(np.stack(columns, axis=-1), time, reached)
+    return time, reached
 
 
 def _surely_reached(chase: _Chase, speed: Floats) -> Floats:
