@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,8 +16,16 @@ from .controllers.protocol import Controller
 from .environments import Env, make_vector
 from .evaluation import NUM_ENVS, evaluate, usual_picks, usual_practice
 from .files import check_writable, write_json
-from .tables import console, summary_table, throws_bar
+from .line.evaluation import SHIFTS
+from .line.evaluation import judged as shifts_judged
+from .line.making import line_controller, line_of
+from .line.releasing import releaser
+from .tables import console, shifts_table, summary_table, throws_bar
 from .trained import setting
+
+OF_LINES = ("shifts", "release")
+OF_THROWS = ("picks", "practice", "online", "load", "save")
+"""Options that only one kind of environment has a use for."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +34,7 @@ class Arguments:
 
     controller: Annotated[str, tyro.conf.arg(metavar="NAME|RUN_DIR|MODULE:CLASS|MODEL.zip")]
     """A controller (analytic, analytic_height, mean_lead, mean_shift, virtual_goal, newton_goal, ridge, mlp, oracle,
-    random), the folder of a training run, a class of your own, or with --trust a stable-baselines3 model or the folder
+    random; of a line fifo, spt, value_rate, atc, price, pair, beam, joint_beam, random), the folder of a training run, a class of your own, or with --trust a stable-baselines3 model or the folder
     of an RL-Zoo training."""
     trust: bool = False
     """Load a stable-baselines3 model or an RL-Zoo folder, which runs whatever code is in it. Run folders need no trust:
@@ -36,6 +45,10 @@ class Arguments:
     """A shipped level's name or a YAML file."""
     picks: Annotated[int | None, option("200; whole shifts on PnTAdapt-v0", "N")] = None
     """Throws to count."""
+    shifts: Annotated[int | None, option(f"{SHIFTS}", "N")] = None
+    """Shifts to count, of a line."""
+    release: Annotated[str | None, option("analytic", "NAME|RUN_DIR")] = None
+    """Who corrects the throws of a line that are simulated: a controller or a run folder of PnTRelease-v0."""
     seed: int = 0
     """Names the objects; training and practice never see them, whatever their seed."""
     json: Annotated[Path | None, option("none", "FILE")] = None
@@ -58,10 +71,14 @@ class Arguments:
 
 def main(arguments: Arguments) -> None:
     """Evaluate, print the table, write the JSON."""
-    at_least(vars(arguments), picks=1, seed=0, num_envs=1, threads=1, practice=0)
+    at_least(vars(arguments), picks=1, shifts=1, seed=0, num_envs=1, threads=1, practice=0)
     check_writable(arguments.json, arguments.save)
     env_id, level, mode = setting(arguments.controller, arguments.env, arguments.level, arguments.action_mode)
     with closing(make_vector(env_id, level, arguments.num_envs, arguments.threads, mode)) as env:
+        if line_of(env) is not None:
+            judge_line(env, env_id, arguments)
+            return
+        check_settings(arguments, OF_LINES, "goes with a line, such as PnTLine-v0")
         controller = make_controller(arguments.controller, env, trust=arguments.trust)
         controller.reset(arguments.seed)
         practice = prepare(controller, arguments)
@@ -74,6 +91,37 @@ def main(arguments: Arguments) -> None:
     if arguments.json is not None:
         write_json(arguments.json, found | {"env": env_id, "controller": arguments.controller})
         console().print(f"every throw is in {arguments.json}")
+
+
+def judge_line(env: Env, env_id: str, arguments: Arguments) -> None:
+    """Work shifts of a line, print the table, write the JSON."""
+    check_settings(arguments, OF_THROWS, "goes with throws, and not with a line")
+    core = line_of(env)
+    assert core is not None
+    if arguments.release is not None:
+        core.use(releaser(arguments.release, core))
+    controller = line_controller(arguments.controller, core)
+    controller.reset(arguments.seed)
+    shifts = SHIFTS if arguments.shifts is None else arguments.shifts
+    with throws_bar() as bar:
+        task = bar.add_task("shifts", total=shifts)
+        found = shifts_judged(controller, env, shifts, arguments.seed, lambda count: bar.advance(task, count))
+    console().print(shifts_table(f"{controller.name} on {env_id}, level {found['level']}, {shifts} shifts", found))
+    if arguments.json is not None:
+        told = {"env": env_id, "controller": arguments.controller, "release": arguments.release or "analytic"}
+        write_json(arguments.json, told | found)
+        console().print(f"every decision is in {arguments.json}")
+
+
+def check_settings(arguments: Arguments, names: Sequence[str], said: str) -> None:
+    """Make sure that options that mean nothing here were not given.
+
+    Raises:
+        UsageError: one was.
+    """
+    for name in names:
+        if getattr(arguments, name) not in (None, False):
+            raise UsageError(f"--{name.replace('_', '-')} {said}")
 
 
 def judge(controller: Controller, env: Env, arguments: Arguments, practice: int) -> dict[str, Any]:

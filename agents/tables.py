@@ -142,6 +142,38 @@ def summary_table(title: str, summary: Summary) -> Table:
     return table
 
 
+def shifts_table(title: str, summary: Summary) -> Table:
+    """Every figure of shifts at a line, one per line."""
+    low, high = summary["value_per_min_low"], summary["value_per_min_high"]
+    rows = [
+        ("value per minute", f"{summary['value_per_min']:.1f} ({low:.1f} .. {high:.1f})"),
+        ("sorted per minute", f"{summary['sorted_per_min']:.1f}"),
+        ("picks per minute, attempted", f"{summary['picks_per_min']:.1f}"),
+        ("success", success_text(summary)),
+        ("recovery: sorted of all that came", percent(summary["recovery"])),
+        ("recovery of value", percent(summary["value_recovery"])),
+        *(
+            (f"recovery of {item}", percent(share))
+            for item, share in zip(summary["items"], summary["recovery_by_item"], strict=True)
+        ),
+        ("purity: share of what is in bins", percent(summary["purity"])),
+        ("picks that held", percent(summary["pick_rate"])),
+        *(
+            (f"robot {name}: at work, picks in a shift", f"{percent(share)}, {picks:.0f}")
+            for name, share, picks in zip(
+                summary["robots"], summary["utilisation"], summary["picks_by_robot"], strict=True
+            )
+        ),
+        ("cycle time, mean", f"{summary['cycle_time_mean_s']:.3f} s"),
+        ("standstill above the belt, mean", f"{summary['wait_time_mean_s']:.3f} s"),
+        ("time of a decision", f"{summary['ms_per_decision']:.2f} ms"),
+        ("choices that were not there", str(summary["invalid_actions"])),
+    ]
+    table = Grid(title, ("figure", "value"), rows).terminal()
+    table.show_header = False
+    return table
+
+
 def comparison_table(title: str, rows: Sequence[tuple[str, int, Summary]]) -> Table:
     """Controllers side by side; each row is a name, its throws of practice or training, and its summary."""
     header = ("controller", "learned from", "landing error", "95th pct", "under 30 mm", "success (95 % interval)")

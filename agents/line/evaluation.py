@@ -1,0 +1,150 @@
+"""How controllers of a line are judged: whole shifts, the same streams for all."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.line.core import LineCore
+
+from .. import metrics
+from ..controllers.protocol import Controller, Observation
+from ..environments import Env, stream_seed
+from ..throws import results
+from ..versions import versions
+
+SHIFTS: Final = 32
+"""Shifts that are judged unless others are asked for."""
+MEANS: Final = {
+    "value_per_min": "shift_value_per_min",
+    "sorted_per_min": "shift_sorted_per_min",
+    "recovery": "shift_recovery",
+    "value_recovery": "shift_value_recovery",
+    "purity": "shift_purity",
+}
+"""Figures that are means over shifts, and their names in the info."""
+LISTS: Final = {
+    "utilisation": "shift_utilisation",
+    "picks_by_robot": "shift_picks_by_robot",
+    "recovery_by_item": "shift_recovery_by_item",
+    "passed_by_item": "shift_passed_by_item",
+}
+"""Likewise, by robot or item."""
+RECORDED: Final = (
+    "by", "object", "item", "true_kind", "bin", "percent", "start", "cycle_time", "wait_time", "value", "picked",
+    "is_success", "sorted", "ended_in",
+)  # fmt: skip
+"""What is kept of each decision."""
+
+
+@final
+@dataclass(frozen=True)
+class Shifts:
+    """S shifts that were worked, and the T decisions in them."""
+
+    told: dict[str, NDArray[Any]]
+    """Figures of shifts by their names in the info, (S, ...) each."""
+    decisions: dict[str, NDArray[Any]]
+    """By name (T,), with `shift`, the number of the shift that each belongs to."""
+    invalid: int
+    """Decisions that were none of the choices."""
+    seconds: float
+    """In which they were taken [s]."""
+
+    @property
+    def value(self) -> Floats:
+        """Value per minute of each (S,)."""
+        return self.told["shift_value_per_min"]
+
+
+def worked(
+    controller: Controller, env: Env, shifts: int, env_seed: int, progress: Callable[[int], None] | None = None
+) -> Shifts:
+    """Let a controller work whole shifts.
+
+    Each row works one after the other, so that the streams depend on the seed and the number of rows alone.
+
+    Args:
+        controller: who decides.
+        env: lines.
+        shifts: how many.
+        env_seed: of the environment.
+        progress: told how many shifts are over.
+    """
+    rows = env.num_envs
+    wanted = -(-shifts // rows)
+    features, _ = env.reset(seed=env_seed)
+    done, told, decisions = np.zeros(rows, dtype=np.int64), dict[str, dict[int, Any]](), list[dict[str, Any]]()
+    seconds, invalid = 0.0, 0
+    while (done < wanted).any():
+        begin = time.perf_counter()
+        action = controller.act(Observation(np.asarray(features, dtype=np.float32), np.zeros(rows, dtype=np.int64)))
+        seconds += time.perf_counter() - begin
+        features, _, _, truncated, info = env.step(action)
+        number = np.arange(rows) + rows * done
+        found, counted = results(info, rows), number < shifts
+        invalid += int(found["invalid_action"][counted].sum())
+        valid = counted & ~found["invalid_action"]
+        decisions.append({"shift": number[valid], **{name: found[name][valid] for name in RECORDED}})
+        for row in np.flatnonzero(truncated & counted):
+            for name, values in info["final_info"].items():
+                if name.startswith("shift_"):
+                    told.setdefault(name, {})[int(number[row])] = values[row]
+        if progress is not None:
+            progress(int((truncated & counted).sum()))
+        done += truncated
+    columns = {name: np.concatenate([part[name] for part in decisions]) for name in decisions[0]}
+    figures = {name: np.array([of[k] for k in sorted(of)]) for name, of in told.items()}
+    return Shifts(figures, columns, invalid, seconds)
+
+
+def judged(
+    controller: Controller, env: Env, shifts: int, seed: int, progress: Callable[[int], None] | None = None
+) -> dict[str, Any]:
+    """The JSON contract of an evaluation, but for the names of environment and controller."""
+    core: LineCore = env.unwrapped.core  # type: ignore[attr-defined]
+    found = worked(controller, env, shifts, stream_seed("evaluate", seed), progress)
+    return {"level": core.config.name, "seed": seed, **summary(found, core), "versions": versions()}
+
+
+def summary(found: Shifts, core: LineCore) -> dict[str, Any]:
+    """Figures of shifts, and all of their decisions."""
+    told, decisions = found.told, found.decisions
+    picked, success = decisions["picked"].astype(bool), decisions["is_success"].astype(bool)
+    rate = metrics.wilson(int(success.sum()), len(success))
+    value = metrics.mean_interval(found.value)
+    minutes = core.config.duration / 60.0 * len(found.value)
+    head = {
+        "shifts": len(found.value),
+        "picks": len(success),
+        "picks_per_min": len(success) / minutes,
+        **{name: float(np.nanmean(told[key])) for name, key in MEANS.items()},
+        "value_per_min_low": value.low,
+        "value_per_min_high": value.high,
+        "success_rate": rate.value,
+        "success_low": rate.low,
+        "success_high": rate.high,
+        "pick_rate": float(picked.mean()),
+        "cycle_time_mean_s": float(decisions["cycle_time"].mean()),
+        "wait_time_mean_s": float(decisions["wait_time"].mean()),
+        "dwell_s": core.dwell,
+        "invalid_actions": found.invalid,
+        "ms_per_decision": 1e3 * found.seconds / (len(success) + found.invalid),
+    }
+    lists = {name: _plain(np.nanmean(told[key], axis=0)) for name, key in LISTS.items()}
+    names = {"items": list(core.item_names), "robots": [robot.name for robot in core.config.robots]}
+    each = [dict(zip(decisions, row, strict=True)) for row in zip(*map(_plain, decisions.values()), strict=True)]
+    shifts = {name.removeprefix("shift_"): _plain(values) for name, values in told.items()}
+    return {**head, **lists, **names, "by_shift": shifts, "throws": each}
+
+
+def _plain(values: NDArray[Any]) -> list[Any]:
+    """As JSON has it, which knows no NaN."""
+    listed: list[Any] = values.tolist()
+    return [_plain(np.array(one)) if isinstance(one, list) else (None if one != one else one) for one in listed]  # noqa: PLR0124 - NaN

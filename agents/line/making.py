@@ -1,0 +1,52 @@
+"""Every controller of a line by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, Final
+
+from pnt_gym.cells.line.core import LineCore
+from pnt_gym.errors import one_sentence
+
+from ..cli import UsageError
+from ..controllers.protocol import Controller
+from ..environments import Env
+from .looking import Beam
+from .rules import Anything, Index
+from .tuned import settings
+
+_RULES: Final[Mapping[str, Callable[..., Controller]]] = {
+    "random": lambda core: Anything(),
+    "fifo": lambda core: Index("fifo", "first"),
+    "spt": lambda core: Index("spt", "soonest"),
+    "value_rate": lambda core: Index("value_rate", "value_rate"),
+    "atc": lambda core, **found: Index("atc", "atc", **found),
+    "price": lambda core, **found: Index("price", "atc", **found),
+    "pair": lambda core: Beam("pair", core, depth=1, width=10**6, by_rate=True),
+    "beam": lambda core, **found: Beam("beam", core, **found),
+    "joint_beam": lambda core, **found: Beam("joint_beam", core, joint=True, **found),
+}
+NAMES: Final = tuple(_RULES)
+
+
+def line_of(env: Env) -> LineCore | None:
+    """The lines behind an environment; None where it is none of lines."""
+    core: Any = getattr(env.unwrapped, "core", None)
+    return core if isinstance(core, LineCore) else None
+
+
+def line_controller(name: str, core: LineCore, **options: Any) -> Controller:
+    """The controller of a name, with the settings that were tuned for the level.
+
+    Args:
+        name: one of `NAMES`.
+        core: the lines that it will work on.
+        options: settings that replace those.
+
+    Raises:
+        UsageError: there is no such controller of a line.
+    """
+    if name not in _RULES:
+        known = ", ".join(NAMES)
+        raise UsageError(f"{one_sentence(name, 80)!r} is no controller of a line; controllers are {known}")
+    return _RULES[name](core, **{**settings(core.config.name, name), **options})

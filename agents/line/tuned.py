@@ -1,0 +1,18 @@
+"""The settings with which rules and planners of a line ship, level by level, as `pnt-gym tune` has found them."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from ..files import read_yaml
+from ..places import SHIPPED
+
+FILE: Final = SHIPPED / "configs" / "line_rules.yaml"
+USUAL: Final = {"atc": {"patience": 1.0}, "price": {"patience": 1.0, "share": 0.5}, "beam": {"price": 1.0}}
+"""On levels that nobody has tuned them for."""
+
+
+def settings(level: str, name: str) -> dict[str, Any]:
+    """Settings of one controller on a level; of `USUAL` where the level has none."""
+    told: Any = read_yaml(FILE, "settings of rules") if FILE.is_file() else {}
+    return {**USUAL.get(name, {}), **(told.get(level) or {}).get(name, {})}

@@ -1,0 +1,97 @@
+"""When a hand first meets what moves past it. Compiled; see `pnt_gym.compiled`.
+
+The hand goes from rest to rest to above where the object will be, then down: it is late at a time t when that takes
+longer than t. Speeds, peaks and times of a stroke are those of `planning.motion.scurve`, operation by operation.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats
+from pnt_gym.compiled import compiled, part
+
+# Points at which a chase is looked at behind the closest approach of the object, where lateness may come and go.
+SCAN = 96
+# Halvings of a bracket; enough to reach rounding.
+HALVINGS = 64
+# Columns of `chases`: where the object is seen from the hand, raised by the clearance; its velocity; time of the way
+# down; limits of the hand; first and last time that count, and the latest at which one need look for a meeting.
+X, Y, Z, VX, VY, VZ, DESCENT, VELOCITY, ACCELERATION, JERK, FIRST, LAST, END = range(13)
+
+
+@part
+def _stroke_time(distance: float, velocity: float, acceleration: float, jerk: float) -> float:
+    """Minimum time over a distance, `scurve.stroke_time`."""
+    square = acceleration * acceleration
+    if jerk * jerk * distance <= 2.0 * acceleration * acceleration * acceleration and (
+        jerk * distance * distance <= 4.0 * velocity * velocity * velocity
+    ):
+        speed, peak = np.cbrt(0.25 * jerk * distance * distance), np.cbrt(0.5 * jerk * jerk * distance)
+    elif jerk * velocity <= square:
+        speed, peak = velocity, math.sqrt(jerk * velocity)
+    else:
+        root = math.sqrt(square * square + 4.0 * jerk * jerk * distance * acceleration)
+        speed, peak = min(2.0 * jerk * distance * acceleration / (square + root), velocity), acceleration
+    if not speed > 0.0:
+        return 0.0
+    return distance / speed + (speed / peak + peak / jerk)
+
+
+@part
+def _late(chase: Floats, time: float) -> bool:
+    """Whether the hand would come later than the object."""
+    x, y, z = chase[X] + time * chase[VX], chase[Y] + time * chase[VY], chase[Z] + time * chase[VZ]
+    travel = _stroke_time(math.sqrt(x * x + y * y + z * z), chase[VELOCITY], chase[ACCELERATION], chase[JERK])
+    return travel + chase[DESCENT] - time > 0.0
+
+
+@part
+def _border(chase: Floats, late: float, met: float) -> float:
+    """The end at which the hand is not late, of a bracket that is halved."""
+    for _ in range(HALVINGS):
+        middle = 0.5 * (late + met)
+        if middle in (late, met):
+            break
+        if _late(chase, middle):
+            late = middle
+        else:
+            met = middle
+    return met
+
+
+@part
+def _earliest(chase: Floats) -> float:
+    """The first time that counts at which the hand is not late; NaN without one."""
+    if not _late(chase, chase[FIRST]):
+        return chase[FIRST]
+    square = chase[VX] * chase[VX] + chase[VY] * chase[VY] + chase[VZ] * chase[VZ]
+    along = chase[X] * chase[VX] + chase[Y] * chase[VY] + chase[Z] * chase[VZ]
+    nearest = min(max(-along / (square if square > 0.0 else 1.0), chase[FIRST]), chase[LAST])
+    if not _late(chase, nearest):
+        return _border(chase, chase[FIRST], nearest)
+    end, before = max(nearest, min(chase[LAST], chase[END])), nearest
+    for k in range(1, SCAN + 1):
+        share = k / SCAN
+        time = nearest + (end - nearest) * (share * share)
+        if not _late(chase, time):
+            return _border(chase, before, time)
+        before = time
+    return math.nan
+
+
+@compiled("void(float64[:,::1], float64[::1], boolean[::1])")
+def earliest(chases: Floats, time: Floats, reached: Bools) -> None:
+    """The first meetings of N chases; `time` and `reached` (N,) are written.
+
+    Args:
+        chases: one a row (N, 13), by the columns above.
+        time: of the meeting; the first time that counts where there is none.
+        reached: whether there is one.
+    """
+    for row in range(len(chases)):
+        found = _earliest(chases[row])
+        reached[row] = not math.isnan(found)
+        time[row] = found if reached[row] else chases[row, FIRST]
