@@ -16,7 +16,7 @@ from pnt_gym.cells.line.chances import Chances, needed
 from pnt_gym.cells.line.choosing import Chooser
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.state import Fate, Shift
-from pnt_gym.cells.line.stream import Arriving
+from pnt_gym.cells.line.stream import Arriving, turned
 from pnt_gym.cells.line.throws import Made, TableThrows, ThrownThrows, Throws
 from pnt_gym.errors import ConfigError
 
@@ -141,7 +141,7 @@ class LineCell:
             busy=busy,
         )
         self.state = self._on(after, np.flatnonzero(~self.over))
-        elapsed = np.minimum(self.state.clock, self.config.duration) - state.clock
+        elapsed = np.maximum(np.minimum(self.state.clock, self.config.duration) - state.clock, 0.0)
         return Taken(
             robot=robot,
             valid=valid,
@@ -161,7 +161,8 @@ class LineCell:
         if rows.size == 0:
             return made
         luck, attempt = self.stream.luck[rows, index[rows]], self.state.attempts[rows, index[rows]]
-        return replaced(made, rows, self.throws.made(rows, self.state.robot[rows], take(context, rows), luck, attempt))
+        thrown = tried_again(take(context, rows), attempt)
+        return replaced(made, rows, self.throws.made(rows, self.state.robot[rows], thrown, luck, attempt))
 
     def _resting(self, context: Context) -> tuple[Floats, Floats]:
         """How long hands that lift nothing take to stand still (N,) [s], and where they do (N, 3) [m]."""
@@ -203,7 +204,14 @@ class LineCell:
         free = state.free.copy()
         free[rows[down], state.robot[rows[down]]] = until[down]
         free[idle, state.robot[idle]] += IDLE
-        return replace(state, free=free, expected=np.maximum(state.expected, free)), np.concatenate([rows[down], idle])
+        pending = np.sort(np.concatenate([rows[down], idle]))
+        return replace(state, free=free, expected=np.maximum(state.expected, free)), pending
+
+
+def tried_again(context: Context, attempt: Ints) -> Context:
+    """Picks of objects that were tried before: whether the cup seals is drawn anew."""
+    objects = context.objects
+    return replace(context, objects=replace(objects, pick_draw=turned(objects.pick_draw, attempt)))
 
 
 def _closed(state: Shift, duration: float) -> Shift:
