@@ -33,7 +33,7 @@ MODES = {
     env_id: {name: len(mode.numbers) for name, mode in modes.items()}
     for ids, modes in ((CONVEYOR, PICK_MODES), (ONE_JOINT, GOAL_MODES), (GRIPPER, TOSS_MODES))
     for env_id in ids
-} | dict.fromkeys(LINE, {"choice": 1})
+} | {env_id: {"choice": 1} for env_id in LINE}
 """Action modes of every environment, with the numbers in one action; the first is the default."""
 FEATURES = {
     **dict.fromkeys(CONVEYOR, 26),

@@ -126,7 +126,8 @@ class Chooser:
         own = x[np.arange(len(robot)), options.index]
         stop = self._places[robot] + options.stop[:, 0]
         then = np.where(self._able[robot[:, None], seen], x, AWAY) + speed * options.cycle[:, None]
-        crowd = (np.abs(then - stop[:, None]) <= NEAR).sum(axis=1)
+        near = np.abs(then - stop[:, None]) <= NEAR
+        crowd = near.sum(axis=1) - near[np.arange(len(robot)), options.index]
         kind = seen[np.arange(len(robot)), options.index]
         heirs = self._able[:, kind].T & (np.arange(len(self._places)) > robot[:, None])
         next_one = heirs.argmax(axis=1)
