@@ -146,12 +146,13 @@ class Chooser:
         own, kind = sight.x[rows, options.place], sight.seen[rows, options.place]
         stop = self._places[robot] + options.stop[:, 0]
         then = np.where(self._able[robot[:, None], sight.seen], sight.x, AWAY) + speed * options.cycle[:, None]
+        near = np.abs(then - stop[:, None]) <= NEAR
         heirs = self._able[:, kind].T & (np.arange(len(self._places)) > robot[:, None])
         heir, there = heirs.argmax(axis=1), heirs.any(axis=1)
         window = self._places[heir] + low
         between = (sight.x >= own[:, None]) & (sight.x <= window[:, None]) & self._able[heir[:, None], sight.seen]
         return {
-            "crowd": (np.abs(then - stop[:, None]) <= NEAR).sum(axis=1).astype(np.float64),
+            "crowd": (near.sum(axis=1) - near[rows, options.place]).astype(np.float64),
             "heirs": heirs.sum(axis=1).astype(np.float64),
             "reaches": np.where(there, np.maximum(window - own, 0.0) / speed, 0.0),
             "queue": np.where(there, between.sum(axis=1), 0).astype(np.float64),
