@@ -51,8 +51,8 @@ class Chooser:
 
     @property
     def planner(self) -> PickPlanner:
-        """Of the first robot; all draw alike."""
-        return self._kinds[0].planner
+        """Of the robot with the most bins; but for how full those are, all draw alike."""
+        return max((kind.planner for kind in self._kinds), key=lambda planner: len(planner.areas))
 
     def begin(self) -> Floats:
         """Where hands stand when a shift begins (3,) [m]."""
@@ -161,7 +161,7 @@ class Chooser:
     def _any_choice(self) -> Choices:
         """Some pick and throw (1,), to stand where there is no choice."""
         generator, kind = np.random.default_rng(0), self._kinds[0]
-        objects = kind.planner.draw([generator], np.zeros(1, dtype=np.int64), _TRIALS)
+        objects = self.planner.draw([generator], np.zeros(1, dtype=np.int64), _TRIALS)
         low, high = self._config.cell.belt.pick_x
         x = low + (high - low) * objects.place[..., 0]
         sight = Sight(np.zeros(1, dtype=np.int64), np.arange(_TRIALS)[None], x, objects.seen)
