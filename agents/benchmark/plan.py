@@ -17,10 +17,9 @@ from pnt_gym.cells.base.config import LevelConfig, Section, first_problem
 from ..cli import UsageError
 from ..cluster import Needs
 from ..controllers import NAMES
-from ..controllers.adaptive import READY
+from ..controllers.adaptive import READY, is_told
 from ..controllers.between import MOST, OVER, PLANNER
 from ..environments import core_of, make_vector
-from ..evaluation import is_told
 from ..files import read_yaml
 from ..parcel import own_code
 from ..places import SHIPPED
