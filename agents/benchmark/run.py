@@ -134,7 +134,7 @@ def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
     """Train, or go on training, and yield the policy at each throw count."""
     from ..progress import Stop  # noqa: PLC0415 - imports torch
     from ..sb3 import SameStepVecEnv, build  # noqa: PLC0415
-    from ..train import learn  # noqa: PLC0415
+    from ..train import in_flight, learn  # noqa: PLC0415
 
     algo, folder = piece.entry.controller, kept / f"{piece.name}-{piece.key}-run"
     cells = _cells(piece, piece.train_level)
@@ -150,7 +150,9 @@ def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
         "checkpoint_every": max(piece.throws),
         "stack": piece.entry.stack,
         "over": piece.entry.over,
+        "fidelity": piece.entry.fidelity,
     }
+    quick = in_flight(cells, asked, threads=1)
     env = SameStepVecEnv(as_seen(cells, asked), even=algo in runs.ON_POLICY)
     if runs.checkpoints(folder):
         model = runs.restore(folder, env)
@@ -162,11 +164,13 @@ def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
         began = time.perf_counter()
         if model.num_timesteps < throws:
             leg = {**asked, "steps": throws, "checkpoint_every": throws}
-            learn(model, env, folder, leg, Stop(), quiet=True)
+            learn(model, env, folder, leg, Stop(), quick=quick, quiet=True)
         seconds = round(time.perf_counter() - began, 1)
         place = next(p for p in runs.checkpoints(folder) if int(p.name) >= throws)
         yield int(place.name), seconds, partial(_policy, runs.load_actor(folder, place), asked, piece)
     env.close()
+    if quick is not None:
+        quick.close()
 
 
 def _policy(actor: Actor, asked: Mapping[str, Any], piece: Piece, name: str, env: Env) -> Controller:
