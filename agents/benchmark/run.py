@@ -66,8 +66,8 @@ def run_piece(piece: Piece, kept: Path) -> dict[str, Any]:
     return {"results": results}
 
 
-def _cells(piece: Piece, level: str) -> Env:
-    return make_vector(piece.plan.env, piece.configs.get(level, level), piece.plan.num_envs, threads=1)
+def _cells(piece: Piece, level: str, count: int | None = None) -> Env:
+    return make_vector(piece.plan.env, piece.configs.get(level, level), count or piece.plan.num_envs, threads=1)
 
 
 def columns(throws: Throws) -> dict[str, Any]:
@@ -137,7 +137,8 @@ def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
     from ..train import in_flight, learn  # noqa: PLC0415
 
     algo, folder = piece.entry.controller, kept / f"{piece.name}-{piece.key}-run"
-    cells = _cells(piece, piece.train_level)
+    settings = {**hyperparameters(algo, piece.plan.env), **piece.entry.options}
+    cells = _cells(piece, piece.train_level, settings.get("n_envs"))
     core = core_of(cells)
     asked = {
         "env": piece.plan.env,
@@ -157,7 +158,6 @@ def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
     if runs.checkpoints(folder):
         model = runs.restore(folder, env)
     else:
-        settings = {**hyperparameters(algo, piece.plan.env), **piece.entry.options}
         model = build(algo, env, settings, piece.seed)
         runs.create(folder, asked, settings, core.config, model)
     for throws in piece.throws:

@@ -39,6 +39,7 @@ FULL = pytest.importorskip("sb3_contrib").RecurrentPPO
 LSTM = {"policy": "MlpLstmPolicy", "n_steps": 5, "batch_size": 20, "n_epochs": 2, "gamma": 0.5}
 SMALL = {**LSTM, "policy_kwargs": {"lstm_hidden_size": 8, "net_arch": [8], "log_std_init": -3.0}}
 STACKED = {
+    "n_envs": 4,
     "buffer_size": 400,
     "learning_starts": 20,
     "batch_size": 16,
@@ -326,7 +327,7 @@ def test_the_benchmark_trains_policies_with_a_memory_and_goes_on_with_them(tmp_p
     memory = {"throws": [20, 40], "over": "ema", "seeds": [0]}
     entries = [
         {"label": "ema", "controller": "ema"},
-        {"label": "recurrent", "controller": "recurrent_ppo", "options": SMALL, **memory},
+        {"label": "recurrent", "controller": "recurrent_ppo", "options": {**SMALL, "n_envs": 4}, **memory},
         {"label": "stacked", "controller": "sac", "options": STACKED, "stack": 3, **memory},
     ]
     other = {"name": "still", "base": "waste", "picks_per_shift": LEVEL["picks_per_shift"]}
@@ -364,13 +365,14 @@ def test_the_benchmark_learns_from_flights_and_judges_in_full(tmp_path: Path, mo
     entry = {"label": "stacked", "controller": "sac", "options": STACKED, "stack": 3, "over": "ema", "throws": [20]}
     plans = [
         Plan.model_validate({"name": "x", "env": "PnTAdapt-v0", "train_level": level, "levels": [level], "picks": 20,
-                             "num_envs": 4, "seeds": [0], "entries": [{**entry, **more}]})
+                             "num_envs": 2, "seeds": [0], "entries": [{**entry, **more}]})
         for more in ({"fidelity": "flight"}, {})
     ]  # fmt: skip
     (piece,), (full,) = (pieces(plan) for plan in plans)
     assert piece.key != full.key
     assert len(run_piece(piece, tmp_path)["results"]) == 1
     assert given == {"judged": "full", "learned": "flight", "seen": True}
+    assert runs.read_arguments(tmp_path / f"{piece.name}-{piece.key}-run")["num_envs"] == 4
 
 
 def test_throws_of_a_policy_with_a_memory_make_a_dataset(recipe: Arguments, tmp_path: Path) -> None:
