@@ -181,11 +181,7 @@ def _made(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> Bas
 
 
 def start_at_zero(model: BaseAlgorithm) -> None:
-    """Scale the layer that gives the mean action down to nearly nothing.
-
-    Where a layer gives the deviation too (SAC, TQC), it begins as `log_std_init` says, if the settings say so; the
-    libraries take that number for other policies alone.
-    """
+    """Scale the layer that gives the mean action down to nearly nothing."""
     policy: Any = model.policy
     heads = [policy.action_net] if isinstance(model, OnPolicyAlgorithm) else [policy.actor.mu]
     if isinstance(model, TD3):
@@ -195,11 +191,6 @@ def start_at_zero(model: BaseAlgorithm) -> None:
             *_, last = (layer for layer in head.modules() if isinstance(layer, torch.nn.Linear))
             last.weight.mul_(SMALL)
             last.bias.zero_()
-        spread = getattr(getattr(policy, "actor", None), "log_std", None)
-        wanted = model.policy_kwargs.get("log_std_init")
-        if isinstance(spread, torch.nn.Linear) and wanted is not None:
-            spread.weight.mul_(SMALL)
-            spread.bias.fill_(wanted)
 
 
 def actor_of(model: BaseAlgorithm) -> Actor:
