@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints, joined, take
-from pnt_gym.cells.line.cell import IDLE, LineCell
+from pnt_gym.cells.line.cell import LineCell
+from pnt_gym.cells.line.choosing import IDLE
 from pnt_gym.cells.line.core import LineCore
 from pnt_gym.cells.line.options import AWAY, Sight
 

@@ -9,7 +9,7 @@ from typing import Final, final
 from pnt_gym.arrays import Bools, Floats, made_anew
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.movers import Meeting, StraightMover, ThrowMotion
+from pnt_gym.cells.conveyor.movers import Meeting, Reach, StraightMover, ThrowMotion
 from pnt_gym.cells.conveyor.placing import EllipseMover, placed
 from pnt_gym.planning.motion.limits import EllipticWorkspace, Limits
 from pnt_gym.planning.motion.trajectory import Segments
@@ -86,6 +86,10 @@ class AutoMover:
         straight = self._throws.meet(motion, place, limits)
         straight = replace(straight, back=straight.back.padded(COLUMNS))
         return made_anew(straight, motion.placed, over, motion, place, limits)
+
+    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
+        """The same without the motions."""
+        return self.meet(motion, place, limits).reach
 
 
 def _padded(motion: ThrowMotion) -> ThrowMotion:

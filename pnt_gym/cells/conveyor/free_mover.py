@@ -16,7 +16,7 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats, joined, length, made_anew, replaced, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.movers import Meeting, StraightMover, ThrowMotion
+from pnt_gym.cells.conveyor.movers import Meeting, Reach, StraightMover, ThrowMotion
 from pnt_gym.planning.free.approach import approach_entry
 from pnt_gym.planning.free.check import keeps_rules
 from pnt_gym.planning.free.legs import return_leg, throw_leg
@@ -124,6 +124,10 @@ class FreeMover:
         found = made_anew(found, found.position[:, 0] < low, self._at_border, motion, place, limits)
         inside = (found.position[:, 0] >= low - 1e-9) & (found.position[:, 0] <= high)
         return made_anew(found, ~(found.feasible & inside), self._with_stop, motion, place, limits)
+
+    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
+        """The same without the motions."""
+        return self.meet(motion, place, limits).reach
 
     def _in_flight(self, motion: ThrowMotion, place: Floats, limits: Limits, arrival: Floats | None) -> Meeting:
         """Meetings without a stop, not before `arrival` (N,) [s] if given."""

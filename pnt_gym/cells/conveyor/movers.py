@@ -8,7 +8,7 @@ config chooses.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Protocol, final
+from typing import NamedTuple, Protocol, final
 
 import numpy as np
 
@@ -64,24 +64,37 @@ class ThrowMotion:
         return cls(place, coast(zero), zero, place, zero, np.zeros_like(place), zero + np.inf, zero > 0.0)
 
 
-@final
-@dataclass(frozen=True)
-class Meeting:
-    """N meetings of hands and objects on the belt; rows that are not feasible hold placeholders.
+class Reach(NamedTuple):
+    """When and where N hands meet objects on the belt; rows that are not feasible hold placeholders.
 
     Attributes:
         position: where the hand lifts the object (N, 3) [m].
         time: from the end of the throw until the hand touches it (N,) [s].
         wait: standstill above the pick (N,) [s].
-        back: the motion there.
         feasible: whether the object can be picked (N,).
     """
 
     position: Floats
     time: Floats
     wait: Floats
+    feasible: Bools
+
+
+@final
+@dataclass(frozen=True)
+class Meeting:
+    """The same with the motions there."""
+
+    position: Floats
+    time: Floats
+    wait: Floats
     back: Segments
     feasible: Bools
+
+    @property
+    def reach(self) -> Reach:
+        """Without the motions."""
+        return Reach(self.position, self.time, self.wait, self.feasible)
 
 
 class Mover(Protocol):
@@ -123,6 +136,10 @@ class Mover(Protocol):
 
         `place` (N, 3) [m] is where the hand would have to be to pick them when the throw ends.
         """
+        ...
+
+    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
+        """The same meetings without the motions, for those who compare many."""
         ...
 
 
@@ -202,6 +219,12 @@ class StraightMover:
 
     def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """The earliest meeting of a hand that moves from rest to rest."""
+        found = self.reach(motion, place, limits)
+        back = straight_back(motion.stop, found.position, found.wait, limits, self._clearance)
+        return Meeting(found.position, found.time, found.wait, back, found.feasible)
+
+    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
+        """Where and when that is."""
         found = plan_intercept(
             motion.stop,
             place,
@@ -210,11 +233,12 @@ class StraightMover:
             clearance=self._clearance,
             window=self._belt.pick_x,
         )
-        position = np.where(found.feasible[:, None], found.position, place)
-        wait = np.where(found.feasible, found.wait, 0.0)
-        time = np.where(found.feasible, found.time, 0.0)
-        back = straight_back(motion.stop, position, wait, limits, self._clearance)
-        return Meeting(position, time, wait, back, found.feasible)
+        return Reach(
+            position=np.where(found.feasible[:, None], found.position, place),
+            time=np.where(found.feasible, found.time, 0.0),
+            wait=np.where(found.feasible, found.wait, 0.0),
+            feasible=found.feasible,
+        )
 
     def braking_limits(self, release: ReleaseBatch, limits: Limits) -> Limits:
         """Limits of the braking: with `gravity_share`, the hand falls away no faster than that share of g."""

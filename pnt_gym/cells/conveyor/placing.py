@@ -18,7 +18,7 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats, joined, length, replaced, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.movers import Meeting, StraightMover, ThrowMotion
+from pnt_gym.cells.conveyor.movers import Meeting, Reach, StraightMover, ThrowMotion
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.motion.limits import EllipticWorkspace, Limits
 from pnt_gym.planning.motion.scurve import coast, rest_to_rest, stroke_time
@@ -93,6 +93,10 @@ class HorizontalMover:
     def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """The earliest meeting of a hand that moves from rest to rest."""
         return self._straight.meet(motion, place, limits)
+
+    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
+        """The same without the motions."""
+        return self.meet(motion, place, limits).reach
 
 
 class PlacingMover(ABC):
@@ -197,6 +201,10 @@ class PlacingMover(ABC):
         back = self.back(motion, position, limits)
         wait = np.where(good, np.maximum(time - back.durations.sum(axis=1), 0.0), 0.0)
         return Meeting(position, np.where(good, time, 0.0), wait, joined([coast(wait), back], axis=1), good)
+
+    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
+        """The same without the motions."""
+        return self.meet(motion, place, limits).reach
 
     def _hang(self, pick: Floats) -> Floats:
         """How far objects reach below the planner's points (N,) [m]: at their picks they lie on the belt."""

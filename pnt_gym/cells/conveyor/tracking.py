@@ -18,7 +18,7 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats, joined
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.movers import Meeting, Mover, ThrowMotion
+from pnt_gym.cells.conveyor.movers import Meeting, Mover, Reach, ThrowMotion
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits
 from pnt_gym.planning.motion.riding import DOWNSTREAM, Fading, arrival_time
 from pnt_gym.planning.motion.scurve import coast
@@ -106,10 +106,20 @@ class TrackingMover:
     def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """The earliest meetings, of which the positions are those of the lifts."""
         growing = self._growing(len(place))
-        ridden = self._speed * self._arrival / 2.0 * DOWNSTREAM
-        found = self._mover.meet(motion, place - ridden, growing.left(limits))
+        found = self._mover.meet(motion, self._touch(place), growing.left(limits))
         good = found.feasible & (found.back.durations.sum(axis=1) >= growing.time)
         return replace(found, position=found.position + self._behind, back=_ending(found.back, growing), feasible=good)
+
+    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
+        """The same without the motions, none of which is shorter than the growing."""
+        growing = self._growing(len(place))
+        found = self._mover.reach(motion, self._touch(place), growing.left(limits))
+        good = found.feasible & (found.time >= growing.time)
+        return found._replace(position=found.position + self._behind, feasible=good)
+
+    def _touch(self, place: Floats) -> Floats:
+        """Where hands would have to be that go from rest to rest (N, 3) [m]."""
+        return place - self._speed * self._arrival / 2.0 * DOWNSTREAM
 
     def _fading(self, pick: Floats, limits: Limits) -> Fading:
         return Fading.under(limits, len(pick), self._speed)

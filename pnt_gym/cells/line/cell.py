@@ -13,15 +13,13 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.tracking import brought_to_rest
 from pnt_gym.cells.line.chances import Chances, needed
-from pnt_gym.cells.line.choosing import Chooser
+from pnt_gym.cells.line.choosing import IDLE, Chooser
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.state import Fate, Shift
 from pnt_gym.cells.line.stream import Arriving
 from pnt_gym.cells.line.throws import Made, TableThrows, ThrownThrows, Throws
 from pnt_gym.errors import ConfigError
 
-IDLE: Final = 0.1
-"""A robot that can do nothing, or does nothing that it can, looks again after this time [s]."""
 MOST_LOOKS: Final = 100_000
 """Looks in a row that find nothing before a line is declared impossible."""
 
@@ -202,7 +200,7 @@ class LineCell:
         idle = looking[~found.real.any(axis=1)]
         free = state.free.copy()
         free[rows[down], state.robot[rows[down]]] = until[down]
-        free[idle, state.robot[idle]] += IDLE
+        free[idle, state.robot[idle]] += self.chooser.pause(state, self.stream, idle)
         return replace(state, free=free, expected=np.maximum(state.expected, free)), np.concatenate([rows[down], idle])
 
 

@@ -19,6 +19,10 @@ from pnt_gym.errors import ConfigError
 
 NEAR: Final = 0.25
 """Objects this close along the belt to where a hand stops are near it [m]."""
+IDLE: Final = 0.1
+"""A robot that can do nothing, or does nothing that it can, looks again after this time [s]."""
+LONGEST: Final = 1.0
+"""It looks again after this time even if nothing is near: what another one has failed to pick comes unannounced [s]."""
 _TRIALS: Final = 200
 
 
@@ -92,6 +96,15 @@ class Chooser:
         there &= state.since[at] <= state.clock[lines, None]
         found = np.where(there, np.take_along_axis(x, index, axis=1), AWAY)
         return Sight(lines, index, found, stream.objects.seen[at])
+
+    def pause(self, state: Shift, stream: Stream, lines: Ints) -> Floats:
+        """After what time robots that can do nothing look again, in some lines (K,) [s]."""
+        sight, robot, belt = self.sight(state, stream, lines), state.robot[lines], self._config.cell.belt
+        own = sight.x - self._places[robot][:, None]
+        coming = self._able[robot[:, None], sight.seen] & (own <= belt.pick_x[1])
+        border = belt.pick_x[0] - belt.speed * self._config.horizon
+        way = np.where(coming, border - own, AWAY)
+        return np.clip(way.min(axis=1) / belt.speed, IDLE, LONGEST)
 
     def options(self, stream: Stream, sight: Sight, robot: Ints, hand: Floats) -> Options:
         """All that robots (K,) can do whose hands stand still at places (K, 3) [m], from their bases."""

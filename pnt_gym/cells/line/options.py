@@ -114,7 +114,7 @@ class Robots:
         """Those of candidates (C,) that can be met in time and thrown."""
         belt, mover = self._config.belt, self.planner.mover
         limits, place = LimitRows.t3kr(objects.percent), self.planner.pick_point(objects, turn.sight.x[at])
-        meeting = mover.meet(ThrowMotion.resting(turn.hand[at[0]]), place, limits)
+        meeting = mover.reach(ThrowMotion.resting(turn.hand[at[0]]), place, limits)
         met = np.flatnonzero(meeting.feasible & (meeting.time <= self._horizon))
         context, good = self.planner.plan_into(take(objects, met), meeting.position[met], bins[met])
         rows = met[good]

@@ -29,8 +29,10 @@ class Segments:
 
     def padded(self, columns: int) -> Segments:
         """Return the same motions, filled up to ``columns`` segments with such of no duration."""
-        spare = (0, columns - self.durations.shape[1])
-        return Segments(np.pad(self.durations, ((0, 0), spare)), np.pad(self.jerks, ((0, 0), spare, (0, 0))))
+        rows, own = self.durations.shape
+        durations, jerks = np.zeros((rows, columns)), np.zeros((rows, columns, 3))
+        durations[:, :own], jerks[:, :own] = self.durations, self.jerks
+        return Segments(durations, jerks)
 
     def greatest_acceleration(self) -> Floats:
         """Return the greatest acceleration (N,) [m/s2] of motions that start without."""
