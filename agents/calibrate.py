@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -9,7 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 import tyro
 
-from pnt_gym.cells.line.cell import LineCell
+from pnt_gym.cells.line.cell import LineCell, Taken
 from pnt_gym.cells.line.chances import Chances, digest, place_of, written
 from pnt_gym.cells.line.config import LineConfig
 
@@ -18,6 +19,8 @@ from .environments import stream_seed
 from .files import check_writable, write_text
 from .tables import console, throws_bar
 from .versions import versions
+
+NUM_ENVS = 32
 
 
 @dataclass(frozen=True)
@@ -32,7 +35,7 @@ class Arguments:
     """Names the objects."""
     out: Annotated[Path | None, option("beside the shipped levels", "FILE.json")] = None
     """Where the table goes; a level names it as `chances`."""
-    num_envs: int = 32
+    num_envs: int = NUM_ENVS
     """Lines side by side; part of what a seed means."""
     threads: int = 2
     """Threads that simulate; results do not depend on it."""
@@ -44,40 +47,45 @@ def main(arguments: Arguments) -> None:
     config = LineConfig.load(arguments.level, throws="full", chances=None)
     place = place_of(config) if arguments.out is None else arguments.out
     check_writable(place)
-    told = thrown(config, arguments)
+    numbers = arguments.throws, arguments.seed, arguments.num_envs, arguments.threads
+    console().print(calibrated(config, place, *numbers))
+
+
+def calibrated(
+    config: LineConfig, place: Path, throws: int, seed: int, num_envs: int = NUM_ENVS, threads: int = 2
+) -> str:
+    """Make the table of a line and write it to a file; what was found in one sentence."""
+    told = list(thrown(LineConfig.load(config, throws="full", chances=None), throws, seed, num_envs, threads))
     columns = {name: np.concatenate([part[name] for part in told]) for name in told[0]}
-    chances = Chances.counted(config.cell, **columns)
-    head = {"digest": digest(config), "throws": len(columns["kind"]), "seed": arguments.seed, "versions": versions()}
-    write_text(place, written(chances, **head, items=list(config.cell.items)))
+    head = {"digest": digest(config), "throws": len(columns["kind"]), "seed": seed, "versions": versions()}
+    write_text(place, written(Chances.counted(config.cell, **columns), **head, items=list(config.cell.items)))
     held = columns["won"].sum() / columns["picked"].sum()
-    console().print(
+    return (
         f"{len(columns['kind'])} throws: cups sealed on {columns['picked'].mean():.1%}, of what they held {held:.1%} "
         f"ended in its bin; the table is in {place}"
     )
 
 
-def thrown(config: LineConfig, arguments: Arguments) -> list[dict[str, Any]]:
+def thrown(config: LineConfig, throws: int, seed: int, num_envs: int, threads: int) -> Iterator[dict[str, Any]]:
     """Throws of robots that choose at random, batch by batch."""
-    seed = stream_seed("practice", arguments.seed)
-    cell, generator = LineCell(config, arguments.num_envs, arguments.threads), np.random.default_rng(seed)
-    generators = [np.random.default_rng(seed + row) for row in range(arguments.num_envs)]
-    cell.reset(np.arange(arguments.num_envs), generators)
-    parts, count = [], 0
+    first = stream_seed("practice", seed)
+    cell, generator = LineCell(config, num_envs, threads), np.random.default_rng(first)
+    cell.reset(np.arange(num_envs), [np.random.default_rng(first + row) for row in range(num_envs)])
     with throws_bar() as bar:
-        task = bar.add_task("throws", total=arguments.throws)
-        while count < arguments.throws:
-            scores = np.where(cell.state.choices.real, generator.random(cell.state.choices.real.shape), -1.0)
-            taken = cell.take(scores.argmax(axis=1))
-            parts.append(_counted(taken))
+        task = bar.add_task("throws", total=throws)
+        count = 0
+        while count < throws:
+            real = cell.state.choices.real
+            taken = cell.take(np.where(real, generator.random(real.shape), -1.0).argmax(axis=1))
+            yield _counted(taken)
             count += int(taken.valid.sum())
             bar.advance(task, int(taken.valid.sum()))
             over = np.flatnonzero(cell.over)
             if over.size > 0:
                 cell.reset(over, [cell.generators[row] for row in over])
-    return parts
 
 
-def _counted(taken: Any) -> dict[str, Any]:
+def _counted(taken: Taken) -> dict[str, Any]:
     """What the table is made of, of the attempts that were made."""
     objects, made = taken.context.objects, taken.made
     columns = {

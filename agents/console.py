@@ -18,6 +18,7 @@ COMMANDS: Final = {
     "tune": ("tune", "find the settings of rules and planners of a line, on shifts of their own"),
     "imitate": ("imitate", "teach a quick policy what a slow planner of a line decides"),
     "calibrate": ("calibrate", "count what becomes of throws on a line, for levels whose throws go by a table"),
+    "plan_line": ("plan_line", "how many robots, how fast a belt: what a line needs to sort what comes"),
     "benchmark": ("benchmark.__main__", "let every controller of a plan learn, and compare them throw by throw"),
     "levels": ("levels", "the levels that ship, and what one says"),
     "doctor": ("doctor", "versions, rendering, and throws for a second: what to send with a bug report"),

@@ -15,15 +15,16 @@ from .controllers import Learner, load_state, make_controller, save_state
 from .controllers.protocol import Controller
 from .environments import Env, make_vector
 from .evaluation import NUM_ENVS, evaluate, usual_picks, usual_practice
-from .files import check_writable, write_json
+from .files import check_writable, write_json, write_text
 from .line.evaluation import SHIFTS
 from .line.evaluation import judged as shifts_judged
+from .line.gantt import gantt
 from .line.making import line_controller, line_of
 from .line.releasing import releaser
 from .tables import console, shifts_table, summary_table, throws_bar
 from .trained import setting
 
-OF_LINES = ("shifts", "release")
+OF_LINES = ("shifts", "release", "picture")
 OF_THROWS = ("picks", "practice", "online", "load", "save")
 """Options that only one kind of environment has a use for."""
 
@@ -49,6 +50,8 @@ class Arguments:
     """Shifts to count, of a line."""
     release: Annotated[str | None, option("analytic", "NAME|RUN_DIR")] = None
     """Who corrects the throws of a line that are simulated: a controller or a run folder of PnTRelease-v0."""
+    picture: Annotated[Path | None, option("none", "FILE.svg")] = None
+    """Draw who took what in the first minute of a line's first shift."""
     seed: int = 0
     """Names the objects; training and practice never see them, whatever their seed."""
     json: Annotated[Path | None, option("none", "FILE")] = None
@@ -72,7 +75,7 @@ class Arguments:
 def main(arguments: Arguments) -> None:
     """Evaluate, print the table, write the JSON."""
     at_least(vars(arguments), picks=1, shifts=1, seed=0, num_envs=1, threads=1, practice=0)
-    check_writable(arguments.json, arguments.save)
+    check_writable(arguments.json, arguments.save, arguments.picture)
     env_id, level, mode = setting(arguments.controller, arguments.env, arguments.level, arguments.action_mode)
     with closing(make_vector(env_id, level, arguments.num_envs, arguments.threads, mode)) as env:
         if line_of(env) is not None:
@@ -106,6 +109,8 @@ def judge_line(env: Env, env_id: str, arguments: Arguments) -> None:
     with throws_bar() as bar:
         task = bar.add_task("shifts", total=shifts)
         found = shifts_judged(controller, env, shifts, arguments.seed, lambda count: bar.advance(task, count))
+    if arguments.picture is not None:
+        write_text(arguments.picture, gantt(found))
     console().print(shifts_table(f"{controller.name} on {env_id}, level {found['level']}, {shifts} shifts", found))
     if arguments.json is not None:
         told = {"env": env_id, "controller": arguments.controller, "release": arguments.release or "analytic"}

@@ -16,7 +16,7 @@ from pnt_gym.cells.line.chances import Chances, needed
 from pnt_gym.cells.line.choosing import IDLE, Chooser
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.state import Fate, Shift
-from pnt_gym.cells.line.stream import Arriving
+from pnt_gym.cells.line.stream import Arriving, turned
 from pnt_gym.cells.line.throws import Made, TableThrows, ThrownThrows, Throws
 from pnt_gym.errors import ConfigError
 
@@ -158,8 +158,12 @@ class LineCell:
         made = Made.nothing(self.count)
         if rows.size == 0:
             return made
-        luck, attempt = self.stream.luck[rows, index[rows]], self.state.attempts[rows, index[rows]]
-        return replaced(made, rows, self.throws.made(rows, self.state.robot[rows], take(context, rows), luck, attempt))
+        thrown, attempt = take(context, rows), self.state.attempts[rows, index[rows]]
+        # Who tries again has another chance.
+        draws = turned(thrown.objects.pick_draw, attempt)
+        thrown = replace(thrown, objects=replace(thrown.objects, pick_draw=draws))
+        luck = turned(self.stream.luck[rows, index[rows]], attempt)
+        return replaced(made, rows, self.throws.made(rows, self.state.robot[rows], thrown, luck))
 
     def _resting(self, context: Context) -> tuple[Floats, Floats]:
         """How long hands that lift nothing take to stand still (N,) [s], and where they do (N, 3) [m]."""

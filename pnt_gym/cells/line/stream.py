@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final, final
 
 import numpy as np
@@ -33,11 +33,6 @@ class Stream:
     """What it is worth in a bin that takes it."""
     luck: Floats
     """Uniform draws that decide what becomes of its throw where nothing is simulated."""
-
-    def at(self, lines: Ints, index: Ints, attempt: Ints) -> Objects:
-        """Objects as they are picked the first time or again, (C,) each."""
-        found = take(self.objects, (lines, index))
-        return replace(found, pick_draw=turned(found.pick_draw, attempt))
 
 
 def turned(draws: Floats, attempt: Ints) -> Floats:

@@ -16,7 +16,6 @@ from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.line.chances import Chances
-from pnt_gym.cells.line.stream import turned
 
 Release: TypeAlias = Callable[[NDArray[np.float32], Ints], NDArray[np.floating]]
 """Corrects throws: observations (N, D) as of `PnTRelease-v0` and what the classifier says (N,), to actions (N, A)."""
@@ -51,15 +50,14 @@ class Throws(ABC):
     """Abstract: carries throws out."""
 
     @abstractmethod
-    def made(self, rows: Ints, robots: Ints, thrown: Context, luck: Floats, attempt: Ints) -> Made:
+    def made(self, rows: Ints, robots: Ints, thrown: Context, luck: Floats) -> Made:
         """What becomes of throws in some lines, (K,) each.
 
         Args:
             rows: the lines.
             robots: who throws.
             thrown: the picks and their plans.
-            luck: uniform draws of the objects.
-            attempt: how often each has been tried before.
+            luck: uniform draws that decide about the throws where nothing is simulated.
         """
 
 
@@ -82,12 +80,12 @@ class TableThrows(Throws):
         for index, one in enumerate(accepts):
             self._accepts[index, :, : one.shape[1]] = one
 
-    def made(self, rows: Ints, robots: Ints, thrown: Context, luck: Floats, attempt: Ints) -> Made:
+    def made(self, rows: Ints, robots: Ints, thrown: Context, luck: Floats) -> Made:
         """By the objects' own draws: a throw of the same object that is as likely ends alike."""
         objects = thrown.objects
         picked = objects.pick_draw >= 1.0 - self._chances.picked[objects.kind]
         chance = self._chances.land(objects.kind, objects.percent, thrown.distance)
-        success = picked & (turned(luck, attempt) < chance)
+        success = picked & (luck < chance)
         takes = self._accepts[robots, objects.kind, thrown.bin]
         nan = np.full(len(luck), np.nan)
         return Made(picked, success, success & takes, np.where(success, thrown.bin, -1), nan, nan.copy())
@@ -112,7 +110,7 @@ class ThrownThrows(Throws):
         made = [configs[int(np.flatnonzero(self._same == index)[0])] for index in range(len(different))]
         self.cores = [Core(ConveyorCell(config, count, "independent", threads)) for config in made]
 
-    def made(self, rows: Ints, robots: Ints, thrown: Context, luck: Floats, attempt: Ints) -> Made:
+    def made(self, rows: Ints, robots: Ints, thrown: Context, luck: Floats) -> Made:
         """As the conveyor's physics has it, with the hand on its way back to where it came from."""
         result = Made.nothing(len(rows))
         for index, core in enumerate(self.cores):
