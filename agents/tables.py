@@ -186,7 +186,7 @@ def tuned_table(title: str, rows: Sequence[tuple[str, Mapping[str, Any], Any, An
 
 
 def shifts_comparison(title: str, rows: Sequence[tuple[str, int, Summary]], base: str) -> Table:
-    """Controllers of a line side by side over the same shifts, as `comparison_table`; `base` names whom they are over."""
+    """Controllers of a line side by side over the same shifts, as `comparison_table`; `base` is whom they are over."""
     values = {name: summary["by_shift"]["value_per_min"] for name, _, summary in rows}
     lines = [
         [

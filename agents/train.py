@@ -45,8 +45,7 @@ TABLE = "evaluation.json"
 
 @dataclass(frozen=True)
 class Arguments:
-    """Train an agent to correct the analytic planner's throws, or to choose what is thrown next along a line, and
-    compare it with what needs no training."""
+    """Train an agent to correct the analytic planner's throws, or to choose what comes next on a line; compare."""
 
     env: Annotated[str | None, option("PnTConveyor-v0", "ID|MODULE:ID")] = None
     """Environment id; with MODULE:ID one that a module of yours registers."""

@@ -26,7 +26,10 @@ ORDER: Final[tuple[What, ...]] = get_args(What)
 """Each builds on the first."""
 ENOUGH: Final = 32
 """With fewer shifts settings are shown, and not kept for others."""
-HEAD: Final = "# Settings with which rules and planners of a line ship, by level: what `pnt-gym tune` has found on seeds of its own.\n"
+HEAD: Final = (
+    "# Settings with which rules and planners of a line ship, by level: what `pnt-gym tune` has found on seeds of its "
+    "own.\n# `rate` is the value that the tuned ATC rule brings in a second.\n"
+)
 
 
 @dataclass(frozen=True)
