@@ -109,7 +109,11 @@ def compare(level: LineConfig, scorer: Scorer, arguments: Arguments) -> None:
         for controller in (line_controller("atc", core), line_controller(arguments.of, core), learned):
             task = bar.add_task(controller.name, total=arguments.eval_shifts)
             found = judged(
-                controller, env, arguments.eval_shifts, arguments.seed, lambda count, task=task: bar.advance(task, count)
+                controller,
+                env,
+                arguments.eval_shifts,
+                arguments.seed,
+                lambda count, task=task: bar.advance(task, count),
             )
             rows.append((controller.name, 0, found))
     title = f"{arguments.eval_shifts} held-out shifts each, level {level.name}"

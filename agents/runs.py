@@ -4,7 +4,7 @@
     env.yaml            the level in full            versions.json       of Python and packages
     git.txt             commit, if there is one      command.txt         the command line
     progress.csv        success and landing error while training
-    policy.npz          newest policy (see `agents.actor`): all that is needed to throw with it
+    policy.npz          newest policy (see `agents.actor` and `agents.scorer`): all that is needed to throw with it
     model.zip           the same with what it learns by  replay_buffer.npz   its memory
     checkpoints/N/      all that is needed to go on from throw N
 

@@ -109,7 +109,8 @@ def main(arguments: Arguments) -> None:
     settings = hyperparameters(asked["algo"], asked["env"], file)
     level = str(arguments.resume / "env.yaml") if arguments.resume is not None else asked["level"]
     cell = make_vector(asked["env"], level, asked["num_envs"], arguments.threads, asked["action_mode"])
-    settings = lines.line_settings(asked, settings, cell)
+    if arguments.resume is None:
+        settings = lines.line_settings(asked, settings, cell)
     core, seen, quick = core_of(cell), as_seen(cell, asked), in_flight(cell, asked, arguments.threads)
     asked |= {"level": asked["level"] or core.config.name, "action_mode": core.action_mode}
 
@@ -279,7 +280,8 @@ def compare(folder: Path, learned_from: int, cell: Env, asked: Mapping[str, Any]
     """Analytic, virtual goal and learned on the same held-out seeds; also kept in the run folder."""
     if line_of(cell) is not None:
         shifts = SHIFTS if picks is None else picks
-        write_json(folder / TABLE, lines.compare_shifts(folder, learned_from, cell, asked["env"], shifts, TABLE_SEED))
+        with closing(make_vector(asked["env"], core_of(cell).config, NUM_ENVS, 1)) as env:
+            write_json(folder / TABLE, lines.compare_shifts(folder, learned_from, env, shifts, TABLE_SEED))
         return
     picks = PICKS if picks is None else picks
     core, seed = core_of(cell), asked["seed"]

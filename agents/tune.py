@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, get_args
 
@@ -78,12 +79,19 @@ def found(level: LineConfig, arguments: Arguments) -> dict[str, list[Tried]]:
     first = stream_seed("practice", arguments.seed)
     told: dict[str, list[Tried]] = {}
     with throws_bar() as bar:
-        task = bar.add_task("shifts", total=None)
-        bench = Bench(level, np.arange(first, first + arguments.shifts), lambda count: bar.advance(task, count))
         for what in (what for what in ORDER if what in arguments.what):
-            bar.update(task, description=f"shifts for {what}")
+            task = bar.add_task(f"shifts for {what}", total=most(what, level, arguments))
+            bench = Bench(level, np.arange(first, first + arguments.shifts), partial(bar.advance, task))
             told[what] = tried(what, bench, arguments, told)
+            bar.update(task, total=bar.tasks[task].completed)
     return told
+
+
+def most(what: What, level: LineConfig, arguments: Arguments) -> int:
+    """Shifts that it takes to find settings, at most."""
+    share = 1 if len(level.robots) == 1 else 2 * len(tuning.SHARE) + len(tuning.PATIENCE)
+    each = {"atc": len(tuning.PATIENCE), "price": share, "index": 2}.get(what, len(tuning.PRICE))
+    return each * arguments.shifts + (arguments.generations * tuning.SEARCHED if what == "index" else 0)
 
 
 def tried(what: What, bench: Bench, arguments: Arguments, told: dict[str, list[Tried]]) -> list[Tried]:

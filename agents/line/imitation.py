@@ -1,7 +1,7 @@
 """Teaching a scorer what a planner decides: its choices are collected, and the scorer learns to make the same ones.
 
-In the first round the planner works; in later ones what was learned so far does, and the planner says what it would have
-done there (DAgger of Ross, Gordon and Bagnell 2011), so that the scorer is told of situations that it gets into itself.
+In the first round the planner works; in later ones what was learned so far does, and the planner says what it would
+have done there (DAgger of Ross, Gordon and Bagnell 2011): the scorer is told of situations that it gets into itself.
 """
 
 from __future__ import annotations

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import closing
 from pathlib import Path
 from typing import Any, Final
 
 from ..cli import UsageError
 from ..controllers.between import PLANNER
-from ..environments import Env, make_vector
-from ..evaluation import NUM_ENVS
-from ..files import write_json
+from ..environments import Env
 from ..hyperparameters import checked
 from ..runs import CHOOSING
 from ..tables import console, shifts_comparison
@@ -31,6 +28,8 @@ PEERS: Final = ("fifo", "atc")
 def line_settings(asked: Mapping[str, Any], given: Mapping[str, Any], cell: Env) -> dict[str, Any]:
     """Hyperparameters of a training with those that depend on the line: what the tuned ATC rule is and brings there.
 
+    `gamma` and `gae_lambda` are of one robot's decisions; among those of R robots they are the R-th roots.
+
     Args:
         asked: arguments of the training.
         given: hyperparameters.
@@ -48,12 +47,13 @@ def line_settings(asked: Mapping[str, Any], given: Mapping[str, Any], cell: Env)
         raise UsageError(f"--algo {algo} corrects throws; on a line there are {', '.join(CHOOSING)}")
     if (asked["stack"], asked["over"], asked["fidelity"]) != (1, PLANNER, "full"):
         raise UsageError("--stack, --over and --fidelity go with throws, and not with a line")
-    name, own = core.config.name, dict(given)
+    name, own, robots = core.config.name, dict(given), len(core.config.robots)
+    checked(own)
+    own |= {key: round(own[key] ** (1.0 / robots), 6) for key in ("gamma", "gae_lambda") if key in own}
     if algo == "residual_ppo":
         own.setdefault("patience", settings(name, "atc")["patience"])
     found = rate(name)
     own.setdefault("price_of_time", core.config.price_of_time if found is None else found)
-    checked(own)
     return own
 
 
@@ -63,18 +63,15 @@ def more_price(given: Mapping[str, Any], cell: Env) -> float:
     return 0.0 if core is None else float(given["price_of_time"]) - core.config.price_of_time
 
 
-def compare_shifts(folder: Path, learned_from: int, cell: Env, env_id: str, shifts: int, seed: int) -> list[Any]:
+def compare_shifts(folder: Path, learned_from: int, env: Env, shifts: int, seed: int) -> list[dict[str, Any]]:
     """Rules and what was learned on the same held-out shifts, in a table; returns its rows as JSON has them."""
-    core = line_of(cell)
+    core = line_of(env)
     assert core is not None
     rows: list[tuple[str, int, dict[str, Any]]] = []
-    with closing(make_vector(env_id, core.config, NUM_ENVS, 1)) as env:
-        own = line_of(env)
-        assert own is not None
-        for controller in [*(line_controller(name, own) for name in PEERS), run_scores(folder)]:
-            controller.reset(seed)
-            count = 0 if controller.name in PEERS else learned_from
-            rows.append((controller.name, count, judged(controller, env, shifts, seed)))
+    for controller in [*(line_controller(name, core) for name in PEERS), run_scores(folder)]:
+        controller.reset(seed)
+        count = 0 if controller.name in PEERS else learned_from
+        rows.append((controller.name, count, judged(controller, env, shifts, seed)))
     title = f"{shifts} held-out shifts each, level {core.config.name}; run folder {folder}"
     console().print(shifts_comparison(title, rows, PEERS[-1]))
     return [{"controller": n, "throws": t, **{k: v for k, v in s.items() if k != "throws"}} for n, t, s in rows]

@@ -11,14 +11,10 @@ from pnt_gym.arrays import Floats
 
 from ..scorer import NAMES, Scorer
 from .scored import Scored
-from .tuning import Bench, Settings, Tried
+from .tuning import EACH, POPULATION, Bench, Settings, Tried
 
 WEIGHED: Final = tuple(name for name in NAMES if name != "real")
 """Entries of a choice that an index can weigh."""
-POPULATION: Final = 16
-"""Indices that each generation compares."""
-EACH: Final = 16
-"""Shifts in which it does, new ones every time."""
 SPREAD: Final = 0.15
 """Of the weights in the first generation, about zero: the ATC rule."""
 

@@ -26,6 +26,11 @@ SHARE: Final = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 """Of its value that a choice loses which a robot downstream can take too."""
 PRICE: Final = (0.6, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5)
 """Of a robot's second, by what the tuned ATC rule brings in it."""
+POPULATION: Final = 16
+"""Indices that each generation of a search compares."""
+EACH: Final = 16
+"""Shifts in which it does, new ones every time."""
+SEARCHED: Final = POPULATION * EACH
 ROWS: Final = 512
 """Lines side by side, at most."""
 Settings = dict[str, Any]

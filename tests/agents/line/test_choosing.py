@@ -151,7 +151,9 @@ def test_the_table_at_the_end_compares_with_rules_on_the_shifts_of_evaluate(aske
 
 def test_a_run_is_judged_on_its_own_level_unless_another_is_asked_for(asked: Arguments, tmp_path: Path) -> None:
     main(asked)
-    done = call("agents.evaluate", "--controller", str(tmp_path / "run"), "--shifts", "2", "--json", "it.json", folder=tmp_path)
+    done = call(
+        "agents.evaluate", "--controller", str(tmp_path / "run"), "--shifts", "2", "--json", "it.json", folder=tmp_path
+    )
     assert done.returncode == 0, done.stderr
     found = json.loads((tmp_path / "it.json").read_text())
     assert (found["level"], found["env"]) == ("short", "PnTLine-v0")
@@ -162,6 +164,12 @@ def test_settings_of_the_line_are_noted_in_the_run(asked: Arguments, tmp_path: P
     noted = yaml.safe_load((tmp_path / "run" / "config.yml").read_text())["PnTLine-v0"]
     assert noted["patience"] == settings("value", "atc")["patience"]
     assert noted["price_of_time"] == rate("value")
+    assert noted["gamma"] == 0.9
+    main(replace(asked, level="line3", steps=1, out=tmp_path / "three"))
+    main(Arguments(resume=tmp_path / "three", steps=33, eval_picks=0))
+    noted = yaml.safe_load((tmp_path / "three" / "config.yml").read_text())["PnTLine-v0"]
+    assert noted["gamma"] == pytest.approx(0.9 ** (1 / 3), abs=1e-5)
+    assert runs.load_model(tmp_path / "three").gamma == noted["gamma"]
 
 
 def test_a_second_costs_what_training_says() -> None:

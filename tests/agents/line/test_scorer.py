@@ -43,7 +43,9 @@ def some() -> Iterator[list[Observation]]:
 def random_scorer(seed: int = 0, patience: float = 1.7) -> Scorer:
     random = np.random.default_rng(seed)
     shapes = ((8, INPUTS), (4, 8), (1, 4))
-    layers = tuple((random.normal(size=s).astype(np.float32), random.normal(size=s[0]).astype(np.float32)) for s in shapes)
+    layers = tuple(
+        (random.normal(size=s).astype(np.float32), random.normal(size=s[0]).astype(np.float32)) for s in shapes
+    )
     return Scorer(layers, patience)
 
 
@@ -100,7 +102,9 @@ def test_a_scorer_comes_back_from_its_file(some: list[Observation], tmp_path: Pa
     np.testing.assert_array_equal(loaded(some[0].features), scorer(some[0].features))
 
 
-@pytest.mark.parametrize("damage", ["nothing", "torn", "text", "inputs", "outputs", "patience", "nan", "activation", "gap"])
+@pytest.mark.parametrize(
+    "damage", ["nothing", "torn", "text", "inputs", "outputs", "patience", "nan", "activation", "gap"]
+)
 def test_a_damaged_file_is_told_in_one_sentence(tmp_path: Path, damage: str) -> None:
     file, whole = tmp_path / "it.npz", random_scorer()
     whole.save(file)
@@ -142,7 +146,9 @@ def test_the_network_that_learns_is_the_scorer_that_it_leaves(some: list[Observa
     torch.manual_seed(0)
     scoring, seen = Scoring(1.4, (16, 16)), some[3].features
     weight, constant = rule(1.4)
-    np.testing.assert_allclose(scoring(choices_of(torch.as_tensor(seen))).detach(), inputs(seen) @ weight + constant, atol=1e-4)
+    np.testing.assert_allclose(
+        scoring(choices_of(torch.as_tensor(seen))).detach(), inputs(seen) @ weight + constant, atol=1e-4
+    )
     torch.nn.init.normal_(scoring.added[-1].weight)
     np.testing.assert_allclose(scoring(choices_of(torch.as_tensor(seen))).detach(), scoring.numbers()(seen), atol=1e-4)
 
