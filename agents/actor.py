@@ -7,7 +7,8 @@
                                       (outputs, inputs), float32
     activation                        after every layer but the last, a name of `ACTIVATIONS`
     output                            "squashed": tanh, then scaled from [-1, 1] to low and high (SAC, TD3, TQC);
-                                      "clipped" to low and high (PPO, RecurrentPPO)
+                                      "clipped" to low and high (PPO, RecurrentPPO); "scores" of choices, as they are,
+                                      of which the greatest is taken (MaskablePPO)
     bound                             the last layer's numbers are clipped to it on either side before; mostly inf
     low, high                         of the actions
 """
@@ -29,7 +30,9 @@ from pnt_gym.arrays import Floats
 from .cli import UsageError
 
 Array = NDArray[np.float32]
-OUTPUTS: Final = ("squashed", "clipped")
+Layers = tuple[tuple[Array, Array], ...]
+"""Weight and bias of each full layer."""
+OUTPUTS: Final = ("squashed", "clipped", "scores")
 LSTM: Final = ("lstm_in", "lstm_kept", "lstm_bias")
 
 
@@ -90,8 +93,7 @@ class Lstm:
 class Actor:
     """The deterministic policy that a training left; `policy.npz` holds what its attributes say."""
 
-    layers: tuple[tuple[Array, Array], ...]
-    """Weight and bias of each."""
+    layers: Layers
     activation: str
     output: str
     """One of `OUTPUTS`."""
@@ -122,10 +124,9 @@ class Actor:
 
     def _answer(self, value: Floats) -> Array:
         """Actions (N, A) by the full layers."""
-        *hidden, (weight, bias) = self.layers
-        for inner, shift in hidden:
-            value = ACTIVATIONS[self.activation](value @ inner.T + shift)
-        value = np.clip(value @ weight.T + bias, -self.bound, self.bound)
+        value = np.clip(through(self.layers, self.activation, value), -self.bound, self.bound)
+        if self.output == "scores":
+            return value.astype(np.float32)
         if self.output == "squashed":
             value = self.low + 0.5 * (np.tanh(value) + 1.0) * (self.high - self.low)
         return np.clip(value, self.low, self.high).astype(np.float32)
@@ -142,9 +143,7 @@ class Actor:
         numbers: dict[str, Array] = {}
         if self.lstm is not None:
             numbers |= dict(zip(LSTM, (self.lstm.seen, self.lstm.kept, self.lstm.bias), strict=True))
-        for k, (weight, bias) in enumerate(self.layers):
-            numbers |= {f"weight_{k}": weight, f"bias_{k}": bias}
-        return numbers
+        return numbers | named(self.layers)
 
     def save(self, file: Path) -> None:
         """Write it to a file."""
@@ -161,14 +160,13 @@ class Actor:
         try:
             with np.load(file, allow_pickle=False) as parts:
                 found = {name: parts[name] for name in parts.files}
-            count = sum(name.startswith("weight_") for name in found)
             actor = cls(
-                tuple((_numbers(found[f"weight_{k}"], 2), _numbers(found[f"bias_{k}"], 1)) for k in range(count)),
+                layers_of(found),
                 str(found["activation"]),
                 str(found["output"]),
                 float(found["bound"]),
-                _numbers(found["low"], 1),
-                _numbers(found["high"], 1),
+                numbers_of(found["low"], 1),
+                numbers_of(found["high"], 1),
                 _lstm(found) if found.keys() & set(LSTM) else None,
             )
             _check(actor)
@@ -181,10 +179,41 @@ class Actor:
 def _lstm(found: Mapping[str, NDArray[Any]]) -> Lstm:
     """The layer that a file holds."""
     parts = zip(LSTM, (2, 2, 1), strict=True)
-    return Lstm(*(_numbers(found[name], axes) for name, axes in parts))
+    return Lstm(*(numbers_of(found[name], axes) for name, axes in parts))
 
 
-def _numbers(array: NDArray[Any], axes: int) -> Array:
+def through(layers: Layers, activation: str, value: Floats) -> Floats:
+    """What full layers make of values S + (D,), with an activation after every layer but the last."""
+    *hidden, (weight, bias) = layers
+    for inner, shift in hidden:
+        value = ACTIVATIONS[activation](value @ inner.T + shift)
+    return value @ weight.T + bias
+
+
+def named(layers: Layers) -> dict[str, Array]:
+    """Weights and biases by their names in a file."""
+    numbers: dict[str, Array] = {}
+    for k, (weight, bias) in enumerate(layers):
+        numbers |= {f"weight_{k}": weight, f"bias_{k}": bias}
+    return numbers
+
+
+def layers_of(found: Mapping[str, NDArray[Any]]) -> Layers:
+    """The layers that a file holds.
+
+    Raises:
+        ValueError: they do not fit together.
+        KeyError: there is none, or one lacks its bias.
+    """
+    count = max(sum(name.startswith("weight_") for name in found), 1)
+    layers = tuple((numbers_of(found[f"weight_{k}"], 2), numbers_of(found[f"bias_{k}"], 1)) for k in range(count))
+    fits = [after.shape[1] == len(before) for (before, _), (after, _) in pairwise(layers)]
+    if not all([*fits, *(bias.shape == weight.shape[:1] for weight, bias in layers)]):
+        raise ValueError("layers that do not fit together")
+    return layers
+
+
+def numbers_of(array: NDArray[Any], axes: int) -> Array:
     """Finite numbers in so many axes."""
     if array.dtype != np.float32 or array.ndim != axes or not np.isfinite(array).all():
         raise ValueError(f"{array.dtype} {array.shape}")
@@ -194,9 +223,7 @@ def _numbers(array: NDArray[Any], axes: int) -> Array:
 def _check(actor: Actor) -> None:
     """Make sure that the parts fit together."""
     weights = [weight for weight, _ in actor.layers]
-    fits = [after.shape[1] == before.shape[0] for before, after in pairwise(weights)]
-    fits += [bias.shape == weight.shape[:1] for weight, bias in actor.layers]
-    fits += [actor.low.shape == actor.high.shape == weights[-1].shape[:1], bool((actor.low < actor.high).all())]
+    fits = [actor.low.shape == actor.high.shape == weights[-1].shape[:1], bool((actor.low < actor.high).all())]
     fits += [actor.activation in ACTIVATIONS, actor.output in OUTPUTS, actor.bound > 0.0]
     if actor.lstm is not None:
         size, lstm = actor.lstm.size, actor.lstm

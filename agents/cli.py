@@ -25,6 +25,7 @@ EXTRAS = {
     "stable_baselines3": "rl",
     "sb3_contrib": "rl",
     "tensorboard": "rl",
+    "cma": "rl",
     "casadi": "optimal",
     "matplotlib": "report",
     "jinja2": "report",

@@ -15,6 +15,8 @@ COMMANDS: Final = {
     "play": ("play", "watch a controller throw: video, picture or window"),
     "publish": ("publish", "keep a trained policy with its card, a film of it, and as ONNX"),
     "dataset": ("dataset", "collect throws of a controller as a Minari dataset, for offline learning"),
+    "tune": ("tune", "find the settings of rules and planners of a line, on shifts of their own"),
+    "imitate": ("imitate", "teach a quick policy what a slow planner of a line decides"),
     "calibrate": ("calibrate", "count what becomes of throws on a line, for levels whose throws go by a table"),
     "plan_line": ("plan_line", "how many robots, how fast a belt: what a line needs to sort what comes"),
     "benchmark": ("benchmark.__main__", "let every controller of a plan learn, and compare them throw by throw"),

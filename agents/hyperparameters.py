@@ -47,6 +47,9 @@ REAL: Final = {
     "target_policy_noise": (0.0, 1e6),
     "target_noise_clip": (0.0, 1e6),
     "log_std_init": (-20.0, 20.0),
+    "patience": (0.01, 1000.0),
+    "sharpness": (0.01, 1000.0),
+    "price_of_time": (0.0, 1e6),
 }
 SWITCHES: Final = (
     "use_sde", "use_sde_at_warmup", "normalize_advantage", "optimize_memory_usage", "shared_lstm", "enable_critic_lstm",
@@ -91,6 +94,9 @@ def checked(settings: Mapping[str, Any]) -> dict[str, Any]:
     for name, value in {**chosen, **kwargs}.items():
         if not _fits(name, value):
             raise UsageError(f"hyperparameter {name} is {value!r}; it must be {_wanted(name)}")
+    chosen.pop("price_of_time", None)  # of the reward, which is not made here
+    if "patience" in chosen:
+        kwargs["patience"] = chosen.pop("patience")
     return chosen
 
 

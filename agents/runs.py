@@ -4,7 +4,7 @@
     env.yaml            the level in full            versions.json       of Python and packages
     git.txt             commit, if there is one      command.txt         the command line
     progress.csv        success and landing error while training
-    policy.npz          newest policy (see `agents.actor`): all that is needed to throw with it
+    policy.npz          newest policy (see `agents.actor` and `agents.scorer`): all that is needed to throw with it
     model.zip           the same with what it learns by  replay_buffer.npz   its memory
     checkpoints/N/      all that is needed to go on from throw N
 
@@ -38,8 +38,13 @@ if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
     from stable_baselines3.common.vec_env import VecEnv
 
-Algorithm = Literal["sac", "td3", "ppo", "tqc", "recurrent_ppo"]
-ALGORITHMS: tuple[Algorithm, ...] = get_args(Algorithm)
+OfThrows = Literal["sac", "td3", "ppo", "tqc", "recurrent_ppo"]
+OfChoices = Literal["maskable_ppo", "residual_ppo"]
+Algorithm = Literal[OfThrows, OfChoices]
+ALGORITHMS: tuple[OfThrows, ...] = get_args(OfThrows)
+"""Those that correct throws."""
+CHOOSING: tuple[OfChoices, ...] = get_args(OfChoices)
+"""Those that choose, of what a mask says there is."""
 ON_POLICY: tuple[Algorithm, ...] = ("ppo", "recurrent_ppo")
 """Those that learn from every step once, and keep no memory of throws."""
 RECURRENT: tuple[Algorithm, ...] = ("recurrent_ppo",)
@@ -134,7 +139,7 @@ def read_arguments(folder: Path) -> dict[str, Any]:
         kind = int if name in WHOLE else str
         if not (isinstance(data[name], kind) and not isinstance(data[name], bool)):
             raise UsageError(f"run folder {str(folder)!r} is damaged: args.yml has {name} {data[name]!r}")
-    if data["algo"] not in ALGORITHMS:
+    if data["algo"] not in (*ALGORITHMS, *CHOOSING):
         raise UsageError(f"run folder {str(folder)!r} is damaged: args.yml has algo {data['algo']!r}")
     return data
 
@@ -143,9 +148,11 @@ def load_actor(folder: Path, checkpoint: Path | None = None) -> Actor:
     """The newest policy of a run, or that of one of its checkpoints.
 
     Raises:
-        UsageError: the folder or its policy is missing or damaged.
+        UsageError: the folder or its policy is missing or damaged, or does not correct throws.
     """
-    read_arguments(folder)
+    asked = read_arguments(folder)
+    if asked["algo"] in CHOOSING:
+        raise UsageError(f"run folder {str(folder)!r} is of a policy that chooses; it is for --env {asked['env']}")
     return Actor.load(policy_of(folder, checkpoint))
 
 

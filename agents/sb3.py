@@ -6,7 +6,7 @@ import json
 import pickle
 import time
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from io import BytesIO
 from pathlib import Path
@@ -16,7 +16,7 @@ from zipfile import ZipFile
 import gymnasium as gym
 import numpy as np
 import torch
-from gymnasium.spaces import Box
+from gymnasium.spaces import Box, Discrete
 from numpy.typing import NDArray
 from stable_baselines3 import A2C, PPO, SAC, TD3
 from stable_baselines3.common.base_class import BaseAlgorithm
@@ -30,17 +30,20 @@ from pnt_gym.errors import PntGymError, one_sentence
 
 from .actor import ACTIVATIONS, Actor, Lstm
 from .cli import UsageError
-from .environments import Env, check_autoreset
+from .environments import Env, check_autoreset, core_of
 from .hyperparameters import checked
-from .runs import ALGORITHMS, RECURRENT
+from .runs import ALGORITHMS, CHOOSING, RECURRENT
+from .scorer import Scorer
 from .throws import results
 
 COUNTS = ("num_timesteps", "_n_updates", "_episode_num")
 """What a model counts while it learns; the rest of its state is tensors, or settled by the hyperparameters."""
-INFO_KEYS = ("is_success", "landing_error", "cycle_time", "picked", "dropped")
+INFO_KEYS = ("is_success", "landing_error", "cycle_time", "picked", "dropped", "value", "dt")
 """What of a throw's info reaches the learner's callbacks."""
 SMALL = 0.01
 """Factor on the last layer of a new policy: its first throws are the analytic planner's."""
+MASKS: Final = "action_masks"
+"""By this name sb3-contrib asks what can be chosen."""
 MARKS: Final = {
     "tqc": "top_quantiles_to_drop_per_net",
     "td3": "target_policy_noise",
@@ -66,9 +69,13 @@ def algorithm_class(name: str) -> type[BaseAlgorithm]:
         from sb3_contrib import RecurrentPPO  # noqa: PLC0415 - as above
 
         return RecurrentPPO
+    if name in CHOOSING:
+        from sb3_contrib import MaskablePPO  # noqa: PLC0415 - as above
+
+        return MaskablePPO
     classes: dict[str, type[BaseAlgorithm]] = {"sac": SAC, "td3": TD3, "ppo": PPO, "a2c": A2C}
     if name not in classes:
-        raise UsageError(f"unknown algorithm {name!r}; known are {', '.join(ALGORITHMS)}")
+        raise UsageError(f"unknown algorithm {name!r}; known are {', '.join((*ALGORITHMS, *CHOOSING))}")
     return classes[name]
 
 
@@ -122,7 +129,9 @@ def _nowhere(stored: Mapping[str, Any], count: int) -> VecEnv:
     """Nothing but the spaces of a stored model and a number of rows: what it takes to make one that only acts."""
     nowhere: gym.Env[Any, Any] = gym.Env()
     seen, action = (tuple(stored[f"{name}_space"]["_shape"]) for name in ("observation", "action"))
-    nowhere.observation_space, nowhere.action_space = Box(-np.inf, np.inf, seen), Box(-1.0, 1.0, action)
+    count_of = stored["action_space"].get("n")
+    nowhere.observation_space = Box(-np.inf, np.inf, seen)
+    nowhere.action_space = Box(-1.0, 1.0, action) if count_of is None else Discrete(int(count_of))
     rows = DummyVecEnv([lambda: nowhere])
     rows.num_envs = count
     return rows
@@ -167,7 +176,7 @@ def _made(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> Bas
     """A model with random weights."""
     torch.set_num_threads(1)  # small networks are slower on many threads than on one
     chosen = checked(deepcopy(dict(settings)))  # stable-baselines3 adds to the dicts it is given
-    policy = chosen.pop("policy", "MlpLstmPolicy" if algo in RECURRENT else "MlpPolicy")
+    policy = chosen.pop("policy", None) or _policy(algo)
     kind = algorithm_class(algo)
     if issubclass(kind, OffPolicyAlgorithm):
         chosen.setdefault("replay_buffer_class", ThrownBuffer)
@@ -180,9 +189,20 @@ def _made(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> Bas
         raise UsageError(f"hyperparameters do not fit {algo}: {one_sentence(error)}") from error
 
 
+def _policy(algo: str) -> str | type[Any]:
+    """The usual policy of an algorithm."""
+    if algo == "residual_ppo":
+        from .residual import ResidualPolicy  # noqa: PLC0415 - only this algorithm needs it
+
+        return ResidualPolicy
+    return "MlpLstmPolicy" if algo in RECURRENT else "MlpPolicy"
+
+
 def start_at_zero(model: BaseAlgorithm) -> None:
-    """Scale the layer that gives the mean action down to nearly nothing."""
+    """Scale the layer that gives the mean action down to nearly nothing; a scorer begins as the rule anyway."""
     policy: Any = model.policy
+    if hasattr(policy, "numbers"):
+        return
     heads = [policy.action_net] if isinstance(model, OnPolicyAlgorithm) else [policy.actor.mu]
     if isinstance(model, TD3):
         heads.append(policy.actor_target.mu)  # a copy made before: both must start alike
@@ -193,13 +213,15 @@ def start_at_zero(model: BaseAlgorithm) -> None:
             last.bias.zero_()
 
 
-def actor_of(model: BaseAlgorithm) -> Actor:
+def actor_of(model: BaseAlgorithm) -> Actor | Scorer:
     """The policy by which a model acts when it does not explore, as numbers.
 
     Raises:
         UsageError: it is not a network of full layers with one known activation, for observations in one vector.
     """
-    policy, seen, given = cast("Any", model.policy), model.observation_space, cast("Box", model.action_space)
+    policy, seen = cast("Any", model.policy), model.observation_space
+    if hasattr(policy, "numbers"):
+        return policy.numbers()
     steps, bound = _steps(model)
     full, between = {type(step) for step in steps[::2]}, {type(step) for step in steps[1::2]}
     known = [name for name in ACTIVATIONS if between <= {getattr(torch.nn, name)}]
@@ -213,6 +235,10 @@ def actor_of(model: BaseAlgorithm) -> Actor:
         )
     lstm = None if recurrent is None else _lstm(recurrent)
     layers = tuple((step.weight.detach().numpy().copy(), step.bias.detach().numpy().copy()) for step in steps[::2])
+    if isinstance(model.action_space, Discrete):
+        low = np.full(int(model.action_space.n), np.finfo(np.float32).min, dtype=np.float32)
+        return Actor(layers, known[0], "scores", bound, low, -low)
+    given = cast("Box", model.action_space)
     output = "squashed" if policy.squash_output else "clipped"
     return Actor(layers, known[0], output, bound, given.low, given.high, lstm)
 
@@ -296,17 +322,18 @@ class SameStepVecEnv(VecEnv):
         env: the environment.
         even: what no action had a say in, a pick that failed or an object lost on the way, gets the mean reward of the
             throws beside it: for algorithms that keep no memory from which to leave it out.
+        price: of a second between decisions, taken off the reward beside what the environment itself takes off [1/s].
 
     Raises:
         UsageError: the environment resets in another way.
     """
 
-    def __init__(self, env: Env, *, even: bool = False) -> None:
+    def __init__(self, env: Env, *, even: bool = False, price: float = 0.0) -> None:
         check_autoreset(env)
         self.env = env
-        self._even = even
+        self._even, self._price = even, price
         self._start = time.perf_counter()
-        self._actions: NDArray[np.float32] = np.zeros(0, dtype=np.float32)
+        self._actions: NDArray[Any] = np.zeros(0)
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
         self._clear()
 
@@ -320,9 +347,9 @@ class SameStepVecEnv(VecEnv):
         self._clear()
         return np.array(observation, dtype=np.float32)
 
-    def step_async(self, actions: NDArray[np.float32]) -> None:
-        """Keep the actions (N, A) for `step_wait`."""
-        self._actions = np.asarray(actions, dtype=np.float32)
+    def step_async(self, actions: NDArray[Any]) -> None:
+        """Keep the actions (N, A), or (N,) of choices, for `step_wait`."""
+        self._actions = np.asarray(actions, dtype=self.action_space.dtype)
 
     def step_wait(self) -> VecEnvStepReturn:
         """Throw; rows whose episode ended are already reset in the observation returned."""
@@ -331,6 +358,8 @@ class SameStepVecEnv(VecEnv):
         self._returns += reward
         self._lengths += 1
         found = results(info, self.num_envs)
+        if self._price:
+            reward = reward - self._price * found["dt"]
         infos = [{key: found[key][i].item() for key in INFO_KEYS if key in found} for i in range(self.num_envs)]
         for i in np.flatnonzero(done):
             infos[i].update(self._ending(info, i, bool(truncated[i] and not terminated[i])))
@@ -345,7 +374,7 @@ class SameStepVecEnv(VecEnv):
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
         """An attribute of the one environment, once per row."""
-        value = getattr(self.env, attr_name)
+        value = self._masks if attr_name == MASKS else getattr(self.env, attr_name)
         return [value for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
@@ -361,7 +390,10 @@ class SameStepVecEnv(VecEnv):
         indices: VecEnvIndices = None,
         **method_kwargs: Any,
     ) -> list[Any]:
-        """Call a method of the one environment, once; its result stands for each row."""
+        """Call a method of the one environment, once; its result stands for each row, but masks are of each row."""
+        if method_name == MASKS:
+            masks = self._masks()
+            return [masks[row] for row in self._get_indices(indices)]
         result = getattr(self.env, method_name)(*method_args, **method_kwargs)
         return [result for _ in self._get_indices(indices)]
 
@@ -373,6 +405,11 @@ class SameStepVecEnv(VecEnv):
         """One image per row, None where the environment does not render."""
         images = self.env.render() if self.render_mode == "rgb_array" else None
         return list(images) if images is not None else [None] * self.num_envs
+
+    @property
+    def _masks(self) -> Callable[[], NDArray[np.bool_]]:
+        """The method that tells what can be chosen in each row (N, A); an AttributeError where nothing is chosen."""
+        return cast("Any", core_of(self.env)).masks
 
     def _clear(self) -> None:
         self._returns = np.zeros(self.num_envs)

@@ -19,6 +19,8 @@ from rich.progress import (
 )
 from rich.table import Table
 
+from . import metrics
+
 Summary = Mapping[str, Any]
 LONG = 24
 """Text longer than this is no figure."""
@@ -172,6 +174,52 @@ def shifts_table(title: str, summary: Summary) -> Table:
     table = Grid(title, ("figure", "value"), rows).terminal()
     table.show_header = False
     return table
+
+
+def tuned_table(title: str, rows: Sequence[tuple[str, Mapping[str, Any], Any, Any]]) -> Table:
+    """Controllers of a line, their best settings, value per minute, and how much that is over a rule in pairs."""
+    lines = [
+        [name, settings_text(settings), interval_text(metrics.mean_interval(value)), _over(value, base)]
+        for name, settings, value, base in rows
+    ]
+    return Grid(title, ("controller", "settings", "value/min (95 % interval)", "over tuned atc"), lines).terminal()
+
+
+def shifts_comparison(title: str, rows: Sequence[tuple[str, int, Summary]], base: str) -> Table:
+    """Controllers of a line side by side over the same shifts, as `comparison_table`; `base` is whom they are over."""
+    values = {name: summary["by_shift"]["value_per_min"] for name, _, summary in rows}
+    lines = [
+        [
+            name,
+            f"{count} decisions" if count else "-",
+            interval_text(metrics.mean_interval(values[name])),
+            "-" if name == base else interval_text(metrics.paired_mean(values[name], values[base]), "+"),
+            f"{summary['sorted_per_min']:.1f}",
+            percent(summary["recovery"]),
+            f"{summary['ms_per_decision']:.2f}",
+        ]
+        for name, count, summary in rows
+    ]
+    header = ("controller", "learned from", "value/min (95 % interval)", f"over {base}", "sorted/min", "recovery")
+    return Grid(title, (*header, "ms/decision"), lines).terminal()
+
+
+def _over(value: Any, base: Any) -> str:
+    """How much more values of shifts are than others of the same shifts; "-" of nothing."""
+    return "-" if base is None or value is base else interval_text(metrics.paired_mean(value, base), "+")
+
+
+def settings_text(settings: Mapping[str, Any]) -> str:
+    """Settings on one line."""
+    return ", ".join(
+        f"{name} ({settings_text(value)})" if isinstance(value, Mapping) else f"{name} {value:g}"
+        for name, value in settings.items()
+    )
+
+
+def interval_text(interval: metrics.Interval, sign: str = "") -> str:
+    """A figure with its interval."""
+    return f"{interval.value:{sign}.1f} ({interval.low:{sign}.1f}..{interval.high:{sign}.1f})"
 
 
 def comparison_table(title: str, rows: Sequence[tuple[str, int, Summary]]) -> Table:

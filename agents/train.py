@@ -19,8 +19,11 @@ from .environments import Env, core_of, find_environment, make_vector, stream_se
 from .evaluation import NUM_ENVS, PRACTICE, held_out, practise
 from .files import held, write_json
 from .hyperparameters import hyperparameters
+from .line import learning as lines
+from .line.evaluation import SHIFTS
+from .line.making import line_of
 from .places import module_name
-from .runs import ALGORITHMS, Algorithm
+from .runs import ALGORITHMS, CHOOSING, Algorithm
 from .tables import comparison_table, console, throws_bar
 from .throws import summary
 from .trained import own_environment
@@ -33,6 +36,8 @@ if TYPE_CHECKING:
 
 LEVELS: Mapping[str, str] = dict.fromkeys(("PnTConveyor-v0", "PnTRelease-v0"), "waste")
 """What is trained on unless it is said: where learning shows in success, not only in the landing."""
+PICKS = 320
+"""Throws of each controller in the table at the end."""
 TABLE_SEED = 0
 TABLE = "evaluation.json"
 """The table at the end of a run, in its folder."""
@@ -40,7 +45,7 @@ TABLE = "evaluation.json"
 
 @dataclass(frozen=True)
 class Arguments:
-    """Train an agent to correct the analytic planner's throws, and compare it with what needs no training."""
+    """Train an agent to correct the analytic planner's throws, or to choose what comes next on a line; compare."""
 
     env: Annotated[str | None, option("PnTConveyor-v0", "ID|MODULE:ID")] = None
     """Environment id; with MODULE:ID one that a module of yours registers."""
@@ -50,28 +55,28 @@ class Arguments:
     """What is simulated to learn from: flight is several times as fast, and is judged in the level's own fidelity."""
     full_last: Annotated[int | None, option("0", "N")] = None
     """With --fidelity flight: the last N throws are simulated in full."""
-    algo: Annotated[Algorithm | None, option("sac", "|".join(ALGORITHMS))] = None
-    """Learning algorithm."""
-    steps: Annotated[int | None, option("10000, or as the resumed run was asked for", "N")] = None
-    """Throws in all, counting those before a resume; rounded up to whole batches."""
+    algo: Annotated[Algorithm | None, option("sac; residual_ppo on a line", "|".join((*ALGORITHMS, *CHOOSING)))] = None
+    """Learning algorithm; the last two choose, on a line."""
+    steps: Annotated[int | None, option("10000; 500000 on a line; or as the resumed run was asked for", "N")] = None
+    """Throws in all, counting those before a resume; rounded up to whole batches. On a line decisions."""
     seed: Annotated[int | None, option("0", "S")] = None
     """Of the networks, the exploration and the objects thrown."""
     out: Annotated[Path | None, option("runs/ENV-LEVEL-ALGO-seedS-TIME", "DIR")] = None
     """Run folder."""
     resume: Annotated[Path | None, option("a new run", "DIR")] = None
     """Continue this run folder; everything but --steps and --threads is taken from it."""
-    num_envs: Annotated[int | None, option("16", "N")] = None
+    num_envs: Annotated[int | None, option("16; 64 on a line", "N")] = None
     """Cells simulated side by side."""
     threads: int = 2
     """Threads that simulate; results do not depend on it."""
     action_mode: Annotated[str | None, option("the environment's own", "MODE")] = None
     """What an action means: one of the environment's action modes, e.g. release_point, release_xyz, virtual_goal."""
-    checkpoint_every: Annotated[int | None, option("2000", "N")] = None
+    checkpoint_every: Annotated[int | None, option("2000; 50000 on a line", "N")] = None
     """Throws between checkpoints, from which the run can be continued."""
     config: Annotated[Path | None, option("configs/rl/ALGO.yml", "FILE.yml")] = None
     """Hyperparameters in RL-Zoo syntax."""
-    eval_picks: int = 320
-    """Held-out throws per controller in the table at the end; 0 for no table."""
+    eval_picks: Annotated[int | None, option("320; 32 shifts on a line", "N")] = None
+    """Held-out throws per controller in the table at the end, on a line shifts; 0 for no table."""
     stack: Annotated[int | None, option("1", "K")] = None
     """Observations that the policy sees at once, the last ones of the shift; more than 1 on PnTAdapt-v0."""
     over: Annotated[str | None, option("analytic", "CONTROLLER")] = None
@@ -100,11 +105,12 @@ DEFAULTS: Mapping[str, Any] = {
 def main(arguments: Arguments) -> None:
     """Train, and print the comparison."""
     asked = request(arguments)
-    settings: dict[str, Any] = {}
-    if arguments.resume is None:
-        settings = hyperparameters(asked["algo"], asked["env"], arguments.config)
+    file = arguments.config if arguments.resume is None else arguments.resume / "config.yml"
+    settings = hyperparameters(asked["algo"], asked["env"], file)
     level = str(arguments.resume / "env.yaml") if arguments.resume is not None else asked["level"]
     cell = make_vector(asked["env"], level, asked["num_envs"], arguments.threads, asked["action_mode"])
+    if arguments.resume is None:
+        settings = lines.line_settings(asked, settings, cell)
     core, seen, quick = core_of(cell), as_seen(cell, asked), in_flight(cell, asked, arguments.threads)
     asked |= {"level": asked["level"] or core.config.name, "action_mode": core.action_mode}
 
@@ -114,7 +120,8 @@ def main(arguments: Arguments) -> None:
     from .sb3 import SameStepVecEnv  # noqa: PLC0415
 
     torch.set_num_threads(1)  # small networks are slower on many threads
-    with closing(SameStepVecEnv(seen, even=asked["algo"] in runs.ON_POLICY)) as env:
+    even, price = asked["algo"] in runs.ON_POLICY, lines.more_price(settings, cell)
+    with closing(SameStepVecEnv(seen, even=even, price=price)) as env:
         with Stop().listening() as stop, ExitStack() as ends:
             if arguments.resume is not None:
                 ends.enter_context(held(arguments.resume))
@@ -126,7 +133,7 @@ def main(arguments: Arguments) -> None:
         if stop.asked:
             say_how_to_resume(folder, asked["env"], model.num_timesteps)
             sys.exit(INTERRUPTED)
-        if arguments.eval_picks:
+        if arguments.eval_picks != 0:
             compare(folder, model.num_timesteps, cell, asked, arguments.eval_picks)
 
 
@@ -142,8 +149,9 @@ def request(arguments: Arguments) -> dict[str, Any]:
     if arguments.resume is None:
         if arguments.out is not None:
             runs.check_new(arguments.out)
-        asked = {**DEFAULTS, **given}
-        find_environment(asked["env"])
+        env_id = given.get("env", DEFAULTS["env"])
+        find_environment(env_id)
+        asked = {**DEFAULTS, **lines.DEFAULTS.get(env_id.rpartition(":")[2], {}), **given}
         if asked["full_last"] and asked["fidelity"] != "flight":
             raise UsageError("--full-last goes with --fidelity flight")
         asked["level"] = asked["level"] or LEVELS.get(asked["env"])
@@ -219,8 +227,9 @@ def learn(
     """
     from stable_baselines3.common.logger import Logger, configure  # noqa: PLC0415
 
-    from .progress import ProgressCallback  # noqa: PLC0415
+    from .progress import ProgressCallback, ShiftProgress  # noqa: PLC0415
 
+    line = line_of(env.env) is not None
     logger = configure(str(folder / "tensorboard"), ["tensorboard"]) if tensorboard else Logger(None, [])
     model.set_logger(logger)
     total, every = asked["steps"], asked["checkpoint_every"]
@@ -237,16 +246,18 @@ def learn(
             visible=not quiet,
         )
 
-        def show(count: int, rate: float, success: float, error: float) -> None:
+        def show(count: int, rate: float, success: float, figure: float) -> None:
             bar.update(
                 task,
                 advance=count,
-                rate=f"{rate:.0f} throws/s",
+                rate=f"{rate:.0f} {'decisions' if line else 'throws'}/s",
                 success=f"{100 * success:.0f} % success",
-                error=f"{1000 * error:.1f} mm off",
+                error=f"{figure:.1f} value/min" if line else f"{1000 * figure:.1f} mm off",
             )
 
-        callback = ProgressCallback(folder / "progress.csv", model.num_timesteps, stop, show)
+        callback = (ShiftProgress if line else ProgressCallback)(
+            folder / "progress.csv", model.num_timesteps, stop, show
+        )
         while model.num_timesteps < total and not stop.asked:
             done = model.num_timesteps
             env.env = quick if quick is not None and done < change else judged
@@ -265,8 +276,14 @@ def say_how_to_resume(folder: Path, env_id: str, throws: int) -> None:
     print(f"stopped after {throws} throws; continue with: {command}", file=sys.stderr)
 
 
-def compare(folder: Path, learned_from: int, cell: Env, asked: Mapping[str, Any], picks: int) -> None:
+def compare(folder: Path, learned_from: int, cell: Env, asked: Mapping[str, Any], picks: int | None) -> None:
     """Analytic, virtual goal and learned on the same held-out seeds; also kept in the run folder."""
+    if line_of(cell) is not None:
+        shifts = SHIFTS if picks is None else picks
+        with closing(make_vector(asked["env"], core_of(cell).config, NUM_ENVS, 1)) as env:
+            write_json(folder / TABLE, lines.compare_shifts(folder, learned_from, env, shifts, TABLE_SEED))
+        return
+    picks = PICKS if picks is None else picks
     core, seed = core_of(cell), asked["seed"]
     # A virtual goal is for actions that shift what the throw is judged by.
     peers = {"analytic": 0} if core.correction is None else {"analytic": 0, "virtual_goal": PRACTICE}

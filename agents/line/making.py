@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any, Final
 
 from pnt_gym.cells.line.core import LineCore
@@ -11,8 +13,10 @@ from pnt_gym.errors import one_sentence
 from ..cli import UsageError
 from ..controllers.protocol import Controller
 from ..environments import Env
+from ..scorer import Scorer
 from .looking import Beam
 from .rules import Anything, Index
+from .scored import Scored, run_scores, scorer_in
 from .tuned import settings
 
 _RULES: Final[Mapping[str, Callable[..., Controller]]] = {
@@ -25,6 +29,7 @@ _RULES: Final[Mapping[str, Callable[..., Controller]]] = {
     "pair": lambda core: Beam("pair", core, depth=1, width=10**6, by_rate=True),
     "beam": lambda core, **found: Beam("beam", core, **found),
     "joint_beam": lambda core, **found: Beam("joint_beam", core, joint=True, **found),
+    "index": lambda core, **found: Scored("index", Scorer.linear(**found)),
 }
 NAMES: Final = tuple(_RULES)
 
@@ -36,10 +41,10 @@ def line_of(env: Env) -> LineCore | None:
 
 
 def line_controller(name: str, core: LineCore, **options: Any) -> Controller:
-    """The controller of a name, with the settings that were tuned for the level.
+    """The controller of a name, with the settings that were tuned for the level, or one that has learned.
 
     Args:
-        name: one of `NAMES`.
+        name: one of `NAMES`, a run folder, or a scorer's .npz file.
         core: the lines that it will work on.
         options: settings that replace those.
 
@@ -47,6 +52,13 @@ def line_controller(name: str, core: LineCore, **options: Any) -> Controller:
         UsageError: there is no such controller of a line.
     """
     if name not in _RULES:
+        if os.path.isdir(name):
+            return run_scores(Path(name))
+        if name.endswith(".npz"):
+            return scorer_in(Path(name))
         known = ", ".join(NAMES)
-        raise UsageError(f"{one_sentence(name, 80)!r} is no controller of a line; controllers are {known}")
+        raise UsageError(
+            f"{one_sentence(name, 80)!r} is no controller of a line; controllers are {known}, the folder of a training "
+            "run, and a scorer's .npz file"
+        )
     return _RULES[name](core, **{**settings(core.config.name, name), **options})

@@ -12,7 +12,18 @@ USUAL: Final = {"atc": {"patience": 1.0}, "price": {"patience": 1.0, "share": 0.
 """On levels that nobody has tuned them for."""
 
 
+def written_settings() -> dict[str, Any]:
+    """All that is written there, by level."""
+    told: Any = read_yaml(FILE, "settings of rules") if FILE.is_file() else {}
+    return dict(told or {})
+
+
 def settings(level: str, name: str) -> dict[str, Any]:
     """Settings of one controller on a level; of `USUAL` where the level has none."""
-    told: Any = read_yaml(FILE, "settings of rules") if FILE.is_file() else {}
-    return {**USUAL.get(name, {}), **(told.get(level) or {}).get(name, {})}
+    return {**USUAL.get(name, {}), **(written_settings().get(level) or {}).get(name, {})}
+
+
+def rate(level: str) -> float | None:
+    """Value that the tuned ATC rule brings in a second on a level; None on one that nobody has tuned."""
+    found: Any = (written_settings().get(level) or {}).get("rate")
+    return None if found is None else float(found)

@@ -1,0 +1,169 @@
+"""Finding the settings of rules and planners of a line, on shifts of their own.
+
+Every setting works the same shifts, so that what is compared is the settings and not their luck.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pnt_gym.arrays import Floats, Ints
+from pnt_gym.cells.line.config import LineConfig
+
+from ..controllers.protocol import Controller, Observation
+from ..environments import Env, make_vector
+from .making import line_controller, line_of
+
+ENV: Final = "PnTLine-v0"
+PATIENCE: Final = (0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0)
+"""Of ATC and of price [s]."""
+SHARE: Final = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
+"""Of its value that a choice loses which a robot downstream can take too."""
+PRICE: Final = (0.6, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5)
+"""Of a robot's second, by what the tuned ATC rule brings in it."""
+POPULATION: Final = 16
+"""Indices that each generation of a search compares."""
+EACH: Final = 16
+"""Shifts in which it does, new ones every time."""
+SEARCHED: Final = POPULATION * EACH
+ROWS: Final = 512
+"""Lines side by side, at most."""
+Settings = dict[str, Any]
+Progress = Callable[[float], object]
+"""Told how many shifts have been worked since it was told last; also parts of them."""
+
+
+@final
+@dataclass(frozen=True)
+class Tried:
+    """Settings and what they brought."""
+
+    settings: Settings
+    value: Floats
+    """Value per minute of each shift (S,)."""
+
+
+@final
+class Beside(Controller):
+    """Several controllers, each at a line after the other; each sees observations of its own lines alone.
+
+    Args:
+        controllers: C of them, for C x S lines.
+    """
+
+    name = "beside"
+
+    def __init__(self, controllers: Sequence[Controller]) -> None:
+        self._controllers = controllers
+
+    def act(self, observation: Observation) -> NDArray[np.int64]:  # type: ignore[override]
+        """Their actions (C x S,)."""
+        parts = np.split(observation.features, len(self._controllers))
+        each = zip(self._controllers, parts, strict=True)
+        return np.concatenate([one.act(Observation(part, np.zeros(len(part), np.int64))) for one, part in each])
+
+
+def gained(controller: Controller, env: Env, seeds: Ints, progress: Progress | None = None) -> Floats:
+    """Value per minute of one shift in each line (N,), by the seeds of their streams (N,)."""
+    rows = env.num_envs
+    features, _ = env.reset(seed=seeds.tolist())
+    value, before = np.full(rows, np.nan), 0.0
+    core = line_of(env)
+    assert core is not None
+    while np.isnan(value).any():
+        seen = Observation(np.asarray(features, dtype=np.float32), np.zeros(rows, dtype=np.int64))
+        features, _, _, over, info = env.step(controller.act(seen))
+        fresh = over & np.isnan(value)
+        if fresh.any():
+            value[fresh] = info["final_info"]["shift_value_per_min"][fresh]
+        if progress is not None:
+            gone = np.where(np.isnan(value), core.cell.state.clock / core.config.duration, 1.0).sum()
+            progress(float(gone) - before)
+            before = float(gone)
+    env.close()
+    return value
+
+
+@final
+class Bench:
+    """Where settings are compared: shifts of a level.
+
+    Args:
+        level: its throws go by the table here, whatever it says.
+        seeds: of the shifts (S,).
+        progress: told how many shifts have been worked.
+    """
+
+    def __init__(self, level: LineConfig, seeds: Ints, progress: Progress | None = None) -> None:
+        self.level, self.seeds, self._progress = level, seeds, progress
+
+    def apart(self, shifts: int, number: int) -> Bench:
+        """The same with other shifts, which differ from those here and among numbers."""
+        first = int(self.seeds[-1]) + 1 + number * shifts
+        return Bench(self.level, np.arange(first, first + shifts), self._progress)
+
+    def beside(self, controllers: Sequence[Controller]) -> Floats:
+        """Value per minute of controllers that know nothing but the observation (C, S)."""
+        values: list[Floats] = []
+        most = max(ROWS // len(self.seeds), 1)
+        for first in range(0, len(controllers), most):
+            some = controllers[first : first + most]
+            env = make_vector(ENV, self.level, len(some) * len(self.seeds), 1)
+            found = gained(Beside(some), env, np.tile(self.seeds, len(some)), self._progress)
+            values.append(found.reshape(len(some), -1))
+        return np.concatenate(values)
+
+    def rules(self, name: str, tried: Iterable[Settings]) -> list[Tried]:
+        """What a rule brings with several settings."""
+        given, env = list(tried), make_vector(ENV, self.level, 1, 1)
+        core = line_of(env)
+        assert core is not None
+        values = self.beside([line_controller(name, core, **settings) for settings in given])
+        env.close()
+        return [Tried(settings, value) for settings, value in zip(given, values, strict=True)]
+
+    def planners(self, name: str, tried: Iterable[Settings]) -> list[Tried]:
+        """What a planner brings with several settings, one after the other."""
+        found: list[Tried] = []
+        for settings in tried:
+            env = make_vector(ENV, self.level, len(self.seeds), 1)
+            core = line_of(env)
+            assert core is not None
+            found.append(
+                Tried(settings, gained(line_controller(name, core, **settings), env, self.seeds, self._progress))
+            )
+        return found
+
+
+def best(tried: Sequence[Tried]) -> Tried:
+    """The settings that bring the most on average; the first of like ones."""
+    return max(tried, key=lambda one: float(one.value.mean()))
+
+
+def atc(bench: Bench) -> list[Tried]:
+    """The rule with every patience."""
+    return bench.rules("atc", [{"patience": k} for k in PATIENCE])
+
+
+def price(bench: Bench, patience: float) -> list[Tried]:
+    """First every share at a patience, then every patience at the best share, then every share again."""
+    found: list[Tried] = []
+    settings: Settings = {"patience": patience}
+    if len(bench.level.robots) == 1:
+        return bench.rules("price", [{**settings, "share": 0.0}])  # nobody comes after it
+    for name, values in (("share", SHARE), ("patience", PATIENCE), ("share", SHARE)):
+        known = [one.settings for one in found]
+        new = [{**settings, name: value} for value in values if {**settings, name: value} not in known]
+        found += bench.rules("price", new) if new else []
+        settings = best(found).settings
+    return found
+
+
+def planner(bench: Bench, name: str, rate: float) -> list[Tried]:
+    """Beam search with several prices of time, about what a robot brings in a second by the tuned ATC rule [1/s]."""
+    return bench.planners(name, [{"price": round(rate * factor, 3)} for factor in PRICE])

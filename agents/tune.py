@@ -1,0 +1,147 @@
+"""Find the settings of rules and planners of a line on shifts of their own: `python -m agents.tune --level value`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any, Final, Literal, get_args
+
+import numpy as np
+import tyro
+import yaml
+
+from pnt_gym.cells.line.config import LineConfig
+
+from .cli import at_least, option, run
+from .environments import stream_seed
+from .files import check_writable, read_yaml, write_json, write_text
+from .line import tuning
+from .line.tuned import FILE, rate, settings
+from .line.tuning import Bench, Tried
+from .tables import console, throws_bar, tuned_table
+from .versions import versions
+
+What = Literal["atc", "price", "beam", "joint_beam", "index"]
+ORDER: Final[tuple[What, ...]] = get_args(What)
+"""Each builds on the first."""
+ENOUGH: Final = 32
+"""With fewer shifts settings are shown, and not kept for others."""
+HEAD: Final = (
+    "# Settings with which rules and planners of a line ship, by level: what `pnt-gym tune` has found on seeds of its "
+    "own.\n# `rate` is the value that the tuned ATC rule brings in a second.\n"
+)
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """Find the settings of rules and planners of a line, on shifts that no evaluation sees."""
+
+    level: Annotated[str, tyro.conf.arg(metavar="NAME|FILE.yaml")] = "single"
+    """A shipped level's name or a YAML file; throws go by its table."""
+    what: tuple[What, ...] = field(default=("atc", "price"))
+    """What to find settings for: patience of atc, patience and share of price, price of time of beam and joint_beam, or
+    the weights of an index, by evolution."""
+    shifts: int = 64
+    """Shifts that every setting works; settings are kept only from 32 on."""
+    generations: int = 40
+    """Of the search for an index."""
+    seed: int = 0
+    """Names the shifts."""
+    out: Annotated[Path | None, option("configs/line_rules.yaml", "FILE.yaml")] = None
+    """Where the settings are kept, by level; others there stay."""
+    json: Annotated[Path | None, option("none", "FILE")] = None
+    """Write every setting that was tried, and what it brought in each shift, to this file."""
+
+
+def main(arguments: Arguments) -> None:
+    """Try, print the table, keep the best."""
+    at_least(vars(arguments), shifts=1, generations=1, seed=0)
+    place = FILE if arguments.out is None else arguments.out
+    check_writable(place, arguments.json)
+    level = LineConfig.load(arguments.level, throws="table")
+    told = found(level, arguments)
+    console().print(
+        tuned_table(f"level {level.name}, {arguments.shifts} shifts each, seed {arguments.seed}", rows(told))
+    )
+    if arguments.shifts >= ENOUGH:
+        keep(place, level, told)
+        console().print(f"kept in {place}")
+    else:
+        console().print(f"{arguments.shifts} shifts are too few to keep what they say; {ENOUGH} are enough")
+    if arguments.json is not None:
+        write_json(arguments.json, as_json(level, arguments, told))
+        console().print(f"all that was tried is in {arguments.json}")
+
+
+def found(level: LineConfig, arguments: Arguments) -> dict[str, list[Tried]]:
+    """All that was tried, by what it is a setting of."""
+    first = stream_seed("practice", arguments.seed)
+    told: dict[str, list[Tried]] = {}
+    with throws_bar() as bar:
+        for what in (what for what in ORDER if what in arguments.what):
+            task = bar.add_task(f"shifts for {what}", total=most(what, level, arguments))
+            bench = Bench(level, np.arange(first, first + arguments.shifts), partial(bar.advance, task))
+            told[what] = tried(what, bench, arguments, told)
+            bar.update(task, total=bar.tasks[task].completed)
+    return told
+
+
+def most(what: What, level: LineConfig, arguments: Arguments) -> int:
+    """Shifts that it takes to find settings, at most."""
+    share = 1 if len(level.robots) == 1 else 2 * len(tuning.SHARE) + len(tuning.PATIENCE)
+    each = {"atc": len(tuning.PATIENCE), "price": share, "index": 2}.get(what, len(tuning.PRICE))
+    return each * arguments.shifts + (arguments.generations * tuning.SEARCHED if what == "index" else 0)
+
+
+def tried(what: What, bench: Bench, arguments: Arguments, told: dict[str, list[Tried]]) -> list[Tried]:
+    """Settings of one controller, starting from the tuned ATC rule: of this run, or as it ships."""
+    if what == "atc":
+        return tuning.atc(bench)
+    name, robots = bench.level.name, len(bench.level.robots)
+    patience = (tuning.best(told["atc"]).settings if "atc" in told else settings(name, "atc"))["patience"]
+    if what == "price":
+        return tuning.price(bench, patience)
+    if what == "index":
+        from .line.searching import searched  # noqa: PLC0415 - needs a library that only it does
+
+        return searched(bench, patience, arguments.generations, arguments.seed)
+    brings = a_second(told["atc"]) if "atc" in told else rate(name)
+    brings = a_second(bench.rules("atc", [{"patience": patience}])) if brings is None else brings
+    return tuning.planner(bench, what, brings / robots)
+
+
+def a_second(values: list[Tried]) -> float:
+    """Value that the best settings bring in a second."""
+    return float(tuning.best(values).value.mean()) / 60.0
+
+
+def rows(told: dict[str, list[Tried]]) -> list[tuple[str, dict[str, Any], Any, Any]]:
+    """Names, best settings, their values per minute, and those of the best ATC rule where there are some."""
+    base = tuning.best(told["atc"]).value if "atc" in told else None
+    ends = {what: tuning.best(values) for what, values in told.items()}
+    return [(what, end.settings, end.value, base) for what, end in ends.items()]
+
+
+def keep(place: Path, level: LineConfig, told: dict[str, list[Tried]]) -> None:
+    """Write the best settings beside those of other levels and controllers."""
+    known: dict[str, Any] = dict(read_yaml(place, "settings of rules") or {}) if place.is_file() else {}
+    own: dict[str, Any] = dict(known.get(level.name) or {})
+    if "atc" in told:
+        own["rate"] = round(a_second(told["atc"]), 3)
+    own |= {what: tuning.best(values).settings for what, values in told.items()}
+    write_text(
+        place, HEAD + yaml.safe_dump({**known, level.name: own}, sort_keys=False, default_flow_style=None, width=110)
+    )
+
+
+def as_json(level: LineConfig, arguments: Arguments, told: dict[str, list[Tried]]) -> dict[str, Any]:
+    """All that was tried."""
+    each = {
+        what: [{**one.settings, "value_per_min": one.value.tolist()} for one in values] for what, values in told.items()
+    }
+    return {"level": level.name, "shifts": arguments.shifts, "seed": arguments.seed, **each, "versions": versions()}
+
+
+if __name__ == "__main__":
+    run(main, Arguments, "agents.tune")

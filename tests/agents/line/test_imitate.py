@@ -1,0 +1,95 @@
+"""Imitation: a scorer that is shown what a planner decides comes to decide like it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from agents.controllers.protocol import Observation
+from agents.environments import make_vector
+from agents.line.imitation import Labels, collected, fitted
+from agents.line.rules import Index
+from agents.line.scored import Scored, there
+from agents.scorer import Scorer
+from tests.tools.commands import call
+
+
+def lessons(expert: Index, worker: Index, level: str, shifts: int = 4) -> Labels:
+    env = make_vector("PnTLine-v0", level, shifts, 1)
+    found = collected(expert, worker, env, np.arange(shifts))
+    env.close()
+    return found
+
+
+def test_labels_are_what_the_expert_would_do_where_the_worker_is(short: str) -> None:
+    expert, worker = Index("a", "soonest"), Index("b", "atc", patience=2.0)
+    own, others = lessons(expert, expert, short), lessons(expert, worker, short)
+    for labels in (own, others):
+        seen = Observation(labels.seen, np.zeros(len(labels.seen), dtype=np.int64))
+        np.testing.assert_array_equal(labels.choice, expert.act(seen))
+        assert there(labels.seen)[np.arange(len(labels.choice)), labels.choice].all()
+    assert own.seen.shape != others.seen.shape or not np.array_equal(own.seen, others.seen)
+
+
+def test_labels_are_of_one_shift_in_each_line(short: str) -> None:
+    seen = lessons(Index("a", "soonest"), Index("a", "soonest"), short).seen
+    gone = seen[:, 0].reshape(-1)
+    assert (gone == gone.min()).sum() == 4
+
+
+def test_progress_counts_every_shift_once(short: str) -> None:
+    counted, env = list[float](), make_vector("PnTLine-v0", short, 3, 1)
+    rule = Index("a", "soonest")
+    collected(rule, rule, env, np.arange(3), counted.append)
+    env.close()
+    assert sum(counted) == pytest.approx(3.0)
+
+
+def test_a_scorer_learns_a_rule_that_is_not_its_own(short: str) -> None:
+    expert, level = Index("a", "soonest"), short
+    labels = lessons(expert, expert, level, 24)
+    scorer, alike = fitted(labels, 1.4, (32,), 0)
+    fresh = lessons(expert, expert, "single", 1)
+    seen = Observation(fresh.seen, np.zeros(len(fresh.seen), dtype=np.int64))
+    share = (Scored("it", scorer).act(seen) == fresh.choice).mean()
+    before = (Scored("it", Scorer.linear(1.4)).act(seen) == fresh.choice).mean()
+    assert alike > 0.6
+    assert share > max(0.6, before + 0.1)
+
+
+def test_the_same_seed_learns_the_same(short: str) -> None:
+    labels = lessons(Index("a", "soonest"), Index("a", "soonest"), short)
+    one, two, other = (fitted(labels, 1.4, (8,), seed)[0](labels.seen) for seed in (0, 0, 1))
+    np.testing.assert_array_equal(one, two)
+    assert not np.array_equal(one, other)
+
+
+def test_the_command_leaves_a_scorer_that_evaluate_works_with(short: str, tmp_path: Path) -> None:
+    arguments = ("--level", short, "--of", "pair", "--shifts", "3", "--hidden", "8", "--eval-shifts", "2")
+    done = call("agents.imitate", *arguments, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "round 2:" in done.stdout
+    assert "imitation of pair" in done.stdout
+    assert Scorer.load(tmp_path / "runs" / "pair-short.npz").activation == "Tanh"
+    more = ("--env", "PnTLine-v0", "--level", short, "--shifts", "2", "--controller", "runs/pair-short.npz")
+    judged = call("agents.evaluate", *more, folder=tmp_path)
+    assert judged.returncode == 0, judged.stderr
+    assert "value per minute" in judged.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--of", "fifo"), "fifo"),
+        (("--shifts", "0"), "--shifts is 0"),
+        (("--hidden", "0"), "--hidden is 0"),
+        (("--level", "nowhere"), "unknown level"),
+    ],
+)
+def test_bad_usage_is_one_sentence(tmp_path: Path, arguments: tuple[str, ...], said: str) -> None:
+    done = call("agents.imitate", *arguments, folder=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert said in done.stderr

@@ -1,0 +1,182 @@
+"""Finding settings: on shifts that no evaluation sees, each setting on the same ones, kept beside those of others."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+from agents import tune
+from agents.cli import UsageError
+from agents.environments import make_vector, stream_seed
+from agents.line import searching, tuning
+from agents.line.making import line_controller, line_of
+from agents.line.rules import Index
+from agents.line.scored import Scored
+from agents.line.tuned import FILE, rate, settings
+from agents.line.tuning import Bench, Tried
+from agents.scorer import Scorer
+from agents.tune import Arguments, main
+from pnt_gym.cells.line.config import LineConfig
+from tests.tools.commands import call
+
+SHIPPED = ("single", "value", "speed", "line3", "skills3", "skills3_burst")
+
+
+@pytest.fixture
+def bench(short: str) -> Bench:
+    return Bench(LineConfig.load(short), np.arange(5, 9))
+
+
+def test_controllers_side_by_side_work_the_same_shifts_as_alone(bench: Bench) -> None:
+    patiences = (0.3, 1.0, 8.0)
+    together = bench.beside([Index("atc", "atc", patience=k) for k in patiences])
+    for k, values in zip(patiences, together, strict=True):
+        for seed, value in zip(bench.seeds, values, strict=True):
+            env = make_vector("PnTLine-v0", bench.level, 1, 1)
+            alone = tuning.gained(Index("atc", "atc", patience=k), env, np.array([seed]))
+            assert alone[0] == value
+    assert not np.array_equal(together[0], together[2])
+
+
+def test_parts_of_what_does_not_fit_side_by_side_come_to_the_same(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tried = [{"patience": k} for k in (0.3, 1.0, 8.0)]
+    whole = bench.rules("atc", tried)
+    monkeypatch.setattr(tuning, "ROWS", 8)
+    for one, other in zip(whole, bench.rules("atc", tried), strict=True):
+        np.testing.assert_array_equal(one.value, other.value)
+
+
+def test_progress_counts_every_shift_once(short: str) -> None:
+    counted = list[float]()
+    Bench(LineConfig.load(short), np.arange(3), counted.append).rules("atc", [{"patience": 1.0}, {"patience": 2.0}])
+    assert sum(counted) == pytest.approx(6.0)
+    assert len(counted) > 5
+
+
+def test_the_best_settings_bring_the_most() -> None:
+    tried = [Tried({"patience": k}, np.array([v, v + 2.0])) for k, v in ((1.0, 3.0), (2.0, 5.0), (4.0, 5.0))]
+    assert tuning.best(tried).settings == {"patience": 2.0}
+
+
+def test_no_shift_of_tuning_is_one_of_an_evaluation() -> None:
+    first = stream_seed("practice", 0)
+    tuned = set(range(first, first + 100_000))
+    assert all(stream_seed("evaluate", seed) not in tuned for seed in range(100))
+
+
+def test_shifts_of_a_search_are_others_every_time(bench: Bench) -> None:
+    seeds = [bench.seeds, *(bench.apart(4, number).seeds for number in range(3))]
+    assert len(np.unique(np.concatenate(seeds))) == 16
+
+
+def test_price_is_tuned_in_share_and_patience_where_somebody_comes_after(tmp_path: Path) -> None:
+    file = tmp_path / "pair.yaml"
+    file.write_text("base: skills3\nname: pair\nduration: 5\n")
+    tried = tuning.price(Bench(LineConfig.load(str(file)), np.arange(2)), 1.4)
+    assert {one.settings["share"] for one in tried} == set(tuning.SHARE)
+    assert {one.settings["patience"] for one in tried} == set(tuning.PATIENCE)
+    told = [tuple(one.settings.values()) for one in tried]
+    assert len(set(told)) == len(told)
+
+
+def test_a_search_ends_with_weights_that_make_a_controller(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(searching, "EACH", 2)
+    found, rule = searching.searched(bench, 1.4, 2, 0)
+    assert rule.settings == {"patience": 1.4, "weights": {}}
+    assert set(found.settings["weights"]) == set(searching.WEIGHED)
+    again = bench.beside([Scored("index", Scorer.linear(**found.settings)), Index("atc", "atc", patience=1.4)])
+    np.testing.assert_array_equal(again, [found.value, rule.value])
+    assert searching.searched(bench, 1.4, 2, 0)[0].settings == found.settings
+
+
+def run(short: str, place: Path, **changes: Any) -> dict[str, Any]:
+    arguments = Arguments(level=short, what=("atc",), shifts=32, out=place)
+    main(replace(arguments, **changes))
+    return yaml.safe_load(place.read_text())
+
+
+def test_settings_are_kept_beside_those_of_others(short: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tuning, "PATIENCE", (0.5, 1.0))
+    place = tmp_path / "rules.yaml"
+    place.write_text("other: {atc: {patience: 3.0}}\nshort: {beam: {price: 1.1}, atc: {patience: 9.0}}\n")
+    kept = run(short, place)
+    assert kept["other"] == {"atc": {"patience": 3.0}}
+    assert kept["short"]["beam"] == {"price": 1.1}
+    assert kept["short"]["atc"]["patience"] in (0.5, 1.0)
+    assert place.read_text().startswith("# Settings")
+
+
+def test_what_is_kept_is_the_best_of_what_was_tried(
+    short: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tuning, "PATIENCE", (0.5, 16.0))
+    kept = run(short, tmp_path / "rules.yaml", json=tmp_path / "all.json")["short"]
+    tried = json.loads((tmp_path / "all.json").read_text())["atc"]
+    means = {one["patience"]: np.mean(one["value_per_min"]) for one in tried}
+    assert kept["atc"]["patience"] == max(means, key=means.__getitem__)
+    assert kept["rate"] == pytest.approx(max(means.values()) / 60.0, abs=1e-3)
+
+
+def test_a_price_of_time_is_sought_about_what_the_rule_brings(
+    short: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tuning, "PATIENCE", (1.0,))
+    monkeypatch.setattr(tuning, "PRICE", (0.9,))
+    monkeypatch.setattr(tune, "ENOUGH", 2)
+    kept = run(short, tmp_path / "rules.yaml", what=("beam", "atc"), shifts=2)["short"]
+    assert kept["beam"]["price"] == pytest.approx(0.9 * kept["rate"], abs=2e-3)
+
+
+def test_few_shifts_are_shown_and_not_kept(short: str, tmp_path: Path) -> None:
+    arguments = ("--level", short, "--what", "atc", "--shifts", "2", "--out", str(tmp_path / "rules.yaml"))
+    done = call("agents.tune", *arguments, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "patience" in done.stdout
+    assert "2 shifts are too few to keep what they say" in done.stdout
+    assert not (tmp_path / "rules.yaml").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--level", "nowhere"), "unknown level 'nowhere'"),
+        (("--shifts", "0"), "--shifts is 0; it must be at least 1"),
+        (("--seed", "-1"), "--seed is -1"),
+        (("--what", "fifo"), "fifo"),
+        (("--out", "."), "it is a folder"),
+    ],
+)
+def test_bad_usage_is_one_sentence(tmp_path: Path, arguments: tuple[str, ...], said: str) -> None:
+    done = call("agents.tune", *arguments, folder=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.startswith("error: ")
+    assert done.stderr.count("\n") == 1
+    assert said in done.stderr
+
+
+def test_a_damaged_file_of_settings_is_told(tmp_path: Path, short: str) -> None:
+    (tmp_path / "rules.yaml").write_text("short: [")
+    with pytest.raises(UsageError, match="not valid YAML"):
+        run(short, tmp_path / "rules.yaml", shifts=32)
+
+
+@pytest.mark.parametrize("level", SHIPPED)
+def test_every_shipped_level_has_rules_that_were_tuned_for_it(level: str) -> None:
+    assert FILE.is_file()
+    assert 0.3 < (rate(level) or 0.0) < 10.0
+    assert settings(level, "atc")["patience"] in tuning.PATIENCE
+    assert settings(level, "price")["share"] in tuning.SHARE
+    env = make_vector("PnTLine-v0", level, 1, 1)
+    core = line_of(env)
+    assert core is not None
+    for name in ("atc", "price", "beam", "joint_beam", "index"):
+        assert line_controller(name, core).name == name
+    env.close()
