@@ -8,7 +8,7 @@ from ..files import read_yaml
 from ..places import SHIPPED
 
 FILE: Final = SHIPPED / "configs" / "line_rules.yaml"
-USUAL: Final = {"atc": {"patience": 1.0}, "price": {"patience": 1.0, "share": 0.5}, "beam": {"price": 1.0}}
+USUAL: Final = {"atc": {"patience": 1.0}, "price": {"patience": 1.0, "share": 0.5}}
 """On levels that nobody has tuned them for."""
 
 
