@@ -89,10 +89,11 @@ def card(
 
 
 def _between(asked: Mapping[str, Any]) -> str:
-    """What stands between the policy and its environment."""
+    """What stands between the policy and its environment, and what it learned from if not from the whole of it."""
     said = "" if asked["stack"] == 1 else f" It sees the last {asked['stack']} observations of a shift, oldest first."
     more = "" if asked["over"] == "analytic" else f" Its action is added to that of `{markdown_text(asked['over'])}`."
-    return said + more
+    flights = " It learned from flights alone." if asked["fidelity"] == "flight" and not asked["full_last"] else ""
+    return said + more + flights
 
 
 def metadata(asked: Mapping[str, Any], figures: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:

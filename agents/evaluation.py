@@ -19,6 +19,7 @@ from pnt_gym.cells.base.core import Core
 
 from .cli import UsageError, at_least
 from .controllers import controller_of, make_controller
+from .controllers.adaptive import is_told
 from .controllers.protocol import Controller, Learner, Observation, Outcome
 from .environments import Env, as_vector, core_of, make_vector, stream_seed
 from .throws import Throws, purity_by_bin, summary, throw_records
@@ -96,14 +97,12 @@ def evaluate(
 
 
 def usual_picks(env: Env) -> int:
-    """Throws that are counted unless others are asked for: 200, or whole episodes where one throw teaches the next."""
+    """Throws that are counted unless others are asked for: 200, or whole episodes where one throw teaches the next.
+
+    Where throws are told of those before, only whole episodes are judged fairly.
+    """
     core = core_of(env)
     return env.num_envs * core.cell.episode if is_told(core) else PICKS
-
-
-def is_told(core: Core) -> bool:
-    """Whether throws are told of those before, so that only whole episodes are judged fairly."""
-    return core.correction is not None and bool(core.correction.seen)
 
 
 def usual_practice(controller: Controller) -> int:

@@ -12,6 +12,7 @@ import yaml
 from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.gripper.config import GripperConfig
+from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.one_joint.config import OneJointConfig
 
 from .cli import UsageError, option, run
@@ -19,6 +20,7 @@ from .tables import Grid, console
 
 FAMILIES: Final[dict[str, type[LevelConfig]]] = {
     "PnT": ConveyorConfig,
+    "PnTLine": LineConfig,
     "OneJoint": OneJointConfig,
     "GripperToss": GripperConfig,
 }

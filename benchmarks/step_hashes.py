@@ -80,14 +80,21 @@ def main() -> int:
         write_json(args.json, {"version": pnt_gym.__version__, "made": made})
     if not args.against:
         return 0
-    before = json.loads(args.against.read_text())["made"]
+    return compare(made, json.loads(args.against.read_text())["made"])
+
+
+def compare(made: dict[str, dict[str, str]], before: dict[str, dict[str, str]]) -> int:
+    """Say what differs, and which cases are not known of before; 1 if anything differs, else 0."""
+    known = [case for case in made if case in before]
     differences = [
         f"{case}: {', '.join(names)}"
-        for case, parts in made.items()
-        if (names := [n for n in sorted(parts.keys() | before[case].keys()) if parts.get(n) != before[case].get(n)])
+        for case in known
+        if (names := [n for n in sorted(made[case] | before[case]) if made[case].get(n) != before[case].get(n)])
     ]
-    print("\n".join(differences) or f"{len(made)} cases: all fingerprints are equal")
-    return bool(differences)
+    print("\n".join(differences) or f"{len(known)} cases: all fingerprints are equal")
+    if new := [case for case in made if case not in before]:
+        print(f"{len(new)} cases are not in the older file: {', '.join(new)}")
+    return int(bool(differences))
 
 
 if __name__ == "__main__":

@@ -24,10 +24,13 @@ from agents.controllers import make_controller  # noqa: E402
 from agents.environments import core_of, make_vector, stream_seed  # noqa: E402
 from agents.evaluation import practise, thrown, usual_practice  # noqa: E402
 from agents.files import replace_file  # noqa: E402
+from agents.line.film import acts  # noqa: E402
+from agents.line.film import frames as line_frames  # noqa: E402
+from agents.line.making import line_controller, line_of  # noqa: E402
 
 FOLDER: Final = ROOT / "docs" / "pictures"
 SIZE: Final = (480, 270)
-"""Width and height of a frame [pixels]."""
+"""Width and height of a frame [pixels]; one of another shape keeps it, at this width."""
 RATE: Final = 15
 """Frames per second."""
 MOST_BYTES: Final = 400_000
@@ -65,11 +68,15 @@ FILMS: Final = {
 }
 
 
+LINE: Final = ("PnTLine-v0", "skills3", "price", 12.0)
+"""The environment that is seen from above, its level, who decides, and for how many seconds."""
+
+
 def main() -> None:
     """Film all environments, or those that are named."""
-    for env_id in sys.argv[1:] or FILMS:
+    for env_id in sys.argv[1:] or (*FILMS, LINE[0]):
         path = FOLDER / f"{env_id}.webp"
-        size = save(list(frames(env_id, FILMS[env_id])), path)
+        size = save(list(from_above() if env_id == LINE[0] else frames(env_id, FILMS[env_id])), path)
         print(f"{path.relative_to(ROOT)}: {size / 1000:.0f} KB")
 
 
@@ -88,13 +95,25 @@ def frames(env_id: str, film: Film) -> Iterator[NDArray[np.uint8]]:
         env.close()
 
 
+def from_above() -> Iterator[NDArray[np.uint8]]:
+    """Frames of a line at work."""
+    env_id, level, name, seconds = LINE
+    env = make_vector(env_id, level, num_envs=1, threads=1)
+    core = line_of(env)
+    assert core is not None
+    made = acts(line_controller(name, core), env, core, seconds, stream_seed("evaluate", 0))
+    yield from line_frames(core, made, seconds, RATE)
+    env.close()
+
+
 def save(pictures: list[NDArray[np.uint8]], path: Path) -> int:
     """Write a film that runs for ever; returns its size in bytes.
 
     Raises:
         ValueError: it is too large at any quality.
     """
-    images = [Image.fromarray(picture).resize(SIZE, Image.Resampling.LANCZOS) for picture in pictures]
+    wide, high = SIZE[0], round(SIZE[0] * pictures[0].shape[0] / pictures[0].shape[1])
+    images = [Image.fromarray(picture).resize((wide, high), Image.Resampling.LANCZOS) for picture in pictures]
     duration = round(1000 / RATE)
     for quality in QUALITIES:
         film = BytesIO()

@@ -8,7 +8,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, Self, final
+from typing import Annotated, Any, Literal, Self, final
 
 from pydantic import Field, ValidationError, model_validator
 
@@ -17,10 +17,9 @@ from pnt_gym.cells.base.config import LevelConfig, Section, first_problem
 from ..cli import UsageError
 from ..cluster import Needs
 from ..controllers import NAMES
-from ..controllers.adaptive import READY
+from ..controllers.adaptive import READY, is_told
 from ..controllers.between import MOST, OVER, PLANNER
 from ..environments import core_of, make_vector
-from ..evaluation import is_told
 from ..files import read_yaml
 from ..parcel import own_code
 from ..places import SHIPPED
@@ -58,6 +57,9 @@ class Entry(Section):
     online: bool = Field(False, description="It goes on learning in the evaluation, every cell for itself.")
     stack: int = Field(1, description="Of an algorithm: observations that its policy sees at once.")
     over: str = Field(PLANNER, description="Of an algorithm: the controller to whose action its policy's is added.")
+    fidelity: Literal["full", "flight"] = Field(
+        "full", description="Of an algorithm: what is simulated to learn from; it is judged in the level's own."
+    )
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -75,8 +77,8 @@ class Entry(Section):
         if self.controller not in (*NAMES, *ALGORITHMS):
             known = ", ".join((*NAMES, *ALGORITHMS, "MODULE:CLASS"))
             raise ValueError(f"unknown controller {self.controller!r}; known are {known}")
-        if self.controller not in ALGORITHMS and (self.stack, self.over) != (1, PLANNER):
-            raise ValueError(f"entry {self.label!r}: stack and over are for {', '.join(ALGORITHMS)}")
+        if self.controller not in ALGORITHMS and (self.stack, self.over, self.fidelity) != (1, PLANNER, "full"):
+            raise ValueError(f"entry {self.label!r}: stack, over and fidelity are for {', '.join(ALGORITHMS)}")
         if not 1 <= self.stack <= MOST or self.over not in OVER:
             raise ValueError(
                 f"entry {self.label!r} has stack {self.stack} over {self.over!r}; it must be 1 to {MOST} over one of "
@@ -201,7 +203,7 @@ def _piece(plan: Plan, entry: Entry, throws: tuple[int, ...], seed: int, code: s
     train_level = entry.train_level or plan.train_level
     settings = SHIPPED / "configs" / "rl" / f"{entry.controller}.yml"
     inputs = {
-        "entry": entry.model_dump(mode="json", include={"controller", "options", "also", "online", "stack", "over"}),
+        "entry": entry.model_dump(mode="json", exclude={"label", "throws", "seeds", "levels", "train_level"}),
         "throws": throws,
         "seed": seed,
         "levels": [_config(plan.env, level).model_dump(mode="json") for level in levels],

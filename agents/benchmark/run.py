@@ -66,8 +66,8 @@ def run_piece(piece: Piece, kept: Path) -> dict[str, Any]:
     return {"results": results}
 
 
-def _cells(piece: Piece, level: str) -> Env:
-    return make_vector(piece.plan.env, piece.configs.get(level, level), piece.plan.num_envs, threads=1)
+def _cells(piece: Piece, level: str, count: int | None = None) -> Env:
+    return make_vector(piece.plan.env, piece.configs.get(level, level), count or piece.plan.num_envs, threads=1)
 
 
 def columns(throws: Throws) -> dict[str, Any]:
@@ -134,10 +134,11 @@ def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
     """Train, or go on training, and yield the policy at each throw count."""
     from ..progress import Stop  # noqa: PLC0415 - imports torch
     from ..sb3 import SameStepVecEnv, build  # noqa: PLC0415
-    from ..train import learn  # noqa: PLC0415
+    from ..train import in_flight, learn  # noqa: PLC0415
 
     algo, folder = piece.entry.controller, kept / f"{piece.name}-{piece.key}-run"
-    cells = _cells(piece, piece.train_level)
+    settings = {**hyperparameters(algo, piece.plan.env), **piece.entry.options}
+    cells = _cells(piece, piece.train_level, settings.get("n_envs"))
     core = core_of(cells)
     asked = {
         "env": piece.plan.env,
@@ -150,23 +151,26 @@ def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
         "checkpoint_every": max(piece.throws),
         "stack": piece.entry.stack,
         "over": piece.entry.over,
+        "fidelity": piece.entry.fidelity,
     }
+    quick = in_flight(cells, asked, threads=1)
     env = SameStepVecEnv(as_seen(cells, asked), even=algo in runs.ON_POLICY)
     if runs.checkpoints(folder):
         model = runs.restore(folder, env)
     else:
-        settings = {**hyperparameters(algo, piece.plan.env), **piece.entry.options}
         model = build(algo, env, settings, piece.seed)
         runs.create(folder, asked, settings, core.config, model)
     for throws in piece.throws:
         began = time.perf_counter()
         if model.num_timesteps < throws:
             leg = {**asked, "steps": throws, "checkpoint_every": throws}
-            learn(model, env, folder, leg, Stop(), quiet=True)
+            learn(model, env, folder, leg, Stop(), quick=quick, quiet=True)
         seconds = round(time.perf_counter() - began, 1)
         place = next(p for p in runs.checkpoints(folder) if int(p.name) >= throws)
         yield int(place.name), seconds, partial(_policy, runs.load_actor(folder, place), asked, piece)
     env.close()
+    if quick is not None:
+        quick.close()
 
 
 def _policy(actor: Actor, asked: Mapping[str, Any], piece: Piece, name: str, env: Env) -> Controller:

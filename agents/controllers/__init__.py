@@ -19,7 +19,7 @@ from ..cli import UsageError
 from ..environments import Env, core_of
 from ..files import replace_file
 from ..places import ADAPTIVE
-from .adaptive import Adaptive
+from .adaptive import Adaptive, is_told
 from .analytic import Analytic
 from .ballistic import AnalyticHeight, MeanLead
 from .bucket_table import mean_shift, virtual_goal
@@ -104,7 +104,7 @@ def make_controller(name: str, env: Env, *, trust: bool = False, **options: Any)
 def _adaptive(name: str, env: Env, options: Mapping[str, Any]) -> Adaptive:
     """A controller that is told of the throw before, with the static policy that ships."""
     correction, core = _needed_correction(name, env), core_of(env)
-    if not correction.seen:
+    if not is_told(core):
         raise UsageError(f"controller {name!r} goes by what is told of the throw before; use --env PnTAdapt-v0")
     tracker, knows = _TRACKERS[name](core, **options), "in_context" if name == "in_context" else "static"
     items = core.item_names

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.action import Correction
+from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.observation import FEEDBACK, SHIFT_TABLE
 
 from ..cli import UsageError
@@ -56,14 +57,19 @@ def begins(observation: Observation) -> Bools:
     return observation.features[:, -1] <= 0.0
 
 
+def is_told(core: Core) -> bool:
+    """Whether observations tell of the throw before and where a shift begins, whatever an action means."""
+    table = getattr(getattr(core, "cell", None), "table", None)
+    return table is not None and table.names[-1] == FEEDBACK[-1].name
+
+
 def check_begins(env: Env, who: str) -> None:
     """Make sure that the observations of an environment tell where a shift begins.
 
     Raises:
         UsageError: they do not, so nothing there can forget the shift before.
     """
-    table = getattr(getattr(core_of(env), "cell", None), "table", None)
-    if table is None or table.names[-1] != FEEDBACK[-1].name:
+    if not is_told(core_of(env)):
         raise UsageError(f"{who} goes by where a shift begins, which observations here do not tell; use PnTAdapt-v0")
 
 

@@ -54,6 +54,8 @@ class Shifts:
     """By name (T,), with `shift`, the number of the shift that each belongs to."""
     invalid: int
     """Decisions that were none of the choices."""
+    taken: int
+    """All decisions, those included that are not counted."""
     seconds: float
     """In which they were taken [s]."""
 
@@ -101,7 +103,7 @@ def worked(
         done += truncated
     columns = {name: np.concatenate([part[name] for part in decisions]) for name in decisions[0]}
     figures = {name: np.array([of[k] for k in sorted(of)]) for name, of in told.items()}
-    return Shifts(figures, columns, invalid, seconds)
+    return Shifts(figures, columns, invalid, len(decisions) * rows, seconds)
 
 
 def judged(
@@ -135,7 +137,7 @@ def summary(found: Shifts, core: LineCore) -> dict[str, Any]:
         "wait_time_mean_s": float(decisions["wait_time"].mean()),
         "dwell_s": core.dwell,
         "invalid_actions": found.invalid,
-        "ms_per_decision": 1e3 * found.seconds / (len(success) + found.invalid),
+        "ms_per_decision": 1e3 * found.seconds / found.taken,
     }
     lists = {name: _plain(np.nanmean(told[key], axis=0)) for name, key in LISTS.items()}
     names = {"items": list(core.item_names), "robots": [robot.name for robot in core.config.robots]}

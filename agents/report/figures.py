@@ -14,6 +14,8 @@ from .tables import is_of_shifts, labels, name_of, rows_of
 THROW_TICKS = (30, 100, 300, 1000, 3000, 10_000, 30_000)
 ERROR_TICKS = (2, 5, 10, 20, 50, 100)
 ADAPTING = ("static", "ema", "kalman", "recursive_ridge", "in_context", "recurrent_ppo", "oracle_drift")
+SIDE_BY_SIDE = 4
+"""Panels in a row."""
 SMOOTHED = 5
 """Picks over which a curve is averaged."""
 
@@ -73,8 +75,12 @@ def learning_curves(data: Mapping[str, Any]) -> Figure:
 def over_the_shift(data: Mapping[str, Any]) -> Figure:
     """Mean landing error pick by pick, one panel per level, of those that are `ADAPTING`."""
     levels = list(dict.fromkeys(row["level"] for row in data["table"]))
-    figure, panels = subplots(1, len(levels), (3.6 * len(levels) + 1.4, 3.4), sharey=True)
+    columns = min(len(levels), SIDE_BY_SIDE)
+    rows = -(-len(levels) // columns)
+    figure, panels = subplots(rows, columns, (3.6 * columns + 1.4, 3.4 * rows), sharey="row")
     colours = dict(zip(ADAPTING, cycle(COLOURS), strict=False))
+    for axes in panels[len(levels) :]:
+        axes.set_visible(False)
     for axes, level in zip(panels, levels, strict=False):
         for row in rows_of(data, [level]):
             if row["controller"] in colours:

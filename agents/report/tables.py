@@ -47,7 +47,7 @@ def is_of_shifts(data: Data) -> bool:
 
 def shift_table(data: Data) -> Grid:
     """Landing error over the shift, level by level, and against the static policy of that level."""
-    static = {row["level"]: row["landing_error_mean_m"] for row in data["table"] if row["controller"] == "static"}
+    static = {(row["level"], row["throws"]): row for row in data["table"] if row["controller"] == "static"}
     parts = ("mean", "first_10", "second_half")
     rows = [
         [
@@ -55,14 +55,25 @@ def shift_table(data: Data) -> Grid:
             row["controller"],
             _who(row)[1],
             *(f"{1000 * row[f'landing_error_{part}_m']:.1f} mm" for part in parts),
-            f"{row['landing_error_mean_m'] / static[row['level']]:.2f}" if row["level"] in static else "-",
+            _over(row, static),
             percent(row["landing_near_share"]),
         ]
         for row in sorted(data["table"], key=lambda row: row["level"])
     ]
     header = ["level", *WHO, "landing error", "first 10 throws", "second half", "over static", "under 30 mm"]
-    note = "Over static: the error over that of the static policy that has learned from as many throws."
+    note = (
+        "Over static: the error over that of the static policy that has learned from as many throws, or from those "
+        "that there are. Names that end in `_shipped` are of what ships, those that end in `_mix` have learned on "
+        "`drift_mix`."
+    )
     return Grid("What adapting is worth", header, rows, note)
+
+
+def _over(row: Data, static: Mapping[tuple[str, int], Data]) -> str:
+    """A row's error over that of the static policy of its level, and of its throws if there is one."""
+    like = [found for (level, _), found in static.items() if level == row["level"]]
+    base = static.get((row["level"], row["throws"]), like[0] if like else None)
+    return "-" if base is None else f"{row['landing_error_mean_m'] / base['landing_error_mean_m']:.2f}"
 
 
 def _conditions(data: Data) -> str:

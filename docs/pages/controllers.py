@@ -23,9 +23,23 @@ from agents.controllers import (
     trackers,
 )
 from agents.environments import make_vector
+from agents.line.making import NAMES as line_names
+from agents.line.making import line_controller, line_of
 
 from .marks import table
 
+LINE: Final[Mapping[str, str]] = {
+    "random": "any choice, each as likely",
+    "fifo": "what leaves its window first: first in, first out",
+    "spt": "the choice with the shortest cycle",
+    "value_rate": "the greatest value x chance / cycle",
+    "atc": "the same, times exp(-slack / k): among those of like worth what cannot wait (Vepsalainen and Morton 1987)",
+    "price": "as `atc`, with less value for what a robot downstream can take too",
+    "pair": "the first of the two picks that together bring the most value a second",
+    "beam": "the first of the best plan of its own next 4 s, by beam search",
+    "joint_beam": "the same, planned for all robots of the line at once",
+}
+"""What the controllers of a line do."""
 DESCRIBED: Final[Mapping[str, Any]] = {
     "analytic_height": ballistic.AnalyticHeight,
     "mean_lead": ballistic.MeanLead,
@@ -75,3 +89,11 @@ def listed(_: str) -> str:
         learns = "yes" if isinstance(first, Learner) else "no"
         rows.append((f"`{name}`", learns, _where([*made]), described(name, first)))
     return table(("controller", "learns", "environments", "what it does"), rows)
+
+
+def of_the_line(_: str) -> str:
+    """A table of the controllers of a line."""
+    core = line_of(make_vector("PnTLine-v0", num_envs=1, threads=1))
+    assert core is not None
+    rows = [(f"`{name}`", LINE[name]) for name in line_names if line_controller(name, core).name == name]
+    return table(("controller", "what it takes"), rows)

@@ -17,6 +17,8 @@ from .marks import table
 
 BANDIT: Final = "contextual bandit"
 SEQUENTIAL: Final = "sequential"
+TIMED: Final = ("PnTLine-v0",)
+"""Environments whose episodes last a time, and not a number of throws."""
 
 
 @cache
@@ -27,12 +29,14 @@ def made(env_id: str) -> Any:
 
 def kind(env_id: str) -> str:
     """Whether an episode is one decision, or decisions that follow from one another."""
-    return BANDIT if made(env_id).core.cell.episode == 1 else SEQUENTIAL
+    return BANDIT if env_id not in TIMED and made(env_id).core.cell.episode == 1 else SEQUENTIAL
 
 
 def episode(env_id: str) -> str:
     """How long it lasts, and how it ends."""
     core = made(env_id).core
+    if env_id in TIMED:
+        return f"{core.config.duration:g} s, then truncation"
     throws = core.cell.episode
     ending = "termination" if core.terminates else "truncation"
     return f"{throws} throw{'s' * (throws > 1)}, then {ending}"
@@ -44,7 +48,7 @@ def levels(env_id: str) -> tuple[str, ...]:
     env, taken = made(env_id), list[str]()
     for name in env.core.config.level_names():
         with contextlib.suppress(ConfigError):
-            env.make_cell(name, 1, 1)
+            env.make_core(name, None, 1, 1)
             taken.append(name)
     return tuple(taken)
 
@@ -70,7 +74,8 @@ def page(env_id: str) -> str:
         ("Many", f'`gymnasium.make_vec("{env_id}", num_envs=64)`'),
     ]
     first, manual = _manual(env_id).split("\n", 1)
-    picture = f"![{env_id}: throws of a controller that has learned](../pictures/{env_id}.webp)"
+    shown = "a shift, seen from above" if env_id in TIMED else "throws of a controller that has learned"
+    picture = f"![{env_id}: {shown}](../pictures/{env_id}.webp)"
     return "\n\n".join([f"# {env_id}", first, picture, table(("", ""), facts), manual.strip()])
 
 

@@ -10,11 +10,11 @@ import yaml
 from pydantic.fields import FieldInfo
 
 from agents.levels import FAMILIES
-from pnt_gym.cells.base.config import ROOT, Section
+from pnt_gym.cells.base.config import ROOT, LevelConfig, Section
 
 from .marks import fenced, table
 
-TITLES: Final = {"PnT": "conveyor", "OneJoint": "one-joint arm", "GripperToss": "gripper robot"}
+TITLES: Final = {"PnT": "conveyor", "PnTLine": "line", "OneJoint": "one-joint arm", "GripperToss": "gripper robot"}
 """What the families of `agents.levels` are called here."""
 
 
@@ -58,6 +58,9 @@ def settings(family: str) -> str:
 def _settings(section: type[Section], above: str) -> Iterator[tuple[str, str, str]]:
     for name, field in section.model_fields.items():
         inner, many = _section(field.annotation)
+        if inner is not None and issubclass(inner, LevelConfig):  # of another family, with settings of its own
+            yield f"{above}{name}", _default(field), field.description or ""
+            continue
         if inner is None or many or not isinstance(field.default, inner):
             yield f"{above}{name}", _default(field), (field.description or "").replace("|", "\\|")
         if inner is not None:

@@ -20,6 +20,7 @@ MADE: Final[Mapping[str, Callable[[str], str]]] = {
     "commands": commands.listed,
     "help": commands.help_of,
     "controllers": controllers.listed,
+    "line-controllers": controllers.of_the_line,
     "environment": environments.page,
     "environments": environments.listed,
     "gallery": environments.gallery,

@@ -13,7 +13,7 @@ from pnt_gym.cells.line.core import MODE, LineCore
 from pnt_gym.cells.line.observation import LineTables
 from pnt_gym.envs.base import CoreEnv
 from pnt_gym.envs.vector import vector_form
-from pnt_gym.errors import ConfigError
+from pnt_gym.errors import ConfigError, one_sentence
 
 
 @final
@@ -107,7 +107,7 @@ class PnTLineEnv(CoreEnv, observes=LineTables()):
     def make_core(cls, level: Level, action_mode: str | None, count: int, threads: int) -> LineCore:
         """`count` lines of a level."""
         if action_mode not in (None, MODE):
-            raise ConfigError(f"action_mode is {action_mode!r}; a line has {MODE!r}")
+            raise ConfigError(f"action_mode is {one_sentence(repr(action_mode), 80)}; a line has {MODE!r}")
         with describes_a_cell():
             return LineCore(LineConfig.load(level), count, threads)
 

@@ -135,7 +135,7 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
             last = np.full(self.num_envs, None, dtype=object)
             for row in np.flatnonzero(over):
                 last[row] = observation[row].copy()
-            final = dict(info)
+            final = self._masked({name: info[name] for name in info if not name.startswith("_")}, over)
             info |= {"final_obs": last, "_final_obs": over.copy()}
             info |= {"final_info": final, "_final_info": over.copy()}
             observation = self._renew(over, info)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +13,12 @@ import pytest
 
 from agents.cli import UsageError
 from agents.controllers import Learner, adaptive, load_state, make_controller, save_state
-from agents.controllers.adaptive import STATIC, begins, told, without_feedback
+from agents.controllers.adaptive import STATIC, begins, is_told, told, without_feedback
 from agents.controllers.mlp import Mlp
 from agents.controllers.protocol import Observation, Outcome
 from agents.controllers.trackers import effects
-from agents.evaluation import evaluate, held_out, observed, practise
+from agents.environments import core_of, make_vector
+from agents.evaluation import PICKS, evaluate, held_out, observed, practise, usual_picks
 from agents.throws import summary
 from pnt_gym.cells.conveyor.observation import SHIFT_TABLE
 from tests.agents.test_trackers import network, throws
@@ -284,6 +286,16 @@ def test_practice_forgets_what_was_shipped_and_pays(env: Any, monkeypatch: pytes
     controller = make_controller("static", env)
     practise(controller, env, 160, 0)
     assert summary(held_out(controller, env, 96, 0))["landing_error_mean_m"] < 0.8 * planner
+
+
+@pytest.mark.parametrize("mode", ["release_point", "release_xyz", "virtual_goal"])
+def test_whole_shifts_are_counted_whatever_an_action_means(mode: str) -> None:
+    with closing(make_vector("PnTAdapt-v0", LEVEL, 2, 1, mode)) as env:
+        assert is_told(core_of(env))
+        assert usual_picks(env) == 12
+    with closing(make_vector("PnTConveyor-v0", "waste", 2, 1, mode)) as env:
+        assert not is_told(core_of(env))
+        assert usual_picks(env) == PICKS
 
 
 def test_they_are_evaluated_without_practice_on_whole_shifts() -> None:

@@ -223,6 +223,7 @@ def test_training_is_one_piece_for_all_its_throw_counts(tmp_path: Path, monkeypa
         ({"learned": [{"label": "ridge", "throws": 7}]}, "no entry gives 'ridge' after 7 throws"),
         ({"floors": {"waste": "nobody"}}, "no entry is labelled 'nobody'"),
         ({"picks": 0}, "picks is 0: input should be greater"),
+        ({"entries": [{"label": "a", "controller": "analytic", "fidelity": "flight"}]}, "fidelity are for sac"),
     ],
 )
 def test_bad_plans_are_explained(tmp_path: Path, change: dict[str, Any], said: str) -> None:
@@ -240,7 +241,7 @@ def test_missing_and_damaged_plans_are_explained(tmp_path: Path) -> None:
         read_plan(tmp_path / "bad.yaml")
 
 
-@pytest.mark.parametrize("name", ["benchmark", "benchmark_quick"])
+@pytest.mark.parametrize("name", ["benchmark", "benchmark_quick", "benchmark_adapt"])
 def test_shipped_plans_hold_together(name: str) -> None:
     plan = read_plan(ROOT / "configs" / f"{name}.yaml")
     assert plan.name == name

@@ -16,7 +16,7 @@ from gymnasium.wrappers import FrameStackObservation
 from stable_baselines3 import SAC
 from stable_baselines3.common.vec_env import VecEnv
 
-from agents import runs
+from agents import runs, train
 from agents.actor import Actor, Lstm
 from agents.benchmark.plan import Plan, pieces
 from agents.benchmark.run import run_piece
@@ -24,7 +24,7 @@ from agents.cli import UsageError
 from agents.controllers import NAMES, Learner, Observation, make_controller
 from agents.controllers.between import MOST, OVER, Remembering, as_seen, between
 from agents.controllers.own import run_policy
-from agents.environments import make_vector
+from agents.environments import core_of, make_vector
 from agents.episodes import episodes
 from agents.evaluation import evaluate, held_out, thrown, usual_practice
 from agents.sb3 import SameStepVecEnv, actor_of, build, load_policy
@@ -39,6 +39,7 @@ FULL = pytest.importorskip("sb3_contrib").RecurrentPPO
 LSTM = {"policy": "MlpLstmPolicy", "n_steps": 5, "batch_size": 20, "n_epochs": 2, "gamma": 0.5}
 SMALL = {**LSTM, "policy_kwargs": {"lstm_hidden_size": 8, "net_arch": [8], "log_std_init": -3.0}}
 STACKED = {
+    "n_envs": 4,
     "buffer_size": 400,
     "learning_starts": 20,
     "batch_size": 16,
@@ -326,7 +327,7 @@ def test_the_benchmark_trains_policies_with_a_memory_and_goes_on_with_them(tmp_p
     memory = {"throws": [20, 40], "over": "ema", "seeds": [0]}
     entries = [
         {"label": "ema", "controller": "ema"},
-        {"label": "recurrent", "controller": "recurrent_ppo", "options": SMALL, **memory},
+        {"label": "recurrent", "controller": "recurrent_ppo", "options": {**SMALL, "n_envs": 4}, **memory},
         {"label": "stacked", "controller": "sac", "options": STACKED, "stack": 3, **memory},
     ]
     other = {"name": "still", "base": "waste", "picks_per_shift": LEVEL["picks_per_shift"]}
@@ -349,6 +350,29 @@ def test_the_benchmark_trains_policies_with_a_memory_and_goes_on_with_them(tmp_p
     errors = [np.nan if value is None else value for value in told["columns"]["along_m"]]
     np.testing.assert_allclose(errors, again.told["landing_along"], atol=6e-6)
     assert run_piece(work["recurrent"], tmp_path)["results"][3]["columns"] == found["recurrent"][3]["columns"]
+
+
+def test_the_benchmark_learns_from_flights_and_judges_in_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "level.yaml").write_text(yaml.safe_dump({"name": "brief", **LEVEL, "fidelity": "full"}))
+    level, given, learn = str(tmp_path / "level.yaml"), {}, train.learn
+
+    def spied(model: Any, env: Any, *rest: Any, quick: Any, **more: Any) -> None:
+        given.update({"judged": core_of(env.env).config.fidelity, "learned": core_of(quick).config.fidelity})
+        given["seen"] = env.observation_space.shape == quick.single_observation_space.shape
+        learn(model, env, *rest, quick=quick, **more)
+
+    monkeypatch.setattr(train, "learn", spied)
+    entry = {"label": "stacked", "controller": "sac", "options": STACKED, "stack": 3, "over": "ema", "throws": [20]}
+    plans = [
+        Plan.model_validate({"name": "x", "env": "PnTAdapt-v0", "train_level": level, "levels": [level], "picks": 20,
+                             "num_envs": 2, "seeds": [0], "entries": [{**entry, **more}]})
+        for more in ({"fidelity": "flight"}, {})
+    ]  # fmt: skip
+    (piece,), (full,) = (pieces(plan) for plan in plans)
+    assert piece.key != full.key
+    assert len(run_piece(piece, tmp_path)["results"]) == 1
+    assert given == {"judged": "full", "learned": "flight", "seen": True}
+    assert runs.read_arguments(tmp_path / f"{piece.name}-{piece.key}-run")["num_envs"] == 4
 
 
 def test_throws_of_a_policy_with_a_memory_make_a_dataset(recipe: Arguments, tmp_path: Path) -> None:

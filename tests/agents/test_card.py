@@ -12,7 +12,7 @@ from agents.card import PARTS, card, curve, metadata
 
 ASKED: dict[str, Any] = {
     "env": "theirs:Own-v0", "level": "x", "algo": "tqc", "steps": 500, "seed": 3, "action_mode": "aim|<b>",
-    "stack": 1, "over": "analytic",
+    "stack": 1, "over": "analytic", "fidelity": "full", "full_last": 0,
 }  # fmt: skip
 
 
@@ -67,6 +67,12 @@ def test_a_card_tells_what_stands_between_the_policy_and_the_cell() -> None:
     assert "It sees the last 8 observations of a shift, oldest first. Its action is added to that of `ema`." in between
     assert "observations of a shift" not in plain
     assert "added to" not in plain
+
+
+def test_a_card_tells_that_a_policy_learned_from_flights_alone() -> None:
+    flown, mostly = ({"fidelity": "flight", "full_last": last} for last in (0, 100))
+    told = ["flights" in card(ASKED | more, "home", FIGURES, "x", set()) for more in ({}, flown, mostly)]
+    assert told == [False, True, False]
 
 
 def test_the_curve_is_that_of_the_training(tmp_path: Path) -> None:

@@ -111,7 +111,7 @@ def test_first_policy_is_the_analytic_planner(algo: str) -> None:
 def test_shipped_hyperparameters_fit_every_environment(algo: str) -> None:
     for env_id in pnt_gym.ENV_IDS:
         assert hyperparameters(algo, env_id)["gamma"] == 0.0
-    assert hyperparameters(algo, "theirs:Own-v0") == hyperparameters(algo, "PnTRelease-v0")
+    assert hyperparameters(algo, "theirs:Own-v0") == hyperparameters(algo, "OneJointThrow-v0")
 
 
 def test_an_environment_in_a_module_has_the_entry_of_its_id(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 import pnt_gym
 from pnt_gym.envs.conveyor import PnTConveyorEnv, PnTConveyorVectorEnv
 from pnt_gym.errors import ActionError, ConfigError, OrderError
-from tests.tools.throws import CONVEYOR, MODES, same_step, zeros
+from tests.tools.throws import CONVEYOR, LINE, MODES, same_bits, same_step, zeros
 
 
 def named(value):
@@ -30,6 +30,8 @@ BAD_ACTIONS = [
     np.array([np.nan, 0.0]), np.array([0.0, np.inf]), np.array([-np.inf, 0.0]), np.zeros(5), np.zeros((1, 2)), 0.5,
     np.zeros(0), [[1.0], [1.0, 2.0]], [True, False], np.array([1j, 0]), np.array(["2020-01-01"] * 2, "datetime64[D]"),
     ["0.1", "0.2"], [10**400, 0.0], np.ma.masked_array([0.1, 0.2], [True, False]), None, "ab", {}, object(),
+    # What might be taken for a choice of a line:
+    np.nan, np.inf, 0.0, 3.0, 16, -1, True, "3", 10**400, 1j, np.ma.masked_array(3, True), np.datetime64("2020-01-01"),
 ]  # fmt: skip
 
 
@@ -52,17 +54,25 @@ BAD_ROWS = [
 ]  # fmt: skip
 
 
-def test_a_vector_environment_rejects_and_goes_on():
-    hurt, unhurt = (gym.make_vec("PnTConveyor-v0", num_envs=2) for _ in range(2))
+BAD_CHOICES = [
+    np.full(2, np.nan), np.zeros(2), [0, 16], [-1, 0], np.zeros(3, dtype=int), np.zeros((2, 1), dtype=int), 0, None,
+    [[0], [0, 1]], [True, False], np.zeros(2, dtype=complex), [10**400, 0], np.zeros(2, "datetime64[D]"),
+    np.ma.masked_all(2, dtype=int), ["0", "0"],
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("env_id", "bad"), [("PnTConveyor-v0", BAD_ROWS), ("PnTLine-v0", BAD_CHOICES)])
+def test_a_vector_environment_rejects_and_goes_on(env_id, bad):
+    hurt, unhurt = (gym.make_vec(env_id, num_envs=2) for _ in range(2))
     hurt.reset(seed=1)
     unhurt.reset(seed=1)
-    for actions in BAD_ROWS:
+    for actions in bad:
         with pytest.raises(ActionError) as caught:
             hurt.step(actions)
         sentence(caught, "action")
-    a, b = hurt.step(np.zeros((2, 2))), unhurt.step(np.zeros((2, 2)))
-    assert np.array_equal(a[0], b[0])
-    assert np.array_equal(a[1], b[1])
+    a, b = hurt.step(zeros(env_id, 2)), unhurt.step(zeros(env_id, 2))
+    assert same_bits(a[0], b[0])
+    assert same_bits(a[1], b[1])
 
 
 @pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
@@ -95,7 +105,7 @@ def test_an_environment_needs_a_cell(env_id, count):
 
 @pytest.mark.parametrize("value", [0, -2, "2", 1.5, None, True, [], 10**6, np.nan])
 @pytest.mark.parametrize("name", ["num_envs", "threads"])
-@pytest.mark.parametrize("env_id", ["PnTRelease-v0", "PnTAdapt-v0", "OneJointThrow-v0", "GripperToss-v0"])
+@pytest.mark.parametrize("env_id", ["PnTRelease-v0", "PnTAdapt-v0", "OneJointThrow-v0", "GripperToss-v0", *LINE])
 def test_cells_and_threads_are_whole_numbers(env_id, name, value):
     with pytest.raises(ConfigError) as caught:
         gym.make_vec(env_id, **{"num_envs": 1, name: 10**9 if value == 10**6 and name == "num_envs" else value})
@@ -130,6 +140,10 @@ def test_a_message_stays_a_sentence_whatever_is_given():
         ("OneJointSort-v0", {"arm": {"thickness": 1e300}}),
         ("GripperToss-v0", {"table": {"y": [0, 0]}}),
         ("PnTRelease-v0", {"bins": {"fixed": [{"name": "b", "x": 0.1, "y": 0.4, "size": [1e300, 1e300]}]}}),
+        ("PnTLine-v0", {"arrivals": {"rate": 1e300}}),
+        ("PnTLine-v0", {"cell": {"belt": {"speed": 1e-300}}}),
+        ("PnTLine-v0", {"throws": "flight", "cell": {"suction": {"tau": 1e9}}}),
+        ("PnTLine-v0", {"duration": 1e300}),
     ],
 )
 def test_numbers_of_which_nothing_can_be_built(env_id, level):

@@ -11,23 +11,30 @@ import numpy as np
 import pytest
 
 import pnt_gym
-from tests.tools.throws import HARD, same_bits, same_step, zeros
+from tests.tools.commands import environment
+from tests.tools.throws import HARD, same_bits, same_step, some_actions, zeros
 
 SCRIPT = """
 import hashlib, json, sys
 import gymnasium as gym, numpy as np, pnt_gym
+from tests.tools.throws import some_actions
+NAMES = ("landing_error", "cycle_time", "peak_torque", "energy", "value", "action_mask")
 digests = {}
 for env_id, level in json.loads(sys.argv[1]).items():
     env = gym.make_vec(env_id, num_envs=3, level=level, threads=2)
     rng, digest = np.random.default_rng(0), hashlib.sha256()
     digest.update(env.reset(seed=4)[0].tobytes())
     for _ in range(3):
-        observation, reward, *_, info = env.step(rng.uniform(-1, 1, env.action_space.shape).astype(np.float32))
-        for array in (observation, reward, info["landing_error"], info["cycle_time"], info["peak_torque"]):
+        observation, reward, *_, info = env.step(some_actions(env_id, rng, 3))
+        for array in (observation, reward, *(info[name] for name in NAMES if name in info)):
             digest.update(np.ascontiguousarray(array).tobytes())
     digests[env_id] = digest.hexdigest()
 print(json.dumps(digests))
 """
+
+
+NAMES = ("landing_error", "cycle_time", "peak_torque", "energy", "value", "action_mask")
+"""What infos tell to many digits, each where it is told at all."""
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +42,7 @@ def elsewhere():
     """What every environment gives in another process, with two threads."""
     given = json.dumps({env_id: HARD[env_id] for env_id in pnt_gym.ENV_IDS})
     command = [sys.executable, "-c", SCRIPT, given]
-    other = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300)
+    other = subprocess.run(command, env=environment(), capture_output=True, text=True, check=True, timeout=300)
     return json.loads(other.stdout)
 
 
@@ -44,8 +51,8 @@ def throws(env_id, threads, seed=4):
     rng, digest = np.random.default_rng(0), hashlib.sha256()
     digest.update(env.reset(seed=seed)[0].tobytes())
     for _ in range(3):
-        observation, reward, *_, info = env.step(rng.uniform(-1, 1, env.action_space.shape).astype(np.float32))
-        for array in (observation, reward, info["landing_error"], info["cycle_time"], info["peak_torque"]):
+        observation, reward, *_, info = env.step(some_actions(env_id, rng, 3))
+        for array in (observation, reward, *(info[name] for name in NAMES if name in info)):
             digest.update(np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()
 
@@ -64,7 +71,7 @@ def test_a_reset_with_a_seed_forgets_everything_before(env_id):
     fresh, used = (gym.make(env_id, level=HARD[env_id]) for _ in range(2))
     used.reset(seed=1)
     for _ in range(3):
-        used.step(zeros(env_id) + np.float32(0.3))
+        used.step(some_actions(env_id, np.random.default_rng(0)))
         used.reset()
     a, b = fresh.reset(seed=9)[0], used.reset(seed=9)[0]
     assert same_bits(a, b)

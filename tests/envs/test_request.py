@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 from gymnasium.vector import SyncVectorEnv
 
-import pnt_gym
 from pnt_gym.errors import ConfigError
-from tests.tools.throws import CONVEYOR, same_bits, same_step, zeros
+from tests.tools.throws import CONVEYOR, THROWS, same_bits, same_step, zeros
 
 LEFT = {"name": "left", "x": -0.25, "y": 0.45, "accepts": ["paper", "metal_can"]}
 RIGHT = {"name": "right", "x": 0.25, "y": 0.45, "accepts": ["metal_can", "plastic_package"]}
@@ -22,6 +21,7 @@ LEVELS = dict.fromkeys(CONVEYOR, TWO_BINS) | {
     "PnTAdapt-v0": {**TWO_BINS, "drift": DRIFTS},
     "OneJointThrow-v0": "contact",
     "GripperToss-v0": "belt",
+    "PnTLine-v0": "single",
 }
 WISHES: list[tuple[str, dict[str, Any]]] = [
     *((env_id, wish) for env_id in CONVEYOR for wish in (
@@ -88,7 +88,7 @@ def test_a_row_is_the_single_environment_and_a_repetition_the_same(env_id: str, 
             assert same_bits(one, other)
 
 
-@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
+@pytest.mark.parametrize("env_id", THROWS)
 def test_what_comes_anyway_may_be_asked_for_and_changes_nothing(env_id: str) -> None:
     free, asked = single(env_id), single(env_id)
     for seed in range(3):
@@ -100,7 +100,7 @@ def test_what_comes_anyway_may_be_asked_for_and_changes_nothing(env_id: str) -> 
         assert same_step(a, b)
 
 
-@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
+@pytest.mark.parametrize("env_id", THROWS)
 def test_a_request_is_forgotten_by_the_next_reset(env_id: str) -> None:
     fresh, used = single(env_id), single(env_id)
     used.reset(seed=1, options={"item": 0})
@@ -152,6 +152,11 @@ REFUSED: list[tuple[str, Any, str]] = [
     ("OneJointSort-v0", {"target": "pallet_4"}, "target is 'pallet_4'; it must be one of pallet_1, pallet_2, pallet_3"),
     ("OneJointAssembly-v0", {"item": "tee"}, "item 'tee' did not come in .*, which has items aitch, tee"),
     ("GripperToss-v0", {"item": "cork"}, "item is 'cork'; it must be one of paper_ball, yoghurt_cup, can_crushed"),
+    ("PnTLine-v0", {"item": "tray"}, "options ask for item; what comes along a line cannot be asked for"),
+    ("PnTLine-v0", {"item": 1}, "options ask for item; what comes along a line cannot be asked for"),
+    ("PnTLine-v0", {"item": "stone"}, "item is 'stone'; it must be one of tray, can, paper_ball, yoghurt_cup"),
+    ("PnTLine-v0", {"target": "cans"}, "target is 'cans'; no target of level 'single' has a name"),
+    ("PnTLine-v0", {"seed": 1}, "options has 'seed'; it may have item, target"),
 ]  # fmt: skip
 
 
@@ -159,16 +164,16 @@ REFUSED: list[tuple[str, Any, str]] = [
 def test_what_cannot_be_asked_for_is_refused_and_changes_nothing(env_id: str, options: Any, said: str) -> None:
     for make in (single, vector):
         hurt, unhurt = make(env_id), make(env_id)
-        shape = hurt.action_space.shape
+        still = np.zeros(hurt.action_space.shape, hurt.action_space.dtype)
         for env in (hurt, unhurt):
             env.reset(seed=1)
-            env.step(np.zeros(shape))
+            env.step(still)
         for seed in (None, 7):
             with pytest.raises(ConfigError, match=said) as caught:
                 hurt.reset(seed=seed, options=options)
             assert "\n" not in str(caught.value)
         for _ in range(2):
-            a, b = (env.step(np.zeros(shape)) for env in (hurt, unhurt))
+            a, b = (env.step(still) for env in (hurt, unhurt))
             for one, other in zip(a[:4], b[:4], strict=True):
                 assert same_bits(one, other)
         assert same_bits(hurt.reset()[0], unhurt.reset()[0])

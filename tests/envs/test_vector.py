@@ -10,11 +10,27 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 import pnt_gym
 from pnt_gym.errors import ConfigError, OrderError
-from tests.tools.throws import CONVEYOR, FEATURES, GRIPPER, MODES, ONE_JOINT, same_bits, vary, zeros
+from tests.tools.throws import (
+    CONVEYOR,
+    FEATURES,
+    GRIPPER,
+    LINE,
+    MODES,
+    ONE_JOINT,
+    SHORT_LINE,
+    THROWS,
+    same_bits,
+    some_actions,
+    vary,
+    zeros,
+)
 
-N, STEPS, MOST_STEPS, SEED = 3, 5, 8, 21
+N, SEED = 3, 21
+STEPS = dict.fromkeys(THROWS, 5) | dict.fromkeys(LINE, 30)
+MOST_STEPS = dict.fromkeys(THROWS, 8) | dict.fromkeys(LINE, 30)
 SHIFT = vary("waste", picks_per_shift=2)
 LEVELS = dict.fromkeys(CONVEYOR, SHIFT) | dict.fromkeys((*ONE_JOINT, *GRIPPER), "late")
+LEVELS["PnTLine-v0"] = SHORT_LINE
 LEVELS["PnTAdapt-v0"] = vary("drift_mix", picks_per_shift=2)
 LEVELS["OneJointAssembly-v0"] = "ideal"
 """An assembly goes on to its second throw only if the first succeeds."""
@@ -23,14 +39,13 @@ SMALL = {"OneJointAssembly-v0": 0.005}
 
 
 def actions(env_id):
-    shape = (MOST_STEPS, 8, zeros(env_id).size)
-    return (SMALL.get(env_id, 1.0) * np.random.default_rng(0).uniform(-1, 1, shape)).astype(np.float32)
+    return some_actions(env_id, np.random.default_rng(0), MOST_STEPS[env_id], 8, share=SMALL.get(env_id, 1.0))
 
 
-def rollout(env_id, env, count, steps=STEPS, seed=SEED):
+def rollout(env_id, env, count, steps=None, seed=SEED):
     """Everything reset and the steps returned."""
     first = env.reset(seed=seed)
-    return first, [env.step(actions(env_id)[k, :count]) for k in range(steps)]
+    return first, [env.step(actions(env_id)[k, :count]) for k in range(steps or STEPS[env_id])]
 
 
 @pytest.fixture(scope="module", params=pnt_gym.ENV_IDS)
@@ -50,6 +65,7 @@ def theirs(env_id):
     return rollout(env_id, SyncVectorEnv(makers, autoreset_mode=AutoresetMode.SAME_STEP), N)
 
 
+@pytest.mark.parametrize("env_id", THROWS)
 def test_what_is_hidden_of_a_row_is_hidden_of_the_single_environment(env_id):
     env, alone = gym.make_vec(env_id, num_envs=N, level=LEVELS[env_id]), gym.make(env_id, level=LEVELS[env_id])
     env.reset(seed=SEED)
@@ -97,7 +113,7 @@ def test_these_throws_hold_picks_that_failed(env_id, ours):
     """So that what is compared here is compared of them too."""
     found = [info.get("final_info", info) for *_, info in ours[1]]
     unpicked = [~info["picked"] for info in found if "picked" in info]
-    assert np.any(unpicked) == (env_id in CONVEYOR)
+    assert np.any(unpicked) == (env_id in (*CONVEYOR, *LINE))
 
 
 NEXT, NEVER = AutoresetMode.NEXT_STEP, AutoresetMode.DISABLED
@@ -110,7 +126,7 @@ def test_cells_begin_anew_in_the_next_step_as_gymnasiums_do(env_id):
     theirs = SyncVectorEnv(makers, autoreset_mode=NEXT)
     assert same_bits(ours.reset(seed=SEED)[0], theirs.reset(seed=SEED)[0])
     waited = []
-    for k in range(MOST_STEPS):
+    for k in range(MOST_STEPS[env_id]):
         (*mine, info), (*other, info2) = (env.step(actions(env_id)[k, :N]) for env in (ours, theirs))
         for one, two in zip(mine, other, strict=True):
             assert same_bits(one, two)
@@ -149,12 +165,20 @@ def test_no_autoreset_mode(mode):
         gym.make_vec("PnTRelease-v0", num_envs=2, autoreset_mode=mode)
 
 
-def assert_same_info(mine, other, rows=None):
-    """Every key of `other` is in `mine` with the same mask and, where the mask holds, the same values."""
+def assert_same_info(mine, other, over=None):
+    """Every key of `other` is in `mine` with the same mask and, where the mask holds, the same values.
+
+    Of rows that are over and begin anew in the same step, `mine` tells in its first layer, too, what the step gave.
+    Figures of shifts are NaN for rows whose shift goes on.
+    """
     for key, value in other.items():
         assert key in mine, key
-        if key.startswith("_"):
-            assert same_bits(mine[key], value), key
+        if key.startswith("_shift_"):
+            number = ~np.isnan(mine[key[1:]]).reshape(N, -1).all(axis=1)
+            assert not (number & mine[key] & ~value).any()
+        elif key.startswith("_"):
+            more = np.zeros(N, dtype=bool) if over is None else over & mine[key]
+            assert same_bits(mine[key], value | more), key
         elif isinstance(value, dict):
             assert set(mine[key]) == set(value)
             assert_same_info(mine[key], value)
@@ -168,7 +192,7 @@ def test_infos_have_gymnasiums_layout(ours, theirs):
     assert set(ours[0][1]) == set(theirs[0][1])
     assert_same_info(ours[0][1], theirs[0][1])
     for (*_, mine), (*_, other) in zip(ours[1], theirs[1], strict=True):
-        assert_same_info(mine, other)
+        assert_same_info(mine, other, mine.get("_final_info"))
         assert ("final_obs" in mine) == ("final_obs" in other)
         assert ("final_info" in mine) == ("final_info" in other)
 
@@ -227,11 +251,11 @@ def test_seeds_may_be_a_list(env_id):
     mixed, _ = one.reset(seed=[7, None, 9])
     again, _ = two.reset(seed=7)
     assert same_bits(mixed[[0, 2]], again[[0, 2]])
-    if env_id in (*CONVEYOR, "OneJointThrow-v0", *GRIPPER):  # the others draw from two or three goals
+    if env_id in (*CONVEYOR, "OneJointThrow-v0", *GRIPPER, *LINE):  # the others draw from two or three goals
         assert not same_bits(mixed[1], again[1])
 
 
-@pytest.mark.parametrize("drawn", [*CONVEYOR, "OneJointThrow-v0", *GRIPPER])
+@pytest.mark.parametrize("drawn", [*CONVEYOR, "OneJointThrow-v0", *GRIPPER, *LINE])
 def test_unseeded_rows_differ(drawn):
     """Where what is thrown, or where to, is drawn from a continuum."""
     observation, _ = gym.make_vec(drawn, num_envs=4, level=LEVELS[drawn]).reset()
@@ -241,10 +265,13 @@ def test_unseeded_rows_differ(drawn):
 def test_gymnasiums_statistics_wrapper_works(env_id):
     env = gym.wrappers.vector.RecordEpisodeStatistics(gym.make_vec(env_id, num_envs=N, level=LEVELS[env_id]))
     env.reset(seed=0)
-    length = 2 if env_id in ("PnTConveyor-v0", "PnTAdapt-v0", "OneJointAssembly-v0") else 1
-    for k in range(length):
-        *_, info = env.step(actions(env_id)[k, :N])
-    np.testing.assert_array_equal(info["episode"]["l"], length)
+    ended, length = np.zeros(N, dtype=bool), 0
+    while not ended.any():
+        *_, over, cut, info = env.step(actions(env_id)[length, :N])
+        ended, length = over | cut, length + 1
+    if env_id in THROWS:
+        assert length == 2 if env_id in ("PnTConveyor-v0", "PnTAdapt-v0", "OneJointAssembly-v0") else 1
+    np.testing.assert_array_equal(info["episode"]["l"][ended], length)
     env.close()
 
 

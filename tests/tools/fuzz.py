@@ -20,7 +20,7 @@ import gymnasium as gym
 import numpy as np
 
 import pnt_gym
-from pnt_gym.envs import conveyor, gripper, one_joint
+from pnt_gym.envs import conveyor, gripper, line, one_joint
 from pnt_gym.errors import ActionError
 from tests.tools.fuzz_basis import JUNK, Find, Random, Refused, finite, pick, refusable
 from tests.tools.fuzz_levels import level_case
@@ -34,6 +34,7 @@ MODES: Final = {
     "OneJointSort-v0": ("virtual_goal", "release_state"),
     "OneJointAssembly-v0": ("virtual_goal", "release_state"),
     "GripperToss-v0": ("release", "release_point"),
+    "PnTLine-v0": ("choice",),
 }
 
 
@@ -83,14 +84,14 @@ def action_case(random: Random) -> str:
         observation, reward, *_ = env.step(action)
         finite(what, observation, reward)
     if random.random() < 0.2:
-        observation, reward, *_ = env.step(np.zeros(env.action_space.shape))
+        observation, reward, *_ = env.step(np.zeros(env.action_space.shape, env.action_space.dtype))
         finite(what, observation, reward)
     return what
 
 
 def any_action(random: Random, shape: tuple[int, ...]) -> Any:
     """An action of the right shape as a rule."""
-    others = (shape[:-1], (*shape, 1), (1, *shape), (shape[0] + 1, *shape[1:]), (0,), (), (3, 3, 3))
+    others = (shape[:-1], (*shape, 1), (1, *shape), (sum(shape[:1]) + 1, *shape[1:]), (0,), (), (3, 3, 3))
     chosen = shape if random.random() < 0.8 else pick(random, others)
     kind = pick(random, ("numbers", "numbers", "numbers", "entries", "junk", "list"))
     if kind == "junk":
@@ -136,6 +137,7 @@ FORMS: Final = {
     "OneJointSort-v0": (one_joint.OneJointSortEnv, one_joint.OneJointSortVectorEnv),
     "OneJointAssembly-v0": (one_joint.OneJointAssemblyEnv, one_joint.OneJointAssemblyVectorEnv),
     "GripperToss-v0": (gripper.GripperTossEnv, gripper.GripperTossVectorEnv),
+    "PnTLine-v0": (line.PnTLineEnv, line.PnTLineVectorEnv),
 }
 
 

@@ -17,6 +17,7 @@ import yaml
 import pnt_gym
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.gripper.config import GripperConfig
+from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.errors import PhysicsError
 from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD
@@ -31,6 +32,7 @@ CONFIGS: Final[dict[str, Any]] = {
     "OneJointSort-v0": OneJointConfig,
     "OneJointAssembly-v0": OneJointConfig,
     "GripperToss-v0": GripperConfig,
+    "PnTLine-v0": LineConfig,
 }
 MILD: Final = (0.5, 0.7, 0.9, 1.1, 1.3, 1.5, 2.0, 3.0)
 WILD: Final = (0.0, -1.0, 0.1, 5.0, 10.0, 30.0, 100.0, 1e3, 1e6, 1e12, 1e300, 1e-3, 1e-9)
@@ -53,6 +55,8 @@ def level_case(random: Random) -> str:
     if "items" in whole and random.random() < 0.1:
         one = changed(random, OWN)
         level |= {"items": ["own"], "extra_items": [{**OWN, **one} if isinstance(one, dict) else one]}
+    if config is LineConfig and random.random() < 0.8:  # what goes by a table is refused as soon as the cell is another
+        level["throws"] = "flight"
     what = f"{env_id} level {level!r}"
     with contextlib.suppress(Refused), refusable(what), written(random, level) as given:
         env = gym.make_vec(env_id, num_envs=2, level=given, threads=1)
@@ -72,6 +76,8 @@ def throw_twice(what: str, env: Any, random: Random) -> None:
     finite(what, env.reset(seed=int(random.integers(1000)))[0])
     for scale in (0.3, 1.5):
         action = scale * random.uniform(-1.0, 1.0, env.action_space.shape)
+        if env.action_space.dtype.kind == "i":
+            action = random.integers(env.single_action_space.n, size=env.num_envs)
         observation, reward, *_ = env.step(action)
         finite(what, observation, reward)
 

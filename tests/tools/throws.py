@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+import pnt_gym
 from pnt_gym.cells.base.config import Level
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.action import MODES as PICK_MODES
@@ -25,26 +26,52 @@ from pnt_gym.planning.straight.plan import ReleaseBatch
 CONVEYOR = ("PnTConveyor-v0", "PnTAdapt-v0", "PnTRelease-v0")
 ONE_JOINT = ("OneJointThrow-v0", "OneJointSort-v0", "OneJointAssembly-v0")
 GRIPPER = ("GripperToss-v0",)
+LINE = ("PnTLine-v0",)
+THROWS = tuple(env_id for env_id in pnt_gym.ENV_IDS if env_id not in LINE)
+"""Environments of which a step is a throw that the action corrects; on a line it is a decision."""
 MODES = {
     env_id: {name: len(mode.numbers) for name, mode in modes.items()}
     for ids, modes in ((CONVEYOR, PICK_MODES), (ONE_JOINT, GOAL_MODES), (GRIPPER, TOSS_MODES))
     for env_id in ids
-}
+} | {env_id: {"choice": 1} for env_id in LINE}
 """Action modes of every environment, with the numbers in one action; the first is the default."""
 FEATURES = {
     **dict.fromkeys(CONVEYOR, 26),
     "PnTAdapt-v0": 34,
     **dict.fromkeys(ONE_JOINT, 14),
     **dict.fromkeys(GRIPPER, 15),
+    **dict.fromkeys(LINE, 13 + 16 * 18),
 }
 """Numbers in one observation."""
-HARD = {**dict.fromkeys(CONVEYOR, "waste"), "PnTAdapt-v0": "drift_mix", **dict.fromkeys((*ONE_JOINT, *GRIPPER), "late")}
+SHORT_LINE: dict[str, Any] = {
+    "base": "skills3_burst",
+    "throws": "flight",
+    "duration": 5.0,
+    "robots": [{"name": "first", "x": 0.0}, {"name": "second", "x": 1.4, "skills": ["tray", "can"]}],
+    "down": [{"robot": "first", "start": 1.0, "end": 2.0}, {"robot": "second", "start": 0.0, "end": 0.5}],
+}
+"""A shift of two robots that stand still at times, with some ten decisions."""
+HARD: dict[str, Any] = {
+    **dict.fromkeys(CONVEYOR, "waste"),
+    "PnTAdapt-v0": "drift_mix",
+    **dict.fromkeys((*ONE_JOINT, *GRIPPER), "late"),
+    **dict.fromkeys(LINE, SHORT_LINE),
+}
 """A level of every environment in which much is drawn or unknown."""
 
 
 def zeros(env_id: str, *shape: int) -> np.ndarray:
-    """Actions of zero in the default mode."""
+    """Actions of zero in the default mode; on a line the best choices."""
+    if env_id in LINE:
+        return np.zeros(shape, dtype=np.int64)
     return np.zeros((*shape, next(iter(MODES[env_id].values()))), dtype=np.float32)
+
+
+def some_actions(env_id: str, random: np.random.Generator, *shape: int, share: float = 1.0) -> np.ndarray:
+    """Actions drawn from a share of their range; on a line one of the first choices, now and then one there is not."""
+    if env_id in LINE:
+        return random.choice(16, shape, p=np.repeat([0.2, 0.05 / 3], [4, 12]))
+    return (share * random.uniform(-1, 1, zeros(env_id, *shape).shape)).astype(np.float32)
 
 
 # Spread and suction without any effect; what is left of the mismatch at m = 1 is the air.

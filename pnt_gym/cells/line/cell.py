@@ -139,7 +139,7 @@ class LineCell:
             busy=busy,
         )
         self.state = self._on(after, np.flatnonzero(~self.over))
-        elapsed = np.minimum(self.state.clock, self.config.duration) - state.clock
+        elapsed = np.maximum(np.minimum(self.state.clock, self.config.duration) - state.clock, 0.0)
         return Taken(
             robot=robot,
             valid=valid,
@@ -158,11 +158,8 @@ class LineCell:
         made = Made.nothing(self.count)
         if rows.size == 0:
             return made
-        thrown, attempt = take(context, rows), self.state.attempts[rows, index[rows]]
-        # Who tries again has another chance.
-        draws = turned(thrown.objects.pick_draw, attempt)
-        thrown = replace(thrown, objects=replace(thrown.objects, pick_draw=draws))
-        luck = turned(self.stream.luck[rows, index[rows]], attempt)
+        luck, attempt = self.stream.luck[rows, index[rows]], self.state.attempts[rows, index[rows]]
+        thrown, luck = tried_again(take(context, rows), attempt), turned(luck, attempt)
         return replaced(made, rows, self.throws.made(rows, self.state.robot[rows], thrown, luck))
 
     def _resting(self, context: Context) -> tuple[Floats, Floats]:
@@ -205,7 +202,14 @@ class LineCell:
         free = state.free.copy()
         free[rows[down], state.robot[rows[down]]] = until[down]
         free[idle, state.robot[idle]] += self.chooser.pause(state, self.stream, idle)
-        return replace(state, free=free, expected=np.maximum(state.expected, free)), np.concatenate([rows[down], idle])
+        pending = np.sort(np.concatenate([rows[down], idle]))
+        return replace(state, free=free, expected=np.maximum(state.expected, free)), pending
+
+
+def tried_again(context: Context, attempt: Ints) -> Context:
+    """Picks of objects that were tried before: whether the cup seals is drawn anew."""
+    objects = context.objects
+    return replace(context, objects=replace(objects, pick_draw=turned(objects.pick_draw, attempt)))
 
 
 def _closed(state: Shift, duration: float) -> Shift:

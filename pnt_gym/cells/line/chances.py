@@ -73,6 +73,17 @@ class Chances:
         sealed = (np.bincount(kind[picked], minlength=items) + 1.0) / (tries + 2.0)
         return cls(settings, edges, np.where(config.pick.fails, sealed, 1.0), landed)
 
+    def check(self, items: int) -> None:
+        """Make sure that these are shares of so many items.
+
+        Raises:
+            ValueError: shapes that do not fit each other, or numbers that are no shares.
+        """
+        wanted = items, len(self.percent), len(self.edges) + 1
+        shares = np.concatenate([self.picked.ravel(), self.landed.ravel()])
+        if self.picked.shape != (items,) or self.landed.shape != wanted or not ((shares >= 0) & (shares <= 1)).all():
+            raise ValueError("no shares")
+
     def land(self, kind: Ints, percent: Floats, distance: Floats) -> Floats:
         """Chance that what is held ends in its bin, S; of the table's next speed setting where it has not that one."""
         setting = np.abs(percent[..., None] - self.percent).argmin(axis=-1)
@@ -107,9 +118,10 @@ def read(config: LineConfig) -> Chances | None:
     try:
         told: dict[str, Any] = json.loads(place.read_text(encoding="utf-8"))
         made = Chances(**{name: np.array(told[name], dtype=np.float64) for name in Chances.__dataclass_fields__})
+        made.check(len(config.cell.items))
     except OSError as error:
         raise ConfigError(f"chances: cannot read {str(place)!r}: {error.strerror}") from None
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError, AttributeError):
         raise ConfigError(f"chances: {str(place)!r} is no table as `pnt-gym calibrate` writes it") from None
     if told.get("digest") != digest(config):
         raise ConfigError(f"chances: {str(place)!r} is the table of other cells than those of level {config.name!r}")

@@ -51,8 +51,8 @@ class Chooser:
 
     @property
     def planner(self) -> PickPlanner:
-        """Of the first robot; all draw alike."""
-        return self._kinds[0].planner
+        """Of the robot with the most bins; but for how full those are, all draw alike."""
+        return max((kind.planner for kind in self._kinds), key=lambda planner: len(planner.areas))
 
     def begin(self) -> Floats:
         """Where hands stand when a shift begins (3,) [m]."""
@@ -146,12 +146,13 @@ class Chooser:
         own, kind = sight.x[rows, options.place], sight.seen[rows, options.place]
         stop = self._places[robot] + options.stop[:, 0]
         then = np.where(self._able[robot[:, None], sight.seen], sight.x, AWAY) + speed * options.cycle[:, None]
+        near = np.abs(then - stop[:, None]) <= NEAR
         heirs = self._able[:, kind].T & (np.arange(len(self._places)) > robot[:, None])
         heir, there = heirs.argmax(axis=1), heirs.any(axis=1)
         window = self._places[heir] + low
         between = (sight.x >= own[:, None]) & (sight.x <= window[:, None]) & self._able[heir[:, None], sight.seen]
         return {
-            "crowd": (np.abs(then - stop[:, None]) <= NEAR).sum(axis=1).astype(np.float64),
+            "crowd": (near.sum(axis=1) - near[rows, options.place]).astype(np.float64),
             "heirs": heirs.sum(axis=1).astype(np.float64),
             "reaches": np.where(there, np.maximum(window - own, 0.0) / speed, 0.0),
             "queue": np.where(there, between.sum(axis=1), 0).astype(np.float64),
@@ -160,7 +161,7 @@ class Chooser:
     def _any_choice(self) -> Choices:
         """Some pick and throw (1,), to stand where there is no choice."""
         generator, kind = np.random.default_rng(0), self._kinds[0]
-        objects = kind.planner.draw([generator], np.zeros(1, dtype=np.int64), _TRIALS)
+        objects = self.planner.draw([generator], np.zeros(1, dtype=np.int64), _TRIALS)
         low, high = self._config.cell.belt.pick_x
         x = low + (high - low) * objects.place[..., 0]
         sight = Sight(np.zeros(1, dtype=np.int64), np.arange(_TRIALS)[None], x, objects.seen)

@@ -160,6 +160,12 @@ class LineConfig(LevelConfig):
         names = [robot.name for robot in self.robots]
         if len(set(names)) != len(names):
             raise ValueError(f"robots are called {names}; the names must differ from one another")
+        counts = [len(robot.bins or self.cell.bins.fixed) for robot in self.robots]
+        if self.cell.bins.emptied is not None and len(set(counts)) > 1:
+            raise ValueError(
+                f"cell.bins.emptied is {self.cell.bins.emptied}; robots with {counts} bins each do not fill theirs "
+                "alike: leave it null"
+            )
         low, high = self.cell.belt.pick_x
         for before, robot in zip(self.robots, self.robots[1:], strict=False):
             if robot.x + low < before.x + high:

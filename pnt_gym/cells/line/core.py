@@ -174,10 +174,14 @@ def _told(taken: Taken) -> dict[str, NDArray[Any]]:
 
 def _choices(actions: object, count: int) -> Ints:
     """Actions as whole numbers (N,)."""
-    given: NDArray[Any] = np.asarray(actions)
+    try:
+        given: NDArray[Any] = np.asarray(actions)
+    except ValueError:  # rows of different lengths
+        said = one_sentence(repr(actions), 80)
+        raise ActionError(f"action is {said}; it must be whole numbers of shape ({count},)") from None
     if given.shape != (count,):
         raise ActionError(f"action has shape {given.shape}; this environment needs ({count},)")
-    if given.dtype.kind not in "iu" or ((given < 0) | (given >= CHOICES)).any():
+    if given.dtype.kind not in "iu" or np.ma.isMA(actions) or ((given < 0) | (given >= CHOICES)).any():
         said = one_sentence(repr(actions), 80)
         raise ActionError(f"action is {said}; it must be a whole number from 0 to {CHOICES - 1}")
     return given.astype(np.int64)

@@ -17,8 +17,8 @@ from pnt_gym.cells.line.config import LineConfig
 
 SPARE: Final = 6.0
 """As many standard deviations of the objects' number are drawn beyond the mean, so that no belt runs empty."""
-GOLDEN: Final = (np.sqrt(5.0) - 1.0) / 2.0
-"""Uniform draws that turn by this are as good as new."""
+STRETCH: Final = 1000.0 + (np.sqrt(5.0) - 1.0) / 2.0
+"""Where a uniform draw comes to lie that is stretched by this and wound up on [0, 1) tells nothing of where it lay."""
 
 
 @final
@@ -37,7 +37,10 @@ class Stream:
 
 def turned(draws: Floats, attempt: Ints) -> Floats:
     """Uniform draws for later attempts; those of 1, which stand for what never fails, stay."""
-    return np.where(draws < 1.0, (draws + attempt * GOLDEN) % 1.0, draws)
+    found = draws
+    for done in range(int(attempt.max(initial=0))):
+        found = np.where((attempt > done) & (draws < 1.0), found * STRETCH % 1.0, found)
+    return found
 
 
 def length(config: LineConfig) -> int:

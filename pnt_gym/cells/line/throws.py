@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Self, TypeAlias, cast, final
 
 import numpy as np
@@ -122,7 +122,7 @@ class ThrownThrows(Throws):
     def _by(self, core: Core, rows: Ints, thrown: Context) -> Made:
         """Throws of some rows of a cell; what the other rows throw is nobody's."""
         cell = cast("ConveyorCell", core.cell)
-        cell.context = replaced(cell.context, rows, thrown)
+        cell.context = replaced(cell.context, rows, _of_own_bins(thrown, len(cell.config.bins.fixed)))
         action: Any = np.zeros((core.count, *core.action_space.shape))
         if self.release is not None:
             action = self.release(core.observe(), cell.context.kind)
@@ -135,3 +135,9 @@ class ThrownThrows(Throws):
             landing_error=outcome.landing_error[rows],
             energy=outcome.energy[rows],
         )
+
+
+def _of_own_bins(thrown: Context, count: int) -> Context:
+    """Throws of a robot with so many bins, where others of the line may have more."""
+    objects = replace(thrown.objects, fill_draw=thrown.objects.fill_draw[:, :count])
+    return replace(thrown, objects=objects, depth=thrown.depth[:, :count])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import pnt_gym
-from tests.tools.throws import zeros
+from tests.tools.throws import SHORT_LINE, THROWS, some_actions, zeros
 
 
 def arrays(record: Any, path: str = "") -> dict[str, np.ndarray]:
@@ -23,7 +23,7 @@ def arrays(record: Any, path: str = "") -> dict[str, np.ndarray]:
     return found
 
 
-@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
+@pytest.mark.parametrize("env_id", THROWS)
 def test_a_context_kept_before_a_step_is_the_same_after_it_and_after_a_reset(env_id):
     env = gym.make_vec(env_id, num_envs=3)
     env.reset(seed=3)
@@ -43,11 +43,25 @@ def test_a_context_kept_before_a_step_is_the_same_after_it_and_after_a_reset(env
     assert core.context is not kept
 
 
+def test_what_is_known_of_a_line_stays_what_it_was():
+    env = gym.make_vec("PnTLine-v0", num_envs=3, level=SHORT_LINE)
+    env.reset(seed=3)
+    cell = env.unwrapped.core.cell
+    kept = cell.state, cell.stream
+    before = [arrays(record) for record in kept]
+    env.step(zeros("PnTLine-v0", 3))
+    env.reset(options={"reset_mask": np.array([True, False, True])}, seed=9)
+    for record, held in zip(kept, before, strict=True):
+        assert len(held) > 10
+        for name, values in arrays(record).items():
+            np.testing.assert_array_equal(values, held[name], err_msg=name)
+
+
 @pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
 def test_an_info_kept_is_not_written_to_by_later_steps(env_id):
     env = gym.make_vec(env_id, num_envs=2)
     env.reset(seed=3)
     *_, info = env.step(zeros(env_id, 2))
     kept = pickle.dumps(info)
-    env.step(zeros(env_id, 2) + np.float32(0.05))
+    env.step(some_actions(env_id, np.random.default_rng(0), 2, share=0.05))
     assert pickle.dumps(info) == kept

@@ -1,0 +1,142 @@
+"""Whether what robots of a line can choose is what the conveyor's planner says of each case by itself, alone.
+
+`python benchmarks/line_exactness.py` compares 10,000 random cases: an object, a bin and a speed setting in the state of
+a line in mid-shift, planned as a row of its own. Exit code 1 where one is feasible here and not there, or a time
+differs by more than a millisecond.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+
+from pnt_gym.arrays import take
+from pnt_gym.cells.conveyor.movers import ThrowMotion
+from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.cells.line.cell import LineCell
+from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.cells.line.state import CHOICES
+from pnt_gym.planning.motion.limits import LimitRows
+
+FIGURES: Final = ("lift", "wait", "throwing", "stop")
+LEVELS: Final = ("single", "value", "speed", "line3", "skills3", "skills3_burst")
+MOST: Final = 1e-3
+"""Of a difference of times [s], and of places [m]."""
+
+
+@dataclass
+class Compared:
+    """Cases, and how they differ."""
+
+    cases: int = 0
+    feasible: int = 0
+    """Of them, by the planner alone."""
+    unlike: int = 0
+    """Feasible on one side only, or a case that the line does not offer while it has places left."""
+    hidden: int = 0
+    """Feasible cases that did not find a place among the choices."""
+    worst: float = 0.0
+    """Largest difference of any of `FIGURES` [s or m]."""
+
+
+def alone(cell: LineCell, planner: PickPlanner, index: int, into: int, percent: float) -> dict[str, Any] | None:
+    """One case of the first line, planned as a single row; None where it is not feasible."""
+    state, config = cell.state, planner.config
+    robot = int(state.robot[0])
+    objects = take(cell.stream.objects, (np.zeros(1, dtype=np.int64), np.array([index])))
+    objects = replace(objects, percent=np.array([percent]))
+    x = cell.stream.x[0, index] + config.belt.speed * state.clock[0] - cell.config.robots[robot].x
+    limits, hand = LimitRows.t3kr(objects.percent), state.hand[:1, robot]
+    met = planner.mover.meet(ThrowMotion.resting(hand), planner.pick_point(objects, np.array([x])), limits)
+    if not met.feasible[0] or met.time[0] > cell.config.horizon:
+        return None
+    context, good = planner.plan_into(objects, met.position, np.array([into]))
+    if not good[0]:
+        return None
+    motion = planner.mover.throw(context.pick, context.plan, context.throw_limits, context.ceiling)
+    return {
+        "lift": met.time[0] + config.motion.dwell,
+        "wait": met.wait[0],
+        "throwing": motion.stop_time[0],
+        "stop": motion.stop[0],
+    }
+
+
+def cases_of(cell: LineCell) -> list[tuple[int, int, float]]:
+    """Objects, bins and speed settings that the robot whose turn it is might think of, far ones included."""
+    state, config = cell.state, cell.config
+    robot = int(state.robot[0])
+    own = config.cell_of(robot)
+    seen, able = cell.stream.objects.seen[0], config.able()[robot]
+    x = cell.stream.x[0] + own.belt.speed * state.clock[0]
+    low, high = config.reach
+    there = (x >= low) & (x <= high) & (state.since[0] <= state.clock[0]) & able[seen]
+    accepts = own.acceptance()
+    return [
+        (int(i), int(b), float(p))
+        for i in np.flatnonzero(there)
+        for b in np.flatnonzero(accepts[seen[i]])
+        for p in own.limits.percent
+    ]
+
+
+def compare(cell: LineCell, planners: list[PickPlanner], found: Compared) -> None:
+    """All cases of the coming decision of the first line."""
+    choices = take(cell.state.choices, 0)
+    offered = {
+        (int(choices.index[k]), int(choices.context.bin[k]), float(choices.context.objects.percent[k])): k
+        for k in np.flatnonzero(choices.real)
+    }
+    planner, met = planners[int(cell.state.robot[0])], 0
+    for case in cases_of(cell):
+        figures, k = alone(cell, planner, *case), offered.pop(case, None)
+        found.cases += 1
+        met += figures is not None
+        if figures is None or k is None:
+            found.unlike += figures is None and k is not None
+            continue
+        for name in FIGURES:
+            found.worst = max(found.worst, float(np.abs(getattr(choices, name)[k] - figures[name]).max()))
+    found.unlike += len(offered) + abs(min(met, CHOICES) - int(choices.real.sum()))
+    found.hidden += max(met - CHOICES, 0)
+    found.feasible += met
+
+
+def compared(level: Any, cases: int, seed: int) -> Compared:
+    """Cases of the decisions of a shift at random, and of those that follow."""
+    config = LineConfig.load(level)
+    cell, random, found = LineCell(config, 1), np.random.default_rng(seed), Compared()
+    planners = [PickPlanner(config.cell_of(robot)) for robot in range(len(config.robots))]
+    cell.reset(np.arange(1), [np.random.default_rng(seed)])
+    while found.cases < cases:
+        compare(cell, planners, found)
+        real = cell.state.choices.real
+        cell.take(np.where(real, random.random(real.shape), -1.0).argmax(axis=1))
+        if cell.over.any():
+            cell.reset(np.arange(1), cell.generators)
+    return found
+
+
+def main() -> int:
+    """Compare; exit code 1 where they differ."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--cases", type=int, default=10_000)
+    parser.add_argument("--seed", type=int, default=0)
+    options = parser.parse_args()
+    bad = False
+    for level in LEVELS:
+        one = compared({"base": level, "throws": "flight"}, options.cases // len(LEVELS), options.seed)
+        bad |= one.unlike > 0 or one.worst > MOST
+        print(
+            f"{level}: {one.cases} cases, {one.feasible} feasible, {one.unlike} unlike, largest difference "
+            f"{one.worst:.1e} s or m"
+        )
+    return int(bad)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,117 @@
+"""Chances of throws by a table: counted as by hand, and met by the throws that go by them."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from pnt_gym.cells.line.chances import PRIOR, Chances, read, written
+from pnt_gym.cells.line.config import LineConfig
+from tests.tools.line import begun, chances, decided, with_table
+
+CONFIG = LineConfig.load({"base": "speed", "throws": "flight"})
+
+
+def test_a_table_is_what_was_counted():
+    """24 throws of two items at two speeds, by hand."""
+    kind = np.repeat([0, 1], 12)
+    percent = np.tile([30.0, 50.0], 12)
+    distance = np.linspace(0.5, 1.1, 24)
+    picked = np.ones(24, dtype=bool)
+    picked[[3, 4, 15]] = False
+    won = picked & (np.arange(24) % 3 != 0)
+    made = Chances.counted(CONFIG.cell, kind, percent, distance, won, picked)
+    assert made.percent.tolist() == [30.0, 50.0]
+    held = np.sort(distance[picked])  # 21 throws, 4 classes of equally many
+    assert [int((held <= edge).sum()) for edge in made.edges] == [6, 11, 16]
+    # Item 0: 12 tries of which 10 sealed; the two that never came have a half.
+    assert made.picked.tolist() == pytest.approx([11 / 14, 12 / 14, 0.5, 0.5])
+    for item in range(4):
+        throws = [i for i in range(24) if kind[i] == item and picked[i]]
+        mean = (sum(won[i] for i in throws) + 1.0) / (len(throws) + 2.0)
+        for setting, speed in enumerate((30.0, 50.0)):
+            for near in range(4):
+                low = made.edges[near - 1] if near else -np.inf
+                high = made.edges[near] if near < 3 else np.inf
+                own = [i for i in throws if percent[i] == speed and low < distance[i] <= high]
+                wanted = (sum(won[i] for i in own) + PRIOR * mean) / (len(own) + PRIOR)
+                assert made.landed[item, setting, near] == pytest.approx(wanted)
+
+
+def test_cups_that_never_fail_are_certain():
+    still = CONFIG.cell.model_copy(update={"pick": CONFIG.cell.pick.model_copy(update={"fails": False})})
+    one, yes = np.zeros(8, dtype=np.int64), np.ones(8, dtype=bool)
+    made = Chances.counted(still, one, np.full(8, 40.0), np.linspace(0.5, 1.0, 8), yes, yes)
+    assert made.picked.tolist() == [1.0] * 4
+
+
+def test_a_chance_is_looked_up_by_item_speed_and_distance():
+    table = chances(CONFIG)
+    kind, percent = np.array([0, 1, 2, 3, 3]), np.array([30.0, 40.0, 50.0, 33.0, 90.0])
+    distance = np.array([0.1, 0.75, 0.85, 5.0, 0.7])
+    at = [(0, 0, 0), (1, 1, 1), (2, 2, 2), (3, 0, 3), (3, 2, 0)]
+    assert table.land(kind, percent, distance).tolist() == [table.landed[i] for i in at]
+    wanted = [table.landed[i] * table.picked[i[0]] for i in at]
+    assert table.success(kind, percent, distance).tolist() == wanted
+
+
+def test_nothing_fails_by_the_table_of_lines_that_throw():
+    sure = Chances.certain(CONFIG.cell)
+    assert sure.success(np.arange(4), np.full(4, 35.0), np.linspace(0.1, 3.0, 4)).tolist() == [1.0] * 4
+
+
+def test_a_table_that_is_written_is_read_again(tmp_path):
+    config = LineConfig.load(with_table({"base": "speed"}, tmp_path))
+    found, made = read(config), chances(config)
+    assert found is not None
+    for name in ("percent", "edges", "picked", "landed"):
+        np.testing.assert_allclose(getattr(found, name), getattr(made, name), atol=5e-6)
+    assert json.loads(written(made, throws=7))["throws"] == 7
+
+
+def test_throws_come_out_as_often_as_the_table_has_it(tmp_path):
+    """By item, speed and distance: the shares of what was thrown, within four standard deviations of each."""
+    level = with_table({"base": "speed", "duration": 120.0, "arrivals": {"rate": 2.0}}, tmp_path)
+    cell, random = begun(level, 16), np.random.default_rng(0)
+    table = chances(cell.config)
+    wanted, found = np.zeros((2, 4, 4)), np.zeros((2, 4, 4))
+    count = 0
+    while not cell.over.all():
+        taken = cell.take(decided(cell, random))
+        rows = np.flatnonzero(taken.valid)
+        kind, made = taken.context.objects.kind[rows], taken.made
+        setting = np.searchsorted(table.percent, taken.context.objects.percent[rows])
+        of = np.searchsorted(table.edges, taken.context.distance[rows])
+        held = made.picked[rows]
+        np.add.at(wanted[0], (kind, 0), table.picked[kind])
+        np.add.at(wanted[1], (kind, of), np.where(held, table.landed[kind, setting, of], 0.0))
+        np.add.at(found[0], (kind, 0), held)
+        np.add.at(found[1], (kind, of), made.is_success[rows])
+        assert (made.ended_in[rows][made.is_success[rows]] >= 0).all()
+        assert (made.ended_in[rows][~made.is_success[rows]] == -1).all()
+        assert not (made.sorted & ~made.is_success).any()
+        count += rows.size
+    assert count > 700
+    assert (np.abs(found - wanted) <= 4.0 * np.sqrt(np.maximum(wanted, 1.0))).all()
+    assert found[1].sum() == pytest.approx(wanted[1].sum(), abs=4.0 * np.sqrt(0.25 * count))
+
+
+def test_the_same_object_thrown_with_the_same_chance_ends_alike(tmp_path):
+    """What is decided before it changes nothing: its luck is its own."""
+    level = with_table({"base": "line3", "duration": 12.0}, tmp_path, picked=(1.0,) * 4)
+    ends = [dict[tuple[int, int, float], bool](), dict[tuple[int, int, float], bool]()]
+    for seed, ended in enumerate(ends):
+        cell, random = begun(level, 4), np.random.default_rng(seed)
+        table = chances(cell.config)
+        while not cell.over.all():
+            taken = cell.take(decided(cell, random))
+            objects = taken.context.objects
+            chance = table.land(objects.kind, objects.percent, taken.context.distance)
+            for row in np.flatnonzero(taken.valid):
+                case = row, int(taken.index[row]), round(float(chance[row]), 9)
+                ended[case] = bool(taken.made.is_success[row])
+    both = ends[0].keys() & ends[1].keys()
+    assert len(both) > 10
+    assert all(ends[0][case] == ends[1][case] for case in both)

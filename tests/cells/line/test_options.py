@@ -1,0 +1,147 @@
+"""What robots can choose is what the conveyor's planner says of each case by itself: the same times, the same cases."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from benchmarks.line_exactness import compared
+from pnt_gym.arrays import take
+from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.planning import plan_release_batch
+from pnt_gym.planning.motion.intercept import plan_intercept
+from pnt_gym.planning.motion.limits import LimitRows
+from tests.tools.line import begun, chances, decided, with_table
+
+LEVELS = {
+    "single": {"base": "single"},
+    "speed": {"base": "speed", "arrivals": {"rate": 2.0}},
+    "skills3": {"base": "skills3"},
+    "plain": {"base": "single", "cell": {"belt": {"tracking": False}, "motion": {"reserve": 0.0}}},
+    "two bins": {
+        "base": "single",
+        "robots": [
+            {
+                "name": "first",
+                "x": 0.0,
+                "bins": [
+                    {"name": "left", "x": -0.35, "y": 0.38, "size": [0.235, 0.235]},
+                    {"name": "right", "x": 0.35, "y": 0.38, "size": [0.235, 0.235], "accepts": ["can", "tray"]},
+                    {"name": "far", "x": 0.1, "y": 0.95, "size": [0.235, 0.235], "accepts": ["can"]},
+                ],
+            }
+        ],
+    },
+}
+
+
+@pytest.fixture(scope="module")
+def tables(tmp_path_factory):
+    return tmp_path_factory.mktemp("tables")
+
+
+@pytest.mark.parametrize("name", LEVELS)
+def test_every_case_is_the_planners_own_and_none_is_missing(name, tables):
+    """A sample of `python benchmarks/line_exactness.py`."""
+    found = compared(with_table(LEVELS[name], tables), cases=250, seed=1)
+    assert found.cases >= 250
+    assert found.unlike == 0
+    assert found.feasible > 20
+    assert found.worst < 1e-9
+    assert found.hidden > 0 or name != "speed"  # more than can be shown at once
+
+
+def test_without_riding_along_the_times_are_those_of_intercept_and_release(tables):
+    """A hand that stands still while it grips: nothing of the cell but the two public planners."""
+    level = with_table(LEVELS["plain"], tables)
+    cell, random = begun(level, 1, 3), np.random.default_rng(3)
+    config = cell.config.cell
+    seen = 0
+    while seen < 120:
+        state = cell.state
+        choices = take(state.choices, 0)
+        for k in np.flatnonzero(choices.real):
+            one = take(choices, np.array([k]))
+            objects = one.context.objects
+            x = cell.stream.x[0, one.index] + config.belt.speed * state.clock[0]
+            place = np.stack([x, objects.lane_y, one.context.pick[:, 2]], axis=-1)
+            limits = LimitRows.t3kr(objects.percent)
+            met = plan_intercept(
+                state.hand[0, state.robot[:1]],
+                place,
+                np.array([config.belt.speed, 0.0, 0.0]),
+                limits,
+                clearance=config.motion.clearance,
+                window=config.belt.pick_x,
+            )
+            assert met.feasible.all()
+            np.testing.assert_allclose(one.lift, met.time + config.motion.dwell, rtol=0, atol=1e-9)
+            np.testing.assert_allclose(one.wait, met.wait, rtol=0, atol=1e-9)
+            ceiling = one.context.pick[:, 2] + config.motion.ceiling
+            plan = plan_release_batch(one.context.pick, one.context.target, one.context.throw_limits, ceiling=ceiling)
+            np.testing.assert_allclose(one.context.plan.position, plan.position, rtol=0, atol=1e-9)
+            assert plan.feasible.all()
+            assert (one.throwing > plan.time).all()
+            seen += 1
+        cell.take(decided(cell, random))
+        if cell.over.any():
+            cell.reset(np.arange(1), cell.generators)
+
+
+def test_an_object_of_a_class_that_a_robot_does_not_take_is_no_choice_of_its(tables):
+    cell, random = begun(with_table({"base": "skills3", "duration": 20.0}, tables), 2), np.random.default_rng(0)
+    allowed, met = ({0, 1, 2, 3}, {0, 1}, {0}), [set(), set(), set()]
+    while not cell.over.any():
+        state = cell.state
+        for row in range(2):
+            robot, real = int(state.robot[row]), state.choices.real[row]
+            kinds = {int(k) for k in cell.stream.objects.seen[row, state.choices.index[row][real]]}
+            assert kinds <= allowed[robot]
+            met[robot] |= kinds
+        cell.take(decided(cell, random))
+    assert tuple(met) == allowed
+
+
+@pytest.mark.parametrize("name", ["single", "speed", "skills3"])
+def test_the_best_come_first_and_each_is_what_is_known_of_it(name, tables):
+    level = with_table({**LEVELS[name], "duration": 20.0, "value": {"spread": 1.0}}, tables)
+    cell, random, config = begun(level, 2, 5), np.random.default_rng(5), LineConfig.load(level)
+    table, speed = chances(config), config.cell.belt.speed
+    high = config.cell.belt.pick_x[1]
+    seen = 0
+    while not cell.over.any():
+        state, stream = cell.state, cell.stream
+        for row in range(2):
+            choices, real = take(state.choices, row), state.choices.real[row]
+            assert (np.diff(real.astype(int)) <= 0).all()  # the first places are the real ones
+            score = choices.value * choices.chance - config.price_of_time * (choices.lift + choices.throwing)
+            assert (np.diff(score[real]) <= 1e-12).all()
+            robot, base = int(state.robot[row]), config.places()
+            x = stream.x[row] + speed * state.clock[row]
+            free = (state.since[row] <= state.clock[row]) & (x >= config.reach[0]) & (x <= config.reach[1])
+            for k in np.flatnonzero(real):
+                one, index = take(choices, k), int(choices.index[k])
+                kind = stream.objects.seen[row, index]
+                assert free[index]
+                assert one.value == stream.worth[row, index]
+                setting = np.flatnonzero(table.percent == one.context.objects.percent)[0]
+                away = np.hypot(*(one.context.target[:2] - one.context.pick[:2]))
+                of = int((away > table.edges).sum())
+                assert one.chance == pytest.approx(table.picked[kind] * table.landed[kind, setting, of])
+                able = config.able()
+                then = x + speed * (one.lift + one.throwing)
+                near = np.abs(then - base[robot] - one.stop[0]) <= 0.25
+                own = free & able[robot, stream.objects.seen[row]]
+                assert one.crowd == (near & own).sum() - int((near & own)[index])
+                heirs = [r for r in range(robot + 1, len(base)) if able[r, kind]]
+                assert one.heirs == len(heirs)
+                window = base[heirs[0]] + config.cell.belt.pick_x[0] if heirs else x[index]
+                assert one.reaches == pytest.approx(max(window - x[index], 0.0) / speed)
+                heir = free & able[heirs[0], stream.objects.seen[row]] if heirs else free & False
+                between = heir & (x >= x[index]) & (x <= window)
+                assert one.queue == between.sum()  # itself, too
+                seen += 1
+            coming = free & config.able()[robot, stream.objects.seen[row]] & (x <= base[robot] + high)
+            assert cell.chooser.coming(state, stream)[row] == coming.sum()
+        cell.take(decided(cell, random))
+    assert seen > 100

@@ -1,0 +1,96 @@
+"""Lines for tests: with tables that nobody had to make, decisions at random, and what became of everything by a ledger.
+
+The ledger knows only what steps say they did; the cell's own books are compared with it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pnt_gym.cells.line.cell import LineCell, Taken
+from pnt_gym.cells.line.chances import Chances, digest, written
+from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.cells.line.state import Fate
+
+PICKED = (0.8, 0.9, 0.6, 0.85)
+"""How often cups seal on each item of the shipped lines, in the tables made here."""
+EDGES = (0.7, 0.8, 0.9)
+
+
+def chances(config: LineConfig, picked: tuple[float, ...] = PICKED) -> Chances:
+    """A table that is told apart from any other: it falls with the distance, the speed, and from item to item."""
+    percent = np.unique([p for i in range(len(config.robots)) for p in config.cell_of(i).limits.percent])
+    items = np.arange(len(picked))[:, None, None]
+    landed = 0.95 - 0.1 * items - 0.05 * np.arange(len(percent))[:, None] - 0.1 * np.arange(4)
+    return Chances(percent, np.array(EDGES), np.array(picked), landed)
+
+
+def with_table(level: dict[str, Any], folder: Path, picked: tuple[float, ...] = PICKED) -> dict[str, Any]:
+    """The level with a table of its own in a folder."""
+    config = LineConfig.load({**level, "throws": "flight"})
+    place = folder / f"{digest(config)}-{'-'.join(map(str, picked))}.json"
+    place.write_text(written(chances(config, picked), digest=digest(config)))
+    return {**level, "chances": str(place)}
+
+
+def begun(level: Any, count: int = 1, seed: int = 0, threads: int = 1) -> LineCell:
+    """N lines at the begin of their shifts; row i has its own generator of seed + i."""
+    cell = LineCell(LineConfig.load(level), count, threads)
+    cell.reset(np.arange(count), [np.random.default_rng(seed + i) for i in range(count)])
+    return cell
+
+
+def decided(cell: LineCell, random: np.random.Generator, invalid: float = 0.0) -> np.ndarray:
+    """A choice for every line, any of those that there are, or now and then one that there is not (N,)."""
+    real = cell.state.choices.real
+    score = random.random(real.shape) + np.where(real, 1.0, 0.0)
+    score = np.where((random.random(len(real)) < invalid)[:, None], -score, score)
+    return score.argmax(axis=1)
+
+
+@dataclass
+class Ledger:
+    """What became of every object of one line, by what steps said."""
+
+    taken: dict[int, tuple[Fate, int, int]] = field(default_factory=dict)
+    """Fate, robot and bin of those that a robot has lifted."""
+    tries: dict[int, int] = field(default_factory=dict)
+    value: float = 0.0
+
+    def enter(self, taken: Taken, row: int, duration: float) -> None:
+        """One decision.
+
+        Raises:
+            AssertionError: something is taken that was taken before.
+        """
+        if not taken.valid[row]:
+            assert not taken.made.picked[row]
+            return
+        index = int(taken.index[row])
+        assert index not in self.taken, f"object {index} is taken twice"
+        self.tries[index] = self.tries.get(index, 0) + 1
+        self.value += float(taken.value[row])
+        if not taken.made.picked[row]:
+            return
+        end, in_bin = Fate.HELD, -1
+        if taken.end[row] <= duration:
+            in_bin = int(taken.made.ended_in[row])
+            end = Fate.SORTED if taken.made.sorted[row] else Fate.MISPLACED if in_bin >= 0 else Fate.FLOOR
+        self.taken[index] = end, int(taken.robot[row]), in_bin
+
+    def agrees(self, cell: LineCell, row: int) -> None:
+        """Make sure that the cell's books say the same of every object of a line."""
+        state = cell.state
+        for index in range(state.fate.shape[1]):
+            fate, robot, in_bin = self.taken.get(index, (Fate.RIDES, -1, -1))
+            assert (state.fate[row, index], state.taker[row, index], state.ended_in[row, index]) == (
+                fate,
+                robot,
+                in_bin,
+            )
+            assert state.attempts[row, index] == self.tries.get(index, 0)
+            assert np.isinf(state.since[row, index]) == (index in self.taken)
