@@ -61,4 +61,5 @@ def line_controller(name: str, core: LineCore, **options: Any) -> Controller:
             f"{one_sentence(name, 80)!r} is no controller of a line; controllers are {known}, the folder of a training "
             "run, and a scorer's .npz file"
         )
-    return _RULES[name](core, **{**settings(core.config.name, name), **options})
+    tuned = settings(core.config.name, name, len(core.config.robots))
+    return _RULES[name](core, **{**tuned, **options})
