@@ -17,7 +17,7 @@ from ..scorer import Scorer
 from .looking import Beam
 from .rules import Anything, Index
 from .scored import Scored, run_scores, scorer_in
-from .tuned import rate, settings
+from .tuned import settings
 
 _RULES: Final[Mapping[str, Callable[..., Controller]]] = {
     "random": lambda core: Anything(),
@@ -31,7 +31,6 @@ _RULES: Final[Mapping[str, Callable[..., Controller]]] = {
     "joint_beam": lambda core, **found: Beam("joint_beam", core, joint=True, **found),
     "index": lambda core, **found: Scored("index", Scorer.linear(**found)),
 }
-BEAMS: Final = ("beam", "joint_beam")
 NAMES: Final = tuple(_RULES)
 
 
@@ -62,8 +61,5 @@ def line_controller(name: str, core: LineCore, **options: Any) -> Controller:
             f"{one_sentence(name, 80)!r} is no controller of a line; controllers are {known}, the folder of a training "
             "run, and a scorer's .npz file"
         )
-    found, brought = settings(core.config.name, name), rate(core.config.name)
-    if name in BEAMS and "price" not in found:
-        # Of a robot's second, what the tuned ATC rule brings in it.
-        found["price"] = 1.0 if brought is None else brought / len(core.config.robots)
-    return _RULES[name](core, **{**found, **options})
+    tuned = settings(core.config.name, name, len(core.config.robots))
+    return _RULES[name](core, **{**tuned, **options})

@@ -11,6 +11,8 @@ FILE: Final = SHIPPED / "configs" / "line_rules.yaml"
 USUAL: Final = {"atc": {"patience": 1.0}, "price": {"patience": 1.0, "share": 0.5}}
 """On levels that nobody has tuned them for."""
 
+PLANNERS: Final = ("beam", "joint_beam")
+
 
 def written_settings() -> dict[str, Any]:
     """All that is written there, by level."""
@@ -18,9 +20,16 @@ def written_settings() -> dict[str, Any]:
     return dict(told or {})
 
 
-def settings(level: str, name: str) -> dict[str, Any]:
-    """Settings of one controller on a level; of `USUAL` where the level has none."""
-    return {**USUAL.get(name, {}), **(written_settings().get(level) or {}).get(name, {})}
+def settings(level: str, name: str, robots: int = 1) -> dict[str, Any]:
+    """Settings of one controller on a level with so many robots; of `USUAL` where the level has none.
+
+    A planner whose price of time nobody has tuned has what a robot brings in a second by the tuned ATC rule.
+    """
+    own = written_settings().get(level) or {}
+    usual = dict(USUAL.get(name, {}))
+    if name in PLANNERS and "rate" in own:
+        usual["price"] = round(own["rate"] / robots, 3)
+    return {**usual, **own.get(name, {})}
 
 
 def rate(level: str) -> float | None:

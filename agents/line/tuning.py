@@ -22,7 +22,7 @@ from .making import line_controller, line_of
 ENV: Final = "PnTLine-v0"
 PATIENCE: Final = (0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0)
 """Of ATC and of price [s]."""
-SHARE: Final = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
+SHARE: Final = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98)
 """Of its value that a choice loses which a robot downstream can take too."""
 PRICE: Final = (0.6, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5)
 """Of a robot's second, by what the tuned ATC rule brings in it."""

@@ -6,6 +6,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -166,6 +167,14 @@ def test_a_damaged_file_of_settings_is_told(tmp_path: Path, short: str) -> None:
     (tmp_path / "rules.yaml").write_text("short: [")
     with pytest.raises(UsageError, match="not valid YAML"):
         run(short, tmp_path / "rules.yaml", shifts=32)
+
+
+def test_a_planner_that_nobody_tuned_has_the_price_that_the_rule_brings() -> None:
+    told = yaml.safe_load(FILE.read_text())
+    told["line3"].pop("joint_beam", None)
+    with mock.patch("agents.line.tuned.written_settings", return_value=told):
+        assert settings("line3", "joint_beam", 3) == {"price": round(told["line3"]["rate"] / 3, 3)}
+        assert settings("nowhere", "joint_beam", 3) == {}
 
 
 @pytest.mark.parametrize("level", SHIPPED)
