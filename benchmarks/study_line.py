@@ -25,6 +25,7 @@ from agents.files import read_json, write_json
 from agents.line.evaluation import Shifts, worked
 from agents.line.making import NAMES, line_controller, line_of
 from agents.line.releasing import releaser
+from agents.line.tuned import written_settings
 from agents.places import POLICY, SHIPPED
 from agents.versions import versions
 from pnt_gym.cells.line.config import LineConfig
@@ -59,10 +60,12 @@ SMALL: Final[dict[str, Any]] = {
 
 
 def names_of(level: str) -> list[str]:
-    """Controllers of a level: all that have names, and what was learned for it."""
+    """Controllers of a level: all that have names and something of their own to say, and what was learned for it."""
     place, robots = LEARNED / level, len(LineConfig.load(level).robots)
+    tuned = written_settings().get(level, {})
+    idle = {*(OF_SEVERAL if robots == 1 else ()), *(() if "index" in tuned else ("index",))}
     return [
-        *(name for name in NAMES if robots > 1 or name not in OF_SEVERAL),
+        *(name for name in NAMES if name not in idle),
         *(sorted(one.name for one in place.iterdir()) if place.is_dir() else ()),
     ]
 
