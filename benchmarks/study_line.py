@@ -25,14 +25,18 @@ from agents.files import read_json, write_json
 from agents.line.evaluation import Shifts, worked
 from agents.line.making import NAMES, line_controller, line_of
 from agents.line.releasing import releaser
+from agents.line.tuned import written_settings
 from agents.places import POLICY, SHIPPED
 from agents.versions import versions
+from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.core import LineCore
 
 ENV: Final = "PnTLine-v0"
 LEVELS: Final = ("single", "value", "speed", "line3", "skills3", "skills3_burst")
 LEARNED: Final = SHIPPED / "results" / "policies" / "PnTLine-v0"
 """Folders of what was learned, LEVEL/NAME; whatever there is takes part."""
+OF_SEVERAL: Final = ("price", "joint_beam")
+"""Who decides as another one does where there is one robot only."""
 ROWS: Final = 25
 SHIFTS: Final = 100
 THROWN: Final = ("fifo", "atc", "price", "residual_ppo")
@@ -56,9 +60,14 @@ SMALL: Final[dict[str, Any]] = {
 
 
 def names_of(level: str) -> list[str]:
-    """Controllers of a level: all that have names, and what was learned for it."""
-    place = LEARNED / level
-    return [*NAMES, *(sorted(one.name for one in place.iterdir()) if place.is_dir() else ())]
+    """Controllers of a level: all that have names and something of their own to say, and what was learned for it."""
+    place, robots = LEARNED / level, len(LineConfig.load(level).robots)
+    tuned = written_settings().get(level, {})
+    idle = {*(OF_SEVERAL if robots == 1 else ()), *(() if "index" in tuned else ("index",))}
+    return [
+        *(name for name in NAMES if name not in idle),
+        *(sorted(one.name for one in place.iterdir()) if place.is_dir() else ()),
+    ]
 
 
 def controller_of(name: str, level: str, core: LineCore) -> Controller:

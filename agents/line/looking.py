@@ -67,7 +67,7 @@ class Beam(Controller):
         *,
         price: float = 1.0,
         joint: bool = False,
-        width: int = 12,
+        width: int = 20,
         horizon: float = 4.0,
         depth: int = MOST,
         by_rate: bool = False,
