@@ -176,7 +176,7 @@ def _made(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> Bas
     """A model with random weights."""
     torch.set_num_threads(1)  # small networks are slower on many threads than on one
     chosen = checked(deepcopy(dict(settings)))  # stable-baselines3 adds to the dicts it is given
-    policy = chosen.pop("policy", None) or _policy(algo)
+    policy = _policy(algo, chosen.pop("policy", None))
     kind = algorithm_class(algo)
     if issubclass(kind, OffPolicyAlgorithm):
         chosen.setdefault("replay_buffer_class", ThrownBuffer)
@@ -189,13 +189,19 @@ def _made(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> Bas
         raise UsageError(f"hyperparameters do not fit {algo}: {one_sentence(error)}") from error
 
 
-def _policy(algo: str) -> str | type[Any]:
-    """The usual policy of an algorithm."""
+def _policy(algo: str, asked: str | None) -> str | type[Any]:
+    """The policy of an algorithm: the usual one unless another is asked for.
+
+    Raises:
+        UsageError: there can be no other.
+    """
     if algo == "residual_ppo":
         from .residual import ResidualPolicy  # noqa: PLC0415 - only this algorithm needs it
 
+        if asked is not None:
+            raise UsageError(f"hyperparameter policy is {asked!r}; residual_ppo has a policy of its own: leave it out")
         return ResidualPolicy
-    return "MlpLstmPolicy" if algo in RECURRENT else "MlpPolicy"
+    return asked or ("MlpLstmPolicy" if algo in RECURRENT else "MlpPolicy")
 
 
 def start_at_zero(model: BaseAlgorithm) -> None:

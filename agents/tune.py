@@ -13,7 +13,7 @@ import yaml
 
 from pnt_gym.cells.line.config import LineConfig
 
-from .cli import at_least, option, run
+from .cli import UsageError, at_least, option, run
 from .environments import stream_seed
 from .files import check_writable, read_yaml, write_json, write_text
 from .line import tuning
@@ -59,13 +59,13 @@ def main(arguments: Arguments) -> None:
     at_least(vars(arguments), shifts=1, generations=1, seed=0)
     place = FILE if arguments.out is None else arguments.out
     check_writable(place, arguments.json)
-    level = LineConfig.load(arguments.level, throws="table")
+    level, known = LineConfig.load(arguments.level, throws="table"), kept_in(place)
     told = found(level, arguments)
     console().print(
         tuned_table(f"level {level.name}, {arguments.shifts} shifts each, seed {arguments.seed}", rows(told))
     )
     if arguments.shifts >= ENOUGH:
-        keep(place, level, told)
+        keep(place, known, level, told)
         console().print(f"kept in {place}")
     else:
         console().print(f"{arguments.shifts} shifts are too few to keep what they say; {ENOUGH} are enough")
@@ -123,10 +123,21 @@ def rows(told: dict[str, list[Tried]]) -> list[tuple[str, dict[str, Any], Any, A
     return [(what, end.settings, end.value, base) for what, end in ends.items()]
 
 
-def keep(place: Path, level: LineConfig, told: dict[str, list[Tried]]) -> None:
+def kept_in(place: Path) -> dict[str, Any]:
+    """Settings that a file holds already, by level.
+
+    Raises:
+        UsageError: it holds something else.
+    """
+    known: Any = (read_yaml(place, "settings of rules") or {}) if place.is_file() else {}
+    if not (isinstance(known, dict) and all(isinstance(own, dict) for own in known.values())):
+        raise UsageError(f"{str(place)!r} holds no settings of rules by level")
+    return known
+
+
+def keep(place: Path, known: dict[str, Any], level: LineConfig, told: dict[str, list[Tried]]) -> None:
     """Write the best settings beside those of other levels and controllers."""
-    known: dict[str, Any] = dict(read_yaml(place, "settings of rules") or {}) if place.is_file() else {}
-    own: dict[str, Any] = dict(known.get(level.name) or {})
+    own: dict[str, Any] = dict(known.get(level.name, {}))
     if "atc" in told:
         own["rate"] = round(a_second(told["atc"]), 3)
     own |= {what: tuning.best(values).settings for what, values in told.items()}

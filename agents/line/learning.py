@@ -58,9 +58,16 @@ def line_settings(asked: Mapping[str, Any], given: Mapping[str, Any], cell: Env)
 
 
 def more_price(given: Mapping[str, Any], cell: Env) -> float:
-    """How much more a second costs in training than in the reward of the environment [1/s]; nothing but on a line."""
+    """How much more a second costs in training than in the reward of the environment [1/s]; nothing but on a line.
+
+    Raises:
+        UsageError: the hyperparameters say something that is no price.
+    """
     core = line_of(cell)
-    return 0.0 if core is None else float(given["price_of_time"]) - core.config.price_of_time
+    if core is None:
+        return 0.0
+    checked(given)
+    return float(given.get("price_of_time", core.config.price_of_time)) - core.config.price_of_time
 
 
 def compare_shifts(folder: Path, learned_from: int, env: Env, shifts: int, seed: int) -> list[dict[str, Any]]:

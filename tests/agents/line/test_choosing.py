@@ -225,6 +225,21 @@ def test_a_wrong_setting_of_the_line_is_told(asked: Arguments, tmp_path: Path, n
         main(asked)
 
 
+def test_a_residual_has_one_policy(asked: Arguments, tmp_path: Path) -> None:
+    (tmp_path / "small.yml").write_text(yaml.safe_dump({"default": {**SMALL, "policy": "MlpPolicy"}}))
+    with pytest.raises(UsageError, match="residual_ppo has a policy of its own"):
+        main(asked)
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_run_whose_price_is_damaged_is_told(asked: Arguments, tmp_path: Path) -> None:
+    main(replace(asked, steps=1))
+    file = tmp_path / "run" / "config.yml"
+    file.write_text(file.read_text().replace("price_of_time: 1.0", "price_of_time: dear"))
+    with pytest.raises(UsageError, match="hyperparameter price_of_time is 'dear'"):
+        main(Arguments(resume=tmp_path / "run", steps=64, eval_picks=0))
+
+
 def test_a_policy_that_chooses_is_refused_where_throws_are_corrected(asked: Arguments, tmp_path: Path) -> None:
     main(replace(asked, steps=1))
     with pytest.raises(UsageError, match="is of a policy that chooses"):

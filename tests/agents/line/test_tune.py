@@ -163,10 +163,14 @@ def test_bad_usage_is_one_sentence(tmp_path: Path, arguments: tuple[str, ...], s
     assert said in done.stderr
 
 
-def test_a_damaged_file_of_settings_is_told(tmp_path: Path, short: str) -> None:
-    (tmp_path / "rules.yaml").write_text("short: [")
-    with pytest.raises(UsageError, match="not valid YAML"):
-        run(short, tmp_path / "rules.yaml", shifts=32)
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [("short: [", "not valid YAML"), ("[short]", "no settings of rules"), ("short: 3", "no settings of rules")],
+)
+def test_a_damaged_file_of_settings_is_told_before_any_work(tmp_path: Path, short: str, text: str, said: str) -> None:
+    (tmp_path / "rules.yaml").write_text(text)
+    with mock.patch.object(tune, "found", side_effect=AssertionError), pytest.raises(UsageError, match=said):
+        run(short, tmp_path / "rules.yaml")
 
 
 def test_a_planner_that_nobody_tuned_has_the_price_that_the_rule_brings() -> None:
