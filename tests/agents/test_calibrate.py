@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import yaml
 
-from agents.calibrate import Arguments, thrown
+from agents.calibrate import thrown
 from pnt_gym.cells.line.cell import LineCell
 from pnt_gym.cells.line.chances import Chances, digest, place_of, read
 from pnt_gym.cells.line.config import LineConfig
@@ -57,8 +57,7 @@ def test_the_level_goes_by_the_table_that_it_names(made):
 def test_the_table_is_what_the_throws_of_the_seed_say(made):
     folder, _ = made
     config = LineConfig.load(LEVEL, throws="full", chances=None)
-    arguments = Arguments(level="mine.yaml", throws=120, num_envs=8, threads=1)
-    told = thrown(config, arguments)
+    told = list(thrown(config, throws=120, seed=0, num_envs=8, threads=1))
     columns = {name: np.concatenate([part[name] for part in told]) for name in told[0]}
     again = Chances.counted(config.cell, **columns)
     written = json.loads((folder / "table.json").read_text())
