@@ -6,9 +6,11 @@ from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import tyro
+
+from pnt_gym.cells.line.config import LineConfig
 
 from .cli import UsageError, at_least, option, run
 from .controllers import Learner, load_state, make_controller, save_state
@@ -24,7 +26,7 @@ from .line.releasing import releaser
 from .tables import console, shifts_table, summary_table, throws_bar
 from .trained import setting
 
-OF_LINES = ("shifts", "release", "picture")
+OF_LINES = ("shifts", "release", "throws", "picture")
 OF_THROWS = ("picks", "practice", "online", "load", "save")
 """Options that only one kind of environment has a use for."""
 
@@ -51,6 +53,8 @@ class Arguments:
     """Shifts to count, of a line."""
     release: Annotated[str | None, option("analytic", "NAME|RUN_DIR")] = None
     """Who corrects the throws of a line that are simulated: a controller or a run folder of PnTRelease-v0."""
+    throws: Annotated[Literal["table", "flight", "full"] | None, option("the level's own", "table|flight|full")] = None
+    """What becomes of the throws of a line."""
     picture: Annotated[Path | None, option("none", "FILE.svg")] = None
     """Draw who took what in the first minute of a line's first shift."""
     seed: int = 0
@@ -78,7 +82,7 @@ def main(arguments: Arguments) -> None:
     at_least(vars(arguments), picks=1, shifts=1, seed=0, num_envs=1, threads=1, practice=0)
     check_writable(arguments.json, arguments.save, arguments.picture)
     env_id, level, mode = setting(arguments.controller, arguments.env, arguments.level, arguments.action_mode)
-    with closing(make_vector(env_id, level, arguments.num_envs, arguments.threads, mode)) as env:
+    with closing(opened(env_id, level, arguments, mode)) as env:
         if line_of(env) is not None:
             judge_line(env, env_id, arguments)
             return
@@ -95,6 +99,17 @@ def main(arguments: Arguments) -> None:
     if arguments.json is not None:
         write_json(arguments.json, found | {"env": env_id, "controller": arguments.controller})
         console().print(f"every throw is in {arguments.json}")
+
+
+def opened(env_id: str, level: Any, arguments: Arguments, mode: str | None) -> Env:
+    """The environment, with throws as they are asked for on a line."""
+    env = make_vector(env_id, level, arguments.num_envs, arguments.threads, mode)
+    line = line_of(env)
+    if line is None or arguments.throws is None:
+        return env
+    env.close()
+    level = LineConfig.load(line.config, throws=arguments.throws)
+    return make_vector(env_id, level, arguments.num_envs, arguments.threads, mode)
 
 
 def judge_line(env: Env, env_id: str, arguments: Arguments) -> None:

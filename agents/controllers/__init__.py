@@ -13,6 +13,7 @@ from gymnasium import Space
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.line.core import LineCore
 from pnt_gym.errors import one_sentence
 
 from ..cli import UsageError
@@ -85,6 +86,10 @@ def make_controller(name: str, env: Env, *, trust: bool = False, **options: Any)
     Raises:
         UsageError: none of these, or a controller that cannot act in this environment.
     """
+    if isinstance(getattr(env.unwrapped, "core", None), LineCore):
+        raise UsageError(
+            f"controller {one_sentence(name, 80)!r} corrects throws; a line is worked by others, see `evaluate`"
+        )
     if name in _ANY_ACTIONS:
         return _ANY_ACTIONS[name](env, **options)
     if name in _SHIFTS:

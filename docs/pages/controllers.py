@@ -78,7 +78,8 @@ def described(name: str, controller: Controller) -> str:
 
 def _where(ids: list[str]) -> str:
     """Environments of a controller, in few words."""
-    return "all" if len(ids) == len(pnt_gym.ENV_IDS) else ", ".join(f"`{i}`" for i in ids)
+    throwing = [i for i in pnt_gym.ENV_IDS if line_of(_cells(i)) is None]
+    return "all that throw" if ids == throwing else ", ".join(f"`{i}`" for i in ids)
 
 
 def listed(_: str) -> str:

@@ -13,6 +13,7 @@ import pnt_gym
 from agents.console import COMMANDS
 from agents.controllers import NAMES
 from agents.levels import FAMILIES
+from agents.line.making import NAMES as LINE_NAMES
 from docs.pages import cite, commands, controllers, docstrings, environments, items, levels, made, results
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.catalogue import CATALOGUE
@@ -55,10 +56,14 @@ def test_every_controller_is_described_and_tried_everywhere():
     table = controllers.listed("")
     assert tuple(names(table)) == NAMES
     rows = dict(zip(NAMES, table.splitlines()[2:], strict=True))
-    assert rows["ridge"].startswith("| `ridge` | yes | all |")
-    assert rows["oracle"].startswith("| `oracle` | no | all |")
+    assert rows["ridge"].startswith("| `ridge` | yes | all that throw |")
+    assert rows["oracle"].startswith("| `oracle` | no | all that throw |")
     assert rows["mean_lead"].startswith("| `mean_lead` | no | `PnTConveyor-v0`, `PnTAdapt-v0`, `PnTRelease-v0` |")
     assert rows["kalman"].startswith("| `kalman` | yes | `PnTAdapt-v0` |")
+
+
+def test_every_controller_of_a_line_is_described():
+    assert tuple(names(controllers.of_the_line(""))) == LINE_NAMES
 
 
 def test_every_command_shows_its_help():
@@ -92,7 +97,7 @@ def test_a_page_names_the_levels_that_its_environment_takes():
     assert "`day`" not in environments.page("PnTConveyor-v0")
 
 
-@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
+@pytest.mark.parametrize("env_id", [env_id for env_id in pnt_gym.ENV_IDS if env_id != "PnTLine-v0"])
 def test_what_is_hidden_is_on_the_page_of_datasets(env_id):
     shown = re.findall(r"^<!-- made: hidden (.*) -->$", (DOCS / "datasets.md").read_text(), flags=re.MULTILINE)
     rows = names(environments.hidden(env_id))
@@ -110,8 +115,11 @@ def test_a_bandit_is_what_no_action_changes(env_id):
     for first in (-0.3, 0.3):
         env = gym.make_vec(env_id, num_envs=8)
         env.reset(seed=3)
-        action = np.zeros(env.action_space.shape)
-        action[:, 0] = first
+        action = np.zeros(env.action_space.shape, dtype=env.action_space.dtype)
+        if env_id == "PnTLine-v0":
+            action[:] = first > 0
+        else:
+            action[:, 0] = first
         following.append(env.step(action)[0])
         env.close()
     assert np.array_equal(*following) == (kind == environments.BANDIT)

@@ -83,7 +83,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
         "lies on the belt, which spans y -0.65..-0.04 m",
     ),
     ({"robots": [{"name": "a", "x": 0.0, "bins": [FAR]}]}, "no robot can throw anything into its bins"),
-    ({"robots": [{"name": "a", "x": 0.0, "bins": [RED]}]}, "no bin accepts item 'can'"),
+    ({"robots": [{"name": "a", "x": 0.0, "bins": [RED]}]}, "no robot takes item 'can'"),
     ({"value": {"of": {"stone": 1.0}}}, "value.of tells of 'stone', which is not among the cell's items"),
     ({"value": {"of": {"can": -1.0}}}, "value.of.can is -1.0"),
     ({"value": {"spread": 3.0}}, "value.spread is 3.0: input should be less than or equal to 2"),
