@@ -75,9 +75,8 @@ def main(arguments: Arguments) -> None:
     plans = list(planned(level, arguments))
     rows: list[dict[str, Any]] = []
     for number, (told, config) in enumerate(plans, 1):
-        console().print(
-            f"plan {number} of {len(plans)}: {', '.join(f'{name} {value:g}' for name, value in told.items())}"
-        )
+        said = ", ".join(f"{name} {value}" for name, value in told.items())
+        console().print(f"plan {number} of {len(plans)}: {said}")
         rows.append({**told, **judged(with_table(config, arguments), arguments)})
     console().print(plans_table(arguments, rows).terminal())
     console().print(answer(arguments, rows))

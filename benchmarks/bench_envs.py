@@ -24,7 +24,13 @@ from agents.files import write_json
 
 SEED = 0
 FLIGHT = {"name": "waste, fidelity: flight", "base": "waste", "fidelity": "flight"}
-LEVELS = {"PnTConveyor-v0": ("waste", FLIGHT), "PnTRelease-v0": ("waste", FLIGHT)}
+LINE_FLIGHT = {"name": "skills3, throws: flight", "base": "skills3", "throws": "flight"}
+LINE_FULL = {"name": "skills3, throws: full", "base": "skills3", "throws": "full"}
+LEVELS = {
+    "PnTConveyor-v0": ("waste", FLIGHT),
+    "PnTRelease-v0": ("waste", FLIGHT),
+    "PnTLine-v0": ("single", LINE_FLIGHT, LINE_FULL),
+}
 """What is measured where nothing else is asked for; the other environments at their default."""
 ACTIONS = 0.1
 """Random actions up to this: large enough to be planned for, too small to be shortened often."""
@@ -77,23 +83,26 @@ class Vector:
     def __init__(self, env_id: str, level: Any, cells: int, threads: int) -> None:
         self.cells, self.threads = cells, threads
         self._env = gym.make_vec(env_id, num_envs=cells, level=level, threads=threads)
-        plant = self._env.unwrapped.core.cell.plant
         self._taps: list[Tap] = []
-        for physics in (plant, *([plant.free] if hasattr(plant, "free") else [])):  # with and without the robot
-            physics.batch = Tap(physics.batch)
-            self._taps.append(physics.batch)
-        self._env.reset(seed=SEED)
+        for plant in plants(self._env.unwrapped.core.cell):
+            for physics in (plant, *([plant.free] if hasattr(plant, "free") else [])):  # with and without the robot
+                physics.batch = Tap(physics.batch)
+                self._taps.append(physics.batch)
+        self._info = self._env.reset(seed=SEED)[1]
         self._rng = np.random.default_rng(SEED)
         self._rounds: list[tuple[Clock, Clock, int]] = []
 
     def round(self) -> None:
         """One step and its physics alone, in turn so that both see the same noise."""
-        actions = self._rng.uniform(-ACTIONS, ACTIONS, self._env.action_space.shape).astype(np.float32)
+        actions = action_of(self._env, self._info, self._rng)
         for tap in self._taps:
             tap.forget()
-        step = timed(lambda: self._env.step(actions))
+        step = timed(lambda: self._stepped(actions))
         bare = timed(lambda: [tap.repeat() for tap in self._taps])
         self._rounds.append((step, bare, sum(tap.steps for tap in self._taps)))
+
+    def _stepped(self, actions: Any) -> None:
+        self._info = self._env.step(actions)[-1]
 
     def figures(self) -> dict[str, float]:
         """Rates by the least time of all rounds but the first, which warms up."""
@@ -107,9 +116,23 @@ class Vector:
             "bare_throws_per_s": self.cells / bare,
             "env_over_bare": bare / step,
             "env_over_bare_cpu": min(r[1][1] for r in rounds) / min(r[0][1] for r in rounds),
-            "physics_us_per_step": 1e6 * bare / steps * self.threads,
+            "physics_us_per_step": 1e6 * bare / max(steps, 1) * self.threads,  # a table of throws has none
             "physics_steps_per_throw": steps / self.cells,
         }
+
+
+def plants(cell: Any) -> list[Any]:
+    """What throws in a cell; on a line what throws for its robots, nothing where they go by a table."""
+    if hasattr(cell, "plant"):
+        return [cell.plant]
+    return [core.cell.plant for core in getattr(cell.throws, "cores", [])]
+
+
+def action_of(env: Any, info: dict[str, Any], random: np.random.Generator) -> Any:
+    """Corrections at random; on a line choices that there are."""
+    if "action_mask" in info:
+        return np.where(info["action_mask"], random.random(info["action_mask"].shape), -1.0).argmax(axis=-1)
+    return random.uniform(-ACTIONS, ACTIONS, env.action_space.shape).astype(np.float32)
 
 
 class Singles:
@@ -117,8 +140,7 @@ class Singles:
 
     def __init__(self, env_id: str, level: Any, cells: int) -> None:
         self._envs = [gym.make(env_id, level=level, disable_env_checker=True) for _ in range(cells)]
-        for row, env in enumerate(self._envs):
-            env.reset(seed=SEED + row)
+        self._infos = [env.reset(seed=SEED + row)[1] for row, env in enumerate(self._envs)]
         self._rng = np.random.default_rng(SEED)
         self._times: list[float] = []
 
@@ -131,11 +153,10 @@ class Singles:
         return len(self._envs) / min(self._times[1:])
 
     def _loop(self) -> None:
-        for env in self._envs:
-            action = self._rng.uniform(-ACTIONS, ACTIONS, env.action_space.shape).astype(np.float32)
-            _, _, terminated, truncated, _ = env.step(action)
+        for row, env in enumerate(self._envs):
+            _, _, terminated, truncated, self._infos[row] = env.step(action_of(env, self._infos[row], self._rng))
             if terminated or truncated:
-                env.reset()
+                self._infos[row] = env.reset()[1]
 
 
 def bench(env_id: str, options: argparse.Namespace) -> dict[str, Any]:

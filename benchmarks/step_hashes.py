@@ -23,6 +23,13 @@ CONVEYOR = ("ideal", "nominal", "waste", "unseen", "tight", "fast")
 DRIFTING = ("waste", "day", "steps", "drift_mix", "day_far")
 ONE_JOINT = ("ideal", "nominal", "late", "paper", "contact")
 GRIPPER = ("ideal", "nominal", "late", "patient", "drop", "belt")
+LINE = (
+    "single",
+    "speed",
+    {"name": "skills3_burst, flight", "base": "skills3_burst", "throws": "flight"},
+    {"name": "skills3, full", "base": "skills3", "throws": "full"},
+)
+"""Shipped levels whose tables are there, and lines that throw."""
 CASES = {
     "PnTConveyor-v0": (CONVEYOR, ("release_point", "release_xyz", "virtual_goal")),
     "PnTAdapt-v0": (DRIFTING, ("release_point", "release_xyz", "virtual_goal")),
@@ -31,6 +38,7 @@ CASES = {
     "OneJointSort-v0": (ONE_JOINT, ("virtual_goal", "release_state")),
     "OneJointAssembly-v0": (ONE_JOINT, ("virtual_goal", "release_state")),
     "GripperToss-v0": (GRIPPER, ("release", "release_point")),
+    "PnTLine-v0": (LINE, ("choice",)),
 }
 CELLS, STEPS = 4, 4
 
@@ -41,7 +49,15 @@ def fingerprint(value: Any) -> str:
     return hashlib.sha256(f"{array.dtype} {array.shape}".encode() + array.tobytes()).hexdigest()[:16]
 
 
-def fingerprints(env_id: str, level: str, mode: str) -> dict[str, str]:
+def action_of(env: Any, info: dict[str, Any], step: int, random: np.random.Generator) -> Any:
+    """Small corrections first, then larger ones; on a line choices that there are."""
+    if "action_mask" not in info:
+        action = (0.3, 0.6, 1.0, 0.0)[step] * random.uniform(-1.0, 1.0, env.action_space.shape)
+        return action.astype(np.float32)
+    return np.where(info["action_mask"], random.random(info["action_mask"].shape), -1.0).argmax(axis=1)
+
+
+def fingerprints(env_id: str, level: Any, mode: str) -> dict[str, str]:
     """Of everything that a few steps of a vector environment return, by name; of the refusal of a level."""
     try:
         env = gym.make_vec(env_id, num_envs=CELLS, level=level, action_mode=mode)
@@ -52,8 +68,7 @@ def fingerprints(env_id: str, level: str, mode: str) -> dict[str, str]:
     parts = {"observation": [observation], "reward": [], "ended": []}
     parts |= {f"info/{name}": [value] for name, value in info.items() if not name.startswith("_")}
     for step in range(STEPS):
-        action = (0.3, 0.6, 1.0, 0.0)[step] * random.uniform(-1.0, 1.0, env.action_space.shape)
-        observation, reward, over, cut, info = env.step(action.astype(np.float32))
+        observation, reward, over, cut, info = env.step(action_of(env, info, step, random))
         parts["observation"].append(observation)
         parts["reward"].append(reward)
         parts["ended"].append(np.stack([over, cut]))
@@ -75,7 +90,8 @@ def main() -> int:
     for env_id, (levels, modes) in CASES.items():
         for level in levels if args.env in (None, env_id) else ():
             for mode in modes:
-                made[f"{env_id}/{level}/{mode}"] = fingerprints(env_id, level, mode)
+                name = level if isinstance(level, str) else level["name"]
+                made[f"{env_id}/{name}/{mode}"] = fingerprints(env_id, level, mode)
     if args.json:
         write_json(args.json, {"version": pnt_gym.__version__, "made": made})
     if not args.against:

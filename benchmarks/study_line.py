@@ -25,7 +25,7 @@ from agents.files import read_json, write_json
 from agents.line.evaluation import Shifts, worked
 from agents.line.making import NAMES, line_controller, line_of
 from agents.line.releasing import releaser
-from agents.line.tuned import written_settings
+from agents.line.tuned import PLANNERS, written_settings
 from agents.places import POLICY, SHIPPED
 from agents.versions import versions
 from pnt_gym.cells.line.config import LineConfig
@@ -37,6 +37,8 @@ LEARNED: Final = SHIPPED / "results" / "policies" / "PnTLine-v0"
 """Folders of what was learned, LEVEL/NAME; whatever there is takes part."""
 OF_SEVERAL: Final = ("price", "joint_beam")
 """Who decides as another one does where there is one robot only."""
+PLANNED: Final = 25
+"""Shifts of planners where there are several robots: a decision takes them a thousand times as long as a rule."""
 ROWS: Final = 25
 SHIFTS: Final = 100
 THROWN: Final = ("fifo", "atc", "price", "residual_ppo")
@@ -60,7 +62,7 @@ SMALL: Final[dict[str, Any]] = {
 
 
 def names_of(level: str) -> list[str]:
-    """Controllers of a level: all that have names and something of their own to say, and what was learned for it."""
+    """Controllers of a level: those with names and something of their own to say, and what was learned for it."""
     place, robots = LEARNED / level, len(LineConfig.load(level).robots)
     tuned = written_settings().get(level, {})
     idle = {*(OF_SEVERAL if robots == 1 else ()), *(() if "index" in tuned else ("index",))}
@@ -106,7 +108,8 @@ def measured(
                 continue
             controller = controller_of(name, learned or core.config.name, core)
             controller.reset(seed)
-            result[name] = told(worked(controller, env, shifts, stream_seed("evaluate", seed)))
+            count = min(shifts, PLANNED) if name in PLANNERS and len(core.config.robots) > 1 else shifts
+            result[name] = told(worked(controller, env, count, stream_seed("evaluate", seed)))
             say(f"{core.config.name} ({core.config.throws})", name, result[name])
     return result
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pnt_gym
 
 PACKAGE = Path(pnt_gym.__file__).parent
-CELLS = {"conveyor", "one_joint", "gripper"}
+CELLS = {"conveyor", "one_joint", "gripper", "line"}
 
 
 def classes() -> Iterator[tuple[str, Path]]:
@@ -20,7 +20,7 @@ def classes() -> Iterator[tuple[str, Path]]:
 
 
 def test_a_class_has_a_name_of_its_own_but_for_pairs_across_the_cells():
-    """The three cells' folders have one shape, so what plays the same part there may bear the same name."""
+    """The cells' folders have one shape, so what plays the same part there may bear the same name."""
     places = defaultdict(list)
     for name, path in classes():
         places[name].append(path)

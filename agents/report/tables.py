@@ -62,9 +62,8 @@ def shift_table(data: Data) -> Grid:
     ]
     header = ["level", *WHO, "landing error", "first 10 throws", "second half", "over static", "under 30 mm"]
     note = (
-        "Over static: the error over that of the static policy that has learned from as many throws, or from those "
-        "that there are. Names that end in `_shipped` are of what ships, those that end in `_mix` have learned on "
-        "`drift_mix`."
+        "Over static: the error over that of the level's static policy, the one that has learned from as many throws "
+        "where there are two. Who is told without throws ships with what it knows, or learns as it goes, or not at all."
     )
     return Grid("What adapting is worth", header, rows, note)
 

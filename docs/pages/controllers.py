@@ -38,7 +38,7 @@ LINE: Final[Mapping[str, str]] = {
     "pair": "the first of the two picks that together bring the most value a second",
     "beam": "the first of the best plan of its own next 4 s, by beam search",
     "joint_beam": "the same, planned for all robots of the line at once",
-    "index": "the greatest sum of the log of `atc`'s index and weights of all that is seen of a choice, found by CMA-ES",
+    "index": "the greatest sum of the log of `atc`'s index and weighted entries of a choice, found by CMA-ES",
 }
 """What the controllers of a line do."""
 DESCRIBED: Final[Mapping[str, Any]] = {

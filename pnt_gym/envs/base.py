@@ -79,7 +79,7 @@ class Behind(Protocol):
         ...
 
 
-class Table(Protocol):
+class Entries(Protocol):
     """What is seen, as it stands in a manual."""
 
     def __len__(self) -> int:
@@ -141,7 +141,7 @@ class Facade:
     _spec: EnvSpec | None = None
     _family: ClassVar[str] = ""
     """The manual of the family, before anything takes its place in it."""
-    _table: ClassVar[Table | None] = None
+    _table: ClassVar[Entries | None] = None
 
     @property
     def spec(self) -> EnvSpec | None:
@@ -154,7 +154,7 @@ class Facade:
             value.kwargs["level"] = written(value.kwargs["level"])
         self._spec = value
 
-    def __init_subclass__(cls, observes: Table | None = None, **kwargs: Any) -> None:
+    def __init_subclass__(cls, observes: Entries | None = None, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
         cls._table = observes or cls._table
         if not cls.__doc__:

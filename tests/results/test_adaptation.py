@@ -57,6 +57,39 @@ def test_five_seeds_and_thirty_two_shifts_stand_behind_each_line(table):
         assert table[name, "day"]["seeds"] == [0, 1, 2, 3, 4]
 
 
+@pytest.mark.parametrize("level", ["steps", "day_far", "steps_far", "drift_mix_far"])
+def test_on_other_drifts_than_they_learned_those_that_adapt_stay_between_static_and_oracle(table, level):
+    names = ("static", "recursive_ridge", "ema", "kalman", "oracle_drift")
+    errors = [table[name, level]["landing_error_mean_m"] for name in names]
+    assert errors == sorted(errors, reverse=True)
+    assert table["in_context", level]["landing_error_mean_m"] < table["kalman", level]["landing_error_mean_m"] + 0.0005
+
+
+def test_what_reinforcement_learns_takes_back_more_than_half_of_what_kalman_does(table):
+    error = {name: table[name, "day"]["landing_error_mean_m"] for name in ("static", "recurrent_ppo", "kalman")}
+    assert 0.5 < (error["static"] - error["recurrent_ppo"]) / (error["static"] - error["kalman"]) < 0.75
+    assert len(table["recurrent_ppo", "day"]["seeds"]) == 5
+    for level in ("steps", "day_far"):
+        errors = [table[name, level]["landing_error_mean_m"] for name in ("static", "recurrent_ppo", "kalman")]
+        assert errors == sorted(errors, reverse=True), level
+
+
+def test_sac_with_a_stack_gains_nothing_on_the_static_policy(table):
+    assert table["sac", "day"]["landing_error_mean_m"] > 0.98 * table["static", "day"]["landing_error_mean_m"]
+
+
+def test_twice_the_drift_costs_who_adapts_a_quarter_of_what_it_costs_who_does_not(table):
+    def cost(name):
+        return table[name, "day_far"]["landing_error_mean_m"] - table[name, "day"]["landing_error_mean_m"]
+
+    assert cost("static") > 0.007
+    for name in ("kalman", "in_context"):
+        assert 0.0 < cost(name) < 0.25 * cost("static"), name
+    for name in ("ema", "kalman", "in_context"):
+        more = table[name, "steps"]["landing_error_mean_m"] - table[name, "day"]["landing_error_mean_m"]
+        assert 0.0005 < more < 0.0015, name
+
+
 def test_a_worse_camera_over_the_bins_is_worth_less(study):
     cameras = ["exact", "10 mm", "20 mm"]
     for who in ("ema", "kalman", "in_context"):

@@ -50,6 +50,10 @@ OPTIONS: Final[dict[str, dict[str, tuple[str, ...]]]] = {
     "agents.report": {"--results": FILES, "--readme": FILES},
     "agents.publish": {"policy": ("",), "folder": ("",), "--to": FILES, "--picks": NUMBERS, "--levels": LEVELS},
     "agents.play": {"--controller": NAMES, "--picture": ("folder", ""), "--video": ("folder", ""), "--slow": NUMBERS},
+    "agents.calibrate": {
+        "--level": (*LEVELS, "single", "skills3"), "--throws": ("0", "-1", "99", "x", ""), "--seed": SEEDS,
+        "--out": FILES, "--num-envs": NUMBERS, "--threads": NUMBERS,
+    },
     "agents.levels": {"": ("",), "waste": ("",), "nowhere": ("",)},
     "agents.dataset": {
         "--controller": ("expert", *NAMES), "--expert": NAMES, "--env": ("PnTRelease-v0", *ENVS), "--level": LEVELS,
@@ -78,6 +82,7 @@ ALWAYS: Final = {
     "agents.report": ("--results", "folder"),
     "agents.publish": ("policy", "--env", "x:y"),
     "agents.play": ("--picture", "folder"),
+    "agents.calibrate": ("--throws", "0"),
     "agents.dataset": (
         "--throws", "4", "--score-throws", "4", "--num-envs", "4", "--expert", "analytic", "--root", "data",
         "--jobs", "1", "--work", "work",

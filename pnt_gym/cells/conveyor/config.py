@@ -211,10 +211,10 @@ class ConveyorConfig(SortingLine):
         description="What is simulated: the robot and what it throws, or hands that move as planned and the objects' "
         "flight alone, several times as fast.",
     )
-    mix: dict[str, Positive] = Field(
-        default={},
+    mix: dict[str, Positive] | None = Field(
+        default=None,
         description="How often items come, in proportion to each other; an item that is not listed does not come. "
-        "Empty: all alike.",
+        "null: all alike.",
     )
     limits: Limits = Limits()
     motion: Motion = Motion()
@@ -251,7 +251,7 @@ class ConveyorConfig(SortingLine):
         for item in self.item_list():
             if item.seal_force is None:
                 raise ValueError(f"items: {item.name!r} has no seal_force; a suction cup cannot hold it")
-        for name in self.mix:
+        for name in self.mix or ():
             if name not in self.items:
                 raise ValueError(f"mix tells of {name!r}, which is not among the items {self.items}")
         for true, row in self.classifier.confusion.items():

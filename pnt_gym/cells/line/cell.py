@@ -17,7 +17,7 @@ from pnt_gym.cells.line.choosing import IDLE, Chooser
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.state import Fate, Shift
 from pnt_gym.cells.line.stream import Arriving, turned
-from pnt_gym.cells.line.throws import Made, TableThrows, ThrownThrows, Throws
+from pnt_gym.cells.line.throws import Made, TableThrows, Thrower, ThrownThrows
 from pnt_gym.errors import ConfigError
 
 MOST_LOOKS: Final = 100_000
@@ -73,7 +73,7 @@ class LineCell:
         self.chances: Chances = needed(config)
         self.chooser = Chooser(config, cells, self.chances)
         self.arriving = Arriving(config, self.chooser.planner)
-        self.throws: Throws = _throws(config, cells, self.chances, count, threads)
+        self.throws: Thrower = _throws(config, cells, self.chances, count, threads)
         self.generators: Generators = [np.random.default_rng(0) for _ in range(count)]
         self.stream = self.arriving.nothing(count)
         """What comes along the belts in this shift."""
@@ -235,7 +235,7 @@ def _recorded(state: Shift, valid: Bools, index: Ints, made: Made, lift: Floats,
     return replace(state, since=since, fate=fate, attempts=attempts, taker=taker, ended_in=ended_in)
 
 
-def _throws(config: LineConfig, cells: list[ConveyorConfig], chances: Chances, count: int, threads: int) -> Throws:
+def _throws(config: LineConfig, cells: list[ConveyorConfig], chances: Chances, count: int, threads: int) -> Thrower:
     if config.throws == "table":
         return TableThrows(cells, chances)
     return ThrownThrows(cells, count, threads)

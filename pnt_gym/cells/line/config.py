@@ -178,6 +178,9 @@ class LineConfig(LevelConfig):
         for robot in self.robots:
             for name in robot.skills:
                 self._known(name, f"skills of robot {robot.name!r}")
+            for bin_ in robot.bins:
+                for name in bin_.accepts:
+                    self._known(name, f"bin {bin_.name!r} of robot {robot.name!r}")
         able = self.able()
         for index in np.flatnonzero(~able.any(axis=0)):
             if self.cell.shares()[index] > 0.0:
@@ -195,11 +198,17 @@ class LineConfig(LevelConfig):
         """One robot as a conveyor cell of its own."""
         robot, cell = self.robots[index], self.cell
         changes: dict[str, Any] = {"fidelity": "full" if self.throws == "table" else self.throws}
-        if robot.bins:
-            changes["bins"] = cell.bins.model_copy(update={"fixed": robot.bins})
         if robot.percent:
             changes["limits"] = cell.limits.model_copy(update={"percent": robot.percent})
-        return ConveyorConfig.model_validate({**dict(cell), **changes})
+        if not robot.bins:
+            return ConveyorConfig.model_validate({**dict(cell), **changes})
+        # A robot's own bins need not take all that comes; whether they stand well is asked of such as do.
+        anything = [bin_.model_copy(update={"accepts": ()}) for bin_ in robot.bins]
+        changes["bins"] = cell.bins.model_copy(update={"fixed": tuple(anything)})
+        found = ConveyorConfig.model_validate({**dict(cell), **changes})
+        own = found.model_copy(update={"bins": cell.bins.model_copy(update={"fixed": robot.bins})})
+        taken: Ints = np.flatnonzero(own.acceptance().sum(axis=1))
+        return own.model_copy(update={"mix": {cell.items[k]: float(cell.shares()[k] or 1.0) for k in taken}})
 
     def able(self) -> Bools:
         """Which robot (rows) takes what is seen as which item (columns)."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, Final, final
 
 import numpy as np
@@ -18,7 +19,7 @@ from pnt_gym.cells.line.cell import LineCell, Taken
 from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig
 from pnt_gym.cells.line.observation import ENTRIES, Glance, encoded
 from pnt_gym.cells.line.outcome import told
-from pnt_gym.cells.line.state import CHOICES
+from pnt_gym.cells.line.state import CHOICES, Shift
 from pnt_gym.cells.line.throws import Release, ThrownThrows
 from pnt_gym.errors import ActionError, ConfigError, one_sentence
 
@@ -82,7 +83,14 @@ class LineCore:
 
     def observe(self) -> NDArray[np.float32]:
         """Observations of the coming decisions (N, D)."""
-        return encoded(self._glance(), self.cell.state.choices)
+        return encoded(self._glance(self.cell.state), self.cell.state.choices)
+
+    def observe_as(self, robot: int) -> NDArray[np.float32]:
+        """What one robot sees (N, D), which has no choices where it is not its turn."""
+        state = self.cell.state
+        own = state.robot == robot
+        choices = replace(state.choices, real=state.choices.real & own[:, None])
+        return encoded(self._glance(replace(state, robot=np.full_like(state.robot, robot))), choices)
 
     def kinds(self) -> dict[str, NDArray[Any]]:
         """`action_mask`, the choices that there are (N, CHOICES), and `robot`, whose turn it is (N,)."""
@@ -134,8 +142,8 @@ class LineCore:
             found[name][rows] = values
         return found
 
-    def _glance(self) -> Glance:
-        cell, state = self.cell, self.cell.state
+    def _glance(self, state: Shift) -> Glance:
+        cell = self.cell
         rows = np.arange(self.count)
         busy = np.zeros((self.count, MOST_ROBOTS))
         busy[:, : state.free.shape[1]] = np.maximum(state.expected - state.clock[:, None], 0.0)

@@ -46,7 +46,7 @@ class Made:
         return cls(never, never.copy(), never.copy(), np.full(count, -1), nan, nan.copy())
 
 
-class Throws(ABC):
+class Thrower(ABC):
     """Abstract: carries throws out."""
 
     @abstractmethod
@@ -62,7 +62,7 @@ class Throws(ABC):
 
 
 @final
-class TableThrows(Throws):
+class TableThrows(Thrower):
     """By chances.
 
     Args:
@@ -92,7 +92,7 @@ class TableThrows(Throws):
 
 
 @final
-class ThrownThrows(Throws):
+class ThrownThrows(Thrower):
     """Thrown by conveyor cells that are as the robots.
 
     Args:
