@@ -89,7 +89,8 @@ def found(level: LineConfig, arguments: Arguments) -> dict[str, list[Tried]]:
 
 def most(what: What, level: LineConfig, arguments: Arguments) -> int:
     """Shifts that it takes to find settings, at most."""
-    share = 1 if len(level.robots) == 1 else 2 * len(tuning.SHARE) + len(tuning.PATIENCE)
+    grid = (1 + len(tuning.COARSE[0])) * len(tuning.COARSE[1])
+    share = 1 if len(level.robots) == 1 else grid + len(tuning.SHARE) + len(tuning.PATIENCE)
     each = {"atc": len(tuning.PATIENCE), "price": share, "index": 2}.get(what, len(tuning.PRICE))
     return each * arguments.shifts + (arguments.generations * tuning.SEARCHED if what == "index" else 0)
 

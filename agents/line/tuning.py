@@ -24,6 +24,8 @@ PATIENCE: Final = (0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0
 """Of ATC and of price [s]."""
 SHARE: Final = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98)
 """Of its value that a choice loses which a robot downstream can take too."""
+COARSE: Final = ((0.5, 1.0, 2.0, 5.6, 16.0), (0.0, 0.2, 0.4, 0.6, 0.8, 0.95))
+"""Of both, with which the search for price begins."""
 PRICE: Final = (0.6, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5)
 """Of a robot's second, by what the tuned ATC rule brings in it."""
 POPULATION: Final = 16
@@ -151,16 +153,23 @@ def atc(bench: Bench) -> list[Tried]:
 
 
 def price(bench: Bench, patience: float) -> list[Tried]:
-    """First every share at a patience, then every patience at the best share, then every share again."""
-    found: list[Tried] = []
-    settings: Settings = {"patience": patience}
+    """A coarse grid of patience and share, then every share at the best patience, then every patience at that share.
+
+    Where robots have different skills there is more than one hill, and which one ATC's own patience leads to is luck.
+
+    Args:
+        bench: where they are compared.
+        patience: of the tuned ATC rule [s], which price is where nobody comes after the robot.
+    """
     if len(bench.level.robots) == 1:
-        return bench.rules("price", [{**settings, "share": 0.0}])  # nobody comes after it
-    for name, values in (("share", SHARE), ("patience", PATIENCE), ("share", SHARE)):
+        return bench.rules("price", [{"patience": patience, "share": 0.0}])
+    given: list[Settings] = [{"patience": k, "share": s} for k in (patience, *COARSE[0]) for s in COARSE[1]]
+    found = bench.rules("price", [one for i, one in enumerate(given) if one not in given[:i]])
+    for name, values in (("share", SHARE), ("patience", PATIENCE)):
         known = [one.settings for one in found]
-        new = [{**settings, name: value} for value in values if {**settings, name: value} not in known]
+        new = [{**best(found).settings, name: value} for value in values]
+        new = [one for one in new if one not in known]
         found += bench.rules("price", new) if new else []
-        settings = best(found).settings
     return found
 
 
