@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 from typing import Any, Final
@@ -68,13 +69,14 @@ def names_of(level: str) -> list[str]:
     idle = {*(OF_SEVERAL if robots == 1 else ()), *(() if "index" in tuned else ("index",))}
     return [
         *(name for name in NAMES if name not in idle),
-        *(sorted(one.name for one in place.iterdir()) if place.is_dir() else ()),
+        *(sorted(one.stem for one in place.iterdir()) if place.is_dir() else ()),
     ]
 
 
 def controller_of(name: str, level: str, core: LineCore) -> Controller:
     """A controller by name, or from the folder of what was learned."""
-    return line_controller(name if name in NAMES else str(LEARNED / level / name), core)
+    place = LEARNED / level / name
+    return line_controller(name if name in NAMES else str(place if place.is_dir() else f"{place}.npz"), core)
 
 
 def told(found: Shifts) -> dict[str, Any]:
@@ -96,22 +98,21 @@ def told(found: Shifts) -> dict[str, Any]:
 
 
 def measured(
-    level: Any, names: list[str], shifts: int, seed: int, threads: int, known: dict[str, Any], *, learned: str = ""
-) -> dict[str, Any]:
-    """Figures of controllers on a level, but for what is known already; `learned` is where learned ones are from."""
-    result = dict(known)
+    level: Any, names: list[str], shifts: int, seed: int, threads: int, result: dict[str, Any], keep: Callable[[], None]
+) -> None:
+    """Add figures of controllers on a level, but for what is known already, and keep each as soon as it is there."""
     with closing(make_vector(ENV, level, ROWS, threads)) as env:
         core = line_of(env)
         assert core is not None
         for name in names:
             if name in result:
                 continue
-            controller = controller_of(name, learned or core.config.name, core)
+            controller = controller_of(name, core.config.name, core)
             controller.reset(seed)
             count = min(shifts, PLANNED) if name in PLANNERS and len(core.config.robots) > 1 else shifts
             result[name] = told(worked(controller, env, count, stream_seed("evaluate", seed)))
             say(f"{core.config.name} ({core.config.throws})", name, result[name])
-    return result
+            keep()
 
 
 def say(level: str, name: str, found: dict[str, Any]) -> None:
@@ -155,20 +156,21 @@ def main() -> None:
         old = {}
     result = {**head, "versions": versions(), "line": old.get("line", {}), "full": old.get("full", {})}
     result["release"] = old.get("release", {})
-    for level in options.level or LEVELS:
-        given = options.seed, options.threads
-        known = result["line"].get(level, {})
-        result["line"][level] = measured(level, names_of(level), options.shifts, *given, known)
-        thrown = [name for name in THROWN if name in names_of(level)]
-        known = result["full"].get(level, {})
-        full = {"base": level, "name": level, "throws": "full"}
-        result["full"][level] = measured(full, thrown, options.thrown, *given, known)
+
+    def keep() -> None:
         if options.json is not None:
             write_json(options.json, result)
+
+    given = options.seed, options.threads
+    for level in options.level or LEVELS:
+        measured(level, names_of(level), options.shifts, *given, result["line"].setdefault(level, {}), keep)
+    for level in options.level or LEVELS:
+        thrown = [name for name in THROWN if name in names_of(level)]
+        full = {"base": level, "name": level, "throws": "full"}
+        measured(full, thrown, options.thrown, *given, result["full"].setdefault(level, {}), keep)
     if not options.level and not result["release"]:
-        result["release"] = releases(options.thrown, options.seed, options.threads)
-    if options.json is not None:
-        write_json(options.json, result)
+        result["release"] = releases(options.thrown, *given)
+    keep()
 
 
 if __name__ == "__main__":
