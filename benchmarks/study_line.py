@@ -39,11 +39,12 @@ LEARNED: Final = SHIPPED / "results" / "policies" / "PnTLine-v0"
 OF_SEVERAL: Final = ("price", "joint_beam")
 """Who decides as another one does where there is one robot only."""
 PLANNED: Final = 25
-"""Shifts of planners where there are several robots: a decision takes them a thousand times as long as a rule."""
+"""Shifts of planners where there is much to choose between: a decision takes them a thousand times as long as a rule."""
 ROWS: Final = 25
 SHIFTS: Final = 100
 THROWN: Final = ("fifo", "atc", "price", "residual_ppo")
 """What is really thrown as well."""
+THROWN_LEVELS: Final = ("single", "value", "skills3", "skills3_burst")
 THROWN_SHIFTS: Final = 25
 SMALL: Final[dict[str, Any]] = {
     "base": "value",
@@ -109,7 +110,8 @@ def measured(
                 continue
             controller = controller_of(name, core.config.name, core)
             controller.reset(seed)
-            count = min(shifts, PLANNED) if name in PLANNERS and len(core.config.robots) > 1 else shifts
+            much = len(core.config.robots) > 1 or len(core.config.cell.limits.percent) > 1
+            count = min(shifts, PLANNED) if name in PLANNERS and much else shifts
             result[name] = told(worked(controller, env, count, stream_seed("evaluate", seed)))
             say(f"{core.config.name} ({core.config.throws})", name, result[name])
             keep()
@@ -164,7 +166,7 @@ def main() -> None:
     given = options.seed, options.threads
     for level in options.level or LEVELS:
         measured(level, names_of(level), options.shifts, *given, result["line"].setdefault(level, {}), keep)
-    for level in options.level or LEVELS:
+    for level in (level for level in options.level or LEVELS if level in THROWN_LEVELS):
         thrown = [name for name in THROWN if name in names_of(level)]
         full = {"base": level, "name": level, "throws": "full"}
         measured(full, thrown, options.thrown, *given, result["full"].setdefault(level, {}), keep)
