@@ -39,7 +39,7 @@ LEARNED: Final = SHIPPED / "results" / "policies" / "PnTLine-v0"
 OF_SEVERAL: Final = ("price", "joint_beam")
 """Who decides as another one does where there is one robot only."""
 PLANNED: Final = 25
-"""Shifts of planners where there is much to choose between: a decision takes them a thousand times as long as a rule."""
+"""Shifts of planners where there is much to choose between: they take a thousand times as long as a rule."""
 ROWS: Final = 25
 SHIFTS: Final = 100
 THROWN: Final = ("fifo", "atc", "price", "residual_ppo")

@@ -53,8 +53,8 @@ def line_table(data: Data) -> Grid:
         rows.append([f"`{name}`", *("-" if one is None else _mean(value(one)) for one in found)])
     note = (
         f"{data['shifts']} shifts of 120 s each, seed {data['seed']}, the same for all and none that anything was "
-        "tuned or trained on, planners but on `single` and `value` the first 25; throws by table; 95 % intervals over shifts. "
-        + _versions(data)
+        "tuned or trained on, planners but on `single` and `value` the first 25; throws by table; 95 % intervals over "
+        "shifts. " + _versions(data)
     )
     return Grid("Value a minute", ["who decides", *(f"`{level}`" for level in levels)], rows, note)
 
