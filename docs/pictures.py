@@ -23,9 +23,11 @@ sys.path.insert(0, str(ROOT))
 from agents.controllers import make_controller  # noqa: E402
 from agents.environments import core_of, make_vector, stream_seed  # noqa: E402
 from agents.evaluation import practise, thrown, usual_practice  # noqa: E402
-from agents.files import replace_file  # noqa: E402
+from agents.files import replace_file, write_text  # noqa: E402
+from agents.line.evaluation import judged  # noqa: E402
 from agents.line.film import acts  # noqa: E402
 from agents.line.film import frames as line_frames  # noqa: E402
+from agents.line.gantt import gantt  # noqa: E402
 from agents.line.making import line_controller, line_of  # noqa: E402
 
 FOLDER: Final = ROOT / "docs" / "pictures"
@@ -76,6 +78,8 @@ def main() -> None:
     """Film all environments, or those that are named."""
     for env_id in sys.argv[1:] or (*FILMS, LINE[0]):
         path = FOLDER / f"{env_id}.webp"
+        if env_id == LINE[0]:
+            who_took_what()
         size = save(list(from_above() if env_id == LINE[0] else frames(env_id, FILMS[env_id])), path)
         print(f"{path.relative_to(ROOT)}: {size / 1000:.0f} KB")
 
@@ -103,6 +107,16 @@ def from_above() -> Iterator[NDArray[np.uint8]]:
     assert core is not None
     made = acts(line_controller(name, core), env, core, seconds, stream_seed("evaluate", 0))
     yield from line_frames(core, made, seconds, RATE)
+    env.close()
+
+
+def who_took_what() -> None:
+    """The same line's first minute as bars."""
+    env_id, level, name, _ = LINE
+    env = make_vector(env_id, level, num_envs=1, threads=1)
+    core = line_of(env)
+    assert core is not None
+    write_text(FOLDER / "line_gantt.svg", gantt(judged(line_controller(name, core), env, 1, 0)))
     env.close()
 
 
