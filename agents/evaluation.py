@@ -20,8 +20,11 @@ from pnt_gym.cells.base.core import Core
 from .cli import UsageError, at_least
 from .controllers import controller_of, make_controller
 from .controllers.adaptive import is_told
+from .controllers.own import Policy
 from .controllers.protocol import Controller, Learner, Observation, Outcome
 from .environments import Env, as_vector, core_of, make_vector, stream_seed
+from .line.evaluation import SHIFTS, judged
+from .line.making import line_controller, line_of
 from .throws import Throws, purity_by_bin, summary, throw_records
 from .versions import versions
 
@@ -58,8 +61,8 @@ def evaluate(
         env: an id, or MODULE:ID; a single environment, wrapped or not; or a vector environment with SAME_STEP
             autoreset. Its number of rows is part of what the seed means: 16 for an id unless `num_envs` says otherwise,
             1 for a single environment.
-        picks: throws to count, at least 1; None for 200, or for a whole episode of every row where what a throw teaches
-            pays later in it.
+        picks: throws to count, at least 1, or shifts of a line; None for 32 of those, for 200 throws, or for a whole
+            episode of every row where what a throw teaches pays later in it.
         seed: names the objects; no training or practice with any seed sees them.
         practice: throws before for one that learns; None for 120 if `policy` is a name that knows nothing, else none.
         online: go on learning during the evaluation.
@@ -79,6 +82,11 @@ def evaluate(
         raise UsageError(f"{next(iter(options))} is settled by the environment; it goes with an id only")
     cells = make_vector(env, **{"num_envs": NUM_ENVS, **options}) if isinstance(env, str) else as_vector(env)
     try:
+        if line_of(cells) is not None:
+            return {
+                "env": env if isinstance(env, str) else _name(cells),
+                **_worked(policy, cells, picks, seed, progress),
+            }
         controller = _made(policy, cells, seed, trust)
         wanted = usual_practice(controller) if isinstance(policy, str) and practice is None else practice or 0
         practised = wanted if isinstance(controller, Learner) else 0
@@ -94,6 +102,20 @@ def evaluate(
     finally:
         if isinstance(env, str):
             cells.close()
+
+
+def _worked(
+    policy: Any, env: Env, shifts: int | None, seed: int, progress: Callable[[str, int], None] | None
+) -> dict[str, Any]:
+    """What a controller of a line is worth: by name, as it is, or a function of observations that returns choices."""
+    core = line_of(env)
+    assert core is not None
+    worker = line_controller(policy, core) if isinstance(policy, str) else policy
+    worker = worker if hasattr(worker, "act") else Policy(policy, "function", np.int64)
+    worker.reset(seed)
+    tell = None if progress is None else partial(progress, "evaluation")
+    found = judged(worker, env, SHIFTS if shifts is None else shifts, seed, tell)
+    return {"controller": policy if isinstance(policy, str) else worker.name, **found}
 
 
 def usual_picks(env: Env) -> int:

@@ -29,12 +29,12 @@ Function: TypeAlias = Callable[[NDArray[np.float32]], Any]
 class Policy(Controller):
     """What maps observations to actions and learns nothing."""
 
-    def __init__(self, function: Function, name: str) -> None:
-        self.function, self.name = function, name
+    def __init__(self, function: Function, name: str, kind: type[np.generic] = np.float32) -> None:
+        self.function, self.name, self._kind = function, name, kind
 
     def act(self, observation: Observation) -> Actions:
         """What the function says (N, A)."""
-        return np.asarray(self.function(observation.features), dtype=np.float32)
+        return np.asarray(self.function(observation.features), dtype=self._kind)
 
 
 def controller_of(policy: Any, env: Env) -> Controller:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from agents.environments import make_vector
+from agents.evaluation import evaluate
 from agents.line.evaluation import judged, worked
 from agents.line.looking import Beam
 from agents.line.making import line_controller, line_of
@@ -154,3 +155,12 @@ def test_a_learned_release_goes_on_the_line(tmp_path):
         told.append(answer(run, tmp_path / f"{release}.json"))
     assert [one["release"] for one in told] == ["analytic", "analytic_height"]
     assert told[0]["throws"][0]["start"] == told[1]["throws"][0]["start"]
+
+
+def test_from_python_by_name_and_by_function():
+    how = {"level": {"base": "single", "duration": 5.0}, "num_envs": 2}
+    told = evaluate("atc", "PnTLine-v0", 3, **how)
+    assert (told["env"], told["controller"], told["shifts"]) == ("PnTLine-v0", "atc", 3)
+    first = evaluate(lambda observations: np.zeros(len(observations)), "PnTLine-v0", 3, **how)
+    assert first["controller"] == "function"
+    assert first["invalid_actions"] == 0
