@@ -54,8 +54,8 @@ def test_a_policy_that_began_as_the_rule_is_better_than_the_rule(data):
     assert share > 0.6
 
 
-def test_tables_stand_in_for_throws_within_three_percent(data):
+def test_tables_stand_in_for_throws_within_four_percent(data):
     for level, table in data["full"].items():
         for name, found in table.items():
             shared = value(data["line"][level][name])[: data["thrown_shifts"]]
-            assert value(found).mean() == pytest.approx(shared.mean(), rel=0.03), (level, name)
+            assert value(found).mean() == pytest.approx(shared.mean(), rel=0.04), (level, name)
