@@ -21,7 +21,7 @@ from .files import check_writable, write_json, write_text
 from .line.evaluation import SHIFTS
 from .line.evaluation import judged as shifts_judged
 from .line.gantt import gantt
-from .line.making import line_controller, line_of
+from .line.making import line_controller, line_of, the_line
 from .line.releasing import releaser
 from .tables import console, shifts_table, summary_table, throws_bar
 from .trained import setting
@@ -115,8 +115,7 @@ def opened(env_id: str, level: Any, arguments: Arguments, mode: str | None) -> E
 def judge_line(env: Env, env_id: str, arguments: Arguments) -> None:
     """Work shifts of a line, print the table, write the JSON."""
     check_settings(arguments, OF_THROWS, "goes with throws, and not with a line")
-    core = line_of(env)
-    assert core is not None
+    core = the_line(env)
     if arguments.release is not None:
         core.use(releaser(arguments.release, core))
     controller = line_controller(arguments.controller, core)

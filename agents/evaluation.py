@@ -24,7 +24,7 @@ from .controllers.own import Policy
 from .controllers.protocol import Controller, Learner, Observation, Outcome
 from .environments import Env, as_vector, core_of, make_vector, stream_seed
 from .line.evaluation import SHIFTS, judged
-from .line.making import line_controller, line_of
+from .line.making import line_controller, line_of, the_line
 from .throws import Throws, purity_by_bin, summary, throw_records
 from .versions import versions
 
@@ -108,8 +108,7 @@ def _worked(
     policy: Any, env: Env, shifts: int | None, seed: int, progress: Callable[[str, int], None] | None
 ) -> dict[str, Any]:
     """What a controller of a line is worth: by name, as it is, or a function of observations that returns choices."""
-    core = line_of(env)
-    assert core is not None
+    core = the_line(env)
     worker = line_controller(policy, core) if isinstance(policy, str) else policy
     worker = worker if hasattr(worker, "act") else Policy(policy, "function", np.int64)
     worker.reset(seed)

@@ -17,7 +17,7 @@ from .environments import make_vector, stream_seed
 from .evaluation import NUM_ENVS
 from .files import check_writable, replace_file
 from .line.evaluation import SHIFTS, judged
-from .line.making import line_controller, line_of
+from .line.making import line_controller, the_line
 from .line.scored import Scored
 from .line.tuned import settings
 from .line.tuning import ENV
@@ -91,8 +91,7 @@ def lesson(level: LineConfig, share: np.ndarray, scorer: Scorer | None, argument
 
     first = stream_seed("practice", arguments.seed) + TAUGHT
     with closing(make_vector(ENV, level, len(share), 1)) as env, throws_bar() as bar:
-        core = line_of(env)
-        assert core is not None
+        core = the_line(env)
         expert = line_controller(arguments.of, core)
         worker = expert if scorer is None else Scored(arguments.of, scorer)
         task = bar.add_task(f"shifts of {worker.name if scorer is None else 'the scorer'}", total=len(share))
@@ -103,8 +102,7 @@ def compare(level: LineConfig, scorer: Scorer, arguments: Arguments) -> None:
     """The rule, the planner and the scorer on the same held-out shifts, in a table."""
     rows = []
     with closing(make_vector(ENV, level, NUM_ENVS, 1)) as env, throws_bar() as bar:
-        core = line_of(env)
-        assert core is not None
+        core = the_line(env)
         learned = Scored(f"imitation of {arguments.of}", scorer)
         for controller in (line_controller("atc", core), line_controller(arguments.of, core), learned):
             task = bar.add_task(controller.name, total=arguments.eval_shifts)

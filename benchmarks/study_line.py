@@ -24,7 +24,7 @@ from agents.controllers.protocol import Controller
 from agents.environments import make_vector, stream_seed
 from agents.files import read_json, write_json
 from agents.line.evaluation import Shifts, worked
-from agents.line.making import NAMES, line_controller, line_of
+from agents.line.making import NAMES, line_controller, the_line
 from agents.line.releasing import releaser
 from agents.line.tuned import PLANNERS, written_settings
 from agents.places import POLICY, SHIPPED
@@ -103,8 +103,7 @@ def measured(
 ) -> None:
     """Add figures of controllers on a level, but for what is known already, and keep each as soon as it is there."""
     with closing(make_vector(ENV, level, ROWS, threads)) as env:
-        core = line_of(env)
-        assert core is not None
+        core = the_line(env)
         for name in names:
             if name in result:
                 continue
@@ -128,8 +127,7 @@ def releases(shifts: int, seed: int, threads: int) -> dict[str, Any]:
     """Value a minute with each release and each order, on the same shifts with small bins, in full physics."""
     result: dict[str, Any] = {}
     with closing(make_vector(ENV, {**SMALL, "throws": "full"}, ROWS, threads)) as env:
-        core = line_of(env)
-        assert core is not None
+        core = the_line(env)
         for release in ("analytic", "learned"):
             core.use(releaser("analytic" if release == "analytic" else str(POLICY), core))
             for order in ("fifo", "atc", "residual_ppo"):

@@ -28,7 +28,7 @@ from agents.line.evaluation import judged  # noqa: E402
 from agents.line.film import acts  # noqa: E402
 from agents.line.film import frames as line_frames  # noqa: E402
 from agents.line.gantt import gantt  # noqa: E402
-from agents.line.making import line_controller, line_of  # noqa: E402
+from agents.line.making import line_controller, the_line  # noqa: E402
 
 FOLDER: Final = ROOT / "docs" / "pictures"
 SIZE: Final = (480, 270)
@@ -103,8 +103,7 @@ def from_above() -> Iterator[NDArray[np.uint8]]:
     """Frames of a line at work."""
     env_id, level, name, seconds = LINE
     env = make_vector(env_id, level, num_envs=1, threads=1)
-    core = line_of(env)
-    assert core is not None
+    core = the_line(env)
     made = acts(line_controller(name, core), env, core, seconds, stream_seed("evaluate", 0))
     yield from line_frames(core, made, seconds, RATE)
     env.close()
@@ -114,8 +113,7 @@ def who_took_what() -> None:
     """The same line's first minute as bars."""
     env_id, level, name, _ = LINE
     env = make_vector(env_id, level, num_envs=1, threads=1)
-    core = line_of(env)
-    assert core is not None
+    core = the_line(env)
     write_text(FOLDER / "line_gantt.svg", gantt(judged(line_controller(name, core), env, 1, 0)))
     env.close()
 

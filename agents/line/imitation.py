@@ -21,7 +21,7 @@ from ..controllers.protocol import Controller, Observation
 from ..environments import Env
 from ..residual import Scoring, choices_of
 from ..scorer import Scorer
-from .making import line_of
+from .making import the_line
 from .scored import Scored, there
 
 EPOCHS: Final = 60
@@ -64,8 +64,7 @@ def collected(
     rows, parts, before = env.num_envs, list[Labels](), 0.0
     features, _ = env.reset(seed=seeds.tolist())
     working = np.full(rows, True)
-    core = line_of(env)
-    assert core is not None
+    core = the_line(env)
     while working.any():
         seen = Observation(np.array(features, dtype=np.float32), np.zeros(rows, dtype=np.int64))
         label = np.asarray(expert.act(seen), dtype=np.int64)

@@ -13,7 +13,7 @@ from ..hyperparameters import checked
 from ..runs import CHOOSING
 from ..tables import console, shifts_comparison
 from .evaluation import judged
-from .making import line_controller, line_of
+from .making import line_controller, line_of, the_line
 from .scored import run_scores
 from .tuned import rate, settings
 
@@ -72,8 +72,7 @@ def more_price(given: Mapping[str, Any], cell: Env) -> float:
 
 def compare_shifts(folder: Path, learned_from: int, env: Env, shifts: int, seed: int) -> list[dict[str, Any]]:
     """Rules and what was learned on the same held-out shifts, in a table; returns its rows as JSON has them."""
-    core = line_of(env)
-    assert core is not None
+    core = the_line(env)
     rows: list[tuple[str, int, dict[str, Any]]] = []
     for controller in [*(line_controller(name, core) for name in PEERS), run_scores(folder)]:
         controller.reset(seed)

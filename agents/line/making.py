@@ -40,6 +40,13 @@ def line_of(env: Env) -> LineCore | None:
     return core if isinstance(core, LineCore) else None
 
 
+def the_line(env: Env) -> LineCore:
+    """The lines behind an environment of lines."""
+    core = line_of(env)
+    assert core is not None
+    return core
+
+
 def line_controller(name: str, core: LineCore, **options: Any) -> Controller:
     """The controller of a name, with the settings that were tuned for the level, or one that has learned.
 

@@ -17,7 +17,7 @@ from pnt_gym.cells.line.config import LineConfig
 
 from ..controllers.protocol import Controller, Observation
 from ..environments import Env, make_vector
-from .making import line_controller, line_of
+from .making import line_controller, the_line
 
 ENV: Final = "PnTLine-v0"
 PATIENCE: Final = (0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0)
@@ -75,8 +75,7 @@ def gained(controller: Controller, env: Env, seeds: Ints, progress: Progress | N
     rows = env.num_envs
     features, _ = env.reset(seed=seeds.tolist())
     value, before = np.full(rows, np.nan), 0.0
-    core = line_of(env)
-    assert core is not None
+    core = the_line(env)
     while np.isnan(value).any():
         seen = Observation(np.asarray(features, dtype=np.float32), np.zeros(rows, dtype=np.int64))
         features, _, _, over, info = env.step(controller.act(seen))
@@ -123,8 +122,7 @@ class Bench:
     def rules(self, name: str, tried: Iterable[Settings]) -> list[Tried]:
         """What a rule brings with several settings."""
         given, env = list(tried), make_vector(ENV, self.level, 1, 1)
-        core = line_of(env)
-        assert core is not None
+        core = the_line(env)
         values = self.beside([line_controller(name, core, **settings) for settings in given])
         env.close()
         return [Tried(settings, value) for settings, value in zip(given, values, strict=True)]
@@ -134,8 +132,7 @@ class Bench:
         found: list[Tried] = []
         for settings in tried:
             env = make_vector(ENV, self.level, len(self.seeds), 1)
-            core = line_of(env)
-            assert core is not None
+            core = the_line(env)
             found.append(
                 Tried(settings, gained(line_controller(name, core, **settings), env, self.seeds, self._progress))
             )

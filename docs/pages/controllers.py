@@ -24,7 +24,7 @@ from agents.controllers import (
 )
 from agents.environments import make_vector
 from agents.line.making import NAMES as line_names
-from agents.line.making import line_controller, line_of
+from agents.line.making import line_controller, line_of, the_line
 
 from .marks import table
 
@@ -95,7 +95,6 @@ def listed(_: str) -> str:
 
 def of_the_line(_: str) -> str:
     """A table of the controllers of a line."""
-    core = line_of(make_vector("PnTLine-v0", num_envs=1, threads=1))
-    assert core is not None
+    core = the_line(make_vector("PnTLine-v0", num_envs=1, threads=1))
     rows = [(f"`{name}`", LINE[name]) for name in line_names if line_controller(name, core).name == name]
     return table(("controller", "what it takes"), rows)

@@ -157,7 +157,7 @@ benchmark --config plan.yaml --out file/out.json | cannot write 'file/out.json':
 benchmark --config plan.yaml --out o.json --work file | cannot write 'file/piece.json': File exists
 benchmark --config plan.yaml --out o.json --work file/inner | cannot write 'file/inner/piece.json': Not a directory
 benchmark --config nobody.yaml | benchmark 'nobody.yaml': unknown controller 'nobody'; known
-benchmark --config stacked.yaml | benchmark 'stacked.yaml': entry 'a': stack, over and fidelity are for sac, td3, ppo, tqc
+benchmark --config stacked.yaml | benchmark 'stacked.yaml': entry 'a': stack, over and fidelity are for sac, td3, ppo, t
 benchmark --config over.yaml | benchmark 'over.yaml': entry 'a' has stack 8 over 'mlp'; it must be 1 to 100 over one of
 benchmark --config nowhere.yaml | unknown level 'nowhere'; shipped levels are day, day_far, dense, drift_mix
 reproduce | Missing from python -m agents.reproduce: hassan|choe|miyashi

@@ -11,7 +11,7 @@ from pnt_gym.arrays import Floats, Ints, replaced, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line.chances import Chances
-from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.cells.line.config import LineConfig, alike
 from pnt_gym.cells.line.options import AWAY, Options, Robots, Sight, Turn, of_all
 from pnt_gym.cells.line.state import CHOICES, Choices, Shift
 from pnt_gym.cells.line.stream import Stream
@@ -41,12 +41,9 @@ class Chooser:
 
     def __init__(self, config: LineConfig, cells: list[ConveyorConfig], chances: Chances) -> None:
         self._config, self._chances = config, chances
-        texts = [cell.model_dump_json() for cell in cells]
-        different = list(dict.fromkeys(texts))
-        self._kinds = [Robots(cells[texts.index(text)], config.horizon) for text in different]
-        self._kind_of = np.array([different.index(text) for text in texts])
+        different, self._kind_of = alike(cells)
+        self._kinds = [Robots(cell, config.horizon) for cell in different]
         self._able, self._places = config.able(), config.places()
-        self._values = config.values()
         self._one = self._any_choice()
 
     @property

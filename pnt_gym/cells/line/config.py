@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, Literal, Self, cast, final
 
@@ -236,6 +237,13 @@ class LineConfig(LevelConfig):
         names = [robot.name for robot in self.robots]
         robots = np.array([names.index(down.robot) for down in self.down], dtype=np.int64)
         return robots, np.array([d.start for d in self.down]), np.array([d.end for d in self.down])
+
+
+def alike(cells: Sequence[ConveyorConfig]) -> tuple[list[ConveyorConfig], Ints]:
+    """The different ones of some cells, the first of each sort, and which of them each is (R,)."""
+    texts = [cell.model_dump_json() for cell in cells]
+    different = list(dict.fromkeys(texts))
+    return [cells[texts.index(text)] for text in different], np.array([different.index(text) for text in texts])
 
 
 def _footprint(cell: ConveyorConfig) -> float:

@@ -16,6 +16,7 @@ from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.line.chances import Chances
+from pnt_gym.cells.line.config import alike
 
 Release: TypeAlias = Callable[[NDArray[np.float32], Ints], NDArray[np.floating]]
 """Corrects throws: observations (N, D) as of `PnTRelease-v0` and what the classifier says (N,), to actions (N, A)."""
@@ -105,10 +106,8 @@ class ThrownThrows(Thrower):
     """Corrects the throws; None for the planner's own."""
 
     def __init__(self, configs: list[ConveyorConfig], count: int, threads: int) -> None:
-        different = list(dict.fromkeys(config.model_dump_json() for config in configs))
-        self._same = np.array([different.index(config.model_dump_json()) for config in configs])
-        made = [configs[int(np.flatnonzero(self._same == index)[0])] for index in range(len(different))]
-        self.cores = [Core(ConveyorCell(config, count, "independent", threads)) for config in made]
+        different, self._same = alike(configs)
+        self.cores = [Core(ConveyorCell(config, count, "independent", threads)) for config in different]
 
     def made(self, rows: Ints, robots: Ints, thrown: Context, luck: Floats) -> Made:
         """As the conveyor's physics has it, with the hand on its way back to where it came from."""
