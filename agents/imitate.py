@@ -38,7 +38,7 @@ class Arguments:
 
     level: Annotated[str, tyro.conf.arg(metavar="NAME|FILE.yaml")] = "single"
     """A shipped level's name or a YAML file; throws go by its table."""
-    of: Literal["beam", "joint_beam", "pair"] = "beam"
+    of: Literal["beam", "price_beam", "joint_beam", "pair"] = "beam"
     """Whose decisions are learned."""
     shifts: int = 64
     """Shifts in which the planner tells what it would do."""

@@ -36,7 +36,7 @@ ENV: Final = "PnTLine-v0"
 LEVELS: Final = ("single", "value", "speed", "line3", "skills3", "skills3_burst")
 LEARNED: Final = SHIPPED / "results" / "policies" / "PnTLine-v0"
 """Folders of what was learned, LEVEL/NAME; whatever there is takes part."""
-OF_SEVERAL: Final = ("price", "joint_beam")
+OF_SEVERAL: Final = ("price", "price_beam", "joint_beam")
 """Who decides as another one does where there is one robot only."""
 PLANNED: Final = 25
 """Shifts of planners where there is much to choose between: they take a thousand times as long as a rule."""

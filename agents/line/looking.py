@@ -53,6 +53,7 @@ class Beam(Controller):
         name: in tables.
         core: the lines; of them only what the robots know.
         price: value that a second of a robot's time is worth, in comparing plans of different length [1/s].
+        share: of its value that an object loses which a robot downstream can take too, as in the rule `price`.
         joint: plan for all robots of a line, not only for that whose turn it is.
         width: plans that are kept for each line.
         horizon: a plan is complete when its robots are busy until then [s].
@@ -66,6 +67,7 @@ class Beam(Controller):
         core: LineCore,
         *,
         price: float = 1.0,
+        share: float = 0.0,
         joint: bool = False,
         width: int = 20,
         horizon: float = 4.0,
@@ -73,7 +75,7 @@ class Beam(Controller):
         by_rate: bool = False,
     ) -> None:
         self.name, self._cell = name, core.cell
-        self.price, self._joint, self._width = price, joint, width
+        self.price, self.share, self._joint, self._width = price, share, joint, width
         self._horizon, self._depth, self._by_rate = horizon, depth, by_rate
 
     def act(self, observation: Observation) -> NDArray[np.int64]:  # type: ignore[override]
@@ -106,6 +108,7 @@ class Beam(Controller):
         hand[rows, robot] = choices.stop[line, first]
         taken = sight.which[line] == choices.index[line, first][:, None]
         value = choices.value[line, first] * choices.chance[line, first]
+        value *= 1.0 - self.share * (choices.heirs[line, first] > 0.0)
         return Plans(line, first.astype(np.int64), free, hand, taken, value, cycle)
 
     def _continued(self, cell: LineCell, sight: Sight, plans: Plans) -> list[Plans]:
@@ -121,8 +124,10 @@ class Beam(Controller):
         free[k, who] += options.cycle
         hand[k, who] = options.stop
         taken[k, options.place] = True
-        worth = cell.stream.worth[own.line, seen.which[options.row, options.place]]
-        value = own.value + worth * cell.chooser.chance(seen, options)
+        at = options.row, options.place
+        worth = cell.stream.worth[own.line, seen.which[at]] * cell.chooser.chance(seen, options)
+        inherited = cell.chooser.heirs(who, seen.seen[at]).any(axis=1)
+        value = own.value + worth * (1.0 - self.share * inherited)
         longer = replace(own, free=free, hand=hand, taken=taken, value=value, spent=own.spent + options.cycle)
         return [longer, self._idle(plans, robot, np.setdiff1d(rows, options.row))]
 

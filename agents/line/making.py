@@ -28,6 +28,7 @@ _RULES: Final[Mapping[str, Callable[..., Controller]]] = {
     "price": lambda core, **found: Index("price", "atc", **found),
     "pair": lambda core: Beam("pair", core, depth=1, width=10**6, by_rate=True),
     "beam": lambda core, **found: Beam("beam", core, **found),
+    "price_beam": lambda core, **found: Beam("price_beam", core, **found),
     "joint_beam": lambda core, **found: Beam("joint_beam", core, joint=True, **found),
     "index": lambda core, **found: Scored("index", Scorer.linear(**found)),
 }

@@ -11,7 +11,7 @@ FILE: Final = SHIPPED / "configs" / "line_rules.yaml"
 USUAL: Final = {"atc": {"patience": 1.0}, "price": {"patience": 1.0, "share": 0.5}}
 """On levels that nobody has tuned them for."""
 
-PLANNERS: Final = ("beam", "joint_beam")
+PLANNERS: Final = ("beam", "price_beam", "joint_beam")
 
 
 def written_settings() -> dict[str, Any]:
@@ -23,12 +23,15 @@ def written_settings() -> dict[str, Any]:
 def settings(level: str, name: str, robots: int = 1) -> dict[str, Any]:
     """Settings of one controller on a level with so many robots; of `USUAL` where the level has none.
 
-    A planner whose price of time nobody has tuned has what a robot brings in a second by the tuned ATC rule.
+    A planner whose price of time nobody has tuned has what a robot brings in a second by the tuned ATC rule, and
+    `price_beam` without a share that of the rule `price`.
     """
     own = written_settings().get(level) or {}
     usual = dict(USUAL.get(name, {}))
     if name in PLANNERS and "rate" in own:
         usual["price"] = round(own["rate"] / robots, 3)
+    if name == "price_beam":
+        usual["share"] = settings(level, "price")["share"]
     return {**usual, **own.get(name, {})}
 
 

@@ -15,7 +15,7 @@ from .page import Chapter
 Data = Mapping[str, Any]
 CLASS_BLIND: Final = ("spt", "value_rate", "atc", "pair")
 """Rules that do not look at what others can take."""
-PLANNERS: Final = ("beam", "joint_beam")
+PLANNERS: Final = ("beam", "price_beam", "joint_beam")
 FIRST: Final = "fifo"
 
 

@@ -37,7 +37,8 @@ LINE: Final[Mapping[str, str]] = {
     "price": "as `atc`, with less value for what a robot downstream can take too",
     "pair": "the first of the two picks that together bring the most value a second",
     "beam": "the first of the best plan of its own next 4 s, by beam search",
-    "joint_beam": "the same, planned for all robots of the line at once",
+    "price_beam": "the same, with less value for what a robot downstream can take too, as in `price`",
+    "joint_beam": "as `beam`, planned for all robots of the line at once",
     "index": "the greatest sum of the log of `atc`'s index and weighted entries of a choice, found by CMA-ES",
 }
 """What the controllers of a line do."""

@@ -7,7 +7,7 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints, replaced, take
+from pnt_gym.arrays import Bools, Floats, Ints, replaced, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line.chances import Chances
@@ -121,6 +121,10 @@ class Chooser:
         seen = sight.seen[options.row, options.place]
         return self._chances.success(seen, options.context.objects.percent, options.context.distance)
 
+    def heirs(self, robot: Ints, kind: Ints) -> Bools:
+        """Which robots downstream of some (C,) take objects seen as kinds (C,), (C, R)."""
+        return self._able[:, kind].T & (np.arange(len(self._places)) > robot[:, None])
+
     def coming(self, state: Shift, stream: Stream) -> Floats:
         """Objects that each robot whose turn it is takes, from the camera to the end of its window (N,)."""
         sight, robot = self.sight(state, stream, np.arange(len(state.clock))), state.robot
@@ -144,7 +148,7 @@ class Chooser:
         stop = self._places[robot] + options.stop[:, 0]
         then = np.where(self._able[robot[:, None], sight.seen], sight.x, AWAY) + speed * options.cycle[:, None]
         near = np.abs(then - stop[:, None]) <= NEAR
-        heirs = self._able[:, kind].T & (np.arange(len(self._places)) > robot[:, None])
+        heirs = self.heirs(robot, kind)
         heir, there = heirs.argmax(axis=1), heirs.any(axis=1)
         window = self._places[heir] + low
         between = (sight.x >= own[:, None]) & (sight.x <= window[:, None]) & self._able[heir[:, None], sight.seen]
