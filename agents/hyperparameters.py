@@ -51,6 +51,9 @@ REAL: Final = {
     "sharpness": (0.01, 1000.0),
     "price_of_time": (0.0, 1e6),
 }
+FALLING: Final = "learning_rate"
+"""It may also fall to 0 along a line over the training: `lin_0.001` begins at 0.001."""
+LINE: Final = "lin_"
 SWITCHES: Final = (
     "use_sde", "use_sde_at_warmup", "normalize_advantage", "optimize_memory_usage", "shared_lstm", "enable_critic_lstm",
 )  # fmt: skip
@@ -108,11 +111,20 @@ def _fits(name: str, value: Any) -> bool:
     if name in WHOLE:
         return isinstance(value, int) and WHOLE[name][0] <= value <= WHOLE[name][1]
     if name in REAL:
+        value = begin(value) if name == FALLING else value
         return isinstance(value, int | float) and REAL[name][0] <= value <= REAL[name][1]
     if name == "net_arch":
         layers = list(value.values()) if isinstance(value, dict) else [value]
         return all(isinstance(sizes, list) and all(_is_width(size) for size in sizes) for sizes in layers)
     return name != "action_noise" and not (isinstance(value, float) and not math.isfinite(value))
+
+
+def begin(value: Any) -> Any:
+    """What a hyperparameter that falls along a line begins at; others as they are, like text that says no number."""
+    try:
+        return float(value.removeprefix(LINE)) if isinstance(value, str) and value.startswith(LINE) else value
+    except ValueError:
+        return value
 
 
 def _is_width(size: Any) -> bool:
@@ -124,7 +136,8 @@ def _wanted(name: str) -> str:
     if name in WHOLE:
         return "a whole number from {} to {}".format(*WHOLE[name])
     if name in REAL:
-        return "a number from {:g} to {:g}".format(*REAL[name])
+        number = "a number from {:g} to {:g}".format(*REAL[name])
+        return f"{number}, or {LINE} and such a number" if name == FALLING else number
     if name in SWITCHES:
         return "true or false"
     if name == "net_arch":

@@ -31,7 +31,7 @@ from pnt_gym.errors import PntGymError, one_sentence
 from .actor import ACTIVATIONS, Actor, Lstm
 from .cli import UsageError
 from .environments import Env, check_autoreset, core_of
-from .hyperparameters import checked
+from .hyperparameters import FALLING, begin, checked
 from .runs import ALGORITHMS, CHOOSING, RECURRENT
 from .scorer import Scorer
 from .throws import results
@@ -53,6 +53,28 @@ MARKS: Final = {
     "a2c": "vf_coef",
 }
 """What a stored model of each algorithm or its policy has, and none of an algorithm after it; DDPG is a kind of TD3."""
+
+
+@final
+class Falling:
+    """A learning rate that falls to 0 along a line over a whole training; stable-baselines3 knows of its leg alone.
+
+    Args:
+        begin: the rate at the first throw.
+    """
+
+    def __init__(self, begin: float) -> None:
+        self.begin, self.share = begin, 1.0
+
+    def __call__(self, remaining: float) -> float:
+        """The rate when so much is left of the throws from the first one to the end of this leg."""
+        return self.begin * max(1.0 - (1.0 - remaining) * self.share, 0.0)
+
+
+def begin_leg(model: BaseAlgorithm, end: int, total: int) -> None:
+    """Tell a model before it learns on that the leg ends with so many throws of all."""
+    if isinstance(model.learning_rate, Falling):
+        model.learning_rate.share = end / total
 
 
 def algorithm_class(name: str) -> type[BaseAlgorithm]:
@@ -177,6 +199,8 @@ def _made(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> Bas
     torch.set_num_threads(1)  # small networks are slower on many threads than on one
     chosen = checked(deepcopy(dict(settings)))  # stable-baselines3 adds to the dicts it is given
     policy = _policy(algo, chosen.pop("policy", None))
+    if isinstance(chosen.get(FALLING), str):
+        chosen[FALLING] = Falling(begin(chosen[FALLING]))
     kind = algorithm_class(algo)
     if issubclass(kind, OffPolicyAlgorithm):
         chosen.setdefault("replay_buffer_class", ThrownBuffer)

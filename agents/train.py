@@ -228,6 +228,7 @@ def learn(
     from stable_baselines3.common.logger import Logger, configure  # noqa: PLC0415
 
     from .progress import ProgressCallback, ShiftProgress  # noqa: PLC0415
+    from .sb3 import begin_leg  # noqa: PLC0415
 
     line = line_of(env.env) is not None
     logger = configure(str(folder / "tensorboard"), ["tensorboard"]) if tensorboard else Logger(None, [])
@@ -263,6 +264,7 @@ def learn(
             env.env = quick if quick is not None and done < change else judged
             leg = min((done // every + 1) * every, change if done < change else total) - done
             env.seed(stream_seed("train", asked["seed"], done))
+            begin_leg(model, done + leg, total)
             model._last_obs = None  # makes learn() reset the environment
             model.learn(leg, callback=callback, log_interval=16, reset_num_timesteps=False)
             runs.save_checkpoint(folder, model)

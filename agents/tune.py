@@ -91,7 +91,7 @@ def most(what: What, level: LineConfig, arguments: Arguments) -> int:
     """Shifts that it takes to find settings, at most."""
     grid = (1 + len(tuning.COARSE[0])) * len(tuning.COARSE[1])
     share = 1 if len(level.robots) == 1 else grid + len(tuning.SHARE) + len(tuning.PATIENCE)
-    both = len(tuning.PRICE) + len(tuning.SHARES)
+    both = len(tuning.AROUND) + len(tuning.SHARES)
     each = {"atc": len(tuning.PATIENCE), "price": share, "price_beam": both, "index": 2}.get(what, len(tuning.PRICE))
     return each * arguments.shifts + (arguments.generations * tuning.SEARCHED if what == "index" else 0)
 

@@ -155,7 +155,7 @@ def main() -> None:
     if any(old.get(name) != value for name, value in head.items()):
         old = {}
     result = {**head, "versions": versions(), "line": old.get("line", {}), "full": old.get("full", {})}
-    result["release"] = old.get("release", {})
+    result |= {"release": old.get("release", {}), "learned": old.get("learned", {})}
 
     def keep() -> None:
         if options.json is not None:

@@ -26,8 +26,10 @@ SHARE: Final = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98)
 """Of its value that a choice loses which a robot downstream can take too."""
 COARSE: Final = ((0.5, 1.0, 2.0, 5.6, 16.0), (0.0, 0.2, 0.4, 0.6, 0.8, 0.95))
 """Of both, with which the search for price begins."""
-SHARES: Final = (0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
+SHARES: Final = (0.5, 0.65, 0.8, 0.9)
 """The same for the beam, which takes a thousand times as long as a rule."""
+AROUND: Final = (0.8, 1.25)
+"""Factors on the price of its time, at the best of these."""
 PRICE: Final = (0.6, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5)
 """Of a robot's second, by what the tuned ATC rule brings in it."""
 POPULATION: Final = 16
@@ -177,10 +179,8 @@ def planner(bench: Bench, name: str, rate: float) -> list[Tried]:
 
     `price_beam` first with several shares at that price, then with several prices at the best of them.
     """
-    prices = [round(rate * factor, 3) for factor in PRICE]
     if name != "price_beam":
-        return bench.planners(name, [{"price": one} for one in prices])
-    rated = round(rate, 3)
-    found = bench.planners(name, [{"price": rated, "share": share} for share in SHARES])
+        return bench.planners(name, [{"price": round(rate * factor, 3)} for factor in PRICE])
+    found = bench.planners(name, [{"price": round(rate, 3), "share": share} for share in SHARES])
     share = best(found).settings["share"]
-    return found + bench.planners(name, [{"price": one, "share": share} for one in prices if one != rated])
+    return found + bench.planners(name, [{"price": round(rate * factor, 3), "share": share} for factor in AROUND])

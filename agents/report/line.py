@@ -24,6 +24,8 @@ def line_chapter(name: str, data: Data) -> Chapter:
     grids = [line_table(data), gains_table(data), thrown_table(data)]
     if data["release"]:
         grids.append(release_table(data))
+    if data.get("learned"):
+        grids.insert(2, learned_table(data))
     return Chapter(name, tuple(grids), {"line.svg": svg(line_figure(data))})
 
 
@@ -84,6 +86,24 @@ def learners(table: Data) -> tuple[str, ...]:
     """Those that were learned or tuned by black-box search."""
     known = {"random", FIRST, *CLASS_BLIND, "price", *PLANNERS}
     return tuple(name for name in table if name not in known)
+
+
+def learned_table(data: Data) -> Grid:
+    """What several seeds of those who learn from reward bring in; the worst of them against rules and planners."""
+    rows: list[list[str]] = []
+    for level, learned in data["learned"].items():
+        table = data["line"][level]
+        others = (best(table, CLASS_BLIND), "price", "beam", best(table, PLANNERS))
+        for name, seeds in learned.items():
+            ends = sorted(seeds.values(), key=lambda found: value(found).mean())
+            low, high = value(ends[0]).mean(), value(ends[-1]).mean()
+            mean = np.mean([value(found).mean() for found in ends])
+            against = [f"`{one}` {_gain(ends[0], table[one])}" if one in table else "-" for one in others]
+            rows.append([f"`{level}`", f"`{name}`", str(len(ends)), f"{mean:.1f} ({low:.1f}..{high:.1f})", *against])
+    header = ["level", "who learned", "seeds", "value/min, mean (worst..best seed)"]
+    others = ("the best class-blind rule", "`price`", "`beam`", "the best planner")
+    against = [f"worst seed over {one}" for one in others]
+    return Grid("Learned from reward, in several seeds", [*header, *against], rows, "Paired by shift, 95 % intervals.")
 
 
 def thrown_table(data: Data) -> Grid:

@@ -11,7 +11,7 @@ from ..cli import UsageError
 from ..files import of_its_form, read_json, write_text
 from ..tables import Grid, markdown_text
 from .adaptation import camera_table, newcomers_table
-from .line import gains_table, line_table, release_table, thrown_table
+from .line import gains_table, learned_table, line_table, release_table, thrown_table
 from .measures import (
     cup_table,
     dispatch_table,
@@ -48,6 +48,7 @@ BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
     "neighbours": ("neighbours.json", neighbours_table),
     "line": ("line.json", line_table),
     "line-gains": ("line.json", gains_table),
+    "line-learned": ("line.json", learned_table),
     "line-thrown": ("line.json", thrown_table),
     "line-release": ("line.json", release_table),
     "adapting": ("benchmark_adapt.json", shift_table),

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import torch
 import yaml
+from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
 from agents import runs, train
 from agents.cli import UsageError
@@ -109,6 +110,23 @@ def test_a_resumed_run_is_bit_for_bit_the_uninterrupted_one(asked: Arguments, tm
     assert all(np.array_equal(a, b) for a, b in pairs)
     before = [p.detach().numpy() for p in runs.load_model(whole, None, runs.checkpoints(whole)[0]).policy.parameters()]
     assert not all(np.array_equal(a, b) for a, (b, _) in zip(before, pairs, strict=True)), "nothing was learned"
+
+
+def test_a_learning_rate_falls_over_all_legs(asked: Arguments, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert asked.config is not None
+    asked.config.write_text(yaml.safe_dump({"default": SMALL | {"learning_rate": "lin_0.008"}}))
+    rates: list[tuple[int, float]] = []
+    update = OnPolicyAlgorithm._update_learning_rate
+
+    def noted(self: Any, optimizer: Any) -> None:
+        update(self, optimizer)
+        rates.append((self.num_timesteps, optimizer.param_groups[0]["lr"]))
+
+    monkeypatch.setattr(OnPolicyAlgorithm, "_update_learning_rate", noted)
+    main(replace(asked, steps=128))
+    # Legs of 32 decisions, in rollouts of 8 x 4.
+    assert [count for count, _ in rates] == [32, 64, 96, 128]
+    np.testing.assert_allclose([rate for _, rate in rates], [0.006, 0.004, 0.002, 0.0], atol=1e-12)
 
 
 def test_ctrl_c_leaves_a_run_that_can_be_continued(

@@ -106,6 +106,21 @@ def test_a_beam_of_one_decision_takes_the_first_choice():
     assert (beam.act(None) == 0).all()  # choices stand in the order of value less the price of their time
 
 
+def test_a_beam_that_leaves_to_others_counts_their_objects_for_less():
+    # Robots that are alike: whatever the first two can take somebody can after them, and nobody comes after the third.
+    env, core = lines({"base": "line3", "duration": 10.0})
+    env.reset(seed=4)
+    leaving, cheaper = Beam("price_beam", core, price=1.0, share=0.6), Beam("beam", core, price=2.5)
+    plain, whose = Beam("beam", core, price=1.0), []
+    for _ in range(30):
+        robot, action = core.cell.state.robot.copy(), leaving.act(None)
+        expected = np.where(robot < 2, cheaper.act(None), plain.act(None))
+        np.testing.assert_array_equal(action, expected)
+        whose.append(robot)
+        env.step(action)
+    assert {0, 1, 2} == set(np.concatenate(whose).tolist())
+
+
 def test_a_beam_knows_nothing_that_is_hidden():
     env, core = lines({"base": "skills3", "duration": 10.0})
     env.reset(seed=3)

@@ -136,6 +136,16 @@ def test_a_price_of_time_is_sought_about_what_the_rule_brings(
     assert kept["beam"]["price"] == pytest.approx(0.9 * kept["rate"], abs=2e-3)
 
 
+def test_the_beam_that_leaves_to_others_has_its_share_and_then_its_price_sought(tmp_path: Path) -> None:
+    file = tmp_path / "pair.yaml"
+    file.write_text("base: skills3\nname: pair\nduration: 5\n")
+    tried = tuning.planner(Bench(LineConfig.load(str(file)), np.arange(2)), "price_beam", 1.0)
+    first, last = tried[: len(tuning.SHARES)], tried[len(tuning.SHARES) :]
+    assert [one.settings for one in first] == [{"price": 1.0, "share": share} for share in tuning.SHARES]
+    share = tuning.best(first).settings["share"]
+    assert [one.settings for one in last] == [{"price": factor, "share": share} for factor in tuning.AROUND]
+
+
 def test_few_shifts_are_shown_and_not_kept(short: str, tmp_path: Path) -> None:
     arguments = ("--level", short, "--what", "atc", "--shifts", "2", "--out", str(tmp_path / "rules.yaml"))
     done = call("agents.tune", *arguments, folder=tmp_path)
@@ -179,6 +189,9 @@ def test_a_planner_that_nobody_tuned_has_the_price_that_the_rule_brings() -> Non
     with mock.patch("agents.line.tuned.written_settings", return_value=told):
         assert settings("line3", "joint_beam", 3) == {"price": round(told["line3"]["rate"] / 3, 3)}
         assert settings("nowhere", "joint_beam", 3) == {}
+    told["skills3"].pop("price_beam", None)
+    with mock.patch("agents.line.tuned.written_settings", return_value=told):
+        assert settings("skills3", "price_beam", 3)["share"] == told["skills3"]["price"]["share"]
 
 
 @pytest.mark.parametrize("level", SHIPPED)
@@ -190,6 +203,6 @@ def test_every_shipped_level_has_rules_that_were_tuned_for_it(level: str) -> Non
     env = make_vector("PnTLine-v0", level, 1, 1)
     core = line_of(env)
     assert core is not None
-    for name in ("atc", "price", "beam", "joint_beam", "index"):
+    for name in ("atc", "price", "beam", "price_beam", "joint_beam", "index"):
         assert line_controller(name, core).name == name
     env.close()

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from agents.report.line import best, gains_table, line_chapter, line_table, release_table, thrown_table
+from agents.report.line import best, gains_table, learned_table, line_chapter, line_table, release_table, thrown_table
 
 
 def found(mean, shifts=6):
@@ -53,6 +53,17 @@ def test_a_level_on_which_nobody_has_learned_says_so():
     table = {name: one for name, one in TABLE.items() if name != "residual_ppo"}
     (row,) = gains_table({**DATA, "line": {"single": table}}).rows
     assert row[4] == "-"
+
+
+def test_of_several_seeds_the_worst_is_compared():
+    seeds = {"0": found(75.0), "1": found(73.0), "2": found(77.0)}
+    (row,) = learned_table({**DATA, "learned": {"single": {"residual_ppo": seeds}}}).rows
+    assert row[:4] == ["`single`", "`residual_ppo`", "3", "75.0 (73.0..77.0)"]
+    assert row[4].startswith(f"`atc` {100 * (73.0 / 72.0 - 1):+.1f} %")
+    assert row[5] == "-"
+    first_three = np.array(TABLE["beam"]["value_per_min"])
+    worst = np.array(found(73.0)["value_per_min"])[:3]
+    assert row[6].startswith(f"`beam` {100 * (worst.mean() / first_three.mean() - 1):+.1f} %")
 
 
 def test_throws_stand_beside_the_same_shifts_by_table():
