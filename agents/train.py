@@ -65,13 +65,13 @@ class Arguments:
     """Run folder."""
     resume: Annotated[Path | None, option("a new run", "DIR")] = None
     """Continue this run folder; everything but --steps and --threads is taken from it."""
-    num_envs: Annotated[int | None, option("16; 64 on a line", "N")] = None
+    num_envs: Annotated[int | None, option("16; 256 on a line", "N")] = None
     """Cells simulated side by side."""
     threads: int = 2
     """Threads that simulate; results do not depend on it."""
     action_mode: Annotated[str | None, option("the environment's own", "MODE")] = None
     """What an action means: one of the environment's action modes, e.g. release_point, release_xyz, virtual_goal."""
-    checkpoint_every: Annotated[int | None, option("2000; 50000 on a line", "N")] = None
+    checkpoint_every: Annotated[int | None, option("2000; 125000 on a line", "N")] = None
     """Throws between checkpoints, from which the run can be continued."""
     config: Annotated[Path | None, option("configs/rl/ALGO.yml", "FILE.yml")] = None
     """Hyperparameters in RL-Zoo syntax."""

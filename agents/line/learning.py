@@ -18,7 +18,7 @@ from .scored import run_scores
 from .tuned import rate, settings
 
 DEFAULTS: Final[Mapping[str, Mapping[str, Any]]] = {
-    "PnTLine-v0": {"algo": CHOOSING[-1], "steps": 500_000, "num_envs": 64, "checkpoint_every": 50_000}
+    "PnTLine-v0": {"algo": CHOOSING[-1], "steps": 500_000, "num_envs": 256, "checkpoint_every": 125_000}
 }
 """By environment what training does there unless it is told otherwise."""
 PEERS: Final = ("fifo", "atc")

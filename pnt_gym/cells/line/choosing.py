@@ -125,14 +125,12 @@ class Chooser:
         """Which robots downstream of some (C,) take objects seen as kinds (C,), (C, R)."""
         return self._able[:, kind].T & (np.arange(len(self._places)) > robot[:, None])
 
-    def coming(self, state: Shift, stream: Stream) -> tuple[Floats, Floats]:
-        """How many objects each robot takes that lie between the camera and the end of its window, and what they are
-        worth, (N, R) each."""
-        sight = self.sight(state, stream, np.arange(len(state.clock)))
-        end = self._places + self._config.cell.belt.pick_x[1]
-        own = self._able[:, sight.seen].swapaxes(0, 1) & (sight.x[:, None] <= end[:, None])
-        worth = np.take_along_axis(stream.worth, sight.which, axis=1)
-        return own.sum(axis=-1).astype(np.float64), np.einsum("nrw,nw->nr", own, worth)
+    def coming(self, state: Shift, stream: Stream) -> Floats:
+        """Objects that each robot whose turn it is takes, from the camera to the end of its window (N,)."""
+        sight, robot = self.sight(state, stream, np.arange(len(state.clock))), state.robot
+        end = self._places[robot] + self._config.cell.belt.pick_x[1]
+        own = self._able[robot[:, None], sight.seen] & (sight.x <= end[:, None])
+        return own.sum(axis=1).astype(np.float64)
 
     def _ranked(self, row: Ints, worth: Floats) -> tuple[Ints, Ints]:
         """Places of options (C,) among those of their line, the best first, and which of them have one."""

@@ -145,16 +145,13 @@ class LineCore:
     def _glance(self, state: Shift) -> Glance:
         cell = self.cell
         rows = np.arange(self.count)
-        robots = state.free.shape[1]
-        busy, worth = np.zeros((2, self.count, MOST_ROBOTS))
-        busy[:, :robots] = np.maximum(state.expected - state.clock[:, None], 0.0)
-        coming, worth[:, :robots] = cell.chooser.coming(state, cell.stream)
+        busy = np.zeros((self.count, MOST_ROBOTS))
+        busy[:, : state.free.shape[1]] = np.maximum(state.expected - state.clock[:, None], 0.0)
         return Glance(
             gone=np.minimum(state.clock / self.config.duration, 1.0),
             robot=state.robot,
             hand=state.hand[rows, state.robot],
-            coming=coming[rows, state.robot],
-            worth=worth,
+            coming=cell.chooser.coming(state, cell.stream),
             busy=busy,
             possible=state.choices.real.sum(axis=1).astype(np.float64),
         )

@@ -34,8 +34,6 @@ class Glance:
     """Where the hand stands still (N, 3) [m]."""
     coming: Floats
     """Objects between the camera and the end of its window that it takes (N,)."""
-    worth: Floats
-    """What each robot of the line could take there is worth (N, MOST_ROBOTS); 0 where there is none."""
     busy: Floats
     """Until each robot of the line is expected to be free (N, MOST_ROBOTS) [s]; 0 where there is none."""
     possible: Floats
@@ -62,13 +60,6 @@ def _until_free(index: int) -> Feature:
     return Feature(f"busy_{index}", "s", 0.5, 0.5, f"until robot {index} is expected to be free", until)
 
 
-def _coming_worth(index: int) -> Feature:
-    def worth(glance: Glance) -> Floats:
-        return glance.worth[:, index]
-
-    return Feature(f"worth_{index}", "-", 8.0, 8.0, f"value of what robot {index} takes of what is in sight", worth)
-
-
 LINE_TABLE: Final = FeatureTable(
     (
         Feature("gone", "-", 0.5, 0.5, "share of the shift that is over", lambda g: g.gone),
@@ -77,7 +68,6 @@ LINE_TABLE: Final = FeatureTable(
         Feature("hand_x", "m", 0.0, 0.30, "where the hand stands, from the robot's base", lambda g: g.hand[:, 0]),
         Feature("hand_y", "m", 0.0, 0.30, "where the hand stands, from the robot's base", lambda g: g.hand[:, 1]),
         Feature("coming", "-", 8.0, 8.0, "objects in the camera's sight that the robot takes", lambda g: g.coming),
-        *(_coming_worth(index) for index in range(MOST_ROBOTS)),
         Feature("possible", "-", 8.0, 8.0, "choices that there are", lambda g: g.possible),
     )
 )
