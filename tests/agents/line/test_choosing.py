@@ -296,5 +296,5 @@ def test_it_learns_what_a_rule_does_not_know(asked: Arguments, tmp_path: Path) -
 
 def test_defaults_of_a_line_are_its_own() -> None:
     asked = train.request(Arguments(env="PnTLine-v0"))
-    assert (asked["algo"], asked["steps"], asked["num_envs"]) == ("residual_ppo", 500_000, 64)
+    assert (asked["algo"], asked["steps"], asked["num_envs"]) == ("residual_ppo", 500_000, 256)
     assert train.request(Arguments())["algo"] == "sac"
