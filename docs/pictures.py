@@ -25,10 +25,9 @@ from agents.environments import core_of, make_vector, stream_seed  # noqa: E402
 from agents.evaluation import practise, thrown, usual_practice  # noqa: E402
 from agents.files import replace_file, write_text  # noqa: E402
 from agents.line.evaluation import judged  # noqa: E402
-from agents.line.film import acts  # noqa: E402
-from agents.line.film import frames as line_frames  # noqa: E402
+from agents.line.film import decisions  # noqa: E402
 from agents.line.gantt import gantt  # noqa: E402
-from agents.line.making import line_controller, the_line  # noqa: E402
+from agents.line.making import line_controller, opened, the_line  # noqa: E402
 
 FOLDER: Final = ROOT / "docs" / "pictures"
 SIZE: Final = (480, 270)
@@ -71,7 +70,7 @@ FILMS: Final = {
 
 
 LINE: Final = ("PnTLine-v0", "skills3", "price", 12.0)
-"""The environment that is seen from above, its level, who decides, and for how many seconds."""
+"""The environment of lines, its level, who decides, and for how many seconds it is filmed, every throw simulated."""
 
 
 def main() -> None:
@@ -80,7 +79,7 @@ def main() -> None:
         path = FOLDER / f"{env_id}.webp"
         if env_id == LINE[0]:
             who_took_what()
-        size = save(list(from_above() if env_id == LINE[0] else frames(env_id, FILMS[env_id])), path)
+        size = save(list(line_at_work() if env_id == LINE[0] else frames(env_id, FILMS[env_id])), path)
         print(f"{path.relative_to(ROOT)}: {size / 1000:.0f} KB")
 
 
@@ -99,14 +98,18 @@ def frames(env_id: str, film: Film) -> Iterator[NDArray[np.uint8]]:
         env.close()
 
 
-def from_above() -> Iterator[NDArray[np.uint8]]:
-    """Frames of a line at work."""
+def line_at_work() -> Iterator[NDArray[np.uint8]]:
+    """Frames of a line from the begin of a shift on."""
     env_id, level, name, seconds = LINE
-    env = make_vector(env_id, level, num_envs=1, threads=1)
+    env = opened(env_id, level, 1, 1, throws="full")
     core = the_line(env)
-    made = acts(line_controller(name, core), env, core, seconds, stream_seed("evaluate", 0))
-    yield from line_frames(core, made, seconds, RATE)
-    env.close()
+    view = core.view()
+    try:
+        for _ in decisions(line_controller(name, core), env, stream_seed("evaluate", 0), seconds):
+            yield from view.last_throw(RATE)
+    finally:
+        view.close()
+        env.close()
 
 
 def who_took_what() -> None:

@@ -12,7 +12,7 @@ from typing import Final, NamedTuple, Self, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints, take
+from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.fluid import lying_size
 from pnt_gym.cells.base.plant import Recording
 from pnt_gym.cells.conveyor.config import ConveyorConfig
@@ -22,7 +22,6 @@ from pnt_gym.cells.conveyor.scene import LIP_GAP
 from pnt_gym.cells.conveyor.tracking import brought_to_rest
 from pnt_gym.cells.conveyor.view import lying
 from pnt_gym.constants import GRAVITY
-from pnt_gym.engine import mujoco
 from pnt_gym.planning.motion.ballistics import flight_state
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
 
@@ -40,7 +39,11 @@ class Track(NamedTuple):
 
     def at(self, time: float) -> Floats:
         """The pose at a time [s]; the first one before it all and the last one after it (C,)."""
-        return np.array([np.interp(time, self.time, column) for column in self.pose.T])
+        after = min(int(np.searchsorted(self.time, time)), len(self.time) - 1)
+        before = max(after - 1, 0)
+        span = max(float(self.time[after] - self.time[before]), 1e-12)
+        share = min(max((time - float(self.time[before])) / span, 0.0), 1.0)
+        return self.pose[before] + share * (self.pose[after] - self.pose[before])
 
     def from_(self, time: float) -> Self:
         """What matters of it from a time [s] on."""
@@ -110,7 +113,7 @@ def act(choice: Choice, tip: Floats, cell: ConveyorConfig, mover: Mover, recordi
         mover: of its planner.
         recording: its throw as it was simulated; None where it was not.
     """
-    context, offset = choice.context, choice.context.cup_offset[0]
+    context = choice.context
     chase = _chase(choice, tip, mover)
     if not choice.picked:
         motion = ThrowMotion.resting(context.pick)

@@ -10,7 +10,7 @@ import numpy as np
 from pnt_gym.arrays import Floats, Ints, take
 from pnt_gym.cells.base.canvas import FPS, SIZE, Canvas, Frame, Marker, Picture
 from pnt_gym.cells.base.fluid import lying_size
-from pnt_gym.cells.base.view import Scene
+from pnt_gym.cells.base.view import FLOWN, Scene
 from pnt_gym.cells.conveyor.view import drawn, lying
 from pnt_gym.cells.line.cell import LineCell
 from pnt_gym.cells.line.config import LineConfig
@@ -20,15 +20,19 @@ from pnt_gym.errors import ConfigError
 
 SLATS: Final = 0.20
 """Marks on the belt, by which it is seen to run, are so far apart [m]."""
+CLOSEST: Final = 3.15
+"""A single robot is seen from here [m]."""
+TRAIL: Final = 1.0 / 30.0
+"""Dots behind objects that fly are so far apart [s]."""
 _SLAT: Final = np.array([0.29, 0.31, 0.34, 1.0])
 
 
 def camera(config: LineConfig) -> Any:
-    """The standard view: the whole line from the front left, far enough away for all of the belt."""
+    """The standard view: the whole line from the side of the bins, far enough away for all of the belt."""
     low, high = extent(config)
     view = mujoco.MjvCamera()
-    view.lookat[:] = [(low + high) / 2, 0.0, -0.45]
-    view.distance, view.azimuth, view.elevation = 1.6 + 0.62 * (high - low), 108.0, -28.0
+    view.lookat[:] = [(low + high) / 2, 0.05, -0.43]
+    view.distance, view.azimuth, view.elevation = max(CLOSEST, 0.79 * (high - low)), 279.0, -36.0
     return view
 
 
@@ -70,6 +74,11 @@ class LineView:
         """Frames since the decision before, at true rate; those of one decision after the other are one film."""
         return [self._canvas.draw(*scene) for scene in self.scenes(fps)]
 
+    def at(self, moment: float, fps: int = FPS) -> Frame:
+        """The frame of a moment of the shift [s]; from the decision before on, up to the coming one."""
+        since, now = self._cell.acts.since, float(self._cell.state.clock[0])
+        return self._canvas.draw(*self.scene(np.floor(fps * min(max(moment, since), now) + 1e-9) / fps))
+
     def render(self, mode: str) -> Frame | list[Frame]:
         """What Gymnasium's `render` returns for rgb_array and rgb_array_list."""
         return self.frame() if mode == "rgb_array" else self.last_throw()
@@ -96,7 +105,8 @@ class LineView:
         """What a picture shows of a time between the decision before and the coming one [s]."""
         acts = self._cell.acts
         self._scene.pose(acts.tips(time))
-        return self._scene.model, self._scene.data, [*self._slats(time), *self._riding(time), *self._thrown(time)]
+        seen = [*self._slats(time), *self._riding(time), *self._thrown(time), *self._trails(time)]
+        return self._scene.model, self._scene.data, seen
 
     def _riding(self, time: float) -> list[Marker]:
         """Objects on the belt."""
@@ -122,6 +132,17 @@ class LineView:
         places = self._cell.config.places()[[one.robot for one, _ in shown]]
         poses[:, 0] += places
         return drawn(take(self._cell.stream.objects, (0, which)), poses[:, :3], poses[:, 3:])
+
+    def _trails(self, time: float) -> list[Marker]:
+        """Where objects that are in hands or in the air have been since they were lifted."""
+        places, dots = self._cell.config.places(), list[Marker]()
+        for one in self._cell.acts.made:
+            if one.thing is None or not one.lift <= time < one.thing.time[-1]:
+                continue
+            for moment in np.arange(one.lift, time, TRAIL):
+                middle = one.thing.at(moment)[:3] + np.array([places[one.robot], 0.0, 0.0])
+                dots.append(Marker.dot(middle, FLOWN, 0.011))
+        return dots
 
     def _slats(self, time: float) -> list[Marker]:
         """Marks that run with the belt."""
