@@ -79,7 +79,7 @@ def main(arguments: Arguments) -> None:
         if arguments.video is not None:
             throws = stage.filmed(arguments.picks)
             replace_file(arguments.video, lambda path: record_video(stage.view, throws, path, slow=arguments.slow))
-            console().print(f"video of {arguments.picks or 'some'} throws in {arguments.video}")
+            console().print(f"video in {arguments.video}")
         elif arguments.picture is not None:
             stage.advance(arguments.at)
             replace_file(arguments.picture, lambda path: save_picture(stage.view, path, arguments.at))

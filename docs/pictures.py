@@ -1,6 +1,7 @@
 """Moving pictures of all environments, for the site and the README: `make pictures`, or `python docs/pictures.py`.
 
-Every film is a few throws of a controller, the planned flight in blue and the flown one in orange.
+Every film is a few throws of a controller, the planned flight in blue and the flown one in orange; of a line it is the
+begin of a shift, every throw simulated.
 """
 
 from __future__ import annotations
@@ -28,13 +29,14 @@ from agents.line.evaluation import judged  # noqa: E402
 from agents.line.film import decisions  # noqa: E402
 from agents.line.gantt import gantt  # noqa: E402
 from agents.line.making import line_controller, opened, the_line  # noqa: E402
+from pnt_gym.cells.base.canvas import Picture  # noqa: E402
 
 FOLDER: Final = ROOT / "docs" / "pictures"
 SIZE: Final = (480, 270)
 """Width and height of a frame [pixels]; one of another shape keeps it, at this width."""
 RATE: Final = 15
 """Frames per second."""
-MOST_BYTES: Final = 400_000
+MOST_BYTES: Final = 700_000
 QUALITIES: Final = (60, 45, 30, 20)
 """Of WebP; the first one that keeps a film below `MOST_BYTES` is taken."""
 
@@ -69,7 +71,7 @@ FILMS: Final = {
 }
 
 
-LINE: Final = ("PnTLine-v0", "skills3", "price", 12.0)
+LINE: Final = ("PnTLine-v0", "skills3", "price", 6.0)
 """The environment of lines, its level, who decides, and for how many seconds it is filmed, every throw simulated."""
 
 
@@ -104,6 +106,7 @@ def line_at_work() -> Iterator[NDArray[np.uint8]]:
     env = opened(env_id, level, 1, 1, throws="full")
     core = the_line(env)
     view = core.view()
+    view.aim(Picture.of(2 * SIZE[0], 2 * SIZE[1], None))
     try:
         for _ in decisions(line_controller(name, core), env, stream_seed("evaluate", 0), seconds):
             yield from view.last_throw(RATE)

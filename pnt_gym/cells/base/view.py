@@ -200,7 +200,7 @@ def record_video(view: View, throws: Iterable[object], path: str | Path, fps: in
         raise ConfigError("a video needs at least one throw, got 0")
     target = Path(path)
     target.parent.mkdir(parents=True, exist_ok=True)
-    writer.imwrite(target, np.stack(frames), fps=fps, codec="libx264")
+    writer.imwrite(target, frames, fps=fps, codec="libx264")
     return target
 
 

@@ -20,7 +20,7 @@ from pnt_gym.errors import ConfigError
 
 SLATS: Final = 0.20
 """Marks on the belt, by which it is seen to run, are so far apart [m]."""
-CLOSEST: Final = 3.15
+CLOSEST: Final = 3.4
 """A single robot is seen from here [m]."""
 TRAIL: Final = 1.0 / 30.0
 """Dots behind objects that fly are so far apart [s]."""
@@ -31,8 +31,8 @@ def camera(config: LineConfig) -> Any:
     """The standard view: the whole line from the side of the bins, far enough away for all of the belt."""
     low, high = extent(config)
     view = mujoco.MjvCamera()
-    view.lookat[:] = [(low + high) / 2, 0.05, -0.43]
-    view.distance, view.azimuth, view.elevation = max(CLOSEST, 0.79 * (high - low)), 279.0, -36.0
+    view.lookat[:] = [(low + high) / 2, 0.05, -0.18]
+    view.distance, view.azimuth, view.elevation = max(CLOSEST, 0.76 * (high - low)), 279.0, -36.0
     return view
 
 
