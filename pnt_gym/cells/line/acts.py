@@ -45,7 +45,7 @@ class Track(NamedTuple):
         share = min(max((time - float(self.time[before])) / span, 0.0), 1.0)
         return self.pose[before] + share * (self.pose[after] - self.pose[before])
 
-    def from_(self, time: float) -> Self:
+    def onward(self, time: float) -> Self:
         """What matters of it from a time [s] on."""
         first = min(max(int(np.searchsorted(self.time, time, "right")) - 1, 0), len(self.time) - 1)
         return type(self)(self.time[first:], self.pose[first:])
@@ -80,12 +80,13 @@ class Act:
             return None
         return self.thing.at(time)
 
-    def from_(self, time: float) -> Act:
+    def onward(self, time: float) -> Act:
         """What matters of it from a time [s] on."""
-        return replace(self, hand=self.hand.from_(time), thing=self.thing and self.thing.from_(time))
+        thing = None if self.thing is None else self.thing.onward(time)
+        return replace(self, hand=self.hand.onward(time), thing=thing)
 
 
-class Choice(NamedTuple):
+class Decision(NamedTuple):
     """One decision that was carried out; each field is of one row."""
 
     robot: int
@@ -103,42 +104,42 @@ class Choice(NamedTuple):
     """Lies in a bin."""
 
 
-def act(choice: Choice, tip: Floats, cell: ConveyorConfig, mover: Mover, recording: Recording | None) -> Act:
+def act(decision: Decision, tip: Floats, cell: ConveyorConfig, mover: Mover, recording: Recording | None) -> Act:
     """What is seen of a decision.
 
     Args:
-        choice: the decision.
+        decision: what was decided.
         tip: of the cup from where the planner has the hand, before (3,) [m].
         cell: the robot's.
         mover: of its planner.
         recording: its throw as it was simulated; None where it was not.
     """
-    context = choice.context
-    chase = _chase(choice, tip, mover)
-    if not choice.picked:
+    context = decision.context
+    chase = _chase(decision, tip, mover)
+    if not decision.picked:
         motion = ThrowMotion.resting(context.pick)
         if cell.belt.tracking:
             motion = brought_to_rest(context.pick, context.limits, cell.belt.speed)
-        hand, thing = _planned_hand(choice, motion), None
+        hand, thing = _planned_hand(decision, motion), None
     elif recording is None:
         motion = mover.throw(context.pick, context.plan, context.throw_limits, context.ceiling)
-        hand = _planned_hand(choice, motion)
-        thing = _planned_thing(choice, motion, cell)
+        hand = _planned_hand(decision, motion)
+        thing = _planned_thing(decision, motion)
     else:
-        hand, thing = _simulated(choice, recording)
+        hand, thing = _simulated(decision, recording)
     time = np.concatenate([chase.time, hand.time])
     own = Track(time, np.concatenate([chase.pose, hand.pose]))
-    held = choice.lift if cell.belt.tracking else choice.lift - cell.motion.dwell
+    held = decision.lift if cell.belt.tracking else decision.lift - cell.motion.dwell
     return Act(
-        robot=choice.robot,
-        number=choice.number,
-        start=choice.start,
-        lift=choice.lift,
-        end=choice.end,
+        robot=decision.robot,
+        number=decision.number,
+        start=decision.start,
+        lift=decision.lift,
+        end=decision.end,
         hand=own,
-        taken=held if choice.picked else np.inf,
+        taken=held if decision.picked else np.inf,
         thing=thing,
-        lies=choice.lies or recording is not None,
+        lies=decision.lies or recording is not None,
     )
 
 
@@ -147,27 +148,27 @@ def _moments(begin: float, end: float) -> Floats:
     return np.linspace(begin, end, max(int(np.ceil((end - begin) / LOOK)), 1) + 1)
 
 
-def _chase(choice: Choice, tip: Floats, mover: Mover) -> Track:
+def _chase(decision: Decision, tip: Floats, mover: Mover) -> Track:
     """From where the hand stands to its object, and along with it until the lift."""
-    resting = ThrowMotion.resting(choice.hand)
-    meeting = mover.meet(resting, choice.place, choice.context.limits)
-    path = JerkTrajectory.concatenate(choice.hand, [meeting.back], rides=True)
-    time = _moments(0.0, choice.lift - choice.start)
+    resting = ThrowMotion.resting(decision.hand)
+    meeting = mover.meet(resting, decision.place, decision.context.limits)
+    path = JerkTrajectory.concatenate(decision.hand, [meeting.back], rides=True)
+    time = _moments(0.0, decision.lift - decision.start)
     share = np.minimum(time / max(path.duration[0], LOOK), 1.0)[:, None]
-    offset = tip + share * (choice.context.cup_offset[0] - tip)
-    return Track(choice.start + time, path.sample(time).position[0] + offset)
+    offset = tip + share * (decision.context.cup_offset[0] - tip)
+    return Track(decision.start + time, path.sample(time).position[0] + offset)
 
 
-def _planned_hand(choice: Choice, motion: ThrowMotion) -> Track:
+def _planned_hand(decision: Decision, motion: ThrowMotion) -> Track:
     """As the planner has it after the lift."""
     path = JerkTrajectory.concatenate(motion.pick, [motion.segments], motion.pick_velocity)
-    time = _moments(0.0, choice.end - choice.lift)
-    return Track(choice.lift + time, path.sample(time).position[0] + choice.context.cup_offset[0])
+    time = _moments(0.0, decision.end - decision.lift)
+    return Track(decision.lift + time, path.sample(time).position[0] + decision.context.cup_offset[0])
 
 
-def _planned_thing(choice: Choice, motion: ThrowMotion, cell: ConveyorConfig) -> Track:
+def _planned_thing(decision: Decision, motion: ThrowMotion) -> Track:
     """Held until the planned release, without air to the middle of the opening, and down to the bottom of the bin."""
-    context, plan = choice.context, choice.context.plan
+    context, plan = decision.context, decision.context.plan
     path = JerkTrajectory.concatenate(motion.pick, [motion.segments], motion.pick_velocity)
     held = _moments(0.0, float(motion.release_time[0]))
     flying = _moments(0.0, float(plan.flight_time[0]))
@@ -176,26 +177,26 @@ def _planned_thing(choice: Choice, motion: ThrowMotion, cell: ConveyorConfig) ->
     hangs = context.cup_offset[0] + [*context.grasp[0], -LIP_GAP - high / 2]
     way = np.concatenate([path.sample(held).position[0], points]) + hangs
     time = np.concatenate([held, held[-1] + flying])
-    if choice.lies:
+    if decision.lies:
         sinks = max(way[-1, 2] - float(context.target[0, 2] - context.bin_depth[0]) - high / 2, 0.0)
         falling = _moments(0.0, np.sqrt(2.0 * sinks / GRAVITY))
         down = way[-1] - np.array([0.0, 0.0, 0.5 * GRAVITY]) * falling[:, None] ** 2
         way, time = np.concatenate([way, down]), np.concatenate([time, time[-1] + falling])
     attitude = np.tile(lying(context.objects.yaw), (len(way), 1))
-    return Track(choice.lift + time, np.concatenate([way, attitude], axis=1))
+    return Track(decision.lift + time, np.concatenate([way, attitude], axis=1))
 
 
-def _simulated(choice: Choice, recording: Recording) -> tuple[Track, Track]:
+def _simulated(decision: Decision, recording: Recording) -> tuple[Track, Track]:
     """Hand and object as they were, stepped again."""
     model = recording.model
     tip, geom, first = model.site("tcp").id, model.geom("object").id, int(model.joint("object").qposadr[0])
     time, hand, thing = list[float](), list[Floats](), list[Floats]()
     for data, _ in recording.play(LOOK):
-        time.append(choice.lift + float(data.time))
+        time.append(decision.lift + float(data.time))
         hand.append(data.site_xpos[tip].copy())
         thing.append(np.concatenate([data.geom_xpos[geom], data.qpos[first + 3 : first + 7]]))
     times = np.array(time)
-    count = int(np.searchsorted(times, choice.end, "right"))
+    count = int(np.searchsorted(times, decision.end, "right"))
     return Track(times[:count], np.stack(hand)[:count]), Track(times, np.stack(thing))
 
 
@@ -213,7 +214,7 @@ class Acts:
 
     def then(self, since: float, more: Act | None) -> Acts:
         """The next decision comes; what was over before this one is kept as it ended."""
-        kept = tuple(one.from_(since) for one in self.made)
+        kept = tuple(one.onward(since) for one in self.made)
         return replace(self, since=since, made=kept if more is None else (*kept, more))
 
     def tips(self, time: float) -> Floats:

@@ -12,7 +12,7 @@ from pnt_gym.cells.base.core import Generators
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.tracking import brought_to_rest
-from pnt_gym.cells.line.acts import Act, Acts, Choice, act
+from pnt_gym.cells.line.acts import Act, Acts, Decision, act
 from pnt_gym.cells.line.chances import Chances, needed
 from pnt_gym.cells.line.choosing import IDLE, Chooser
 from pnt_gym.cells.line.config import LineConfig
@@ -104,6 +104,10 @@ class LineCell:
         if self.watched is None:
             self.watched = Acts(self.state.hand[0].copy(), float(self.state.clock[0]))
 
+    def unwatch(self) -> None:
+        """Keep nothing any more."""
+        self.throws.watched, self.watched = False, None
+
     @property
     def acts(self) -> Acts:
         """What they have done.
@@ -189,7 +193,7 @@ class LineCell:
         robot, start, one = int(taken.robot[0]), float(taken.start[0]), take(taken.context, np.zeros(1, dtype=np.int64))
         planner, index = self.chooser.robots_of(robot).planner, int(taken.index[0])
         x = self.stream.x[0, index] + self.config.cell.belt.speed * start - self.config.places()[robot]
-        done = Choice(
+        done = Decision(
             robot=robot,
             number=index,
             hand=before.hand[:1, robot],

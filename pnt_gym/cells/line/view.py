@@ -92,8 +92,9 @@ class LineView:
         raise ConfigError("a line is not shown in a window; film it")
 
     def close(self) -> None:
-        """Free the renderer; safe to call twice."""
+        """Free the renderer, and watch no more; safe to call twice."""
         self._canvas.close()
+        self._cell.unwatch()
 
     def scenes(self, fps: int = FPS) -> Iterator[Scene]:
         """What frames since the decision before show, undrawn; each holds until the next one is asked for."""

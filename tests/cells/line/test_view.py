@@ -265,5 +265,11 @@ def test_there_is_no_window_and_nothing_kept_that_nobody_watches():
     core = begun(LEVELS["one"])
     with pytest.raises(OrderError, match="open a view"):
         _ = core.cell.acts
+    view = core.view()
     with pytest.raises(ConfigError, match="window"):
-        core.view().show()
+        view.show()
+    core.step(np.zeros(1, dtype=np.int64))
+    assert len(core.cell.acts.made) == 1
+    view.close()
+    with pytest.raises(OrderError, match="open a view"):
+        list(view.scenes())
