@@ -10,23 +10,25 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
+from pnt_gym.cells.base.view import record_video
 from pnt_gym.cells.line.config import LineConfig
 
 from .cli import UsageError, at_least, option, run
 from .controllers import Learner, load_state, make_controller, save_state
 from .controllers.protocol import Controller
-from .environments import Env, make_vector
+from .environments import Env, make_vector, stream_seed
 from .evaluation import NUM_ENVS, evaluate, usual_picks, usual_practice
-from .files import check_writable, write_json, write_text
+from .files import VIDEOS, check_ending, check_writable, replace_file, write_json, write_text
 from .line.evaluation import SHIFTS
 from .line.evaluation import judged as shifts_judged
+from .line.film import SECONDS, decisions
 from .line.gantt import gantt
-from .line.making import line_controller, line_of, the_line
+from .line.making import line_controller, line_of, opened, the_line
 from .line.releasing import releaser
 from .tables import console, shifts_table, summary_table, throws_bar
 from .trained import setting
 
-OF_LINES = ("shifts", "release", "throws", "picture")
+OF_LINES = ("shifts", "release", "throws", "picture", "video")
 OF_THROWS = ("picks", "practice", "online", "load", "save")
 """Options that only one kind of environment has a use for."""
 
@@ -57,6 +59,8 @@ class Arguments:
     """What becomes of the throws of a line."""
     picture: Annotated[Path | None, option("none", "FILE.svg")] = None
     """Draw who took what in the first minute of a line's first shift."""
+    video: Annotated[Path | None, option("none", "FILE.mp4")] = None
+    """Film the first 12 s of a line's first shift; with --throws full the throws are those that are judged."""
     seed: int = 0
     """Names the objects; training and practice never see them, whatever their seed."""
     json: Annotated[Path | None, option("none", "FILE")] = None
@@ -80,9 +84,10 @@ class Arguments:
 def main(arguments: Arguments) -> None:
     """Evaluate, print the table, write the JSON."""
     at_least(vars(arguments), picks=1, shifts=1, seed=0, num_envs=1, threads=1, practice=0)
-    check_writable(arguments.json, arguments.save, arguments.picture)
+    check_writable(arguments.json, arguments.save, arguments.picture, arguments.video)
+    check_ending("video", arguments.video, VIDEOS)
     env_id, level, mode = setting(arguments.controller, arguments.env, arguments.level, arguments.action_mode)
-    with closing(opened(env_id, level, arguments, mode)) as env:
+    with closing(opened(env_id, level, arguments.num_envs, arguments.threads, mode, arguments.throws)) as env:
         if line_of(env) is not None:
             judge_line(env, env_id, arguments)
             return
@@ -101,25 +106,10 @@ def main(arguments: Arguments) -> None:
         console().print(f"every throw is in {arguments.json}")
 
 
-def opened(env_id: str, level: Any, arguments: Arguments, mode: str | None) -> Env:
-    """The environment, with throws as they are asked for on a line."""
-    env = make_vector(env_id, level, arguments.num_envs, arguments.threads, mode)
-    line = line_of(env)
-    if line is None or arguments.throws is None:
-        return env
-    env.close()
-    level = LineConfig.load(line.config, throws=arguments.throws)
-    return make_vector(env_id, level, arguments.num_envs, arguments.threads, mode)
-
-
 def judge_line(env: Env, env_id: str, arguments: Arguments) -> None:
     """Work shifts of a line, print the table, write the JSON."""
     check_settings(arguments, OF_THROWS, "goes with throws, and not with a line")
-    core = the_line(env)
-    if arguments.release is not None:
-        core.use(releaser(arguments.release, core))
-    controller = line_controller(arguments.controller, core)
-    controller.reset(arguments.seed)
+    controller = worker(env, arguments)
     shifts = SHIFTS if arguments.shifts is None else arguments.shifts
     with throws_bar() as bar:
         task = bar.add_task("shifts", total=shifts)
@@ -127,10 +117,30 @@ def judge_line(env: Env, env_id: str, arguments: Arguments) -> None:
     if arguments.picture is not None:
         write_text(arguments.picture, gantt(found))
     console().print(shifts_table(f"{controller.name} on {env_id}, level {found['level']}, {shifts} shifts", found))
+    if arguments.video is not None:
+        film(env_id, the_line(env).config, arguments, arguments.video)
     if arguments.json is not None:
         told = {"env": env_id, "controller": arguments.controller, "release": arguments.release or "analytic"}
         write_json(arguments.json, told | found)
         console().print(f"every decision is in {arguments.json}")
+
+
+def worker(env: Env, arguments: Arguments) -> Controller:
+    """Who decides on a line, whose throws are corrected as asked for."""
+    core = the_line(env)
+    if arguments.release is not None:
+        core.use(releaser(arguments.release, core))
+    controller = line_controller(arguments.controller, core)
+    controller.reset(arguments.seed)
+    return controller
+
+
+def film(env_id: str, level: LineConfig, arguments: Arguments, file: Path) -> None:
+    """Work the begin of the first shift once more, on one line, and film it."""
+    with closing(make_vector(env_id, level, 1, 1)) as env:
+        shown = decisions(worker(env, arguments), env, stream_seed("evaluate", arguments.seed), SECONDS)
+        replace_file(file, lambda path: record_video(the_line(env).view(), shown, path))
+    console().print(f"a film of its first shift is in {file}")
 
 
 def check_settings(arguments: Arguments, names: Sequence[str], said: str) -> None:

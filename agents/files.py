@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 import os
 import shutil
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import yaml
 
@@ -20,6 +20,11 @@ try:
     import fcntl
 except ImportError:  # Windows, where nothing is locked
     fcntl = None
+
+
+VIDEOS: Final = (".mp4", ".gif")
+PICTURES: Final = (".png", ".jpg", ".webp")
+"""Endings of files that can be drawn."""
 
 
 @contextmanager
@@ -98,6 +103,16 @@ def write_bytes(path: Path, data: bytes) -> None:
 def write_json(path: Path, data: Any, *, indent: int | None = 1) -> None:
     """Write data as JSON at once; a NaN in it is an error, not a file other tools cannot read."""
     write_text(path, json.dumps(data, indent=indent, allow_nan=False) + "\n")
+
+
+def check_ending(option: str, path: Path | None, endings: Sequence[str]) -> None:
+    """Make sure that the file of an option, if there is one, is of a kind that can be written.
+
+    Raises:
+        UsageError: it has another ending.
+    """
+    if path is not None and path.suffix.lower() not in endings:
+        raise UsageError(f"--{option} is {str(path)!r}; it must end in {' or '.join(endings)}")
 
 
 def check_writable(*paths: Path | None) -> None:

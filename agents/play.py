@@ -4,27 +4,25 @@ from __future__ import annotations
 
 from contextlib import closing
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 from typing import Annotated, Final, Literal
 
 import numpy as np
 import tyro
 
-from pnt_gym.cells.base.view import ThrowView, record_video
+from pnt_gym.cells.base.view import View, record_video
 from pnt_gym.engine import has_display
 
 from .cli import UsageError, at_least, option, run
 from .environments import find_environment
-from .files import check_writable, replace_file
-from .stage import Stage
+from .files import PICTURES, VIDEOS, check_ending, check_writable, replace_file
+from .line.film import SECONDS
+from .stage import PICKS, Stage
 from .tables import console
 from .trained import setting
 
 RATE: Final = 60
 """Frames per second among which a picture is chosen."""
-ENDINGS: Final = {"video": (".mp4", ".gif"), "picture": (".png", ".jpg", ".webp")}
-"""Of the files that can be written."""
 
 
 @dataclass(frozen=True)
@@ -51,10 +49,12 @@ class Arguments:
     """Show the throws live, with their figures, until the viewer is closed; level and controller can be changed there.
     native opens a window, web serves a page for browsers, from a machine without a display too: anybody who reaches its
     port can use it."""
-    picks: int = 5
-    """Throws of a video."""
+    throws: Annotated[Literal["table", "flight", "full"] | None, option("the level's own", "table|flight|full")] = None
+    """What becomes of the throws of a line."""
+    picks: Annotated[int | None, option(f"{PICKS}; of a line those of {SECONDS:g} s", "N")] = None
+    """Throws of a video, or decisions of a line."""
     at: float = 0.4
-    """Moment of the picture, after the throw's first motion [s]."""
+    """Moment of the picture, after the throw's first motion, or of a line's shift [s]."""
     slow: int = 1
     """How many times slower than in truth the video runs."""
     seed: int = 0
@@ -70,27 +70,25 @@ def main(arguments: Arguments) -> None:
     if len(wanted) != 1:
         raise UsageError("give one of --video FILE.mp4, --picture FILE.png and --viewer native|web")
     check_writable(arguments.video, arguments.picture)
-    for name, endings in ENDINGS.items():
-        path: Path | None = getattr(arguments, name)
-        if path is not None and path.suffix.lower() not in endings:
-            raise UsageError(f"--{name} is {str(path)!r}; it must end in {' or '.join(endings)}")
+    check_ending("video", arguments.video, VIDEOS)
+    check_ending("picture", arguments.picture, PICTURES)
     if arguments.viewer is not None:
         show(arguments, arguments.viewer)
         return
     with closing(stage_of(arguments, arguments.controller, arguments.level)) as stage:
         if arguments.video is not None:
-            throws = islice(stage.throws, arguments.picks)
+            throws = stage.filmed(arguments.picks)
             replace_file(arguments.video, lambda path: record_video(stage.view, throws, path, slow=arguments.slow))
-            console().print(f"video of {arguments.picks} throws in {arguments.video}")
+            console().print(f"video in {arguments.video}")
         elif arguments.picture is not None:
-            next(stage.throws)
+            stage.advance(arguments.at)
             replace_file(arguments.picture, lambda path: save_picture(stage.view, path, arguments.at))
             console().print(f"picture of a throw in {arguments.picture}")
 
 
 def stage_of(arguments: Arguments, controller: str, level: str | None) -> Stage:
     """What is filmed or shown, with a controller and a level that a viewer may have changed."""
-    return Stage(controller, arguments.env, level, arguments.seed, trust=arguments.trust)
+    return Stage(controller, arguments.env, level, arguments.seed, trust=arguments.trust, throws=arguments.throws)
 
 
 def show(arguments: Arguments, viewer: str) -> None:
@@ -108,8 +106,8 @@ def show(arguments: Arguments, viewer: str) -> None:
     watch(lambda choice: stage_of(arguments, choice.controller, choice.level), first, "web" if viewer == "web" else "")
 
 
-def save_picture(view: ThrowView, path: Path, moment: float) -> None:
-    """The last throw at a moment [s]; at its end if that is later."""
+def save_picture(view: View, path: Path, moment: float) -> None:
+    """The last throw, or the line, at a moment [s]; at the end of what was thrown if that is later."""
     from PIL import Image  # noqa: PLC0415 - only pictures need it
 
     Image.fromarray(view.at(moment, RATE)).save(path)

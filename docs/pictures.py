@@ -1,6 +1,7 @@
 """Moving pictures of all environments, for the site and the README: `make pictures`, or `python docs/pictures.py`.
 
-Every film is a few throws of a controller, the planned flight in blue and the flown one in orange.
+Every film is a few throws of a controller, the planned flight in blue and the flown one in orange; of a line it is the
+begin of a shift, every throw simulated.
 """
 
 from __future__ import annotations
@@ -25,17 +26,17 @@ from agents.environments import core_of, make_vector, stream_seed  # noqa: E402
 from agents.evaluation import practise, thrown, usual_practice  # noqa: E402
 from agents.files import replace_file, write_text  # noqa: E402
 from agents.line.evaluation import judged  # noqa: E402
-from agents.line.film import acts  # noqa: E402
-from agents.line.film import frames as line_frames  # noqa: E402
+from agents.line.film import decisions  # noqa: E402
 from agents.line.gantt import gantt  # noqa: E402
-from agents.line.making import line_controller, the_line  # noqa: E402
+from agents.line.making import line_controller, opened, the_line  # noqa: E402
+from pnt_gym.cells.base.canvas import Picture  # noqa: E402
 
 FOLDER: Final = ROOT / "docs" / "pictures"
 SIZE: Final = (480, 270)
 """Width and height of a frame [pixels]; one of another shape keeps it, at this width."""
 RATE: Final = 15
 """Frames per second."""
-MOST_BYTES: Final = 400_000
+MOST_BYTES: Final = 700_000
 QUALITIES: Final = (60, 45, 30, 20)
 """Of WebP; the first one that keeps a film below `MOST_BYTES` is taken."""
 
@@ -70,8 +71,8 @@ FILMS: Final = {
 }
 
 
-LINE: Final = ("PnTLine-v0", "skills3", "price", 12.0)
-"""The environment that is seen from above, its level, who decides, and for how many seconds."""
+LINE: Final = ("PnTLine-v0", "skills3", "price", 6.0)
+"""The environment of lines, its level, who decides, and for how many seconds it is filmed, every throw simulated."""
 
 
 def main() -> None:
@@ -80,7 +81,7 @@ def main() -> None:
         path = FOLDER / f"{env_id}.webp"
         if env_id == LINE[0]:
             who_took_what()
-        size = save(list(from_above() if env_id == LINE[0] else frames(env_id, FILMS[env_id])), path)
+        size = save(list(line_at_work() if env_id == LINE[0] else frames(env_id, FILMS[env_id])), path)
         print(f"{path.relative_to(ROOT)}: {size / 1000:.0f} KB")
 
 
@@ -99,14 +100,19 @@ def frames(env_id: str, film: Film) -> Iterator[NDArray[np.uint8]]:
         env.close()
 
 
-def from_above() -> Iterator[NDArray[np.uint8]]:
-    """Frames of a line at work."""
+def line_at_work() -> Iterator[NDArray[np.uint8]]:
+    """Frames of a line from the begin of a shift on."""
     env_id, level, name, seconds = LINE
-    env = make_vector(env_id, level, num_envs=1, threads=1)
+    env = opened(env_id, level, 1, 1, throws="full")
     core = the_line(env)
-    made = acts(line_controller(name, core), env, core, seconds, stream_seed("evaluate", 0))
-    yield from line_frames(core, made, seconds, RATE)
-    env.close()
+    view = core.view()
+    view.aim(Picture.of(2 * SIZE[0], 2 * SIZE[1], None))
+    try:
+        for _ in decisions(line_controller(name, core), env, stream_seed("evaluate", 0), seconds):
+            yield from view.last_throw(RATE)
+    finally:
+        view.close()
+        env.close()
 
 
 def who_took_what() -> None:

@@ -7,12 +7,13 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
+from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.core import LineCore
 from pnt_gym.errors import one_sentence
 
 from ..cli import UsageError
 from ..controllers.protocol import Controller
-from ..environments import Env
+from ..environments import Env, make_vector
 from ..scorer import Scorer
 from .looking import Beam
 from .rules import Anything, Index
@@ -46,6 +47,24 @@ def the_line(env: Env) -> LineCore:
     core = line_of(env)
     assert core is not None
     return core
+
+
+def opened(
+    env_id: str, level: Any, num_envs: int, threads: int, mode: str | None = None, throws: str | None = None
+) -> Env:
+    """An environment as `make_vector` opens it, on a line with throws as they are asked for.
+
+    Raises:
+        UsageError: throws are asked for, and there is no line.
+    """
+    env = make_vector(env_id, level, num_envs, threads, mode)
+    if throws is None:
+        return env
+    line = line_of(env)
+    env.close()
+    if line is None:
+        raise UsageError("--throws goes with a line, such as PnTLine-v0")
+    return make_vector(env_id, LineConfig.load(line.config, throws=throws), num_envs, threads, mode)
 
 
 def line_controller(name: str, core: LineCore, **options: Any) -> Controller:

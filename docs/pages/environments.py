@@ -74,7 +74,7 @@ def page(env_id: str) -> str:
         ("Many", f'`gymnasium.make_vec("{env_id}", num_envs=64)`'),
     ]
     first, manual = _manual(env_id).split("\n", 1)
-    shown = "a shift, seen from above" if env_id in TIMED else "throws of a controller that has learned"
+    shown = "a line at work, every throw simulated" if env_id in TIMED else "throws of a controller that has learned"
     picture = f"![{env_id}: {shown}](../pictures/{env_id}.webp)"
     return "\n\n".join([f"# {env_id}", first, picture, table(("", ""), facts), manual.strip()])
 

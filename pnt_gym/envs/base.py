@@ -19,7 +19,7 @@ from pnt_gym.cells.base.canvas import FPS, RENDER_MODES, SIZE, Picture
 from pnt_gym.cells.base.config import Level, describes_a_cell, written
 from pnt_gym.cells.base.core import Cell, Core, Generators, Step
 from pnt_gym.cells.base.request import ANYTHING, ASKED, Request, requested
-from pnt_gym.cells.base.view import ThrowView
+from pnt_gym.cells.base.view import View
 from pnt_gym.engine import has_display
 from pnt_gym.errors import ActionError, ConfigError, one_sentence
 
@@ -74,7 +74,7 @@ class Behind(Protocol):
         """One step in every row."""
         ...
 
-    def view(self) -> ThrowView:
+    def view(self) -> View:
         """Pictures."""
         ...
 
@@ -137,7 +137,7 @@ class Facade:
 
     core: Behind
     _picture: Picture
-    _view: ThrowView | None = None
+    _view: View | None = None
     _spec: EnvSpec | None = None
     _family: ClassVar[str] = ""
     """The manual of the family, before anything takes its place in it."""
@@ -169,7 +169,7 @@ class Facade:
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_view": None}
 
-    def _opened_view(self) -> ThrowView:
+    def _opened_view(self) -> View:
         if self._view is None:
             self._view = self.core.view()
             if self._picture != Picture():

@@ -7,6 +7,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 from numpy.typing import NDArray
 
+from pnt_gym.cells.base.canvas import FPS
 from pnt_gym.cells.base.config import Level, describes_a_cell
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.core import MODE, LineCore
@@ -90,16 +91,21 @@ class PnTLineEnv(CoreEnv, observes=LineTables()):
     | `action_mode` | str or None | None | there is one, `choice` |
     {arguments}
 
-    `reset` takes no request for an item or a target here. There are no pictures of a line: `render_mode` is None.
-    `core.use(policy)` of the unwrapped environment has throws corrected by a policy of PnTRelease-v0, where they are
-    simulated.
+    `reset` takes no request for an item or a target here. `core.use(policy)` of the unwrapped environment has throws
+    corrected by a policy of PnTRelease-v0, where they are simulated.
+
+    Of a single line there are pictures: `rgb_array` is the line at the moment of the decision, `rgb_array_list` what
+    has happened since the decision before, so that the lists of a shift are one film at its true rate. Hands go to
+    their objects as planned. With `throws: full` the throw that was simulated is shown, with `flight` the same throw
+    with the robot simulated too. With `table` nothing was thrown: the hand moves as planned, the object flies without
+    air from the planned release to the middle of its bin, lies there if the table has it so, and is gone if not.
 
     ## Version History
 
     * v0: first version.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": []}  # pyright: ignore[reportIncompatibleVariableOverride]
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array", "rgb_array_list"], "render_fps": FPS}  # pyright: ignore[reportIncompatibleVariableOverride]
 
     core: LineCore
 
@@ -116,4 +122,4 @@ class PnTLineEnv(CoreEnv, observes=LineTables()):
         return self.core.masks()[0]
 
 
-PnTLineVectorEnv = vector_form(PnTLineEnv)
+PnTLineVectorEnv = vector_form(PnTLineEnv, pictured=False)

@@ -211,13 +211,18 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         return {key: value for name, values in info.items() for key, value in ((name, values), (f"_{name}", mask))}
 
 
-def vector_form(single: type[CoreEnv]) -> type[ThrowVectorEnv]:
-    """The vector form of `SomethingEnv`, to be called `SomethingVectorEnv` in the same module."""
+def vector_form(single: type[CoreEnv], pictured: bool = True) -> type[ThrowVectorEnv]:
+    """The vector form of `SomethingEnv`, to be called `SomethingVectorEnv` in the same module.
+
+    Args:
+        single: of one cell.
+        pictured: whether many can be drawn as well as one.
+    """
     name = f"{single.__name__.removesuffix('Env')}VectorEnv"
     manual = f"N cells of `{single.__name__}` on one batch of simulations; row i of seed s is that one of seed s + i."
     metadata = {
         **ThrowVectorEnv.metadata,
-        "render_modes": [m for m in single.metadata["render_modes"] if m == "rgb_array"],
+        "render_modes": [m for m in single.metadata["render_modes"] if pictured and m == "rgb_array"],
     }
     form = {"single": single, "metadata": metadata, "__doc__": manual, "__module__": single.__module__}
     return type(name, (ThrowVectorEnv,), form)

@@ -21,7 +21,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 README = (DOCS.parent / "README.md").read_text(encoding="utf-8")
-MOST_BYTES = 400_000
+MOST_BYTES = 700_000
 
 
 def names(text):

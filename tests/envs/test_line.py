@@ -166,11 +166,11 @@ def test_decisions_of_a_seed_reproduce_and_other_seeds_differ():
     assert told(4) != told(5)
 
 
-def test_a_line_has_no_pictures_and_no_other_way_to_act():
+def test_a_line_has_no_window_and_no_other_way_to_act():
     env = made()
-    assert env.metadata["render_modes"] == []
+    assert env.metadata["render_modes"] == ["rgb_array", "rgb_array_list"]
     assert env.render() is None
-    with pytest.raises(ConfigError, match="render_mode is 'human'; it must be one of None"):
+    with pytest.raises(ConfigError, match="render_mode is 'human'; it must be one of rgb_array, rgb_array_list, None"):
         PnTLineEnv(render_mode="human")
     with pytest.raises(ConfigError, match="action_mode is 'release_point'; a line has 'choice'"):
         made(action_mode="release_point")

@@ -20,7 +20,8 @@ Scene = tuple[MjModel, MjData, list[Marker]]
 """Model, state, and what is drawn beside them."""
 _PLANNED: Final = np.array([0.10, 0.45, 0.90, 0.9])
 _GOAL: Final = np.array([0.20, 0.70, 0.35, 0.9])
-_FLOWN: Final = np.array([0.95, 0.35, 0.10, 1.0])
+FLOWN: Final = np.array([0.95, 0.35, 0.10, 1.0])
+"""Of the dots of a flown flight."""
 
 
 class Filmed(Protocol):
@@ -46,6 +47,35 @@ class Filmed(Protocol):
     def markers_at(self, time: float) -> list[Marker]:
         """What is drawn beside the simulation in the recorded throw, after a time [s]."""
         ...
+
+
+class View(Protocol):
+    """What an environment and a film need of pictures."""
+
+    def aim(self, picture: Picture) -> None:
+        """Picture otherwise from now on."""
+
+    def frame(self, row: int = 0) -> Frame:
+        """What is coming in one row, (height, width, 3)."""
+        ...
+
+    def last_throw(self, fps: int = FPS) -> list[Frame]:
+        """Frames of the last step of row 0 at true rate."""
+        ...
+
+    def at(self, moment: float, fps: int = FPS) -> Frame:
+        """What is shown at a moment of it [s]."""
+        ...
+
+    def render(self, mode: str) -> Frame | list[Frame]:
+        """What Gymnasium's `render` returns for rgb_array and rgb_array_list."""
+        ...
+
+    def show(self) -> None:
+        """Play the last step in a window in real time."""
+
+    def close(self) -> None:
+        """Free what draws; safe to call twice."""
 
 
 @final
@@ -141,14 +171,14 @@ class ThrowView:
         goal = [self._goal(recording.target)]
         planned = [Marker.dot(p, _PLANNED, 0.006 * self._dots) for p in recording.plan]
         for data, trail in recording.play(1.0 / fps):
-            flown = [Marker.dot(p, _FLOWN, 0.008 * self._dots) for p in trail]
+            flown = [Marker.dot(p, FLOWN, 0.008 * self._dots) for p in trail]
             yield recording.model, data, goal + planned + flown + self._cell.markers_at(float(data.time))
 
     def _goal(self, target: Floats) -> Marker:
         return Marker.dot(target, _GOAL, 0.016 * self._dots)
 
 
-def record_video(view: ThrowView, throws: Iterable[object], path: str | Path, fps: int = FPS, slow: int = 1) -> Path:
+def record_video(view: View, throws: Iterable[object], path: str | Path, fps: int = FPS, slow: int = 1) -> Path:
     """Write a video of throws, at true rate or slower.
 
     Args:
@@ -170,7 +200,7 @@ def record_video(view: ThrowView, throws: Iterable[object], path: str | Path, fp
         raise ConfigError("a video needs at least one throw, got 0")
     target = Path(path)
     target.parent.mkdir(parents=True, exist_ok=True)
-    writer.imwrite(target, np.stack(frames), fps=fps, codec="libx264")
+    writer.imwrite(target, frames, fps=fps, codec="libx264")
     return target
 
 

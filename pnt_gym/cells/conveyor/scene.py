@@ -105,7 +105,7 @@ def build_scene(config: ConveyorConfig, rods: str = "four") -> Scene:
     """
     spec = _empty_stage(config)
     robot = add_t3kr(spec, rods="eight" if rods == "eight" else "four")
-    _add_cup(spec, lip_length(config))
+    add_cup(spec, lip_length(config))
     _add_object_and_bins(spec, config)
     _add_grip(spec, config)
     _add_object_sensors(spec)
@@ -194,8 +194,7 @@ def _empty_stage(config: ConveyorConfig) -> MjSpec:
 
 def _add_object_and_bins(spec: MjSpec, config: ConveyorConfig) -> None:
     _add_object(spec)
-    for index, (x, y, size) in enumerate(_bin_places(config)):
-        _add_bin(spec, index, (x, y), size, config.bins)
+    add_bins(spec, config)
 
 
 def _ids(model: MjModel, config: ConveyorConfig) -> dict[str, Any]:
@@ -215,8 +214,13 @@ def _add_stage(spec: MjSpec, config: ConveyorConfig) -> None:
     """Light, floor and belt."""
     light_stage(spec, ambient=0.35, diffuse=0.45)
     spec.worldbody.add_light(pos=[0.6, -1.4, 1.6], dir=[-0.3, 0.6, -1.0], diffuse=np.full(3, 0.5))
+    add_ground(spec, config, 3.0)
+
+
+def add_ground(spec: MjSpec, config: ConveyorConfig, half: float) -> None:
+    """Belt and floor; the floor is drawn `half` [m] to every side."""
     ground = config.bins.rim - config.bins.depth - config.bins.wall - FLOOR_DROP
-    add_floor(spec, min(ground, config.belt.height - 0.3), 3.0, solref=SURROUNDINGS_SOLREF)
+    add_floor(spec, min(ground, config.belt.height - 0.3), half, solref=SURROUNDINGS_SOLREF)
     belt = config.belt
     spec.worldbody.add_geom(
         name="belt",
@@ -229,7 +233,7 @@ def _add_stage(spec: MjSpec, config: ConveyorConfig) -> None:
     )
 
 
-def _add_cup(spec: MjSpec, lip: float) -> None:
+def add_cup(spec: MjSpec, lip: float) -> None:
     """The cup stays solid after the release: an object that is touched again is really touched.
 
     A lip of some length [m] that yields touches nothing, and is only seen.
@@ -306,6 +310,12 @@ def _add_spring(spec: MjSpec) -> None:
         spring.set_to_motor()
         spring.gaintype = mujoco.mjtGain.mjGAIN_AFFINE
         spring.gainprm = np.zeros(10)
+
+
+def add_bins(spec: MjSpec, config: ConveyorConfig) -> None:
+    """Bodies `bin_0` and on, each with the panels of `bin_panels`."""
+    for index, (x, y, size) in enumerate(_bin_places(config)):
+        _add_bin(spec, index, (x, y), size, config.bins)
 
 
 def _add_bin(spec: MjSpec, index: int, centre: tuple[float, float], size: tuple[float, float], bins: Bins) -> None:

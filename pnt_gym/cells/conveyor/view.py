@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from pnt_gym.arrays import Floats
+from pnt_gym.arrays import Floats, take
 from pnt_gym.cells.base.canvas import Marker
 from pnt_gym.cells.base.fluid import geom_placement, lying_size
 from pnt_gym.cells.base.sorting import Belt
@@ -29,13 +29,24 @@ def objects_on_belt(upstream: tuple[Objects, Floats] | None, belt: Belt, time: f
         return []
     objects, centre = upstream
     moved = centre + np.array([belt.speed * time, 0.0, 0.0])
+    seen = np.flatnonzero((moved[:, 0] >= belt.x[0]) & (moved[:, 0] <= belt.x[1]))
+    return drawn(take(objects, seen), moved[seen], lying(objects.yaw[seen]))
+
+
+def lying(yaw: Floats) -> Floats:
+    """Attitudes of objects on the belt (K, 4), w first, by their yaw (K,) [rad]."""
+    zero = np.zeros_like(yaw)
+    return np.stack([np.cos(yaw / 2), zero, zero, np.sin(yaw / 2)], axis=-1)
+
+
+def drawn(objects: Objects, centre: Floats, attitude: Floats) -> list[Marker]:
+    """Objects (K,) as they look, with the middles of their extents (K, 3) [m] and their attitudes (K, 4)."""
     place = geom_placement(objects.shape, lying_size(objects.shape, objects.size))
     rgba = ITEM_RGBA.take(objects.kind, axis=0, mode="wrap")
     turned, frame = np.zeros(4), np.zeros(9)
     markers: list[Marker] = []
-    for k in np.flatnonzero((moved[:, 0] >= belt.x[0]) & (moved[:, 0] <= belt.x[1])):
-        half = objects.yaw[k] / 2
-        mujoco.mju_mulQuat(turned, np.array([np.cos(half), 0.0, 0.0, np.sin(half)]), place.quat[k])
+    for k in range(len(centre)):
+        mujoco.mju_mulQuat(turned, attitude[k], place.quat[k])
         mujoco.mju_quat2Mat(frame, turned)
-        markers.append(Marker(int(place.type[k]), place.size[k], moved[k], frame.copy(), rgba[k]))
+        markers.append(Marker(int(place.type[k]), place.size[k], centre[k], frame.copy(), rgba[k]))
     return markers

@@ -12,13 +12,14 @@ from pnt_gym.cells.base.core import Generators
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.tracking import brought_to_rest
+from pnt_gym.cells.line.acts import Act, Acts, Decision, act
 from pnt_gym.cells.line.chances import Chances, needed
 from pnt_gym.cells.line.choosing import IDLE, Chooser
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.state import Fate, Shift
 from pnt_gym.cells.line.stream import Arriving, turned
 from pnt_gym.cells.line.throws import Made, TableThrows, Thrower, ThrownThrows
-from pnt_gym.errors import ConfigError
+from pnt_gym.errors import ConfigError, OrderError
 
 MOST_LOOKS: Final = 100_000
 """Looks in a row that find nothing before a line is declared impossible."""
@@ -75,6 +76,8 @@ class LineCell:
         self.arriving = Arriving(config, self.chooser.planner)
         self.throws: Thrower = _throws(config, cells, self.chances, count, threads)
         self.generators: Generators = [np.random.default_rng(0) for _ in range(count)]
+        self.watched: Acts | None = None
+        """What the robots of the first line do, for pictures; None keeps nothing."""
         self.stream = self.arriving.nothing(count)
         """What comes along the belts in this shift."""
         self.state = self._begun(count)
@@ -92,6 +95,29 @@ class LineCell:
         self.stream = self.arriving.drawn(self.stream, rows, generators)
         self.state = replaced(self.state, rows, self._begun(len(rows)))
         self.state = self._on(self.state, rows)
+        if self.watched is not None and (rows == 0).any():
+            self.watched = Acts(self._begun(1).hand[0])
+
+    def watch(self) -> None:
+        """Keep what the robots of the first line do from now on, for pictures."""
+        self.throws.watched = True
+        if self.watched is None:
+            self.watched = Acts(self.state.hand[0].copy(), float(self.state.clock[0]))
+
+    def unwatch(self) -> None:
+        """Keep nothing any more."""
+        self.throws.watched, self.watched = False, None
+
+    @property
+    def acts(self) -> Acts:
+        """What they have done.
+
+        Raises:
+            OrderError: nobody watches.
+        """
+        if self.watched is None:
+            raise OrderError("nobody watches this line; open a view of it first")
+        return self.watched
 
     @property
     def context(self) -> Shift:
@@ -113,6 +139,15 @@ class LineCell:
         Args:
             choice: which of the choices, (N,) from 0 to `CHOICES` - 1.
         """
+        before = self.state
+        taken = self._taken(choice)
+        if self.watched is not None:
+            more = self._act(before, taken, int(choice[0])) if taken.valid[0] else None
+            self.watched = self.watched.then(float(before.clock[0]), more)
+        return taken
+
+    def _taken(self, choice: Ints) -> Taken:
+        """Decisions (N,) carried out."""
         state, rows = self.state, np.arange(self.count)
         choices, robot = state.choices, state.robot
         valid = choices.real[rows, choice]
@@ -152,6 +187,26 @@ class LineCell:
             value=value,
             elapsed=elapsed,
         )
+
+    def _act(self, before: Shift, taken: Taken, choice: int) -> Act:
+        """What is seen of the first line's decision."""
+        robot, start, one = int(taken.robot[0]), float(taken.start[0]), take(taken.context, np.zeros(1, dtype=np.int64))
+        planner, index = self.chooser.robots_of(robot).planner, int(taken.index[0])
+        x = self.stream.x[0, index] + self.config.cell.belt.speed * start - self.config.places()[robot]
+        done = Decision(
+            robot=robot,
+            number=index,
+            hand=before.hand[:1, robot],
+            place=planner.pick_point(one.objects, np.array([x])),
+            start=start,
+            lift=start + float(before.choices.lift[0, choice]),
+            end=float(taken.end[0]),
+            context=one,
+            picked=bool(taken.made.picked[0]),
+            lies=bool(taken.made.ended_in[0] >= 0),
+        )
+        tip = self.acts.tips(start)[robot] - before.hand[0, robot]
+        return act(done, tip, planner.config, planner.mover, self.throws.recording)
 
     def _made(self, rows: Ints, context: Context, index: Ints) -> Made:
         """What becomes of the throws of some lines, of N; nothing of the others."""

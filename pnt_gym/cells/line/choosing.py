@@ -51,6 +51,10 @@ class Chooser:
         """Of the robot with the most bins; but for how full those are, all draw alike."""
         return max((kind.planner for kind in self._kinds), key=lambda planner: len(planner.areas))
 
+    def robots_of(self, robot: int) -> Robots:
+        """Those that one is like."""
+        return self._kinds[int(self._kind_of[robot])]
+
     def begin(self) -> Floats:
         """Where hands stand when a shift begins (3,) [m]."""
         return self._kinds[0].begin()

@@ -14,13 +14,13 @@ from pnt_gym.arrays import Bools, Ints
 from pnt_gym.cells.base.core import MOST_CELLS, MOST_THREADS, Generators, Step, whole_number
 from pnt_gym.cells.base.features import CLIP
 from pnt_gym.cells.base.request import ANYTHING, Request
-from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.cells.line.cell import LineCell, Taken
 from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig
 from pnt_gym.cells.line.observation import ENTRIES, Glance, encoded
 from pnt_gym.cells.line.outcome import told
 from pnt_gym.cells.line.state import CHOICES, Shift
 from pnt_gym.cells.line.throws import Release, ThrownThrows
+from pnt_gym.cells.line.view import LineView
 from pnt_gym.errors import ActionError, ConfigError, one_sentence
 
 MODE: Final = "choice"
@@ -117,13 +117,13 @@ class LineCore:
         info = {**_told(taken), **self._measured(taken), **self._shifts(ended), **self.kinds()}
         return Step(self.observe(), reward, ended, info)
 
-    def view(self) -> ThrowView:
-        """There are none.
+    def view(self) -> LineView:
+        """Pictures of the line, whose robots are watched from now on.
 
         Raises:
-            ConfigError: always.
+            ConfigError: there are several lines.
         """
-        raise ConfigError("a line has no pictures yet")
+        return LineView(self.cell)
 
     def _measured(self, taken: Taken) -> dict[str, NDArray[Any]]:
         """What only a throw that is simulated tells."""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints, replaced, take
 from pnt_gym.cells.base.core import Core
+from pnt_gym.cells.base.plant import Recording
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
@@ -49,6 +50,11 @@ class Made:
 
 class Thrower(ABC):
     """Abstract: carries throws out."""
+
+    watched: bool = False
+    """Whether the first line's simulated throws are kept, for pictures."""
+    recording: Recording | None = None
+    """Its last throw; None where it was not simulated, or nobody watches."""
 
     @abstractmethod
     def made(self, rows: Ints, robots: Ints, thrown: Context, luck: Floats) -> Made:
@@ -111,7 +117,7 @@ class ThrownThrows(Thrower):
 
     def made(self, rows: Ints, robots: Ints, thrown: Context, luck: Floats) -> Made:
         """As the conveyor's physics has it, with the hand on its way back to where it came from."""
-        result = Made.nothing(len(rows))
+        result, self.recording = Made.nothing(len(rows)), None
         for index, core in enumerate(self.cores):
             own = np.flatnonzero(self._same[robots] == index)
             if own.size > 0:
@@ -121,11 +127,14 @@ class ThrownThrows(Thrower):
     def _by(self, core: Core, rows: Ints, thrown: Context) -> Made:
         """Throws of some rows of a cell; what the other rows throw is nobody's."""
         cell = cast("ConveyorCell", core.cell)
+        cell.plant.record_row = 0 if self.watched and rows[0] == 0 else None
         cell.context = replaced(cell.context, rows, _of_own_bins(thrown, len(cell.config.bins.fixed)))
         action: Any = np.zeros((core.count, *core.action_space.shape))
         if self.release is not None:
             action = self.release(core.observe(), cell.context.kind)
         outcome = core.preview(action, jitter=True)
+        if cell.plant.record_row is not None:
+            self.recording = cell.plant.recording
         return Made(
             picked=outcome.picked[rows],
             is_success=outcome.is_success[rows],

@@ -6,8 +6,8 @@ rod of double mass and the slides keep the platform level; with eight rods the p
 only the parallelograms hold it.
 """
 
-from dataclasses import dataclass
-from typing import Literal, final
+from dataclasses import dataclass, replace
+from typing import Literal, Self, final
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from pnt_gym.robots.t3kr.geometry import N_ARMS, T3KR, T3krGeometry
 from pnt_gym.robots.t3kr.visuals import dress_arm, dress_base, dress_platform, dress_rod
 
 Rods = Literal["four", "eight"]
+_LISTS = ("joints", "arm_joints", "actuators", "equalities")
 
 CONTROLS_PER_MOTOR = 3
 """Position (rad), velocity (rad/s) and feed-forward torque (N m)."""
@@ -61,6 +62,11 @@ class T3krHandles:
     def rods_per_arm(self) -> int:
         """1 or 2."""
         return len(self.equalities) // N_ARMS
+
+    def prefixed(self, prefix: str) -> Self:
+        """The names that a robot has once its specification is attached to another one with a prefix."""
+        lists = {name: tuple(prefix + one for one in getattr(self, name)) for name in _LISTS}
+        return replace(self, platform=prefix + self.platform, tcp=prefix + self.tcp, **lists)
 
 
 def add_t3kr(spec: MjSpec, geometry: T3krGeometry = T3KR, rods: Rods = "four") -> T3krHandles:

@@ -1,0 +1,129 @@
+"""A line as one MuJoCo model, to be looked at: every robot with its cup and its bins, and the belt that they share.
+
+Nothing is simulated in it: hands are put where they are, and objects are drawn beside it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.arrays import Floats, Ints
+from pnt_gym.cells.base.sorting import Belt
+from pnt_gym.cells.base.stage import BELT_THICKNESS, ITEM_RGBA, light_stage
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.scene import add_bins, add_cup, add_ground, lip_length
+from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.engine import MjData, MjModel, MjSpec, mujoco
+from pnt_gym.robots.brush import FIXED_GROUP, MOTOR, PAINT, STEEL, Brush
+from pnt_gym.robots.t3kr.kinematics import closed_pose
+from pnt_gym.robots.t3kr.model import T3krHandles, add_t3kr, qpos_columns
+
+MARGIN: Final = 0.5
+"""The belt is seen so far beyond the outermost windows, at its begin at least from where the camera stands [m]."""
+CLEAR: Final = 0.35
+"""Opacity of bins, so that what lies in them is seen."""
+UNUSED_RGBA: Final = (0.62, 0.64, 0.66, CLEAR)
+"""Of a bin that its robot brings nothing to."""
+GROUND: Final = 9.0
+"""Half of the floor's side as it is drawn [m]."""
+ABOVE: Final = 0.14
+"""The mounting plate's upper side above the motors [m]."""
+STAND: Final = 0.45
+"""Posts stand so far beside the belt, where no arm swings [m]."""
+HOOD: Final = (0.16, 0.30)
+"""Half the length along the belt, and the height, of what hides where objects come from and go to [m]."""
+
+
+@final
+@dataclass(frozen=True)
+class LineScene:
+    """The compiled line, and where its robots' joints stand in it."""
+
+    model: MjModel
+    data: MjData
+    columns: Ints
+    """Of qpos, for each robot those that `closed_pose` fills (R, 15)."""
+    belt: tuple[float, float]
+    """From where to where it is seen along x [m]."""
+
+    def pose(self, tips: Floats) -> None:
+        """Put the tips of the robots' cups at places (R, 3) [m], each from its robot's base."""
+        self.data.qpos[self.columns] = closed_pose(tips)
+        mujoco.mj_kinematics(self.model, self.data)
+        mujoco.mj_camlight(self.model, self.data)
+
+
+def build_scene(config: LineConfig) -> LineScene:
+    """Compile the line."""
+    spec, belt = mujoco.MjSpec(), extent(config)
+    _add_surroundings(spec, config, belt)
+    handles = [_add_robot(spec, config, index) for index in range(len(config.robots))]
+    model = spec.compile()
+    columns = np.stack([qpos_columns(model, robot) for robot in handles])
+    return LineScene(model, mujoco.MjData(model), columns, belt)
+
+
+def extent(config: LineConfig) -> tuple[float, float]:
+    """From where to where the belt is seen along x [m]."""
+    low, high = config.reach
+    return min(low, config.robots[0].x + config.cell.belt.pick_x[0] - MARGIN), high + MARGIN
+
+
+def _add_surroundings(spec: MjSpec, config: LineConfig, belt: tuple[float, float]) -> None:
+    """Light, floor, the belt and what it stands on."""
+    light_stage(spec, ambient=0.42, diffuse=0.26)
+    spec.stat.center, spec.stat.extent = [sum(belt) / 2, 0.0, -0.3], (belt[1] - belt[0]) / 2 + 1.0
+    spec.visual.map.shadowclip = 2.0  # else the shadows' borders are seen on the floor
+    sun = {"diffuse": np.full(3, 0.42), "specular": np.full(3, 0.2)}
+    light = spec.worldbody.add_light(pos=[sum(belt) / 2, 1.2, 3.0], dir=[0.20, -0.35, -1.0], **sun)
+    light.type = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
+    own = config.cell.belt
+    add_ground(spec, config.cell.model_copy(update={"belt": own.model_copy(update={"x": belt})}), GROUND)
+    _add_frame(Brush(spec.worldbody.add_body(name="frame"), FIXED_GROUP), own, belt, float(spec.geom("floor").pos[2]))
+
+
+def _add_frame(brush: Brush, own: Belt, belt: tuple[float, float], floor: float) -> None:
+    """The belt's frame down to the floor, and hoods over both ends."""
+    middle, width = sum(own.y) / 2, (own.y[1] - own.y[0]) / 2
+    length, top = (belt[1] - belt[0]) / 2, own.height - BELT_THICKNESS
+    brush.box((sum(belt) / 2, middle, (top + floor) / 2), (length - 0.02, width - 0.05, (top - floor) / 2), MOTOR)
+    for y in own.y:
+        brush.box((sum(belt) / 2, y, top + BELT_THICKNESS / 2), (length, 0.012, BELT_THICKNESS / 2 + 0.004), STEEL)
+    half, height = HOOD
+    for x in (belt[0] + half, belt[1] - half):
+        brush.box((x, middle, own.height + height / 2), (half, width + 0.03, height / 2), PAINT)
+        brush.box((x, middle, own.height + height), (half + 0.01, width + 0.04, 0.008), STEEL)
+
+
+def _add_stand(spec: MjSpec, robot: T3krHandles, belt: Belt, floor: float) -> None:
+    """What a robot hangs from: a post on the far side of the belt, and an arm over it."""
+    brush, base = Brush(spec.worldbody.add_body(name="stand"), FIXED_GROUP), robot.geometry.pivot_z + ABOVE
+    y = belt.y[0] - STAND
+    brush.box((0, y, (base + floor) / 2), (0.06, 0.06, (base - floor) / 2), STEEL)
+    brush.box((0, y / 2, base + 0.05), (0.06, -y / 2 + 0.06, 0.05), STEEL)
+
+
+def _add_robot(spec: MjSpec, config: LineConfig, index: int) -> T3krHandles:
+    """One of the robots with its cup and its bins, at its place."""
+    cell, own = config.cell_of(index), mujoco.MjSpec()
+    robot = add_t3kr(own)
+    add_cup(own, lip_length(cell))
+    add_bins(own, cell)
+    _add_stand(own, robot, cell.belt, float(spec.geom("floor").pos[2]))
+    for number, colour in enumerate(bin_colours(config, index)):
+        for geom in own.body(f"bin_{number}").geoms:
+            geom.rgba = colour
+    prefix = f"{index}_"
+    spec.attach(own, prefix=prefix, frame=spec.worldbody.add_frame(pos=[config.robots[index].x, 0.0, 0.0]))
+    return robot.prefixed(prefix)
+
+
+def bin_colours(config: LineConfig, index: int) -> Floats:
+    """Of each bin of one of the robots (B, 4): that of the first item that it brings there."""
+    cell: ConveyorConfig = config.cell_of(index)
+    brought = cell.acceptance() & config.able()[index][:, None]
+    own = ITEM_RGBA[brought.argmax(axis=0)] * np.array([0.9, 0.9, 0.9, CLEAR])
+    return np.where(brought.any(axis=0)[:, None], own, np.array(UNUSED_RGBA))
