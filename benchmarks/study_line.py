@@ -26,7 +26,7 @@ from agents.files import read_json, write_json
 from agents.line.evaluation import Shifts, worked
 from agents.line.making import NAMES, line_controller, the_line
 from agents.line.releasing import releaser
-from agents.line.tuned import written_settings
+from agents.line.tuned import settings, written_settings
 from agents.places import POLICY, SHIPPED
 from agents.versions import versions
 from pnt_gym.cells.line.config import LineConfig
@@ -70,6 +70,8 @@ def names_of(level: str) -> list[str]:
     place, robots = LEARNED / level, len(LineConfig.load(level).robots)
     tuned = written_settings().get(level, {})
     idle = {*(OF_SEVERAL if robots == 1 else ()), *(() if "index" in tuned else ("index",))}
+    if not settings(level, "price_beam", robots)["share"]:
+        idle.add("price_beam")  # it is `beam` there
     return [
         *(name for name in NAMES if name not in idle),
         *(sorted(one.stem for one in place.iterdir()) if place.is_dir() else ()),
