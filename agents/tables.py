@@ -186,27 +186,34 @@ def tuned_table(title: str, rows: Sequence[tuple[str, Mapping[str, Any], Any, An
 
 
 def shifts_comparison(title: str, rows: Sequence[tuple[str, int, Summary]], base: str) -> Table:
-    """Controllers of a line side by side over the same shifts, as `comparison_table`; `base` is whom they are over."""
-    values = {name: summary["by_shift"]["value_per_min"] for name, _, summary in rows}
+    """Controllers of a line side by side over the same shifts, as `comparison_table`; `base` is whom they are over.
+
+    Who has worked fewer shifts is compared on those.
+    """
+    compared = next((summary["by_shift"]["value_per_min"] for name, _, summary in rows if name == base), None)
+    values = [summary["by_shift"]["value_per_min"] for _, _, summary in rows]
     lines = [
         [
             name,
             f"{count} decisions" if count else "-",
-            interval_text(metrics.mean_interval(values[name])),
-            "-" if name == base else interval_text(metrics.paired_mean(values[name], values[base]), "+"),
+            interval_text(metrics.mean_interval(value)),
+            "-" if name == base else _over(value, compared),
             f"{summary['sorted_per_min']:.1f}",
             percent(summary["recovery"]),
             f"{summary['ms_per_decision']:.2f}",
         ]
-        for name, count, summary in rows
+        for (name, count, summary), value in zip(rows, values, strict=True)
     ]
     header = ("controller", "learned from", "value/min (95 % interval)", f"over {base}", "sorted/min", "recovery")
     return Grid(title, (*header, "ms/decision"), lines).terminal()
 
 
 def _over(value: Any, base: Any) -> str:
-    """How much more values of shifts are than others of the same shifts; "-" of nothing."""
-    return "-" if base is None or value is base else interval_text(metrics.paired_mean(value, base), "+")
+    """How much more values of shifts are than others of the same shifts, as far as both go; "-" of nothing."""
+    if base is None or value is base:
+        return "-"
+    shared = min(len(value), len(base))
+    return interval_text(metrics.paired_mean(value[:shared], base[:shared]), "+")
 
 
 def settings_text(settings: Mapping[str, Any]) -> str:

@@ -139,14 +139,16 @@ def summary(found: Shifts, core: LineCore) -> dict[str, Any]:
         "invalid_actions": found.invalid,
         "ms_per_decision": 1e3 * found.seconds / found.taken,
     }
-    lists = {name: _plain(np.nanmean(told[key], axis=0)) for name, key in LISTS.items()}
+    lists = {name: plain(np.nanmean(told[key], axis=0)) for name, key in LISTS.items()}
     names = {"items": list(core.item_names), "robots": [robot.name for robot in core.config.robots]}
-    each = [dict(zip(decisions, row, strict=True)) for row in zip(*map(_plain, decisions.values()), strict=True)]
-    shifts = {name.removeprefix("shift_"): _plain(values) for name, values in told.items()}
+    each = [dict(zip(decisions, row, strict=True)) for row in zip(*map(plain, decisions.values()), strict=True)]
+    shifts = {name.removeprefix("shift_"): plain(values) for name, values in told.items()}
     return {**head, **lists, **names, "by_shift": shifts, "throws": each}
 
 
-def _plain(values: NDArray[Any]) -> list[Any]:
-    """As JSON has it, which knows no NaN."""
-    listed: list[Any] = values.tolist()
-    return [_plain(np.array(one)) if isinstance(one, list) else (None if one != one else one) for one in listed]  # noqa: PLR0124 - NaN
+def plain(values: Any) -> Any:
+    """A number or arrays of them as JSON has it, which knows no NaN."""
+    listed = values.tolist() if isinstance(values, np.ndarray | np.generic) else values
+    if isinstance(listed, list):
+        return [plain(one) for one in listed]  # pyright: ignore[reportUnknownVariableType]
+    return None if listed != listed else listed  # noqa: PLR0124 - NaN
