@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from html import escape as html_escape
 from typing import Any, Final, NamedTuple
 
@@ -155,15 +155,21 @@ def shifts_table(title: str, summary: Summary) -> Table:
         ("recovery: sorted of all that came", percent(summary["recovery"])),
         ("recovery of value", percent(summary["value_recovery"])),
         *(
-            (f"recovery of {item}", percent(share))
-            for item, share in zip(summary["items"], summary["recovery_by_item"], strict=True)
+            (f"{item}: recovery, passed the end in a shift", f"{percent(share)}, {passed:.1f}")
+            for item, share, passed in _together(summary, "items", "recovery_by_item", "passed_by_item")
         ),
+        ("value that passed the end, per minute", f"{summary['passed_value_per_min']:.1f}"),
+        ("tried in vain, of what passed it", percent(summary["passed_tried"])),
         ("purity: share of what is in bins", percent(summary["purity"])),
+        *((f"purity of bin {name}", percent(share)) for name, share in summary["purity_by_bin"].items() if share < 1.0),
         ("picks that held", percent(summary["pick_rate"])),
         *(
-            (f"robot {name}: at work, picks in a shift", f"{percent(share)}, {picks:.0f}")
-            for name, share, picks in zip(
-                summary["robots"], summary["utilisation"], summary["picks_by_robot"], strict=True
+            (
+                f"robot {name}: at work, picks in a shift, standstill for each",
+                f"{percent(share)}, {picks:.0f}, {_seconds(wait)}",
+            )
+            for name, share, picks, wait in _together(
+                summary, "robots", "utilisation", "picks_by_robot", "wait_by_robot_s"
             )
         ),
         ("cycle time, mean", f"{summary['cycle_time_mean_s']:.3f} s"),
@@ -174,6 +180,16 @@ def shifts_table(title: str, summary: Summary) -> Table:
     table = Grid(title, ("figure", "value"), rows).terminal()
     table.show_header = False
     return table
+
+
+def _together(summary: Summary, *names: str) -> Iterator[tuple[Any, ...]]:
+    """Lists of an evaluation side by side."""
+    return zip(*(summary[name] for name in names), strict=True)
+
+
+def _seconds(time: float | None) -> str:
+    """A time for people; "-" where there is none."""
+    return "-" if time is None else f"{time:.3f} s"
 
 
 def tuned_table(title: str, rows: Sequence[tuple[str, Mapping[str, Any], Any, Any]]) -> Table:

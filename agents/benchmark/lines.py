@@ -21,7 +21,7 @@ from .. import metrics
 from ..cli import UsageError
 from ..controllers.protocol import Controller
 from ..environments import Env
-from ..line.evaluation import LISTS, MEANS, Shifts, plain
+from ..line.evaluation import LISTS, MEANS, Shifts, mean, plain
 from ..line.making import line_controller, the_line
 from ..line.tuned import PLANNERS, rate, settings
 from ..places import SHIPPED
@@ -120,13 +120,13 @@ def summarise(results: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     The interval of the value is bootstrapped over shifts, averaged over the seeds.
     """
     first, all_of = results[0]["columns"], [result["columns"] for result in results]
-    value = np.array([figure(result, "value_per_min") for result in results])
+    value = _shiftwise(results, "value_per_min")
     each = metrics.mean_interval(value.mean(axis=0))
     picks, picked = (sum(one[name] for one in all_of) for name in ("picks", "picked"))
     return {
         "seeds": [result["seed"] for result in results],
         "shifts": value.shape[1],
-        **{name: _mean([figure(result, name) for result in results]) for name in (*MEANS, *LISTS)},
+        **{name: plain(mean(np.concatenate(_shiftwise(results, name)))) for name in (*MEANS, *LISTS)},
         "value_per_min_low": each.low,
         "value_per_min_high": each.high,
         "value_per_min_by_seed": value.mean(axis=1).tolist(),
@@ -147,11 +147,5 @@ def compared(results: Sequence[Mapping[str, Any]], shifts: int) -> dict[str, tup
 
 
 def _shiftwise(results: Sequence[Mapping[str, Any]], name: str) -> Floats:
-    """A figure of each seed and shift (seeds, S)."""
+    """A figure of each seed and shift (seeds, S), or of each by item or robot (seeds, S, K)."""
     return np.array([figure(result, name) for result in results])
-
-
-def _mean(values: Sequence[Floats]) -> Any:
-    """Over seeds and shifts, as JSON has it; None of nothing."""
-    found = np.ma.masked_invalid(np.concatenate(values)).mean(axis=0)
-    return plain(np.ma.filled(found, np.nan))
