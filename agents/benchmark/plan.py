@@ -47,6 +47,7 @@ _CODE_OF_LINES = (
     "agents/scorer.py",
     "agents/residual.py",
     "agents/benchmark/lines.py",
+    "agents/hyperparameters.py",
     *(f"agents/line/{name}.py" for name in ("evaluation", "learning", "looking", "making", "rules", "scored", "tuned")),
 )
 """The code that decides what comes next, too."""

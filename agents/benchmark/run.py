@@ -177,8 +177,8 @@ def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
     for throws in piece.throws:
         began = time.perf_counter()
         if model.num_timesteps < throws:
-            leg = {**asked, "steps": throws, "checkpoint_every": throws}
-            learn(model, env, folder, leg, Stop(), quick=quick, quiet=True)
+            leg = {**asked, "checkpoint_every": throws}
+            learn(model, env, folder, leg, Stop(), quick=quick, until=throws, quiet=True)
         seconds = round(time.perf_counter() - began, 1)
         place = next(p for p in runs.checkpoints(folder) if int(p.name) >= throws)
         yield throws, seconds, _policy(folder, place, asked, piece)
