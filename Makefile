@@ -58,10 +58,12 @@ docs: dev ## the documentation site, into docs/_build/html; a warning is an erro
 bench: setup ## the benchmarks of results/ (hours; stop and resume)
 	$(BIN)/python -m agents.benchmark
 	$(BIN)/python -m agents.benchmark --config configs/benchmark_adapt.yaml
+	$(BIN)/python -m agents.benchmark --config configs/benchmark_line.yaml
 	$(BIN)/python -m agents.report
 
-bench-quick: setup ## a small benchmark, minutes
+bench-quick: setup ## small benchmarks, minutes
 	$(BIN)/python -m agents.benchmark --config configs/benchmark_quick.yaml
+	$(BIN)/python -m agents.benchmark --config configs/benchmark_line_quick.yaml
 
 perf: dev ## planner, robot and environment speed, and the physics checks of results/
 	$(BIN)/python benchmarks/bench_planner.py --json results/perf_planner.json

@@ -32,6 +32,7 @@ from .cli import UsageError
 from .files import read_yaml, replace_file, sweep, unfinished, write_json, write_text
 from .hyperparameters import hyperparameters
 from .memory import load_memory, load_random, save_memory, save_random
+from .scorer import Scorer
 from .versions import git_state, versions
 
 if TYPE_CHECKING:
@@ -45,6 +46,8 @@ ALGORITHMS: tuple[OfThrows, ...] = get_args(OfThrows)
 """Those that correct throws."""
 CHOOSING: tuple[OfChoices, ...] = get_args(OfChoices)
 """Those that choose, of what a mask says there is."""
+SCORING: tuple[Algorithm, ...] = ("residual_ppo",)
+"""Those whose policies are scorers, one network for all choices alike."""
 ON_POLICY: tuple[Algorithm, ...] = ("ppo", "recurrent_ppo")
 """Those that learn from every step once, and keep no memory of throws."""
 RECURRENT: tuple[Algorithm, ...] = ("recurrent_ppo",)
@@ -154,6 +157,16 @@ def load_actor(folder: Path, checkpoint: Path | None = None) -> Actor:
     if asked["algo"] in CHOOSING:
         raise UsageError(f"run folder {str(folder)!r} is of a policy that chooses; it is for --env {asked['env']}")
     return Actor.load(policy_of(folder, checkpoint))
+
+
+def load_numbers(folder: Path, checkpoint: Path | None = None) -> Actor | Scorer:
+    """The newest policy of a run, or that of one of its checkpoints, whether it corrects throws or chooses.
+
+    Raises:
+        UsageError: the folder or its policy is missing or damaged.
+    """
+    kind = Scorer if read_arguments(folder)["algo"] in SCORING else Actor
+    return kind.load(policy_of(folder, checkpoint))
 
 
 def policy_of(folder: Path, checkpoint: Path | None = None) -> Path:

@@ -94,11 +94,15 @@ class Scorer:
         """Numbers in an observation, and choices."""
         return ENTRIES, CHOICES
 
+    @property
+    def numbers(self) -> dict[str, NDArray[Any]]:
+        """All but the name of its activation, by their names in a file."""
+        return {**named(self.layers), "patience": np.array(self.patience)}
+
     def save(self, file: Path) -> None:
         """Write it to a file."""
-        more: dict[str, Any] = {"activation": self.activation, "patience": np.float64(self.patience)}
         with file.open("wb") as place:  # given a name, numpy would append a suffix
-            np.savez(place, **named(self.layers), **more)
+            np.savez(place, **self.numbers, activation=np.array(self.activation))
 
     @classmethod
     def load(cls, file: Path) -> Self:

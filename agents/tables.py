@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from html import escape as html_escape
 from typing import Any, Final, NamedTuple
 
@@ -155,15 +155,21 @@ def shifts_table(title: str, summary: Summary) -> Table:
         ("recovery: sorted of all that came", percent(summary["recovery"])),
         ("recovery of value", percent(summary["value_recovery"])),
         *(
-            (f"recovery of {item}", percent(share))
-            for item, share in zip(summary["items"], summary["recovery_by_item"], strict=True)
+            (f"{item}: recovery, passed the end in a shift", f"{percent(share)}, {passed:.1f}")
+            for item, share, passed in _together(summary, "items", "recovery_by_item", "passed_by_item")
         ),
+        ("value that passed the end, per minute", f"{summary['passed_value_per_min']:.1f}"),
+        ("tried in vain, of what passed it", percent(summary["passed_tried"])),
         ("purity: share of what is in bins", percent(summary["purity"])),
+        *((f"purity of bin {name}", percent(share)) for name, share in summary["purity_by_bin"].items() if share < 1.0),
         ("picks that held", percent(summary["pick_rate"])),
         *(
-            (f"robot {name}: at work, picks in a shift", f"{percent(share)}, {picks:.0f}")
-            for name, share, picks in zip(
-                summary["robots"], summary["utilisation"], summary["picks_by_robot"], strict=True
+            (
+                f"robot {name}: at work, picks in a shift, standstill for each",
+                f"{percent(share)}, {picks:.0f}, {_seconds(wait)}",
+            )
+            for name, share, picks, wait in _together(
+                summary, "robots", "utilisation", "picks_by_robot", "wait_by_robot_s"
             )
         ),
         ("cycle time, mean", f"{summary['cycle_time_mean_s']:.3f} s"),
@@ -176,6 +182,16 @@ def shifts_table(title: str, summary: Summary) -> Table:
     return table
 
 
+def _together(summary: Summary, *names: str) -> Iterator[tuple[Any, ...]]:
+    """Lists of an evaluation side by side."""
+    return zip(*(summary[name] for name in names), strict=True)
+
+
+def _seconds(time: float | None) -> str:
+    """A time for people; "-" where there is none."""
+    return "-" if time is None else f"{time:.3f} s"
+
+
 def tuned_table(title: str, rows: Sequence[tuple[str, Mapping[str, Any], Any, Any]]) -> Table:
     """Controllers of a line, their best settings, value per minute, and how much that is over a rule in pairs."""
     lines = [
@@ -186,27 +202,34 @@ def tuned_table(title: str, rows: Sequence[tuple[str, Mapping[str, Any], Any, An
 
 
 def shifts_comparison(title: str, rows: Sequence[tuple[str, int, Summary]], base: str) -> Table:
-    """Controllers of a line side by side over the same shifts, as `comparison_table`; `base` is whom they are over."""
-    values = {name: summary["by_shift"]["value_per_min"] for name, _, summary in rows}
+    """Controllers of a line side by side over the same shifts, as `comparison_table`; `base` is whom they are over.
+
+    Who has worked fewer shifts is compared on those.
+    """
+    compared = next((summary["by_shift"]["value_per_min"] for name, _, summary in rows if name == base), None)
+    values = [summary["by_shift"]["value_per_min"] for _, _, summary in rows]
     lines = [
         [
             name,
             f"{count} decisions" if count else "-",
-            interval_text(metrics.mean_interval(values[name])),
-            "-" if name == base else interval_text(metrics.paired_mean(values[name], values[base]), "+"),
+            interval_text(metrics.mean_interval(value)),
+            "-" if name == base else _over(value, compared),
             f"{summary['sorted_per_min']:.1f}",
             percent(summary["recovery"]),
             f"{summary['ms_per_decision']:.2f}",
         ]
-        for name, count, summary in rows
+        for (name, count, summary), value in zip(rows, values, strict=True)
     ]
     header = ("controller", "learned from", "value/min (95 % interval)", f"over {base}", "sorted/min", "recovery")
     return Grid(title, (*header, "ms/decision"), lines).terminal()
 
 
 def _over(value: Any, base: Any) -> str:
-    """How much more values of shifts are than others of the same shifts; "-" of nothing."""
-    return "-" if base is None or value is base else interval_text(metrics.paired_mean(value, base), "+")
+    """How much more values of shifts are than others of the same shifts, as far as both go; "-" of nothing."""
+    if base is None or value is base:
+        return "-"
+    shared = min(len(value), len(base))
+    return interval_text(metrics.paired_mean(value[:shared], base[:shared]), "+")
 
 
 def settings_text(settings: Mapping[str, Any]) -> str:

@@ -217,10 +217,13 @@ def learn(
     stop: Stop,
     *,
     quick: Env | None = None,
+    until: int | None = None,
     tensorboard: bool = False,
     quiet: bool = False,
 ) -> None:
     """Train in legs from checkpoint to checkpoint; in `quick`, where there is one, until the last throws asked in full.
+
+    With `until` it stops there, and is part of a training that goes on to the throws asked for.
 
     Each leg starts from newly seeded environments, whether or not the process was restarted in between: a
     run that was resumed from a checkpoint is bit for bit the run that was not interrupted.
@@ -259,7 +262,7 @@ def learn(
         callback = (ShiftProgress if line else ProgressCallback)(
             folder / "progress.csv", model.num_timesteps, stop, show
         )
-        while model.num_timesteps < total and not stop.asked:
+        while model.num_timesteps < (until or total) and not stop.asked:
             done = model.num_timesteps
             env.env = quick if quick is not None and done < change else judged
             leg = min((done // every + 1) * every, change if done < change else total) - done

@@ -1,5 +1,7 @@
 """Throws per second of the vector environment, of the bare physics inside it, and of single environments in a loop.
 
+A decision at a line is a throw here.
+
 The bare rate is measured in the same run: the very controls and states of each throw are rolled out again by
 `Batch.rollout` alone. Its share of the step is what planning, references and bookkeeping leave to the physics.
 
@@ -116,7 +118,7 @@ class Vector:
             "bare_throws_per_s": self.cells / bare,
             "env_over_bare": bare / step,
             "env_over_bare_cpu": min(r[1][1] for r in rounds) / min(r[0][1] for r in rounds),
-            "physics_us_per_step": 1e6 * bare / max(steps, 1) * self.threads,  # a table of throws has none
+            "physics_us_per_step": 1e6 * bare / max(steps, 1) * self.threads,
             "physics_steps_per_throw": steps / self.cells,
         }
 
@@ -161,23 +163,27 @@ class Singles:
 
 def bench(env_id: str, options: argparse.Namespace) -> dict[str, Any]:
     levels = (options.level,) if options.level else LEVELS.get(env_id, ("nominal",))
-    singles = Singles(env_id, levels[0], options.singles)
-    vectors = [(level, Vector(env_id, level, options.cells, t)) for level in levels for t in options.threads]
+    singles = [Singles(env_id, level, options.singles) for level in levels]
+    vectors = [(k, Vector(env_id, level, options.cells, t)) for k, level in enumerate(levels) for t in options.threads]
     for _ in range(options.rounds + 1):
-        for each in (singles, *(vector for _, vector in vectors)):
+        for each in (*singles, *(vector for _, vector in vectors)):
             each.round()
-    rate = singles.throws_per_s()
-    rows = [{"level": level if isinstance(level, str) else level["name"], **v.figures()} for level, v in vectors]
-    print(f"{env_id}, {rows[0]['level']}: {options.singles} single environments in a loop: {rate:.1f} throws/s")
+    rates, names = [one.throws_per_s() for one in singles], [x if isinstance(x, str) else x["name"] for x in levels]
+    rows = [{"level": names[k], **v.figures(), "singles_throws_per_s": rates[k]} for k, v in vectors]
+    for name, rate in zip(names, rates, strict=True):
+        print(f"{env_id}, {name}: {options.singles} single environments in a loop: {rate:.1f} throws/s")
     for row in rows:
-        row["env_over_singles"] = row["env_throws_per_s"] / rate
-        print(
-            f"  {row['level']}, N={row['cells']}, {row['threads']} threads: {row['env_throws_per_s']:.1f} throws/s; "
+        row["env_over_singles"] = row["env_throws_per_s"] / row["singles_throws_per_s"]
+        bare = (
             f"bare physics {row['bare_throws_per_s']:.1f}, of which {row['env_over_bare'] * 100:.0f} % "
-            f"({row['env_over_bare_cpu'] * 100:.0f} % in processor time); {row['env_over_singles']:.2f} x the loop; "
-            f"{row['physics_us_per_step']:.1f} us/step"
+            f"({row['env_over_bare_cpu'] * 100:.0f} % in processor time), {row['physics_us_per_step']:.1f} us/step"
         )
-    return {"singles": options.singles, "singles_throws_per_s": rate, "vector": rows}
+        print(
+            f"  {row['level']}, N={row['cells']}, {row['threads']} threads: {row['env_throws_per_s']:.1f} throws/s, "
+            f"{row['env_over_singles']:.2f} x the loop; "
+            f"{bare if row['physics_steps_per_throw'] else 'throws by a table, no physics'}"
+        )
+    return {"singles": options.singles, "singles_throws_per_s": rates[0], "vector": rows}
 
 
 def main() -> None:

@@ -1,9 +1,10 @@
 """Throw for hours, in every environment and level: does memory stay flat, every number one, and every object outside?
 
 `python benchmarks/soak.py` throws 100,000 times, in rounds over all environments and levels, with actions from none to
-wild. It keeps what it has done in `--state` and goes on from there; a kill costs one round. Exit code 1 at a find: a
-warning, a number that is none, an object that went through a wall or ended below the floor, or memory that grows by
-more than 5 % after the first three rounds.
+wild; robots of a line choose at random, now and then what there is not. It keeps what it has done in `--state` and goes
+on from there; a kill costs one round. Exit code 1 at a find: a warning, a number that is none, an object that went
+through a wall, ended below the floor, was lifted twice along a line or is missing from a shift's figures, or memory
+that grows by more than 5 % after the first three rounds.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import resource
 import sys
 import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -26,11 +27,14 @@ import numpy as np
 
 import pnt_gym
 from agents.files import write_json
+from agents.throws import results
 from pnt_gym.cells.base.stage import BELT_THICKNESS
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.scene import FLOOR_DROP, SENSORS, bin_panels
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.scene import TABLE_THICKNESS, tray_panels
+from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.cells.line.core import LineCore
 from pnt_gym.engine import mujoco
 from pnt_gym.errors import ConfigError, PntGymError
 
@@ -47,6 +51,14 @@ SOFT: Final = 0.02
 """The floor has MuJoCo's own softness: at rest an object lies g (0.02 s)^2, 4 mm, deep in it, arriving deeper [m]."""
 ACTIONS: Final = (0.0, 0.5, 1.0, 3.0)
 """Half range of the actions of each step; beyond 1 they are clipped."""
+SHIFT: Final = 8.0
+"""That shifts of a line last [s]; throws go by the table, in most rounds to the end of the first shift."""
+DECISIONS: Final = 48
+"""Of every line in a round."""
+THROWN: Final = {"name": "skills3, thrown", "base": "skills3", "throws": "full"}
+"""A line whose throws are simulated, as often as in other cells."""
+RULED_OUT: Final = 0.1
+"""Share of decisions that the mask rules out."""
 
 
 class Solids(NamedTuple):
@@ -60,10 +72,14 @@ class Solids(NamedTuple):
     """[m]"""
 
 
-def pairs() -> Iterator[tuple[str, str]]:
+def pairs() -> Iterator[tuple[str, Any]]:
     """Every environment with every shipped level that it takes."""
     for env_id in pnt_gym.ENV_IDS:
         config = type(gym.make(env_id).unwrapped.core.config)  # pyright: ignore
+        if config is LineConfig:
+            yield from ((env_id, {"name": name, "base": name, "duration": SHIFT}) for name in config.level_names())
+            yield env_id, THROWN
+            continue
         for level in config.level_names():
             with contextlib.suppress(ConfigError):  # not every task can be had in every level
                 gym.make(env_id, level=level).close()
@@ -120,11 +136,11 @@ def crossings(offset: np.ndarray, half: np.ndarray, free: np.ndarray) -> np.ndar
     return (side[:, 1:] * side[:, :-1] <= 0.0) & here[:, 1:] & here[:, :-1]
 
 
-def through(env: Any, thrown: Any, flown: Any) -> str:
+def through(core: Any, thrown: Any, flown: Any) -> str:
     """What an object of the last throws went through; empty if nothing."""
-    config = env.core.config
+    config = core.config
     if not isinstance(config, ConveyorConfig | GripperConfig):
-        return through_pallets(env, flown[1])
+        return through_pallets(core, flown[1])
     if isinstance(config, ConveyorConfig):
         (_, thrown, *_), fallen = flown
         solids, position = conveyor_solids(config, thrown), fallen.sensors[..., SENSORS["object_position"]]
@@ -143,10 +159,10 @@ def through(env: Any, thrown: Any, flown: Any) -> str:
     return ""
 
 
-def through_pallets(env: Any, flown: Any) -> str:
+def through_pallets(core: Any, flown: Any) -> str:
     """The same in the plane of the one-joint thrower."""
     x, y = flown.pose[..., 0], flown.pose[..., 1]
-    for pallet in env.core.cell.job.pallets:
+    for pallet in core.cell.job.pallets:
         for u, v, half_u, half_v, angle in pallet.walls:
             cos, sin = np.cos(angle), np.sin(angle)
             along, up = cos * (x - u) + sin * (y - v), cos * (y - v) - sin * (x - u)
@@ -159,41 +175,97 @@ def through_pallets(env: Any, flown: Any) -> str:
 
 
 @contextlib.contextmanager
-def watched(plant: Any) -> Iterator[Callable[[], Any]]:
-    """What the plant's last throws were given and gave, asked for after them; at the conveyor without the robot."""
+def watched(plant: Any) -> Iterator[Callable[[], list[Any]]]:
+    """What the plant's throws were given and gave, asked for after them; at the conveyor without the robot.
+
+    Those that were asked for are forgotten.
+    """
     physics, name = (plant.free, "fall") if hasattr(plant, "free") else (plant, "fly")
     watch, last = getattr(physics, name), list[Any]()
 
     def told(*given: Any) -> Any:
-        last[:] = [(given, watch(*given))]
-        return last[0][1]
+        last.append((given, watch(*given)))
+        return last[-1][1]
+
+    def asked() -> list[Any]:
+        told, last[:] = list(last), []
+        return told
 
     setattr(physics, name, told)
-    yield lambda: last[0]
+    yield asked
     delattr(physics, name)  # or it would wait for the next collection, with all it flew
 
 
-def soaked(env_id: str, level: str, number: int) -> list[str]:
-    """What is wrong with some throws; their number is all that they depend on."""
-    name, found = f"{env_id} {level} round {number}", list[str]()
+def soaked(env_id: str, level: Any, number: int) -> list[str]:
+    """What is wrong with some throws or decisions; their number is all that they depend on."""
+    name, found = f"{env_id} {level if isinstance(level, str) else level['name']} round {number}", list[str]()
     random = np.random.default_rng(number)
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         env: Any = gym.make_vec(env_id, num_envs=CELLS, level=level, threads=1).unwrapped
         env.reset(seed=1000 * number)
-        with watched(env.core.cell.plant) as last, contextlib.closing(env):
+        with contextlib.closing(env):
             try:
-                for scale in ACTIONS:
-                    thrown = env.core.context
-                    action = scale * random.uniform(-1.0, 1.0, env.action_space.shape)
-                    observation, reward, *_ = env.step(action)
-                    if not (np.isfinite(observation).all() and np.isfinite(reward).all()):
-                        found.append(f"{name}: a number is none")
-                    said = through(env, thrown, last())
-                    found += [f"{name}, actions to {scale}: {said}"] if said else []
+                finds = worked(env, random) if isinstance(env.core, LineCore) else thrown(env, random)
+                found.extend(f"{name}{said}" for said in finds)  # those before an error are kept
             except PntGymError as error:
                 found.append(f"{name}: {type(error).__name__}: {error}")
     return found + [f"{name}: warned {w.message}" for w in told]
+
+
+def thrown(env: Any, random: np.random.Generator) -> Iterator[str]:
+    """What is wrong with some throws."""
+    with watched(env.core.cell.plant) as last:
+        for scale in ACTIONS:
+            context = env.core.context
+            observation, reward, *_ = env.step(scale * random.uniform(-1.0, 1.0, env.action_space.shape))
+            if not (np.isfinite(observation).all() and np.isfinite(reward).all()):
+                yield ": a number is none"
+            said = through(env.core, context, last()[-1])
+            if said:
+                yield f", actions to {scale}: {said}"
+
+
+def worked(env: Any, random: np.random.Generator) -> Iterator[str]:
+    """What is wrong with some decisions at lines."""
+    throws, lifted = env.core.cell.throws, [set[int]() for _ in range(CELLS)]
+    cores: list[Any] = getattr(throws, "cores", [])
+    with contextlib.ExitStack() as ends:
+        flights = [ends.enter_context(watched(core.cell.plant)) for core in cores]
+        for _ in range(len(ACTIONS) if cores else DECISIONS):
+            there = env.core.masks()
+            score = random.random(there.shape) + there
+            score = np.where(random.random((CELLS, 1)) < RULED_OUT, -score, score)
+            observation, reward, _, over, info = env.step(score.argmax(axis=1))
+            if not (np.isfinite(observation).all() and np.isfinite(reward).all()):
+                yield ": a number is none"
+            yield from lifts(results(info, CELLS), lifted)
+            if over.any():
+                yield from books(info["final_info"], np.flatnonzero(over), lifted)
+            for core, last in zip(cores, flights, strict=True):
+                yield from (f": {said}" for flown in last() if (said := through(core, flown[0][1], flown)))
+
+
+def lifts(told: Mapping[str, Any], lifted: list[set[int]]) -> Iterator[str]:
+    """Objects that were lifted once more; `lifted` are those of each line's shift."""
+    for row in np.flatnonzero(told["picked"]):
+        number = int(told["object"][row])
+        if number in lifted[row]:
+            yield f": line {row} lifted object {number} twice"
+        lifted[row].add(number)
+
+
+def books(told: Mapping[str, Any], ended: np.ndarray, lifted: list[set[int]]) -> Iterator[str]:
+    """What is wrong with the figures of shifts that have ended in some lines."""
+    ends = ("sorted", "misplaced", "on_floor", "passed")
+    for row in ended:
+        one = {name: told[f"shift_{name}"][row] for name in ("objects", *ends)}
+        if sum(one[name] for name in ends) != one["objects"]:
+            yield f": line {row} ends with {one}"
+        busy = told["shift_utilisation"][row]
+        if not ((busy >= 0.0) & (busy <= 1.0)).all():
+            yield f": robots of line {row} work {busy.tolist()} of their time"
+        lifted[row].clear()
 
 
 def memory() -> float:
@@ -218,7 +290,7 @@ def main() -> int:
     while state["throws"] < arguments.throws:
         for env_id, level in every:
             state["finds"] += soaked(env_id, level, state["rounds"])
-            state["throws"] += CELLS * len(ACTIONS)
+            state["throws"] += CELLS * len(ACTIONS)  # of lines fewer than they take
         state["rounds"] += 1
         used.append(memory())
         state.setdefault("memory_mb", []).append(round(used[-1], 1))

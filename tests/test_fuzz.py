@@ -15,6 +15,8 @@ import pnt_gym
 from benchmarks import fuzz, soak
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.plant import ConveyorPlant
+from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.cells.line.outcome import told
 from pnt_gym.cells.one_joint.pallets import Pallet
 from pnt_gym.errors import ConfigError, PhysicsError
 from tests.tools.fuzz import KINDS, SHARES, tried
@@ -108,11 +110,34 @@ def test_the_first_throw_of_a_level_decides(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 SOAKED = [("PnTRelease-v0", "unseen"), ("OneJointSort-v0", "nominal"), ("GripperToss-v0", "belt")]
+THROWN = {**soak.THROWN, "duration": 5.0}
 
 
-@pytest.mark.parametrize(("env_id", "level"), SOAKED)
-def test_a_sample_of_the_soak(env_id: str, level: str) -> None:
+@pytest.mark.parametrize(("env_id", "level"), [*SOAKED, ("PnTLine-v0", THROWN)])
+def test_a_sample_of_the_soak(env_id: str, level: Any) -> None:
     assert soak.soaked(env_id, level, 0) == []
+
+
+def test_every_level_of_a_line_is_soaked() -> None:
+    levels = [level["name"] for env_id, level in soak.pairs() if env_id == "PnTLine-v0"]
+    assert levels == [*LineConfig.level_names(), "skills3, thrown"]
+
+
+def test_books_of_a_line_that_do_not_agree_are_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    level = {"name": "brief", "base": "skills3_burst", "duration": 5.0}
+    assert soak.soaked("PnTLine-v0", level, 1) == []
+
+    def lost(*given: Any) -> dict[str, Any]:
+        found = told(*given)
+        return {**found, "shift_passed": found["shift_passed"] - 1, "shift_utilisation": found["shift_utilisation"] + 1}
+
+    with monkeypatch.context() as patch:
+        patch.setattr("pnt_gym.cells.line.core.told", lost)
+        said = soak.soaked("PnTLine-v0", level, 1)
+    assert any(" ends with " in one for one in said)
+    assert any(" of their time" in one for one in said)
+    again = {"picked": np.array([True, False]), "object": np.array([7, 7])}
+    assert list(soak.lifts(again, [{7}, {7}])) == [": line 0 lifted object 7 twice"]
 
 
 def in_the_way(pallet: Pallet) -> np.ndarray:
@@ -121,8 +146,8 @@ def in_the_way(pallet: Pallet) -> np.ndarray:
     return np.array([[x + side * np.cos(phi), y + side * np.sin(phi), 0.001, 0.2, phi] for side in (-0.05, 0.05)])
 
 
-@pytest.mark.parametrize(("env_id", "level"), SOAKED)
-def test_an_object_that_goes_through_a_wall_is_found(monkeypatch: pytest.MonkeyPatch, env_id: str, level: str) -> None:
+@pytest.mark.parametrize(("env_id", "level"), [*SOAKED, ("PnTLine-v0", THROWN)])
+def test_an_object_that_goes_through_a_wall_is_found(monkeypatch: pytest.MonkeyPatch, env_id: str, level: Any) -> None:
     """Walls where there are none: across the way, or the bottom of a bin higher than it is."""
     panels, tray = soak.bin_panels, soak.tray_panels
     monkeypatch.setattr(soak, "bin_panels", lambda *given: (panels(*given)[0], panels(*given)[1] + [0, 0, 0.1]))

@@ -1,4 +1,4 @@
-"""Measure every controller on the same held-out throws: `python -m agents.benchmark`."""
+"""Measure every controller on the same held-out throws, or shifts of a line: `python -m agents.benchmark`."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from ..cli import at_least, option, run
 from ..cluster import Needs, pool
 from ..files import check_writable, write_json
 from ..places import MADE, SHIPPED
-from ..tables import comparison_table, console
+from ..tables import comparison_table, console, shifts_comparison
 from ..versions import versions
 from ..work import do_missing
 from .compare import assemble
-from .plan import Plan, needs, read_plan
+from .plan import Plan, is_of_line, needs, read_plan
 from .run import jobs
 
 
@@ -22,6 +22,7 @@ from .run import jobs
 class Arguments:
     """Let every controller of a plan learn, throw the same held-out objects, and compare them throw by throw.
 
+    Those of a line work the same held-out shifts, and are compared shift by shift.
     Finished pieces are kept and not done again, so an interrupted benchmark goes on where it was.
     """
 
@@ -46,7 +47,7 @@ def main(arguments: Arguments) -> None:
     work = arguments.work or MADE / "runs" / "benchmark" / plan.name
     planned = jobs(plan)
     hands = pool(arguments.jobs, arguments.cluster, needs(plan) if arguments.cluster else Needs())
-    parts = do_missing(planned, work, hands, unit="throws")
+    parts = do_missing(planned, work, hands, unit="decisions" if is_of_line(plan) else "throws")
     results = [result for part in parts for result in part["results"]]
     found = assemble(plan, results)
     head = {"plan": plan.model_dump(mode="json"), "versions": versions()}
@@ -57,10 +58,14 @@ def main(arguments: Arguments) -> None:
 
 
 def show(plan: Plan, table: list[dict[str, Any]]) -> None:
-    """One table per level."""
+    """One table per level; on a line over the first of the references, or over the first entry."""
+    base = next(iter((*plan.references, *plan.entries))).label
     for level in plan.levels:
         rows = [(row["label"], row["throws"], row) for row in table if row["level"] == level]
-        console().print(comparison_table(f"level {level}, {plan.picks} throws per seed", rows))
+        if is_of_line(plan):
+            console().print(shifts_comparison(f"level {level}, {plan.shifts} shifts per seed", rows, base))
+        else:
+            console().print(comparison_table(f"level {level}, {plan.picks} throws per seed", rows))
 
 
 if __name__ == "__main__":

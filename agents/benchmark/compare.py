@@ -1,4 +1,4 @@
-"""From throws to figures: summaries, paired differences and multiples of the noise floor."""
+"""From throws or shifts to figures: summaries, paired differences and multiples of the noise floor."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ from pnt_gym.arrays import Floats
 from .. import metrics
 from ..cli import UsageError
 from ..throws import over_the_shift
-from .plan import Plan, labels_of
+from . import lines
+from .entries import labels_of
+from .plan import Plan
 from .run import OUTCOMES
 
 Result = Mapping[str, Any]
@@ -73,6 +75,8 @@ def summarise(plan: Plan, results: Sequence[Result]) -> dict[str, Any]:
 
     The interval of the error is bootstrapped over throws, or over shifts where there are any, averaged over the seeds.
     """
+    if _of_line(results):
+        return lines.summarise(results)
     error, done, time = _by_seed(results)
     success = np.array([successes(r) for r in results])
     where = metrics.landing(error.ravel())
@@ -132,9 +136,9 @@ def _scatter(results: Sequence[Result]) -> dict[str, float]:
 
 
 def compare(plan: Plan, learned: Sequence[Result], reference: Sequence[Result]) -> dict[str, Any]:
-    """Learned less reference on the same throws: landing error and sorted picks per minute, with intervals.
+    """Learned less reference on the same throws or shifts, with intervals: what `_compared` gives.
 
-    A throw is averaged over the seeds of each side; `by_seed` compares each learned seed alone.
+    A throw or shift is averaged over the seeds of each side; `by_seed` compares each learned seed alone.
     """
     by_seed = [{"seed": r["seed"], **_difference(plan, [r], reference)} for r in learned]
     return {**_difference(plan, learned, reference), "by_seed": by_seed}
@@ -180,20 +184,34 @@ def _add_floors(plan: Plan, table: list[dict[str, Any]]) -> None:
 
 
 def _difference(plan: Plan, learned: Sequence[Result], reference: Sequence[Result]) -> dict[str, Any]:
-    # Mean over seeds (S, N) -> (N,); NaN where any seed was not measured.
-    mine, base = ([column.mean(axis=0) for column in _by_shift(plan, side)] for side in (learned, reference))
-    error = metrics.paired_mean(mine[0], base[0])
-    rate = metrics.paired_rate(*mine[1:], *base[1:])
-    return {
-        "landing_error_m": {**asdict(error), "excludes_zero": error.excludes_zero},
-        "sorted_per_min": {**asdict(rate), "excludes_zero": rate.excludes_zero},
-    }
+    found: dict[str, Any] = {}
+    mine, base = (_compared(plan, side, learned, reference) for side in (learned, reference))
+    for name in mine:
+        # Mean over seeds (S, N) -> (N,); NaN where any seed was not measured.
+        one, other = ([column.mean(axis=0) for column in side[name]] for side in (mine, base))
+        interval = metrics.paired_rate(*one, *other) if len(one) > 1 else metrics.paired_mean(*one, *other)
+        found[name] = {**asdict(interval), "excludes_zero": interval.excludes_zero}
+    return found
+
+
+def _compared(plan: Plan, results: Sequence[Result], *sides: Sequence[Result]) -> dict[str, tuple[Floats, ...]]:
+    """What is compared, each (S, N): of throws one figure, or what was sorted and in what time; of a line of shifts."""
+    if _of_line(results):
+        return lines.compared(results, min(len(side[0]["columns"]["value_per_min"]) for side in sides))
+    error, done, time = _by_shift(plan, results)
+    return {"landing_error_m": (error,), "sorted_per_min": (done, time)}
+
+
+def _of_line(results: Sequence[Result]) -> bool:
+    """Whether results are of shifts at a line."""
+    return "value_per_min" in results[0]["columns"]
 
 
 def _check_paired(results: Sequence[Result]) -> None:
     seen: dict[str, tuple[str, list[int]]] = {}
     for result in results:
-        if "pick" in result["columns"]:  # shifts of the same drift and stream are paired, whatever is picked when
+        # Shifts of the same drift and stream are paired, whatever is picked when.
+        if "pick" in result["columns"] or _of_line([result]):
             continue
         label, items = seen.setdefault(result["level"], (result["label"], result["columns"]["item"]))
         if items != result["columns"]["item"]:

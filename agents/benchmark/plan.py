@@ -1,4 +1,4 @@
-"""What is to be measured: controllers x throws to learn from x seeds x levels, cut into pieces."""
+"""What is to be measured: controllers x throws or decisions to learn from x seeds x levels, cut into pieces."""
 
 from __future__ import annotations
 
@@ -7,27 +7,29 @@ from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from functools import cache
+from itertools import product
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, final
+from typing import Annotated, Any, Self, final
 
 from pydantic import Field, ValidationError, model_validator
 
 from pnt_gym.cells.base.config import LevelConfig, Section, first_problem
+from pnt_gym.cells.line.config import LineConfig
 
 from ..cli import UsageError
 from ..cluster import Needs
 from ..controllers import NAMES
-from ..controllers.adaptive import READY, is_told
-from ..controllers.between import MOST, OVER, PLANNER
+from ..controllers.adaptive import is_told
 from ..environments import core_of, make_vector
 from ..files import read_yaml
+from ..line.making import NAMES as DECIDING
 from ..parcel import own_code
 from ..places import SHIPPED
-from ..runs import ALGORITHMS
+from ..runs import CHOOSING
 from ..work import code_digest, key
+from . import lines
+from .entries import EACH, TRAINED, Choice, Count, Entry, Several, labels_of
 
-Count = Annotated[int, Field(ge=0)]
-LEARNERS = ("mean_shift", "virtual_goal", "newton_goal", "ridge", "mlp", *ALGORITHMS)
 _CODE = (
     "pnt_gym/**/*.py",
     "agents/actor.py",
@@ -40,68 +42,15 @@ _CODE = (
     "agents/train.py",
 )
 """The code that decides where objects land."""
-
-
-@final
-class Entry(Section):
-    """One line of the benchmark."""
-
-    label: str = Field(min_length=1)
-    controller: str = Field(description="A controller's name or MODULE:CLASS, or an algorithm of agents.train.")
-    throws: tuple[Count, ...] = Field((0,), min_length=1, description="Practice or training before the evaluation.")
-    seeds: tuple[Count, ...] | None = Field(None, description="Of the learning; default: the plan's.")
-    levels: tuple[str, ...] | None = Field(None, description="To be evaluated on; default: the plan's.")
-    train_level: str | None = Field(None, description="To learn on; default: the plan's.")
-    options: Mapping[str, Any] = Field({}, description="Settings of the controller.")
-    also: tuple[str, ...] = Field((), description="Controllers that take over what it learned, evaluated beside it.")
-    online: bool = Field(False, description="It goes on learning in the evaluation, every cell for itself.")
-    stack: int = Field(1, description="Of an algorithm: observations that its policy sees at once.")
-    over: str = Field(PLANNER, description="Of an algorithm: the controller to whose action its policy's is added.")
-    fidelity: Literal["full", "flight"] = Field(
-        "full", description="Of an algorithm: what is simulated to learn from; it is judged in the level's own."
-    )
-
-    @model_validator(mode="after")
-    def _check(self) -> Self:
-        known = ", ".join(NAMES)
-        if self.controller in ALGORITHMS and (self.also or self.online):
-            raise ValueError(f"entry {self.label!r}: also and online are not for {', '.join(ALGORITHMS)}")
-        for name in self.also:
-            if name not in NAMES:
-                raise ValueError(f"entry {self.label!r}: unknown controller {name!r} in also; known are {known}")
-        if ":" not in self.controller:
-            self._check_name()
-        return self
-
-    def _check_name(self) -> None:
-        if self.controller not in (*NAMES, *ALGORITHMS):
-            known = ", ".join((*NAMES, *ALGORITHMS, "MODULE:CLASS"))
-            raise ValueError(f"unknown controller {self.controller!r}; known are {known}")
-        if self.controller not in ALGORITHMS and (self.stack, self.over, self.fidelity) != (1, PLANNER, "full"):
-            raise ValueError(f"entry {self.label!r}: stack, over and fidelity are for {', '.join(ALGORITHMS)}")
-        if not 1 <= self.stack <= MOST or self.over not in OVER:
-            raise ValueError(
-                f"entry {self.label!r} has stack {self.stack} over {self.over!r}; it must be 1 to {MOST} over one of "
-                f"{', '.join(OVER)}"
-            )
-        if self.controller in READY or self.online:
-            return
-        if (self.controller in LEARNERS) != all(t > 0 for t in self.throws):
-            raise ValueError(f"entry {self.label!r} with controller {self.controller!r} has throws {self.throws}")
-
-
-def labels_of(entry: Entry) -> list[str]:
-    """Labels of an entry's results: its own, and after it those of the controllers that take over what it learned."""
-    taken = [name if entry.label == entry.controller else f"{name}_{entry.label}" for name in entry.also]
-    return [entry.label, *taken]
-
-
-@final
-class Choice(Section):
-    """One result of the benchmark: a label and what it learned from."""
-
-    label: str
-    throws: Count = 0
+_CODE_OF_LINES = (
+    *_CODE,
+    "agents/scorer.py",
+    "agents/residual.py",
+    "agents/benchmark/lines.py",
+    "agents/hyperparameters.py",
+    *(f"agents/line/{name}.py" for name in ("evaluation", "learning", "looking", "making", "rules", "scored", "tuned")),
+)
+"""The code that decides what comes next, too."""
 
 
 @final
@@ -109,15 +58,21 @@ class Plan(Section):
     """A benchmark; the defaults are what the paired comparison needs."""
 
     name: str = Field(pattern=r"^[A-Za-z0-9_-]+$")
-    env: str = Field("PnTRelease-v0", description="Its objects do not depend on the actions: throws are paired.")
-    train_level: str
+    env: str = Field(
+        "PnTRelease-v0",
+        description="Its objects do not depend on the actions: throws, or shifts of a line, are paired.",
+    )
+    train_level: str = Field(description=f"To learn on; {EACH!r}: each that is evaluated on, for itself.")
     levels: tuple[str, ...] = Field(min_length=1)
-    picks: Annotated[int, Field(ge=2)] = 1000
-    seed: Count = Field(0, description="Names the held-out throws.")
+    picks: Several = Field(1000, description="Held-out throws of every seed; not of a line.")
+    shifts: Several = Field(lines.SHIFTS, description="Held-out shifts of every seed; of a line.")
+    seed: Count = Field(0, description="Names the held-out throws or shifts.")
     seeds: tuple[Count, ...] = Field((0, 1, 2), min_length=1)
     num_envs: Annotated[int, Field(ge=1)] = 16
     entries: tuple[Entry, ...] = Field(min_length=1)
-    learned: tuple[Choice, ...] = Field((), description="Compared with each of `references`, throw by throw.")
+    learned: tuple[Choice, ...] = Field(
+        (), description="Compared with each of `references`, throw by throw or shift by shift."
+    )
     references: tuple[Choice, ...] = ()
     floors: Mapping[str, str] = Field({}, description="Per level the label whose error is the noise floor.")
 
@@ -152,18 +107,10 @@ class Piece:
     """What the levels say that do not ship: a file may change while others wait, and lies on this machine alone."""
     key: str
     """Changes when anything changes that the numbers depend on."""
-
-    @property
-    def name(self) -> str:
-        """For people and file names."""
-        return f"{self.entry.label}-{'-'.join(map(str, self.throws))}-seed{self.seed}"
-
-    @property
-    def cost(self) -> int:
-        """Throws that will be simulated; the oracle simulates each one several times."""
-        learning = max(self.throws)
-        times = 15 if self.entry.controller == "oracle" else 1
-        return learning + times * len(self.throws) * len(self.levels) * self.plan.picks
+    name: str
+    """For people and file names."""
+    cost: int
+    """Throws that will be simulated, or decisions that will be taken; who takes long counts several times."""
 
 
 def read_plan(path: Path) -> Plan:
@@ -182,40 +129,114 @@ def pieces(plan: Plan) -> list[Piece]:
     """The plan's work, longest first.
 
     Raises:
-        UsageError: the environment does not exist.
+        UsageError: the environment does not exist, or is none for what the plan says.
         ConfigError: a level does not exist.
     """
     for level in plan.levels:
         _check_whole(plan, level)
-    code = code_digest(_CODE)
+    line = is_of_line(plan)
+    _check_kind(plan, line)
+    code = code_digest(_CODE_OF_LINES if line else _CODE)
     made: list[Piece] = []
-    for entry in plan.entries:
+    for entry, where in _by_level(plan):
         learns = any(entry.throws)
         seeds = (entry.seeds or plan.seeds) if learns else (plan.seeds[0],)
         # A training run passes through its smaller throw counts; practice is planned for each count anew.
-        groups = [tuple(sorted(entry.throws))] if entry.controller in ALGORITHMS else [(t,) for t in entry.throws]
-        made += [_piece(plan, entry, group, seed, code) for group in groups for seed in seeds]
+        groups = [tuple(sorted(entry.throws))] if entry.controller in TRAINED else [(t,) for t in entry.throws]
+        for group, seed in product(groups, seeds):
+            name = f"{entry.label}-{where}{'-'.join(map(str, group))}-seed{seed}"
+            made.append(_piece(plan, entry, group, seed, name, code))
     return sorted(made, key=lambda piece: -piece.cost)
 
 
-def _piece(plan: Plan, entry: Entry, throws: tuple[int, ...], seed: int, code: str) -> Piece:
+def is_of_line(plan: Plan) -> bool:
+    """Whether what is planned are shifts of a line instead of throws."""
+    return isinstance(_config(plan.env, plan.levels[0]), LineConfig)
+
+
+def _by_level(plan: Plan) -> list[tuple[Entry, str]]:
+    """Entries, each for every level apart where it is learned on for itself, and what tells their pieces apart."""
+    found: list[tuple[Entry, str]] = []
+    for entry in plan.entries:
+        if (entry.train_level or plan.train_level) != EACH:
+            found.append((entry, ""))
+            continue
+        for level in entry.levels or plan.levels:
+            alone = entry.model_copy(update={"levels": (level,), "train_level": level})
+            found.append((alone, f"{Path(level).stem}-"))
+    return found
+
+
+def _piece(plan: Plan, entry: Entry, throws: tuple[int, ...], seed: int, name: str, code: str) -> Piece:
     levels = entry.levels or plan.levels
     train_level = entry.train_level or plan.train_level
+    known: dict[str, Any] = {level: _config(plan.env, level) for level in (*levels, train_level)}
     settings = SHIPPED / "configs" / "rl" / f"{entry.controller}.yml"
+    settled = {"label", "throws", "seeds", "levels", "train_level"}
+    line = is_of_line(plan)
     inputs = {
-        "entry": entry.model_dump(mode="json", exclude={"label", "throws", "seeds", "levels", "train_level"}),
+        "entry": entry.model_dump(mode="json", exclude=settled),
         "throws": throws,
         "seed": seed,
-        "levels": [_config(plan.env, level).model_dump(mode="json") for level in levels],
-        "train_level": _config(plan.env, train_level).model_dump(mode="json"),
-        "settings": settings.read_text(encoding="utf-8") if entry.controller in ALGORITHMS else "",
-        "plan": plan.model_dump(mode="json", include={"env", "picks", "seed", "num_envs"}),
+        "levels": [known[level].model_dump(mode="json") for level in levels],
+        "train_level": known[train_level].model_dump(mode="json"),
+        "settings": settings.read_text(encoding="utf-8") if entry.controller in TRAINED else "",
+        "plan": plan.model_dump(mode="json", include={"env", "shifts" if line else "picks", "seed", "num_envs"}),
         "code": code,
         "own": [own_code(name.partition(":")[0]) for name in (entry.controller, plan.env) if ":" in name],
+        **(lines.depends(entry.controller, list(known.values())) if line else {}),
     }
-    known = {level: _config(plan.env, level) for level in (*levels, train_level)}
     own = {level: config for level, config in known.items() if _is_own(level, config)}
-    return Piece(plan, entry, throws, seed, levels, train_level, own, key(**inputs))
+    cost = max(throws) + len(throws) * sum(_effort(plan, entry, known[level]) for level in levels)
+    return Piece(plan, entry, throws, seed, levels, train_level, own, key(**inputs), name, cost)
+
+
+def _effort(plan: Plan, entry: Entry, config: Any) -> int:
+    """Throws or decisions of one evaluation; the oracle simulates each throw several times."""
+    if isinstance(config, LineConfig):
+        return lines.effort(entry.controller, config, entry.shifts or plan.shifts, plan.num_envs)
+    return (15 if entry.controller == "oracle" else 1) * plan.picks
+
+
+def _check_kind(plan: Plan, line: bool) -> None:
+    """Make sure that a plan says what its environment has a use for: throws, or shifts of a line.
+
+    Raises:
+        UsageError: it does not.
+    """
+    said = plan.model_fields_set
+    if line:
+        if unused := {"picks", "floors"} & said:
+            raise UsageError(f"{min(unused)} goes with throws; {plan.env!r} is a line, which is judged by its shifts")
+        _check_line(plan)
+        return
+    if "shifts" in said:
+        raise UsageError(f"shifts goes with a line, such as PnTLine-v0; on {plan.env!r} throws are counted, by picks")
+    for entry in plan.entries:
+        name = entry.controller
+        if entry.shifts is not None or name in {*DECIDING, *CHOOSING} - {*NAMES} or lines.is_learned(name):
+            raise UsageError(
+                f"entry {entry.label!r}: controller {name!r}, shifts and the like are of a line, such as PnTLine-v0, "
+                f"and not of {plan.env!r}"
+            )
+
+
+def _check_line(plan: Plan) -> None:
+    """Make sure that entries can be made, before any of them works for hours.
+
+    Raises:
+        UsageError: one cannot.
+    """
+    for entry in plan.entries:
+        if entry.also or entry.online:
+            raise UsageError(f"entry {entry.label!r}: also and online go with throws, and {plan.env!r} is a line")
+        if (entry.shifts or plan.shifts) > plan.shifts:
+            raise UsageError(f"entry {entry.label!r} has shifts {entry.shifts}; the plan has {plan.shifts}")
+    for level in sorted({level for entry in plan.entries for level in entry.levels or plan.levels}):
+        with closing(make_vector(plan.env, level, num_envs=1, threads=1)) as env:
+            for entry in plan.entries:
+                if level in (entry.levels or plan.levels) and entry.controller not in CHOOSING:
+                    lines.controller(entry.label, entry.controller, env, entry.options)
 
 
 def _check_whole(plan: Plan, level: str) -> None:
@@ -250,13 +271,17 @@ def needs(plan: Plan) -> Needs:
     Raises:
         UsageError: it reads what lies on this machine alone.
     """
-    for entry in plan.entries:
+    for entry, _ in _by_level(plan):
         for level in {*(entry.levels or plan.levels), entry.train_level or plan.train_level}:
-            if not isinstance(_config(plan.env, level), LevelConfig) and os.path.exists(level):
+            config = _config(plan.env, level)
+            if not isinstance(config, LevelConfig) and os.path.exists(level):
                 raise UsageError(f"level {level!r} is a file, which {plan.env!r} would have to read on another machine")
-        for name, value in entry.options.items():
-            if isinstance(value, str) and os.path.isfile(value):
+            if isinstance(config, LineConfig) and config.chances is not None:
+                raise UsageError(f"level {level!r}: chances {config.chances!r} is a file, which lies on this machine")
+        for name, value in (("controller", entry.controller), *entry.options.items()):
+            learned = name == "controller" and lines.is_learned(value)
+            if learned or (name != "controller" and isinstance(value, str) and os.path.isfile(value)):
                 raise UsageError(f"entry {entry.label!r}: {name} {value!r} is a file, which lies on this machine alone")
     named = [entry.controller for entry in plan.entries]
     modules = sorted({name.partition(":")[0] for name in (plan.env, *named) if ":" in name})
-    return Needs(tuple(modules), torch=any(name in (*ALGORITHMS, "mlp") for name in named))
+    return Needs(tuple(modules), torch=any(name in (*TRAINED, "mlp") for name in named))

@@ -1,4 +1,4 @@
-"""Doing one piece of the benchmark: learn, throw the held-out objects, keep every throw."""
+"""Doing one piece of the benchmark: learn, throw the held-out objects or work the held-out shifts, keep every one."""
 
 from __future__ import annotations
 
@@ -15,19 +15,23 @@ import numpy as np
 from pnt_gym.arrays import Bools
 
 from .. import runs
-from ..actor import Actor
 from ..controllers import Learner, make_controller
 from ..controllers.apart import Apart
 from ..controllers.between import as_seen
 from ..controllers.own import run_policy
 from ..controllers.protocol import Controller
-from ..environments import Env, core_of, make_vector
+from ..environments import Env, core_of, make_vector, stream_seed
 from ..evaluation import held_out, practise
 from ..hyperparameters import hyperparameters
-from ..runs import ALGORITHMS
+from ..line.evaluation import worked
+from ..line.learning import line_settings, more_price
+from ..line.making import line_of
+from ..line.scored import run_scores
 from ..throws import FAILURES, Throws
 from ..work import Job
-from .plan import Piece, Plan, labels_of, pieces
+from . import lines
+from .entries import TRAINED, labels_of
+from .plan import Piece, Plan, pieces
 
 OUTCOMES = {
     "sorted": "s",
@@ -59,11 +63,20 @@ def run_piece(piece: Piece, kept: Path) -> dict[str, Any]:
     for throws, seconds, able in _learn(piece, kept):
         for level, (label, name) in product(piece.levels, named):
             with closing(_cells(piece, level)) as env:
-                found = held_out(able(name, env), env, piece.plan.picks, piece.plan.seed, online=piece.entry.online)
+                found = _judged(able(name, env), env, piece)
             head = {"label": label, "controller": name, "throws": throws}
             more = {"seed": piece.seed, "level": level, "train_level": piece.train_level, "learn_seconds": seconds}
-            results.append({**head, **more, "columns": columns(found)})
+            results.append({**head, **more, "columns": found})
     return {"results": results}
+
+
+def _judged(controller: Controller, env: Env, piece: Piece) -> dict[str, Any]:
+    """What is kept of the throws, or of the shifts at a line, by which a controller is judged."""
+    plan, line = piece.plan, line_of(env)
+    if line is None:
+        return columns(held_out(controller, env, plan.picks, plan.seed, online=piece.entry.online))
+    shifts = piece.entry.shifts or plan.shifts
+    return lines.columns(worked(controller, env, shifts, stream_seed("evaluate", plan.seed)), line)
 
 
 def _cells(piece: Piece, level: str, count: int | None = None) -> Env:
@@ -117,12 +130,12 @@ def _rounded(values: np.ndarray, digits: int) -> list[float | None]:
 
 
 def _learn(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
-    """Throws learned from, seconds it took, and what knows them, for each throw count of the piece."""
-    if piece.entry.controller in ALGORITHMS:
+    """Throws or decisions learned from, seconds it took, and what knows them, for each count of the piece."""
+    if piece.entry.controller in TRAINED:
         yield from _train(piece, kept)
         return
     with closing(_cells(piece, piece.train_level)) as env:
-        controller = make_controller(piece.entry.controller, env, **piece.entry.options)
+        controller = _made(piece, piece.entry.controller, env)
         controller.reset(piece.seed)
         began = time.perf_counter()
         practise(controller, env, piece.throws[0], piece.seed)
@@ -131,7 +144,7 @@ def _learn(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
 
 
 def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
-    """Train, or go on training, and yield the policy at each throw count."""
+    """Train, or go on training, and yield the policy at each count of throws or decisions."""
     from ..progress import Stop  # noqa: PLC0415 - imports torch
     from ..sb3 import SameStepVecEnv, build  # noqa: PLC0415
     from ..train import in_flight, learn  # noqa: PLC0415
@@ -153,8 +166,9 @@ def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
         "over": piece.entry.over,
         "fidelity": piece.entry.fidelity,
     }
-    quick = in_flight(cells, asked, threads=1)
-    env = SameStepVecEnv(as_seen(cells, asked), even=algo in runs.ON_POLICY)
+    settings = line_settings(asked, settings, cells)
+    quick, price = in_flight(cells, asked, threads=1), more_price(settings, cells)
+    env = SameStepVecEnv(as_seen(cells, asked), even=algo in runs.ON_POLICY, price=price)
     if runs.checkpoints(folder):
         model = runs.restore(folder, env)
     else:
@@ -163,19 +177,23 @@ def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
     for throws in piece.throws:
         began = time.perf_counter()
         if model.num_timesteps < throws:
-            leg = {**asked, "steps": throws, "checkpoint_every": throws}
-            learn(model, env, folder, leg, Stop(), quick=quick, quiet=True)
+            leg = {**asked, "checkpoint_every": throws}
+            learn(model, env, folder, leg, Stop(), quick=quick, until=throws, quiet=True)
         seconds = round(time.perf_counter() - began, 1)
         place = next(p for p in runs.checkpoints(folder) if int(p.name) >= throws)
-        yield int(place.name), seconds, partial(_policy, runs.load_actor(folder, place), asked, piece)
+        yield throws, seconds, _policy(folder, place, asked, piece)
     env.close()
     if quick is not None:
         quick.close()
 
 
-def _policy(actor: Actor, asked: Mapping[str, Any], piece: Piece, name: str, env: Env) -> Controller:
-    """What a training has left, as a controller of the level that is evaluated."""
-    return run_policy(actor, asked, env, piece.name, name)
+def _policy(folder: Path, place: Path, asked: Mapping[str, Any], piece: Piece) -> Able:
+    """What a training has left in a checkpoint, as a controller of the level that is evaluated."""
+    if asked["algo"] in runs.CHOOSING:
+        scores = run_scores(folder, place)
+        return lambda name, env: scores
+    actor = runs.load_actor(folder, place)
+    return lambda name, env: run_policy(actor, asked, env, piece.name, name)
 
 
 def _transfer(controller: Controller, piece: Piece, name: str, env: Env) -> Controller:
@@ -186,8 +204,16 @@ def _transfer(controller: Controller, piece: Piece, name: str, env: Env) -> Cont
 
 
 def _informed(controller: Controller, piece: Piece, name: str, env: Env) -> Controller:
-    able = make_controller(name, env, **(piece.entry.options if name == piece.entry.controller else {}))
+    able = _made(piece, name, env)
     able.reset(piece.seed)
     if isinstance(able, Learner) and isinstance(controller, Learner) and max(piece.throws) > 0:
         able.restore(controller.state())
     return able
+
+
+def _made(piece: Piece, name: str, env: Env) -> Controller:
+    """A controller by name; the settings of the entry are those of its own."""
+    options = piece.entry.options if name == piece.entry.controller else {}
+    if line_of(env) is None:
+        return make_controller(name, env, **options)
+    return lines.controller(piece.entry.label, name, env, options)

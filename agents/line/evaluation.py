@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final, final
 
@@ -27,6 +27,8 @@ MEANS: Final = {
     "recovery": "shift_recovery",
     "value_recovery": "shift_value_recovery",
     "purity": "shift_purity",
+    "passed_value_per_min": "shift_passed_value_per_min",
+    "passed_tried": "shift_passed_tried",
 }
 """Figures that are means over shifts, and their names in the info."""
 LISTS: Final = {
@@ -126,7 +128,7 @@ def summary(found: Shifts, core: LineCore) -> dict[str, Any]:
         "shifts": len(found.value),
         "picks": len(success),
         "picks_per_min": len(success) / minutes,
-        **{name: float(np.nanmean(told[key])) for name, key in MEANS.items()},
+        **{name: plain(mean(told[key])) for name, key in MEANS.items()},
         "value_per_min_low": value.low,
         "value_per_min_high": value.high,
         "success_rate": rate.value,
@@ -139,14 +141,37 @@ def summary(found: Shifts, core: LineCore) -> dict[str, Any]:
         "invalid_actions": found.invalid,
         "ms_per_decision": 1e3 * found.seconds / found.taken,
     }
-    lists = {name: _plain(np.nanmean(told[key], axis=0)) for name, key in LISTS.items()}
+    lists = {name: plain(mean(told[key])) for name, key in LISTS.items()}
+    by_robot = [decisions["wait_time"][decisions["by"] == robot] for robot in range(len(core.config.robots))]
+    lists["wait_by_robot_s"] = [float(one.mean()) if one.size else None for one in by_robot]
     names = {"items": list(core.item_names), "robots": [robot.name for robot in core.config.robots]}
-    each = [dict(zip(decisions, row, strict=True)) for row in zip(*map(_plain, decisions.values()), strict=True)]
-    shifts = {name.removeprefix("shift_"): _plain(values) for name, values in told.items()}
-    return {**head, **lists, **names, "by_shift": shifts, "throws": each}
+    each = [dict(zip(decisions, row, strict=True)) for row in zip(*map(plain, decisions.values()), strict=True)]
+    shifts = {name.removeprefix("shift_"): plain(values) for name, values in told.items()}
+    return {**head, **lists, **names, **_bins(decisions, core), "by_shift": shifts, "throws": each}
 
 
-def _plain(values: NDArray[Any]) -> list[Any]:
-    """As JSON has it, which knows no NaN."""
-    listed: list[Any] = values.tolist()
-    return [_plain(np.array(one)) if isinstance(one, list) else (None if one != one else one) for one in listed]  # noqa: PLR0124 - NaN
+def _bins(decisions: Mapping[str, NDArray[Any]], core: LineCore) -> dict[str, Any]:
+    """Purity of each bin in which something lies at the end of a shift, ROBOT/BIN."""
+    in_time = decisions["start"] + decisions["cycle_time"] <= core.config.duration
+    found: dict[str, float] = {}
+    for index, robot in enumerate(core.config.robots):
+        for number, bin_ in enumerate(core.config.cell_of(index).bins.fixed):
+            there = in_time & (decisions["by"] == index) & (decisions["ended_in"] == number)
+            if there.any():
+                found[f"{robot.name}/{bin_.name}"] = float(decisions["sorted"][there].astype(bool).mean())
+    return {"purity_by_bin": found}
+
+
+def mean(values: NDArray[Any]) -> NDArray[Any]:
+    """Over shifts (S, ...), of those that have a figure; NaN where none has."""
+    there = np.isfinite(values)
+    total = np.where(there, values, 0.0).sum(axis=0)
+    return np.divide(total, there.sum(axis=0), out=np.full_like(total, np.nan), where=there.any(axis=0))
+
+
+def plain(values: Any) -> Any:
+    """A number or arrays of them as JSON has it, which knows no NaN."""
+    listed = values.tolist() if isinstance(values, np.ndarray | np.generic) else values
+    if isinstance(listed, list):
+        return [plain(one) for one in listed]  # pyright: ignore[reportUnknownVariableType]
+    return None if listed != listed else listed  # noqa: PLR0124 - NaN

@@ -13,21 +13,21 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.line.observation import CHOICE_TABLE, ENTRIES, LINE_TABLE
 from pnt_gym.cells.line.state import CHOICES
 
-from ..actor import Actor
 from ..cli import UsageError
 from ..controllers.protocol import Controller, Observation
-from ..runs import policy_of, read_arguments
+from ..runs import load_numbers, read_arguments
 from ..scorer import Scorer
 from .rules import HALF, first_of
 
 Scores = Callable[[NDArray[np.float32]], NDArray[np.floating]]
 """Of choices (N, CHOICES), from observations (N, ENTRIES)."""
-_REAL: Final = slice(len(LINE_TABLE) + CHOICE_TABLE.names.index("real"), ENTRIES, len(CHOICE_TABLE))
+REAL: Final = slice(len(LINE_TABLE) + CHOICE_TABLE.names.index("real"), ENTRIES, len(CHOICE_TABLE))
+"""The entries of an observation that tell which choices there are."""
 
 
 def there(observations: NDArray[np.floating]) -> NDArray[np.bool_]:
     """Which choices there are (N, CHOICES)."""
-    return observations[:, _REAL] > HALF
+    return observations[:, REAL] > HALF
 
 
 @final
@@ -64,12 +64,11 @@ def run_scores(folder: Path, checkpoint: Path | None = None) -> Scored:
     Raises:
         UsageError: the folder or its policy is missing or damaged, or of another environment.
     """
-    algo, file = read_arguments(folder)["algo"], policy_of(folder, checkpoint)
-    policy = Scorer.load(file) if algo == "residual_ppo" else Actor.load(file)
+    policy = load_numbers(folder, checkpoint)
     if policy.sizes != (ENTRIES, CHOICES) or getattr(policy, "output", "scores") != "scores":
         seen, given = policy.sizes
         raise UsageError(
             f"the policy of {str(folder)!r} takes {seen} entries and gives {given} numbers; a line has {ENTRIES} and "
             f"{CHOICES} choices"
         )
-    return Scored(algo, policy)
+    return Scored(read_arguments(folder)["algo"], policy)

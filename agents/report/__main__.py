@@ -19,7 +19,8 @@ from .methods import methods_chapter
 from .page import Chapter, markdown_page, page
 from .readme import update_readme
 from .reproduction import is_reproduction, paper_chapters
-from .tables import benchmark_grids
+from .shifts import line_grids
+from .tables import benchmark_grids, is_of_line
 
 
 @dataclass(frozen=True)
@@ -94,7 +95,8 @@ def benchmark_chapter(name: str, data: Mapping[str, Any]) -> Chapter:
     """Tables and figures of a benchmark."""
     prefix = "" if name == "benchmark" else f"{name}_"
     figures = {f"{prefix}{file}": text for file, text in benchmark_figures(data).items()}
-    return Chapter(name, tuple(benchmark_grids(data)), figures)
+    grids = line_grids(data) if is_of_line(data) else benchmark_grids(data)
+    return Chapter(name, tuple(grids), figures)
 
 
 if __name__ == "__main__":

@@ -4,13 +4,39 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import cycle
-from typing import Any
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
 from ..drawings import COLOURS, Axes, Figure, dress, subplots, svg
-from .tables import is_of_shifts, labels, name_of, rows_of
+from .tables import is_of_line, is_of_shifts, labels, name_of, rows_of
 
+
+class Measure(NamedTuple):
+    """What bars and curves show.
+
+    Attributes:
+        names: keys of the mean and of the ends of its interval.
+        scale: factor on them.
+        said: what it is called.
+        learned_from: what is counted of the learning.
+    """
+
+    names: tuple[str, str, str]
+    scale: float
+    said: str
+    learned_from: str
+
+
+ERROR: Final = Measure(
+    ("landing_error_mean_m", "landing_error_low_m", "landing_error_high_m"),
+    1000.0,
+    "landing error, mean [mm]",
+    "throws learned from",
+)
+VALUE: Final = Measure(
+    ("value_per_min", "value_per_min_low", "value_per_min_high"), 1.0, "value a minute", "decisions learned from"
+)
 THROW_TICKS = (30, 100, 300, 1000, 3000, 10_000, 30_000)
 ERROR_TICKS = (2, 5, 10, 20, 50, 100)
 ADAPTING = ("static", "ema", "kalman", "recursive_ridge", "in_context", "recurrent_ppo", "oracle_drift")
@@ -22,37 +48,37 @@ SMOOTHED = 5
 
 def benchmark_figures(data: Mapping[str, Any]) -> dict[str, str]:
     """SVG texts by file name; no clouds of a cell that tells its errors only, not where objects landed."""
+    if is_of_line(data):
+        return {"value.svg": svg(bars(data, VALUE)), "learning_curves.svg": svg(learning_curves(data, VALUE))}
     if is_of_shifts(data):
         return {"over_the_shift.svg": svg(over_the_shift(data))}
-    drawn = {"landing_error.svg": error_bars(data), "learning_curves.svg": learning_curves(data)}
+    drawn = {"landing_error.svg": bars(data, ERROR), "learning_curves.svg": learning_curves(data, ERROR)}
     clouds = _cloud_choices(data)
     if clouds:
         drawn["landing_clouds.svg"] = landing_clouds(clouds)
     return {name: svg(figure) for name, figure in drawn.items()}
 
 
-def error_bars(data: Mapping[str, Any]) -> Figure:
-    """Mean landing error of every controller, one panel per level, with 95 % intervals."""
+def bars(data: Mapping[str, Any], measure: Measure) -> Figure:
+    """A figure of every controller, one panel per level, with 95 % intervals."""
     levels, colour = data["plan"]["levels"], _colours(data)
     most = max(len(rows_of(data, [level])) for level in levels)
     figure, panels = subplots(1, len(levels), (5.2 * len(levels), 0.3 * most + 1.0))
     for axes, level in zip(panels, levels, strict=True):
         rows = rows_of(data, [level])
         places = np.arange(len(rows))
-        value, low, high = (
-            1000 * np.array([row[f"landing_error_{part}_m"] for row in rows]) for part in ("mean", "low", "high")
-        )
+        value, low, high = (measure.scale * np.array([row[name] for row in rows]) for name in measure.names)
         axes.barh(places, value, color=[colour[row["label"]] for row in rows], height=0.7)
         axes.errorbar(value, places, xerr=[value - low, high - value], fmt="none", ecolor="black", capsize=2)
         axes.set_yticks(places, [name_of(row) for row in rows])
         axes.invert_yaxis()
-        axes.set(xlabel="landing error, mean [mm]", title=f"level {level}", axisbelow=True)
+        axes.set(xlabel=measure.said, title=f"level {level}", axisbelow=True)
         axes.grid(axis="x", alpha=0.3)
     return figure
 
 
-def learning_curves(data: Mapping[str, Any]) -> Figure:
-    """Landing error over the throws learned from; controllers that do not learn are lines."""
+def learning_curves(data: Mapping[str, Any], measure: Measure) -> Figure:
+    """A figure over the throws or decisions learned from; controllers that do not learn are lines."""
     levels = data["plan"]["levels"]
     figure, panels = subplots(1, len(levels), (5.2 * len(levels), 4.0))
     most = max([row["throws"] for row in data["table"] if not row["label"].startswith("floor")] or [0])
@@ -60,12 +86,13 @@ def learning_curves(data: Mapping[str, Any]) -> Figure:
         for label, colour in _colours(data).items():
             rows = [row for row in rows_of(data, [level]) if row["label"] == label]
             if rows:
-                _curve(axes, rows, label, colour)
-        names = {"xlabel": "throws learned from", "ylabel": "landing error, mean [mm]", "title": f"level {level}"}
-        axes.set(xscale="log", yscale="log", **names)
-        axes.set_xticks(THROW_TICKS, [f"{ticks:,}" for ticks in THROW_TICKS])
-        axes.set_xlim(20, max(2000, 2 * most))
-        axes.set_yticks(ERROR_TICKS, [str(ticks) for ticks in ERROR_TICKS])
+                _curve(axes, rows, label, colour, measure)
+        axes.set(xscale="log", xlabel=measure.learned_from, ylabel=measure.said, title=f"level {level}")
+        if measure is ERROR:
+            axes.set_yscale("log")
+            axes.set_yticks(ERROR_TICKS, [str(ticks) for ticks in ERROR_TICKS])
+            axes.set_xticks(THROW_TICKS, [f"{ticks:,}" for ticks in THROW_TICKS])
+            axes.set_xlim(20, max(2000, 2 * most))
         axes.minorticks_off()
         axes.grid(alpha=0.3)
     _name_once(figure, panels)
@@ -115,14 +142,14 @@ def _name_once(figure: Figure, panels: Sequence[Axes]) -> None:
     figure.legend(shown.values(), shown.keys(), fontsize=8, loc="outside right center")
 
 
-def _curve(axes: Axes, rows: list[Mapping[str, Any]], label: str, colour: str) -> None:
-    error = [1000 * row["landing_error_mean_m"] for row in rows]
+def _curve(axes: Axes, rows: list[Mapping[str, Any]], label: str, colour: str, measure: Measure) -> None:
+    value, low, high = (measure.scale * np.array([row[name] for row in rows]) for name in measure.names)
     if rows[0]["throws"] == 0 or label.startswith("floor"):
-        axes.axhline(error[-1], color=colour, linestyle="--", linewidth=1, label=label)
+        axes.axhline(value[-1], color=colour, linestyle="--", linewidth=1, label=label)
         return
-    low, high = ([1000 * row[f"landing_error_{side}_m"] for row in rows] for side in ("low", "high"))
-    spread = [np.subtract(error, low), np.subtract(high, error)]
-    axes.errorbar([row["throws"] for row in rows], error, yerr=spread, marker="o", color=colour, label=label, capsize=2)
+    spread = [value - low, high - value]
+    throws = [row["throws"] for row in rows]
+    axes.errorbar(throws, value, yerr=spread, marker="o", color=colour, label=label, capsize=2)
 
 
 def _colours(data: Mapping[str, Any]) -> dict[str, str]:

@@ -64,7 +64,7 @@ def environment_table(data: Data) -> Grid:
             str(line["cells"]),
             str(line["threads"]),
             f"{line['env_throws_per_s']:.0f}",
-            f"{100 * line['env_over_bare']:.0f} %",
+            f"{100 * line['env_over_bare']:.0f} %" if line["physics_steps_per_throw"] else "none is simulated",
             f"{line['env_over_singles']:.1f} x",
         ]
         for env, figures in data["envs"].items()

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain
-from typing import Any
+from typing import Any, Final
 
 from ..tables import Grid, percent
 
 Data = Mapping[str, Any]
 WHO = ("controller", "throws to learn")
+OF_LINE = ("controller", "decisions to learn")
+"""Of a benchmark of lines."""
 FAILED = {
     "share_missed": "missed the opening",
     "share_rim": "crossed it, not in the bin",
@@ -23,6 +25,14 @@ USUAL = ("share_missed", "share_rim", "share_recontact")
 """Those that every table has."""
 SHARES = {"recovery": "recovery", "purity": "purity", "pick_rate": "picks that held", "drop_rate": "lost on the way"}
 """Shares by which a sorter is judged, where its cell tells them."""
+DIFFERENCES: Final = {
+    "landing_error_m": ("landing error", 1000, "mm"),
+    "value_per_min": ("value/min", 1, ""),
+    "sorted_per_min": ("sorted/min", 1, ""),
+    "recovery": ("recovery", 100, "%"),
+    "value_recovery": ("recovery of value", 100, "%"),
+}
+"""What controllers are compared by, of throws or of shifts: its name, scale and unit."""
 
 
 def benchmark_grids(data: Data) -> list[Grid]:
@@ -37,7 +47,12 @@ def benchmark_grids(data: Data) -> list[Grid]:
 def benchmark_table(data: Data) -> Grid:
     """Every controller on the levels of the plan, side by side."""
     columns, levels = ("error", "x floor", "under 30 mm", "success", "sorted/min"), data["plan"]["levels"]
-    return _side_by_side("Every controller on the same held-out throws", data, levels, columns, _conditions(data))
+    return side_by_side("Every controller on the same held-out throws", data, levels, columns, _conditions(data))
+
+
+def is_of_line(data: Data) -> bool:
+    """Whether what was compared are shifts of a line."""
+    return any("value_per_min" in row for row in data["table"])
 
 
 def is_of_shifts(data: Data) -> bool:
@@ -53,7 +68,7 @@ def shift_table(data: Data) -> Grid:
         [
             row["level"],
             row["controller"],
-            _who(row)[1],
+            who(row)[1],
             *(f"{1000 * row[f'landing_error_{part}_m']:.1f} mm" for part in parts),
             _over(row, static),
             percent(row["landing_near_share"]),
@@ -76,22 +91,34 @@ def _over(row: Data, static: Mapping[tuple[str, int], Data]) -> str:
 
 
 def _conditions(data: Data) -> str:
-    """Throw count, seeds and versions behind the tables."""
-    plan = data["plan"]
-    return (
-        f"{plan['picks']} held-out throws per seed and level on {plan['env']}, seeds {plan['seeds']} of the learning, "
-        f"learned on {plan['train_level']} unless the label says otherwise; "
+    said = (
         "errors are of what was thrown, success is of all picks, failed ones and drops included; "
-        "x floor is the error over that of a large network trained on very many throws. Versions: "
+        "x floor is the error over that of a large network trained on very many throws"
+    )
+    return conditions(data, f"{data['plan']['picks']} held-out throws", said)
+
+
+def conditions(data: Data, count: str, said: str) -> str:
+    """Count, seeds and versions behind the tables, and what else is to be said of them."""
+    plan = data["plan"]
+    where = "the level itself" if plan["train_level"] == "each" else plan["train_level"]
+    return (
+        f"{count} per seed and level on {plan['env']}, seeds {plan['seeds']} of the learning, learned on {where} "
+        f"unless the label says otherwise; {said}. Versions: "
         + ", ".join(f"{package} {version}" for package, version in data["versions"].items())
         + "."
     )
 
 
+def other_levels(data: Data) -> list[str]:
+    """Levels that only some controllers were evaluated on."""
+    return sorted({row["level"] for row in data["table"]} - {*data["plan"]["levels"]})
+
+
 def other_levels_table(data: Data) -> Grid:
     """Levels that only some controllers were evaluated on."""
-    levels = sorted({row["level"] for row in data["table"]} - {*data["plan"]["levels"]})
-    return _side_by_side("Further levels", data, levels, ("error", "under 30 mm", "success", "sorted/min"))
+    columns = ("error", "under 30 mm", "success", "sorted/min")
+    return side_by_side("Further levels", data, other_levels(data), columns)
 
 
 def failure_table(data: Data, level: str) -> Grid:
@@ -99,7 +126,7 @@ def failure_table(data: Data, level: str) -> Grid:
     found = rows_of(data, [level])
     shares = {name: said for name, said in FAILED.items() if name in USUAL or any(row.get(name) for row in found)}
     header = [*WHO, *shares.values()]
-    rows = [[*_who(row), *(percent(row.get(name, 0.0)) for name in shares)] for row in found]
+    rows = [[*who(row), *(percent(row.get(name, 0.0)) for name in shares)] for row in found]
     return Grid(f"What failed, level {level}", header, rows)
 
 
@@ -108,29 +135,30 @@ def sorting_table(data: Data, level: str) -> Grid:
     found = [row for row in rows_of(data, [level]) if any(name in row for name in SHARES)]
     shares = {name: said for name, said in SHARES.items() if any(name in row for row in found)}
     rows = [
-        [*_who(row), *(percent(row.get(name)) for name in shares), f"{row['energy_per_pick_j']:.1f} J"] for row in found
+        [*who(row), *(percent(row.get(name)) for name in shares), f"{row['energy_per_pick_j']:.1f} J"] for row in found
     ]
     note = "Purity is of what lies in any bin. Energy: positive work of the motors, without recuperation."
     return Grid(f"What a sorter is judged by, level {level}", [*WHO, *shares.values(), "energy per pick"], rows, note)
 
 
-def _who(row: Data) -> list[str]:
+def who(row: Data) -> list[str]:
+    """A label, and how many throws or decisions it learned from."""
     return [row["label"], str(row["throws"] or "-")]
 
 
 def comparison_table(data: Data, level: str) -> Grid:
-    """Learned less reference with 95 % intervals, paired throw by throw."""
-    header = ["learned", "less", "landing error", "sorted/min"]
+    """Learned less reference with 95 % intervals, paired throw by throw or shift by shift."""
+    pairs = [c for c in data["comparisons"] if c["level"] == level and c["learned"] != c["reference"]]
+    told = {name: said for name, said in DIFFERENCES.items() if pairs and name in pairs[0]}
     rows = [
         [
             name_of(c["learned"]),
             name_of(c["reference"]),
-            _interval(c["landing_error_m"], 1000, "mm"),
-            _interval(c["sorted_per_min"], 1, ""),
+            *(_interval(c[name], scale, unit) for name, (_, scale, unit) in told.items()),
         ]
-        for c in data["comparisons"]
-        if c["level"] == level and c["learned"] != c["reference"]
+        for c in pairs
     ]
+    header = ["learned", "less", *(said for said, _, _ in told.values())]
     return Grid(f"Paired differences, level {level} (95 % intervals)", header, rows)
 
 
@@ -151,27 +179,46 @@ def name_of(choice: Data) -> str:
     return f"{choice['label']} ({choice['throws']})" if choice["throws"] else str(choice["label"])
 
 
-def _side_by_side(headline: str, data: Data, levels: Sequence[str], columns: Sequence[str], note: str = "") -> Grid:
-    """Figures of every controller on some levels, level by level from left to right."""
-    header = [*WHO, *(f"{level}: {name}" if name == "error" else name for level in levels for name in columns)]
+def side_by_side(headline: str, data: Data, levels: Sequence[str], columns: Sequence[str], note: str = "") -> Grid:
+    """Figures of every controller on some levels, level by level from left to right.
+
+    Args:
+        headline: of the table.
+        data: of the benchmark.
+        levels: which.
+        columns: which of `FIGURES`.
+        note: that stands under it.
+    """
+    who = OF_LINE if is_of_line(data) else WHO
+    header = [*who, *(f"{level}: {name}" if name == columns[0] else name for level in levels for name in columns)]
     lines: dict[tuple[str, int], dict[str, list[str]]] = {}
     for row in rows_of(data, levels):
-        figures = _figures(row)
         line = lines.setdefault((row["label"], row["throws"]), {level: ["-"] * len(columns) for level in levels})
-        line[row["level"]] = [figures[name] for name in columns]
+        line[row["level"]] = [FIGURES[name](row) for name in columns]
     rows = [[label, str(throws or "-"), *chain(*line.values())] for (label, throws), line in lines.items()]
     return Grid(headline, header, rows, note)
 
 
-def _figures(row: Data) -> dict[str, str]:
+def _times(row: Data) -> str:
     floor = row.get("times_floor")
-    return {
-        "error": f"{1000 * row['landing_error_mean_m']:.1f} mm",
-        "x floor": "-" if floor is None else f"{floor:.2f}",
-        "under 30 mm": percent(row["landing_near_share"]),
-        "success": f"{100 * row['success_rate']:.1f} %",
-        "sorted/min": f"{row['sorted_per_min']:.1f}",
-    }
+    return "-" if floor is None else f"{floor:.2f}"
+
+
+def _value(row: Data) -> str:
+    low, high = row["value_per_min_low"], row["value_per_min_high"]
+    return f"{row['value_per_min']:.1f} ({low:.1f}..{high:.1f})"
+
+
+FIGURES: Final[Mapping[str, Callable[[Data], str]]] = {
+    "error": lambda row: f"{1000 * row['landing_error_mean_m']:.1f} mm",
+    "x floor": _times,
+    "under 30 mm": lambda row: percent(row["landing_near_share"]),
+    "success": lambda row: f"{100 * row['success_rate']:.1f} %",
+    "sorted/min": lambda row: f"{row['sorted_per_min']:.1f}",
+    "value/min": _value,
+    "recovery": lambda row: percent(row["recovery"]),
+}
+"""Columns of tables, and what they show of a row."""
 
 
 def _interval(interval: Data, scale: float, unit: str) -> str:

@@ -70,8 +70,10 @@ class PnTLineEnv(CoreEnv, observes=LineTables()):
     `shift_objects` (those that were taken or have passed the end), `shift_sorted`, `shift_misplaced` (in a bin that
     takes other things), `shift_on_floor`, `shift_passed`, `shift_recovery` and `shift_value_recovery` (share of those
     objects, and of their value, that was sorted), `shift_purity` (share of what lies in bins that belongs there),
-    `shift_recovery_by_item`, `shift_passed_by_item`, `shift_picks_by_robot` and `shift_utilisation` (share of the
-    time that each robot works, standstill above the belt not included).
+    `shift_recovery_by_item`, `shift_passed_by_item`, `shift_passed_value_per_min` and `shift_passed_tried` (what has
+    passed the end, all of which some robot takes: its value, and the share that one has tried to lift),
+    `shift_picks_by_robot` and `shift_utilisation` (share of the time that each robot works, standstill above the belt
+    not included).
 
     ## Starting State
 

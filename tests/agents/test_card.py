@@ -78,8 +78,16 @@ def test_a_card_tells_that_a_policy_learned_from_flights_alone() -> None:
 def test_the_curve_is_that_of_the_training(tmp_path: Path) -> None:
     rows = np.array([[256, 1.5, 0.25, 0.1, 0.3], [512, 3.0, 0.5, np.nan, 0.4], [600, 3.9, 0.75, 0.05, 0.5]])
     np.savetxt(tmp_path / "progress.csv", rows, delimiter=",", header="throws,...", comments="")
-    left, right = curve(tmp_path / "progress.csv").axes
+    left, right = curve(tmp_path / "progress.csv", "tqc").axes
     np.testing.assert_allclose(left.lines[0].get_xydata(), rows[:, [0, 2]] * [1, 100])
     np.testing.assert_allclose(right.lines[0].get_xydata(), rows[:, [0, 3]] * [1, 1000])
     assert left.get_ylim()[0] == right.get_ylim()[0] == 0.0
     assert (left.get_ylabel(), right.get_ylabel()) == ("success [%]", "landing error, mean [mm]")
+
+
+def test_the_curve_of_a_line_is_its_value(tmp_path: Path) -> None:
+    rows = np.array([[4096, 1.5, 0.25, 100.0, 0.3], [8192, 3.0, 0.5, 110.0, 0.4]])
+    np.savetxt(tmp_path / "progress.csv", rows, delimiter=",", header="throws,...", comments="")
+    left, right = curve(tmp_path / "progress.csv", "residual_ppo").axes
+    np.testing.assert_allclose(right.lines[0].get_xydata(), rows[:, [0, 3]])
+    assert (left.get_xlabel(), right.get_ylabel()) == ("decisions", "value per minute")

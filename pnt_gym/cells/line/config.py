@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, Literal, Self, cast, final
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.config import Finite, LevelConfig, NonNegative, Positive, Section
@@ -71,6 +71,14 @@ class Down(Section):
     end: Positive = Field(description="[s]")
 
 
+def _random(level: object) -> str:
+    """Why no line has bins that are drawn."""
+    return (
+        f"level {level!r} of a line has cell.bins.random, which draws a bin for every throw; its robots have bins that "
+        "are fixed: leave random out and list them in cell.bins.fixed, or in the bins of each robot"
+    )
+
+
 @final
 class LineConfig(LevelConfig):
     """A line of robots along one belt.
@@ -111,10 +119,13 @@ class LineConfig(LevelConfig):
 
     @field_validator("cell", mode="before")
     @classmethod
-    def _a_conveyor(cls, given: object) -> object:
+    def _a_conveyor(cls, given: object, info: ValidationInfo) -> object:
         """The conveyor's level that differences make."""
         if not isinstance(given, dict):
             return given
+        bins: object = cast("dict[str, Any]", given).get("bins")
+        if isinstance(bins, dict) and cast("dict[str, Any]", bins).get("random") is not None:
+            raise ValueError(_random(info.data.get("name")))
         try:
             return ConveyorConfig.load(cast("dict[str, Any]", given))
         except ConfigError as error:
@@ -137,7 +148,7 @@ class LineConfig(LevelConfig):
     def _check_cell(self) -> None:
         cell = self.cell
         if cell.bins.random is not None:
-            raise ValueError("cell.bins.random draws a bin for every throw; robots of a line have bins that are fixed")
+            raise ValueError(_random(self.name))
         if cell.belt.neighbours != "ghosts":
             raise ValueError(
                 "cell.belt.neighbours is 'solid'; on a line carried objects pass over others: use 'ghosts'"

@@ -47,6 +47,8 @@ def told(config: LineConfig, state: Shift, stream: Stream, rows: Ints) -> dict[s
         "shift_purity": _share(sorted_, binned),
         "shift_recovery_by_item": _share(sorted_[..., None] & of_item, came[..., None] & of_item),
         "shift_passed_by_item": (passed[..., None] & of_item).sum(axis=1),
+        "shift_passed_value_per_min": np.where(passed, worth, 0.0).sum(axis=1) / minutes,
+        "shift_passed_tried": _share(passed & (state.attempts > 0), passed),
         "shift_picks_by_robot": by.sum(axis=1),
         "shift_utilisation": np.minimum(state.busy / end[:, None], 1.0),
     }

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from io import StringIO
+
 import numpy as np
 import pytest
+from rich.console import Console
 
 from agents.environments import make_vector
 from agents.evaluation import evaluate
-from agents.line.evaluation import judged, worked
+from agents.line.evaluation import Shifts, judged, summary, worked
 from agents.line.looking import Beam
 from agents.line.making import line_controller, line_of
 from agents.line.rules import Index
+from agents.tables import shifts_table
 from pnt_gym.cells.line.observation import decoded
 from tests.tools.commands import answer, call, call_here
 
@@ -76,6 +80,79 @@ def test_value_is_what_was_brought_in():
     gained = np.bincount([one["shift"] for one in told["throws"]], [one["value"] for one in told["throws"]])
     np.testing.assert_allclose(60.0 * gained / 10.0, told["by_shift"]["value_per_min"])
     assert told["value_per_min"] == pytest.approx(np.mean(told["by_shift"]["value_per_min"]))
+
+
+def by_hand():
+    """Two shifts of ten seconds at `skills3`, of seven decisions in all."""
+    both = {
+        "value_per_min": [12.0, 6.0], "sorted_per_min": [18.0, 6.0], "recovery": [0.5, 0.25],
+        "value_recovery": [0.4, 0.2], "purity": [0.75, np.nan], "passed_value_per_min": [30.0, 10.0],
+        "passed_tried": [0.2, np.nan], "utilisation": [[1.0, 0.5, 0.0], [0.5, 0.5, 0.0]],
+        "picks_by_robot": [[3, 1, 0], [1, 2, 0]],
+        "recovery_by_item": [[0.5, np.nan, 1.0, 0.0], [0.1, np.nan, 0.0, 0.0]],
+        "passed_by_item": [[2, 0, 0, 1], [0, 0, 4, 1]],
+    }  # fmt: skip
+    decisions = {
+        "shift": [0, 0, 0, 0, 1, 1, 1], "by": [0, 0, 1, 0, 0, 1, 1], "object": range(7), "item": [2, 0, 0, 0, 2, 0, 1],
+        "true_kind": [2, 2, 0, 0, 2, 0, 1], "bin": [0, 1, 1, 1, 0, 1, 2], "percent": [40.0] * 7,
+        "start": [0.0, 2.0, 3.0, 9.5, 0.0, 1.0, 2.0], "cycle_time": [1.0] * 7,
+        "wait_time": [0.1, 0.3, 0.0, 0.4, 0.0, 0.6, 0.0], "value": [1.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0],
+        "picked": [1, 1, 1, 1, 0, 1, 1], "is_success": [1, 1, 1, 1, 0, 1, 0], "sorted": [1, 0, 1, 1, 0, 1, 0],
+        "ended_in": [0, 1, 1, 1, -1, 1, -1],
+    }  # fmt: skip
+    told = {f"shift_{name}": np.array(values) for name, values in both.items()}
+    return Shifts(told, {name: np.array(values) for name, values in decisions.items()}, 2, 10, 0.05)
+
+
+def test_figures_of_shifts_by_hand():
+    _, core = lines({"base": "skills3", "duration": 10.0}, 1)
+    found = summary(by_hand(), core)
+    assert (found["shifts"], found["picks"], found["picks_per_min"]) == (2, 7, 21.0)
+    assert (found["value_per_min"], found["sorted_per_min"], found["recovery"]) == (9.0, 12.0, 0.375)
+    assert (found["purity"], found["passed_value_per_min"], found["passed_tried"]) == (0.75, 20.0, 0.2)
+    assert found["recovery_by_item"] == [0.3, None, 0.5, 0.0]
+    assert found["passed_by_item"] == [1.0, 0.0, 2.0, 1.0]
+    assert found["utilisation"] == [0.75, 0.5, 0.0]
+    assert found["picks_by_robot"] == [2.0, 1.5, 0.0]
+    assert found["wait_by_robot_s"] == [pytest.approx(0.2), pytest.approx(0.2), None]
+    assert found["wait_time_mean_s"] == pytest.approx(0.2)
+    assert (found["pick_rate"], found["success_rate"]) == (pytest.approx(6 / 7), pytest.approx(5 / 7))
+    assert (found["ms_per_decision"], found["invalid_actions"]) == (pytest.approx(5.0), 2)
+    # The third throw into the first robot's trays ends after the shift.
+    assert found["purity_by_bin"] == {"first/paper": 1.0, "first/trays": 0.0, "second/trays": 1.0}
+
+
+def test_the_table_has_every_figure():
+    _, core = lines({"base": "skills3", "duration": 10.0}, 1)
+    found = summary(by_hand(), core)
+    shown = Console(width=120, record=True, file=StringIO())
+    shown.print(shifts_table("x", found))
+    lines_of = [" ".join(line.replace("│", " ").split()) for line in shown.export_text().splitlines()]
+    for line in (
+        "tray: recovery, passed the end in a shift 30.0 %, 1.0",
+        "can: recovery, passed the end in a shift -, 0.0",
+        "value that passed the end, per minute 20.0",
+        "tried in vain, of what passed it 20.0 %",
+        "purity: share of what is in bins 75.0 %",
+        "purity of bin first/trays 0.0 %",
+        "robot first: at work, picks in a shift, standstill for each 75.0 %, 2, 0.200 s",
+        "robot third: at work, picks in a shift, standstill for each 0.0 %, 0, -",
+        "time of a decision 5.00 ms",
+    ):
+        assert line in lines_of
+    assert not any("first/paper" in line for line in lines_of)
+
+
+def test_purity_by_bin_is_that_of_all_bins():
+    env, core = lines({"base": "skills3", "duration": 10.0})
+    told = judged(line_controller("random", core), env, 4, 0)
+    in_time = [one for one in told["throws"] if one["ended_in"] >= 0 and one["start"] + one["cycle_time"] <= 10.0]
+    held = {name: 0.0 for name in told["purity_by_bin"]}
+    for one in in_time:
+        robot = core.config.robots[one["by"]].name
+        held[f"{robot}/{core.config.cell.bins.fixed[one['ended_in']].name}"] += one["sorted"]
+    assert sum(held.values()) == sum(told["by_shift"]["sorted"])
+    assert len(in_time) == sum(told["by_shift"]["sorted"]) + sum(told["by_shift"]["misplaced"])
 
 
 def test_rules_take_what_their_name_says():

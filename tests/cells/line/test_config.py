@@ -60,6 +60,14 @@ def test_skills_are_those_of_the_level():
 
 WRONG: list[tuple[dict[str, Any], str]] = [
     ({"robots": []}, "robots is []"),
+    *(
+        (
+            {"base": "single", "name": "mine", "cell": {"bins": bins}},
+            "level 'mine' of a line has cell.bins.random, which draws a bin for every throw; its robots have bins that "
+            "are fixed: leave random out and list them in cell.bins.fixed, or in the bins of each robot",
+        )
+        for bins in ({"random": {}}, {"random": {"side": [0.3, 0.4]}, "fixed": []})
+    ),
     ({"robots": [{"name": str(i), "x": 2.0 * i} for i in range(5)]}, "at most 4"),
     ({"robots": [{"name": "", "x": 0.0}]}, "robots.0.name is ''"),
     ({"robots": [{"name": "a", "x": float("nan")}]}, "robots.0.x is nan"),

@@ -290,6 +290,9 @@ def test_the_figures_of_a_shift_are_those_of_its_steps(name, tables):
             share = sum(i in ours for i in of_it) / len(of_it) if of_it else np.nan
             assert one["shift_recovery_by_item"][item] == pytest.approx(share, nan_ok=True)
             assert one["shift_passed_by_item"][item] == sum(kinds[row, i] == item for i in gone)
+        assert one["shift_passed_value_per_min"] == pytest.approx(worth[gone].sum() / minutes)
+        tried = sum(i in ledger.tries for i in gone) / len(gone) if gone else np.nan
+        assert one["shift_passed_tried"] == pytest.approx(tried, nan_ok=True)
         by = [robot for index, (_, robot, _) in ledger.taken.items() if index in fates]
         assert one["shift_picks_by_robot"].tolist() == np.bincount(by, minlength=len(config.robots)).tolist()
         np.testing.assert_allclose(one["shift_utilisation"], np.minimum(busy[row] / config.duration, 1.0))

@@ -1,0 +1,98 @@
+"""Entries of a benchmark: who is measured, and what it learns from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Final, Literal, Self, final
+
+from pydantic import Field, model_validator
+
+from pnt_gym.cells.base.config import Section
+
+from ..controllers import NAMES
+from ..controllers.adaptive import READY
+from ..controllers.between import MOST, OVER, PLANNER
+from ..line.making import NAMES as DECIDING
+from ..runs import ALGORITHMS, CHOOSING
+from . import lines
+
+Count = Annotated[int, Field(ge=0)]
+Several = Annotated[int, Field(ge=2)]
+TRAINED = (*ALGORITHMS, *CHOOSING)
+LEARNERS = ("mean_shift", "virtual_goal", "newton_goal", "ridge", "mlp", *TRAINED)
+EACH: Final = "each"
+"""As a level to learn on: each of those that are evaluated on, for itself."""
+
+
+@final
+class Entry(Section):
+    """One line of the benchmark."""
+
+    label: str = Field(min_length=1)
+    controller: str = Field(
+        description="A controller's name or MODULE:CLASS, or an algorithm of agents.train; of a line also a scorer's "
+        ".npz file or the path of a run folder, from the working folder or from where what ships lies."
+    )
+    throws: tuple[Count, ...] = Field(
+        (0,),
+        min_length=1,
+        description="Practice or training before the evaluation, of a line in decisions; training is rounded up to "
+        "whole batches.",
+    )
+    seeds: tuple[Count, ...] | None = Field(None, description="Of the learning; default: the plan's.")
+    levels: tuple[str, ...] | None = Field(None, description="To be evaluated on; default: the plan's.")
+    train_level: str | None = Field(None, description="To learn on; default: the plan's.")
+    shifts: Several | None = Field(None, description="Of a line: the first so many of the plan's, for who is slow.")
+    options: Mapping[str, Any] = Field({}, description="Settings of the controller.")
+    also: tuple[str, ...] = Field((), description="Controllers that take over what it learned, evaluated beside it.")
+    online: bool = Field(False, description="It goes on learning in the evaluation, every cell for itself.")
+    stack: int = Field(1, description="Of an algorithm: observations that its policy sees at once.")
+    over: str = Field(PLANNER, description="Of an algorithm: the controller to whose action its policy's is added.")
+    fidelity: Literal["full", "flight"] = Field(
+        "full", description="Of an algorithm: what is simulated to learn from; it is judged in the level's own."
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        known = ", ".join(NAMES)
+        if self.controller in TRAINED and (self.also or self.online):
+            raise ValueError(f"entry {self.label!r}: also and online are not for {', '.join(TRAINED)}")
+        for name in self.also:
+            if name not in NAMES:
+                raise ValueError(f"entry {self.label!r}: unknown controller {name!r} in also; known are {known}")
+        if ":" not in self.controller and not lines.is_learned(self.controller):
+            self._check_name()
+        return self
+
+    def _check_name(self) -> None:
+        if self.controller not in (*NAMES, *DECIDING, *TRAINED):
+            known, of_line = ", ".join((*NAMES, *ALGORITHMS, "MODULE:CLASS")), ", ".join((*DECIDING, *CHOOSING))
+            raise ValueError(
+                f"unknown controller {self.controller!r}; known are {known}, and of a line {of_line}, a scorer's .npz "
+                "file and a run folder"
+            )
+        if self.controller not in ALGORITHMS and (self.stack, self.over, self.fidelity) != (1, PLANNER, "full"):
+            raise ValueError(f"entry {self.label!r}: stack, over and fidelity are for {', '.join(ALGORITHMS)}")
+        if not 1 <= self.stack <= MOST or self.over not in OVER:
+            raise ValueError(
+                f"entry {self.label!r} has stack {self.stack} over {self.over!r}; it must be 1 to {MOST} over one of "
+                f"{', '.join(OVER)}"
+            )
+        if self.controller in READY or self.online:
+            return
+        if (self.controller in LEARNERS) != all(t > 0 for t in self.throws):
+            raise ValueError(f"entry {self.label!r} with controller {self.controller!r} has throws {self.throws}")
+
+
+def labels_of(entry: Entry) -> list[str]:
+    """Labels of an entry's results: its own, and after it those of the controllers that take over what it learned."""
+    taken = [name if entry.label == entry.controller else f"{name}_{entry.label}" for name in entry.also]
+    return [entry.label, *taken]
+
+
+@final
+class Choice(Section):
+    """One result of the benchmark: a label and what it learned from."""
+
+    label: str
+    throws: Count = 0
