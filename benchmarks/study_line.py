@@ -44,7 +44,7 @@ BEHIND: Final = ("beam", "joint_beam")
 thousand times as long as a rule."""
 ROWS: Final = 25
 SHIFTS: Final = 100
-THROWN: Final = ("fifo", "atc", "price", "residual_ppo")
+THROWN: Final = ("fifo", "atc", "price", "price_beam", "index", "residual_ppo")
 """What is really thrown as well."""
 THROWN_LEVELS: Final = ("single", "value", "skills3", "skills3_burst")
 THROWN_SHIFTS: Final = 25
