@@ -46,6 +46,9 @@ class Arguments:
     """Shifts that every setting works; settings are kept only from 32 on."""
     generations: int = 40
     """Of the search for an index."""
+    go_on: bool = False
+    """Begin that search at the index that ships for the level instead of at the ATC rule; with another --seed it has
+    other shifts."""
     seed: int = 0
     """Names the shifts."""
     out: Annotated[Path | None, option("configs/line_rules.yaml", "FILE.yaml")] = None
@@ -107,7 +110,8 @@ def tried(what: What, bench: Bench, arguments: Arguments, told: dict[str, list[T
     if what == "index":
         from .line.searching import searched  # noqa: PLC0415 - needs a library that only it does
 
-        return searched(bench, patience, arguments.generations, arguments.seed)
+        begin = settings(name, what).get("weights") if arguments.go_on else None
+        return searched(bench, patience, arguments.generations, arguments.seed, begin)
     brings = a_second(told["atc"]) if "atc" in told else rate(name)
     brings = a_second(bench.rules("atc", [{"patience": patience}])) if brings is None else brings
     return tuning.planner(bench, what, brings / robots)

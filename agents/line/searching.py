@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Final
 
 import cma
@@ -16,27 +17,29 @@ from .tuning import EACH, POPULATION, Bench, Settings, Tried
 WEIGHED: Final = tuple(name for name in NAMES if name != "real")
 """Entries of a choice that an index can weigh."""
 SPREAD: Final = 0.15
-"""Of the weights in the first generation, about zero: the ATC rule."""
+"""Of the weights in the first generation, about those that it begins with."""
 
 
-def searched(bench: Bench, patience: float, generations: int, seed: int) -> list[Tried]:
-    """The index that a search ends with, and the rule that it began with, as settings of `index`.
+def searched(
+    bench: Bench, patience: float, generations: int, seed: int, begin: Mapping[str, float] | None = None
+) -> list[Tried]:
+    """The index that a search ends with, and the one that it began with, as settings of `index`.
 
     Args:
         bench: where both are compared in the end; the search has other shifts.
         patience: of the rule [s].
         generations: of the search.
         seed: of what it draws.
+        begin: weights to begin with, others nothing; none at all are the ATC rule.
     """
+    first = np.array([(begin or {}).get(name, 0.0) for name in WEIGHED])
     # The seed 0 would mean the time of day there.
-    search = cma.CMAEvolutionStrategy(
-        np.zeros(len(WEIGHED)), SPREAD, {"popsize": POPULATION, "seed": seed + 1, "verbose": -9}
-    )
+    search = cma.CMAEvolutionStrategy(first, SPREAD, {"popsize": POPULATION, "seed": seed + 1, "verbose": -9})
     for generation in range(generations):
         found = search.ask()
         shifts = bench.apart(EACH, generation)
         search.tell(found, (-_worth(shifts, [_settings(patience, one) for one in found])).tolist())
-    tried = [_settings(patience, search.result.xfavorite), {"patience": patience, "weights": {}}]
+    tried = [_settings(patience, search.result.xfavorite), {"patience": patience, "weights": dict(begin or {})}]
     values = bench.beside([Scored("index", Scorer.linear(**settings)) for settings in tried])
     return [Tried(settings, value) for settings, value in zip(tried, values, strict=True)]
 

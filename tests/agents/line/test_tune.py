@@ -96,6 +96,13 @@ def test_a_search_ends_with_weights_that_make_a_controller(bench: Bench, monkeyp
     again = bench.beside([Scored("index", Scorer.linear(**found.settings)), Index("atc", "atc", patience=1.4)])
     np.testing.assert_array_equal(again, [found.value, rule.value])
     assert searching.searched(bench, 1.4, 2, 0)[0].settings == found.settings
+    weights = found.settings["weights"]
+    on, begun = searching.searched(bench, 1.4, 1, 1, weights)
+    assert begun.settings == found.settings
+    np.testing.assert_array_equal(begun.value, found.value)
+    assert on.settings["weights"] != weights
+    distance = [abs(on.settings["weights"][name] - weights[name]) for name in weights]
+    assert max(distance) < 10 * searching.SPREAD
 
 
 def run(short: str, place: Path, **changes: Any) -> dict[str, Any]:
