@@ -72,7 +72,7 @@ perf: dev ## planner, robot and environment speed, and the physics checks of res
 	$(BIN)/python benchmarks/study_physics.py --json results/physics.json
 	$(BIN)/python benchmarks/study_fidelity.py --json results/fidelity.json
 
-studies: dev ## flights, the oracle, grip, soft cup, order of picks, what a sorter is judged by, into results/ (an hour)
+studies: dev ## flights, the oracle, grip, soft cup, order of picks, what a sorter is judged by, lines, into results/ (hours)
 	$(BIN)/python benchmarks/study_training.py --json results/training.json
 	$(BIN)/python benchmarks/study_oracle.py --json results/oracle.json
 	$(BIN)/python benchmarks/study_grip.py --json results/grip.json
