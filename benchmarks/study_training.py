@@ -22,7 +22,8 @@ import torch
 
 from agents import runs
 from agents.controllers import make_controller
-from agents.controllers.own import actor_policy
+from agents.controllers.between import PLANNER
+from agents.controllers.own import run_policy
 from agents.controllers.protocol import Controller
 from agents.environments import Env, core_of, make_vector
 from agents.evaluation import NUM_ENVS, held_out, practise
@@ -70,7 +71,7 @@ def _training(cells: Cells, share: float, seed: int, marks: list[int], picks: in
     """One training, judged at each mark."""
     env, seconds = SameStepVecEnv(cells.full), 0.0
     asked = {"env": ENV, "level": LEVEL, "algo": "sac", "seed": seed, "num_envs": NUM_ENVS, "steps": marks[-1]}
-    asked |= {"checkpoint_every": 2 * MOST, "action_mode": core_of(cells.full).action_mode}
+    asked |= {"checkpoint_every": 2 * MOST, "action_mode": core_of(cells.full).action_mode, "stack": 1, "over": PLANNER}
     with tempfile.TemporaryDirectory() as place:
         folder, settings = Path(place) / "run", hyperparameters("sac", ENV)
         model = build("sac", env, settings, seed)
@@ -80,7 +81,8 @@ def _training(cells: Cells, share: float, seed: int, marks: list[int], picks: in
             began = time.process_time()
             learn(model, env, folder, {**asked, "steps": mark}, Stop(), quick=quick, quiet=True)
             seconds += time.process_time() - began
-            policy = actor_policy(runs.load_actor(folder, runs.checkpoints(folder)[-1]), "sac", cells.full)
+            actor = runs.load_actor(folder, runs.checkpoints(folder)[-1])
+            policy = run_policy(actor, asked, cells.full, "sac")
             yield {"throws": mark, "seconds": seconds, **judged(policy, cells, picks)}
 
 
