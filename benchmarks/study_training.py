@@ -22,16 +22,17 @@ import torch
 
 from agents import runs
 from agents.controllers import make_controller
-from agents.controllers.own import actor_policy
+from agents.controllers.own import run_policy
 from agents.controllers.protocol import Controller
 from agents.environments import Env, core_of, make_vector
 from agents.evaluation import NUM_ENVS, held_out, practise
 from agents.files import read_json, write_json
 from agents.hyperparameters import hyperparameters
 from agents.progress import Stop
-from agents.sb3 import SameStepVecEnv, build
+from agents.sb3 import build
 from agents.throws import summary
 from agents.train import learn
+from agents.vec_env import SameStepVecEnv
 
 ENV: Final = "PnTRelease-v0"
 LEVEL: Final = "waste_plain"
@@ -81,7 +82,8 @@ def _training(cells: Cells, share: float, seed: int, marks: list[int], picks: in
             began = time.perf_counter()
             learn(model, env, folder, {**asked, "steps": mark}, Stop(), quick=quick, quiet=True)
             seconds += time.perf_counter() - began
-            policy = actor_policy(runs.load_actor(folder, runs.checkpoints(folder)[-1]), "sac", cells.full)
+            actor = runs.load_actor(folder, runs.checkpoints(folder)[-1])
+            policy = run_policy(actor, runs.read_arguments(folder), cells.full, "the policy")
             yield {"throws": mark, "seconds": seconds, **judged(policy, cells, picks)}
 
 

@@ -40,6 +40,8 @@ _CODE = (
     "agents/environments.py",
     "agents/sb3.py",
     "agents/train.py",
+    "agents/vec_env.py",
+    "agents/weights.py",
 )
 """The code that decides where objects land."""
 _CODE_OF_LINES = (
