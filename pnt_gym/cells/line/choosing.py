@@ -63,9 +63,9 @@ class Chooser:
         """No choice, in N lines."""
         return take(self._one, np.zeros((count, CHOICES), dtype=np.int64))
 
-    def found(self, state: Shift, stream: Stream, lines: Ints) -> Choices:
-        """What the robots whose turn it is can do in some lines (K, CHOICES)."""
-        robot, sight = state.robot[lines], self.sight(state, stream, lines)
+    def found(self, state: Shift, stream: Stream, sight: Sight) -> Choices:
+        """What the robots whose turn it is can do in the lines of a sight (K, CHOICES)."""
+        lines, robot = sight.line, state.robot[sight.line]
         options = self.options(stream, sight, robot, state.hand[lines, robot])
         at = options.row, options.place
         worth, chance = stream.worth[lines[options.row], sight.which[at]], self.chance(sight, options)
@@ -98,9 +98,9 @@ class Chooser:
         found = np.where(there, np.take_along_axis(x, index, axis=1), AWAY)
         return Sight(lines, index, found, stream.objects.seen[at])
 
-    def pause(self, state: Shift, stream: Stream, lines: Ints) -> Floats:
-        """After what time robots that can do nothing look again, in some lines (K,) [s]."""
-        sight, robot, belt = self.sight(state, stream, lines), state.robot[lines], self._config.cell.belt
+    def pause(self, robot: Ints, sight: Sight) -> Floats:
+        """After what time robots (K,) that can do nothing look again (K,) [s]."""
+        belt = self._config.cell.belt
         own = sight.x - self._places[robot][:, None]
         coming = self._able[robot[:, None], sight.seen] & (own <= belt.pick_x[1])
         border = belt.pick_x[0] - belt.speed * self._config.horizon
