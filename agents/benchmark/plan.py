@@ -50,7 +50,10 @@ _CODE_OF_LINES = (
     "agents/residual.py",
     "agents/benchmark/lines.py",
     "agents/hyperparameters.py",
-    *(f"agents/line/{name}.py" for name in ("evaluation", "learning", "looking", "making", "rules", "scored", "tuned")),
+    *(
+        f"agents/line/{name}.py"
+        for name in ("evaluation", "learning", "looking", "making", "rules", "scored", "shifts", "tuned")
+    ),
 )
 """The code that decides what comes next, too."""
 

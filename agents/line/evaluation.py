@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final, final
@@ -14,10 +13,12 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.line.core import LineCore
 
 from .. import metrics
-from ..controllers.protocol import Controller, Observation
+from ..controllers.protocol import Controller
 from ..environments import Env, stream_seed
 from ..throws import results
 from ..versions import versions
+from .making import the_line
+from .shifts import worked_by
 
 SHIFTS: Final = 32
 """Shifts that are judged unless others are asked for."""
@@ -82,27 +83,22 @@ def worked(
         progress: told how many shifts are over.
     """
     rows = env.num_envs
-    wanted = -(-shifts // rows)
-    features, _ = env.reset(seed=env_seed)
-    done, told, decisions = np.zeros(rows, dtype=np.int64), dict[str, dict[int, Any]](), list[dict[str, Any]]()
+    told, decisions = dict[str, dict[int, Any]](), list[dict[str, Any]]()
     seconds, invalid = 0.0, 0
-    while (done < wanted).any():
-        begin = time.perf_counter()
-        action = controller.act(Observation(np.asarray(features, dtype=np.float32), np.zeros(rows, dtype=np.int64)))
-        seconds += time.perf_counter() - begin
-        features, _, _, truncated, info = env.step(action)
-        number = np.arange(rows) + rows * done
-        found, counted = results(info, rows), number < shifts
+    for one in worked_by(controller.act, env, env_seed, -(-shifts // rows)):
+        number = np.arange(rows) + rows * one.shift
+        found, counted = results(one.info, rows), number < shifts
+        seconds += one.seconds
         invalid += int(found["invalid_action"][counted].sum())
         valid = counted & ~found["invalid_action"]
         decisions.append({"shift": number[valid], **{name: found[name][valid] for name in RECORDED}})
-        for row in np.flatnonzero(truncated & counted):
-            for name, values in info["final_info"].items():
+        ended = np.flatnonzero(one.over & counted)
+        for row in ended:
+            for name, values in one.info["final_info"].items():
                 if name.startswith("shift_"):
                     told.setdefault(name, {})[int(number[row])] = values[row]
         if progress is not None:
-            progress(int((truncated & counted).sum()))
-        done += truncated
+            progress(len(ended))
     columns = {name: np.concatenate([part[name] for part in decisions]) for name in decisions[0]}
     figures = {name: np.array([of[k] for k in sorted(of)]) for name, of in told.items()}
     return Shifts(figures, columns, invalid, len(decisions) * rows, seconds)
@@ -112,7 +108,7 @@ def judged(
     controller: Controller, env: Env, shifts: int, seed: int, progress: Callable[[int], None] | None = None
 ) -> dict[str, Any]:
     """The JSON contract of an evaluation, but for the names of environment and controller."""
-    core: LineCore = env.unwrapped.core  # type: ignore[attr-defined]
+    core = the_line(env)
     found = worked(controller, env, shifts, stream_seed("evaluate", seed), progress)
     return {"level": core.config.name, "seed": seed, **summary(found, core), "versions": versions()}
 
