@@ -15,6 +15,7 @@ from pnt_gym.cells.line.core import LineCore
 from .. import metrics
 from ..controllers.protocol import Controller
 from ..environments import Env, stream_seed
+from ..files import jsonable
 from ..throws import results
 from ..versions import versions
 from .making import the_line
@@ -124,7 +125,7 @@ def summary(found: Shifts, core: LineCore) -> dict[str, Any]:
         "shifts": len(found.value),
         "picks": len(success),
         "picks_per_min": len(success) / minutes,
-        **{name: plain(mean(told[key])) for name, key in MEANS.items()},
+        **{name: jsonable(mean(told[key])) for name, key in MEANS.items()},
         "value_per_min_low": value.low,
         "value_per_min_high": value.high,
         "success_rate": rate.value,
@@ -137,12 +138,12 @@ def summary(found: Shifts, core: LineCore) -> dict[str, Any]:
         "invalid_actions": found.invalid,
         "ms_per_decision": 1e3 * found.seconds / found.taken,
     }
-    lists = {name: plain(mean(told[key])) for name, key in LISTS.items()}
+    lists = {name: jsonable(mean(told[key])) for name, key in LISTS.items()}
     by_robot = [decisions["wait_time"][decisions["by"] == robot] for robot in range(len(core.config.robots))]
     lists["wait_by_robot_s"] = [float(one.mean()) if one.size else None for one in by_robot]
     names = {"items": list(core.item_names), "robots": [robot.name for robot in core.config.robots]}
-    each = [dict(zip(decisions, row, strict=True)) for row in zip(*map(plain, decisions.values()), strict=True)]
-    shifts = {name.removeprefix("shift_"): plain(values) for name, values in told.items()}
+    each = [dict(zip(decisions, row, strict=True)) for row in zip(*map(jsonable, decisions.values()), strict=True)]
+    shifts = {name.removeprefix("shift_"): jsonable(values) for name, values in told.items()}
     return {**head, **lists, **names, **_bins(decisions, core), "by_shift": shifts, "throws": each}
 
 
@@ -163,11 +164,3 @@ def mean(values: NDArray[Any]) -> NDArray[Any]:
     there = np.isfinite(values)
     total = np.where(there, values, 0.0).sum(axis=0)
     return np.divide(total, there.sum(axis=0), out=np.full_like(total, np.nan), where=there.any(axis=0))
-
-
-def plain(values: Any) -> Any:
-    """A number or arrays of them as JSON has it, which knows no NaN."""
-    listed = values.tolist() if isinstance(values, np.ndarray | np.generic) else values
-    if isinstance(listed, list):
-        return [plain(one) for one in listed]  # pyright: ignore[reportUnknownVariableType]
-    return None if listed != listed else listed  # noqa: PLR0124 - NaN
