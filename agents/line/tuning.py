@@ -18,10 +18,9 @@ from pnt_gym.cells.line.config import LineConfig
 
 from ..controllers.protocol import Controller, Observation
 from ..environments import Env, make_vector
-from .making import line_controller, the_line
+from .making import ENV, line_controller, the_line
 from .shifts import Progress, single_shifts
 
-ENV: Final = "PnTLine-v0"
 PATIENCE: Final = (0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0)
 """Of ATC and of price [s]."""
 SHARE: Final = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Final, final
+from typing import Any, Final, final
 
 import numpy as np
 
@@ -71,17 +71,12 @@ class Chooser:
         worth, chance = stream.worth[lines[options.row], sight.which[at]], self.chance(sight, options)
         place, kept = self._ranked(options.row, worth * chance - self._config.price_of_time * options.cycle)
         options, place = take(options, kept), place[kept]
-        choices = Choices(
+        choices = _choices(
+            options,
             real=np.ones(len(kept), dtype=np.bool_),
             index=sight.which[options.row, options.place],
-            lift=options.lift,
-            wait=options.wait,
-            leave=options.leave,
-            throwing=options.throwing,
-            stop=options.stop,
             value=worth[kept],
             chance=chance[kept],
-            context=options.context,
             **self._told(options, take(sight, options.row), robot[options.row]),
         )
         return replaced(self.nothing(len(lines)), (options.row, place), choices)
@@ -175,20 +170,19 @@ class Chooser:
             raise ConfigError(
                 f"level {self._config.name!r}: no robot can throw anything into its bins; move them closer"
             )
-        one, zero = take(found, np.zeros(1, dtype=np.int64)), np.zeros(1)
-        return Choices(
-            real=np.zeros(1, dtype=np.bool_),
-            index=np.zeros(1, dtype=np.int64),
-            lift=one.lift,
-            wait=one.wait,
-            leave=one.leave,
-            throwing=one.throwing,
-            stop=one.stop,
-            value=zero,
-            chance=zero.copy(),
-            crowd=zero.copy(),
-            heirs=zero.copy(),
-            reaches=zero.copy(),
-            queue=zero.copy(),
-            context=one.context,
-        )
+        first = np.zeros(1, dtype=np.int64)
+        nothing = dict.fromkeys(("value", "chance", "crowd", "heirs", "reaches", "queue"), np.zeros(1))
+        return _choices(take(found, first), real=np.zeros(1, dtype=np.bool_), index=first, **nothing)
+
+
+def _choices(options: Options, **more: Any) -> Choices:
+    """Options as choices, with what else is known of them by the names of `Choices`."""
+    return Choices(
+        lift=options.lift,
+        wait=options.wait,
+        leave=options.leave,
+        throwing=options.throwing,
+        stop=options.stop,
+        context=options.context,
+        **more,
+    )
