@@ -21,7 +21,7 @@ from ..environments import Env
 from ..residual import Scoring, choices_of
 from ..scorer import Scorer
 from .scored import Scored, there
-from .shifts import Progress, single_shifts
+from .shifts import Progress, observed_line, single_shifts
 
 EPOCHS: Final = 60
 BATCH: Final = 256
@@ -99,6 +99,5 @@ def fitted(labels: Labels, patience: float, widths: tuple[int, ...], seed: int) 
             optimizer.step()
             schedule.step()
     scorer = scoring.numbers()
-    rest = Observation(labels.seen[held], np.zeros(int(held.sum()), dtype=np.int64))
-    alike = Scored("", scorer).act(rest) == labels.choice[held]
+    alike = Scored("", scorer).act(observed_line(labels.seen[held])) == labels.choice[held]
     return scorer, float(alike.mean()) if held.any() else float("nan")

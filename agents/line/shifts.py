@@ -34,6 +34,11 @@ class Decided(NamedTuple):
     """In which all were taken [s]."""
 
 
+def observed_line(features: NDArray[Any]) -> Observation:
+    """What controllers see of N lines whose environment returned (N, D); a line has no kind."""
+    return Observation(np.asarray(features, dtype=np.float32), np.zeros(len(features), dtype=np.int64))
+
+
 def worked_by(act: Act, env: Env, seed: int | list[int], each: int) -> Iterator[Decided]:
     """Work shifts one after the other in every line, until so many are over in each.
 
@@ -46,7 +51,7 @@ def worked_by(act: Act, env: Env, seed: int | list[int], each: int) -> Iterator[
     shift = np.zeros(env.num_envs, dtype=np.int64)
     features, _ = env.reset(seed=seed)
     while (shift < each).any():
-        seen = Observation(np.asarray(features, dtype=np.float32), np.zeros(env.num_envs, dtype=np.int64))
+        seen = observed_line(features)
         begin = time.perf_counter()
         action = act(seen)
         seconds = time.perf_counter() - begin

@@ -19,7 +19,7 @@ from pnt_gym.cells.line.config import LineConfig
 from ..controllers.protocol import Controller, Observation
 from ..environments import Env, make_vector
 from .making import ENV, line_controller, the_line
-from .shifts import Progress, single_shifts
+from .shifts import Progress, observed_line, single_shifts
 
 PATIENCE: Final = (0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0)
 """Of ATC and of price [s]."""
@@ -70,7 +70,7 @@ class Beside(Controller):
         """Their actions (C x S,)."""
         parts = np.split(observation.features, len(self._controllers))
         each = zip(self._controllers, parts, strict=True)
-        return np.concatenate([one.act(Observation(part, np.zeros(len(part), np.int64))) for one, part in each])
+        return np.concatenate([one.act(observed_line(part)) for one, part in each])
 
 
 def gained(controller: Controller, env: Env, seeds: Ints, progress: Progress | None = None) -> Floats:
