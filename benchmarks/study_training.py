@@ -1,10 +1,10 @@
 """What learning from flights costs and saves: three ways to learn, each judged in the full physics.
 
 `full` learns in the full physics, `flight` from flights alone, `flight then full` from flights and, for the last fifth
-of its throws, in full. SAC is judged on its way; the MLP learns anew for each number of throws. Seconds are those of
-learning alone, on this machine, with 16 cells and 2 threads.
+of its throws, in full. SAC is judged on its way; the MLP learns anew for each number of throws. Seconds are processor
+time of learning alone, with 16 cells on one core, so that what else the machine does is not in them.
 
-Run: python benchmarks/study_training.py --json results/training.json      (20 minutes; resumes)
+Run: python benchmarks/study_training.py --json results/training.json      (an hour; resumes)
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ import torch
 
 from agents import runs
 from agents.controllers import make_controller
+from agents.controllers.between import PLANNER
 from agents.controllers.own import run_policy
 from agents.controllers.protocol import Controller
 from agents.environments import Env, core_of, make_vector
@@ -35,8 +36,7 @@ from agents.train import learn
 from agents.vec_env import SameStepVecEnv
 
 ENV: Final = "PnTRelease-v0"
-LEVEL: Final = "waste_plain"
-THREADS: Final = 2
+LEVEL: Final = "waste"
 WAYS: Final = {"full": 0.0, "flight": 1.0, "flight then full": 0.8}
 """Share of the throws that are flights."""
 MOST: Final = 10_000
@@ -72,18 +72,18 @@ def _training(cells: Cells, share: float, seed: int, marks: list[int], picks: in
     """One training, judged at each mark."""
     env, seconds = SameStepVecEnv(cells.full), 0.0
     asked = {"env": ENV, "level": LEVEL, "algo": "sac", "seed": seed, "num_envs": NUM_ENVS, "steps": marks[-1]}
-    asked |= {"checkpoint_every": 2 * MOST, "action_mode": core_of(cells.full).action_mode}
+    asked |= {"checkpoint_every": 2 * MOST, "action_mode": core_of(cells.full).action_mode, "stack": 1, "over": PLANNER}
     with tempfile.TemporaryDirectory() as place:
         folder, settings = Path(place) / "run", hyperparameters("sac", ENV)
         model = build("sac", env, settings, seed)
         runs.create(folder, asked, settings, core_of(cells.full).config, model)
         for mark in marks:
             quick = cells.flight if mark <= share * marks[-1] else None
-            began = time.perf_counter()
+            began = time.process_time()
             learn(model, env, folder, {**asked, "steps": mark}, Stop(), quick=quick, quiet=True)
-            seconds += time.perf_counter() - began
+            seconds += time.process_time() - began
             actor = runs.load_actor(folder, runs.checkpoints(folder)[-1])
-            policy = run_policy(actor, runs.read_arguments(folder), cells.full, "the policy")
+            policy = run_policy(actor, asked, cells.full, "sac")
             yield {"throws": mark, "seconds": seconds, **judged(policy, cells, picks)}
 
 
@@ -95,10 +95,10 @@ def mlp(cells: Cells, share: float, seed: int, most: int, picks: int) -> Iterato
         controller = make_controller("mlp", cells.full)
         controller.reset(seed)
         flights = round(share * mark)
-        began = time.perf_counter()
+        began = time.process_time()
         practise(controller, cells.flight, flights, seed)
         practise(controller, cells.full, mark - flights, seed, start=flights)
-        seconds = time.perf_counter() - began
+        seconds = time.process_time() - began
         yield {"throws": mark, "seconds": seconds, **judged(controller, cells, picks)}
 
 
@@ -128,8 +128,8 @@ def main() -> None:
     found = started(options.json, head)
     flying = {"base": LEVEL, "fidelity": "flight"}
     with (
-        closing(make_vector(ENV, LEVEL, NUM_ENVS, THREADS)) as full,
-        closing(make_vector(ENV, flying, NUM_ENVS, THREADS)) as flight,
+        closing(make_vector(ENV, LEVEL, NUM_ENVS, 1)) as full,
+        closing(make_vector(ENV, flying, NUM_ENVS, 1)) as flight,
     ):
         cells = Cells(full, flight)
         for seed in options.seeds:

@@ -20,6 +20,7 @@ from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.conveyor.stream import AWAY, LET_GO, BeltStream
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.dispatch import Candidates, Rule, index
+from pnt_gym.planning.motion.intercept import HORIZON
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
 
@@ -166,7 +167,14 @@ class BeltPicks(PickSource):
             pending = pending[place == length]
             if pending.size == 0:
                 return result
-        raise self._impossible()
+        raise self._too_sparse() if self._belt.spacing[0] > self._belt.speed * HORIZON else self._impossible()
+
+    def _too_sparse(self) -> ConfigError:
+        belt = self._belt
+        return ConfigError(
+            f"belt.spacing starts at {belt.spacing[0]:g} m and belt.speed is {belt.speed:g} m/s: nobody waits "
+            f"longer than {HORIZON:g} s for an object; let spacing start at {belt.speed * HORIZON:g} m or less"
+        )
 
     def _taken(self, rows: Ints, motion: ThrowMotion, limits: LimitRows) -> tuple[NextPick, Ints, Floats]:
         """The picks that are taken in some rows (K,), their places in the queue, and the times until their lifts.

@@ -8,7 +8,7 @@ object can be picked at t when F(t) = T(t) - t <= 0; the first such time inside 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple, final
+from typing import Final, NamedTuple, final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +18,9 @@ from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion.limits import LimitRows, Limits
 from pnt_gym.planning.motion.scurve import stroke_time
 from pnt_gym.planning.reasons import SpokenReason
+
+HORIZON: Final = 30.0
+"""Latest meeting that is looked for unless another is asked for [s]."""
 
 
 @final
@@ -77,7 +80,7 @@ def plan_intercept(
     window: tuple[ArrayLike, ArrayLike] = (-np.inf, np.inf),
     earliest: ArrayLike = 0.0,
     axis: int = 0,
-    horizon: float = 30.0,
+    horizon: float = HORIZON,
 ) -> Intercept:
     """Return the earliest meetings of N hands with N moving objects.
 

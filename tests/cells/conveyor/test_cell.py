@@ -209,6 +209,12 @@ def test_a_cell_whose_bins_are_out_of_reach_says_so():
         make_core(vary("nominal_plain", bins=far), 1, picks="belt")
 
 
+def test_a_belt_on_which_objects_are_too_far_apart_says_so():
+    belt = {"spacing": [9.0, 9.5], "speed": 0.2}
+    with pytest.raises(ConfigError, match=r"spacing starts at 9 m and belt.speed is 0.2 m/s.* at 6 m or less"):
+        make_core(vary("nominal", belt=belt), 1, picks="belt")
+
+
 def test_a_row_of_contexts_does_not_depend_on_the_others():
     config = ConveyorConfig.load("waste")
     objects = take(PickPlanner(config).draw([np.random.default_rng(0)], np.arange(1), 40), 0)
