@@ -36,6 +36,8 @@ _CODE: Final = (
     "agents/episodes.py",
     "agents/sb3.py",
     "agents/throws.py",
+    "agents/vec_env.py",
+    "agents/weights.py",
 )
 """The code that decides what is thrown."""
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import shutil
 from collections.abc import Callable, Generator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, cast
 
+import numpy as np
 import yaml
 
 from pnt_gym.errors import PntGymError, one_sentence
@@ -103,6 +105,14 @@ def write_bytes(path: Path, data: bytes) -> None:
 def write_json(path: Path, data: Any, *, indent: int | None = 1) -> None:
     """Write data as JSON at once; a NaN in it is an error, not a file other tools cannot read."""
     write_text(path, json.dumps(data, indent=indent, allow_nan=False) + "\n")
+
+
+def jsonable(values: Any) -> Any:
+    """A number, an array or a list as JSON has it, which knows neither NaN nor infinity: None stands for them."""
+    listed: Any = cast("Any", values).tolist() if isinstance(values, np.ndarray | np.generic) else values
+    if isinstance(listed, list):
+        return [jsonable(one) for one in cast("list[Any]", listed)]
+    return None if isinstance(listed, float) and not math.isfinite(listed) else listed
 
 
 def check_ending(option: str, path: Path | None, endings: Sequence[str]) -> None:

@@ -17,10 +17,9 @@ from .environments import make_vector, stream_seed
 from .evaluation import NUM_ENVS
 from .files import check_writable, replace_file
 from .line.evaluation import SHIFTS, judged
-from .line.making import line_controller, the_line
+from .line.making import ENV, line_controller, the_line
 from .line.scored import Scored
 from .line.tuned import settings
-from .line.tuning import ENV
 from .places import module_name
 from .tables import console, shifts_comparison, throws_bar
 

@@ -19,9 +19,9 @@ from pnt_gym.cells.line.state import CHOICES
 
 from .actor import Actor, Layers
 from .cli import UsageError
-from .controllers.protocol import Observation
 from .line.rules import HALF
 from .line.scored import REAL, Scored, there
+from .line.shifts import observed_line
 from .scorer import Scorer, rule
 from .versions import versions
 
@@ -214,7 +214,7 @@ def _check_choices(model: Any, policy: Actor | Scorer) -> None:
     """Let the runtime choose on some observations, all at once and one alone."""
     session, seen = _session(model), _asked(ENTRIES)
     real, scores = there(seen), policy(seen)
-    expected = Scored("", policy).act(Observation(seen, np.zeros(ROWS, dtype=np.int64)))
+    expected = Scored("", policy).act(observed_line(seen))
     for rows in (slice(None), slice(1)):
         action, found = session.run(["action", "scores"], {"observation": seen[rows]})
         apart = np.abs(found - scores[rows])[real[rows]] / max(np.ptp(scores), 1e-9)

@@ -20,7 +20,7 @@ from .drawings import COLOURS, dress, subplots, svg
 from .environments import make_vector, stream_seed
 from .files import check_writable, write_json, write_text
 from .line.evaluation import worked
-from .line.making import NAMES, line_controller, the_line
+from .line.making import ENV, NAMES, line_controller, the_line
 from .metrics import mean_interval
 from .tables import Grid, console, percent, throws_bar
 from .versions import versions
@@ -153,7 +153,7 @@ def with_table(config: LineConfig, arguments: Arguments) -> LineConfig:
 
 def judged(config: LineConfig, arguments: Arguments) -> dict[str, Any]:
     """What a plan is worth."""
-    with closing(make_vector("PnTLine-v0", config, arguments.shifts, arguments.threads)) as env, throws_bar() as bar:
+    with closing(make_vector(ENV, config, arguments.shifts, arguments.threads)) as env, throws_bar() as bar:
         core = the_line(env)
         task = bar.add_task("shifts", total=arguments.shifts)
         controller = line_controller(arguments.controller, core)

@@ -139,7 +139,7 @@ def check_model(folder: Path) -> None:
     Raises:
         UsageError: they are not, or one is missing or damaged.
     """
-    from .sb3 import actor_of  # noqa: PLC0415 - imports torch
+    from .weights import actor_of  # noqa: PLC0415 - imports torch
 
     kept, made = (actor.numbers for actor in (runs.load_numbers(folder), actor_of(runs.load_model(folder))))
     if kept.keys() != made.keys() or not all(np.array_equal(kept[name], made[name]) for name in kept):

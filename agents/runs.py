@@ -205,7 +205,7 @@ def save_checkpoint(folder: Path, model: BaseAlgorithm) -> None:
     Raises:
         UsageError: the policy cannot be kept as numbers.
     """
-    from .sb3 import actor_of  # noqa: PLC0415 - imports torch
+    from .weights import actor_of  # noqa: PLC0415 - imports torch
 
     actor = actor_of(model)
     place = folder / "checkpoints" / f"{model.num_timesteps:08d}"

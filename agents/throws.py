@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pnt_gym.arrays import Bools, Floats, Ints
 
 from . import metrics
+from .files import jsonable
 
 FIELDS: Final = {
     "item": ("item", np.int64),
@@ -211,12 +212,5 @@ def throw_records(throws: Throws, item_names: Sequence[str]) -> list[dict[str, A
     }
     if {"target_x", "target_y"} <= set(columns):
         columns["target"] = np.stack([columns.pop("target_x"), columns.pop("target_y")], axis=-1)
-    rows = zip(*(_plain(column) for column in columns.values()), strict=True)
+    rows = zip(*map(jsonable, columns.values()), strict=True)
     return [dict(zip(columns, row, strict=True)) for row in rows]
-
-
-def _plain(column: Sequence[str] | NDArray[Any]) -> list[Any]:
-    """As JSON has it, which knows no NaN."""
-    if not isinstance(column, np.ndarray):
-        return list(column)
-    return [value if np.isfinite(value).all() else None for value in column.tolist()]

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
 
     from .progress import Stop
-    from .sb3 import SameStepVecEnv
+    from .vec_env import SameStepVecEnv
 
 LEVELS: Mapping[str, str] = dict.fromkeys(("PnTConveyor-v0", "PnTRelease-v0"), "waste")
 """What is trained on unless it is said: where learning shows in success, not only in the landing."""
@@ -117,7 +117,7 @@ def main(arguments: Arguments) -> None:
     import torch  # noqa: PLC0415 - bad usage is answered without waiting for it
 
     from .progress import Stop  # noqa: PLC0415
-    from .sb3 import SameStepVecEnv  # noqa: PLC0415
+    from .vec_env import SameStepVecEnv  # noqa: PLC0415
 
     torch.set_num_threads(1)  # small networks are slower on many threads
     even, price = asked["algo"] in runs.ON_POLICY, lines.more_price(settings, cell)

@@ -30,9 +30,10 @@ from agents.evaluation import NUM_ENVS, held_out, practise
 from agents.files import read_json, write_json
 from agents.hyperparameters import hyperparameters
 from agents.progress import Stop
-from agents.sb3 import SameStepVecEnv, build
+from agents.sb3 import build
 from agents.throws import summary
 from agents.train import learn
+from agents.vec_env import SameStepVecEnv
 
 ENV: Final = "PnTRelease-v0"
 LEVEL: Final = "waste"

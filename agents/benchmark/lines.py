@@ -21,7 +21,8 @@ from .. import metrics
 from ..cli import UsageError
 from ..controllers.protocol import Controller
 from ..environments import Env
-from ..line.evaluation import LISTS, MEANS, Shifts, mean, plain
+from ..files import jsonable
+from ..line.evaluation import LISTS, MEANS, Shifts, mean
 from ..line.making import line_controller, the_line
 from ..line.tuned import PLANNERS, rate, settings
 from ..places import SHIPPED
@@ -98,7 +99,7 @@ def columns(found: Shifts, core: LineCore) -> dict[str, Any]:
     told, picked = found.told, found.decisions["picked"].astype(bool)
     success = found.decisions["is_success"].astype(bool)
     return {
-        **{name: plain(np.round(told[key], DIGITS)) for name, key in {**MEANS, **LISTS}.items()},
+        **{name: jsonable(np.round(told[key], DIGITS)) for name, key in {**MEANS, **LISTS}.items()},
         "items": list(core.item_names),
         "robots": [robot.name for robot in core.config.robots],
         "picks": len(picked),
@@ -126,11 +127,11 @@ def summarise(results: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     return {
         "seeds": [result["seed"] for result in results],
         "shifts": value.shape[1],
-        **{name: plain(mean(np.concatenate(_shiftwise(results, name)))) for name in (*MEANS, *LISTS)},
+        **{name: jsonable(mean(np.concatenate(_shiftwise(results, name)))) for name in (*MEANS, *LISTS)},
         "value_per_min_low": each.low,
         "value_per_min_high": each.high,
         "value_per_min_by_seed": value.mean(axis=1).tolist(),
-        "by_shift": {name: plain(_shiftwise(results, name).mean(axis=0)) for name in COMPARED},
+        "by_shift": {name: jsonable(_shiftwise(results, name).mean(axis=0)) for name in COMPARED},
         "items": first["items"],
         "robots": first["robots"],
         "pick_rate": picked / picks,

@@ -40,6 +40,8 @@ _CODE = (
     "agents/environments.py",
     "agents/sb3.py",
     "agents/train.py",
+    "agents/vec_env.py",
+    "agents/weights.py",
 )
 """The code that decides where objects land."""
 _CODE_OF_LINES = (
@@ -48,7 +50,10 @@ _CODE_OF_LINES = (
     "agents/residual.py",
     "agents/benchmark/lines.py",
     "agents/hyperparameters.py",
-    *(f"agents/line/{name}.py" for name in ("evaluation", "learning", "looking", "making", "rules", "scored", "tuned")),
+    *(
+        f"agents/line/{name}.py"
+        for name in ("evaluation", "learning", "looking", "making", "rules", "scored", "shifts", "tuned")
+    ),
 )
 """The code that decides what comes next, too."""
 

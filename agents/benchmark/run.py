@@ -146,8 +146,9 @@ def _learn(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
 def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
     """Train, or go on training, and yield the policy at each count of throws or decisions."""
     from ..progress import Stop  # noqa: PLC0415 - imports torch
-    from ..sb3 import SameStepVecEnv, build  # noqa: PLC0415
+    from ..sb3 import build  # noqa: PLC0415
     from ..train import in_flight, learn  # noqa: PLC0415
+    from ..vec_env import SameStepVecEnv  # noqa: PLC0415
 
     algo, folder = piece.entry.controller, kept / f"{piece.name}-{piece.key}-run"
     settings = {**hyperparameters(algo, piece.plan.env), **piece.entry.options}

@@ -101,7 +101,8 @@ def trained_policy(place: Path, env: Env, *, trust: bool = False) -> Controller:
     if found.is_run:
         return run_policy(load_actor(place), read_arguments(place), env, what)
     check_trust(place, trust)
-    from ..sb3 import SameStepVecEnv, load_policy, load_statistics  # noqa: PLC0415 - torch takes a second to import
+    from ..sb3 import load_policy, load_statistics  # noqa: PLC0415 - torch takes a second to import
+    from ..vec_env import SameStepVecEnv  # noqa: PLC0415 - as above
 
     model = load_policy(found.model)
     policy = model_policy(model, type(model).__name__.lower(), env, what)
@@ -146,7 +147,7 @@ def model_policy(model: Any, name: str, env: Env, what: str = "the model") -> Co
         UsageError: it does not fit the environment.
     """
     if hasattr(getattr(model, "policy", None), "lstm_actor"):
-        from ..sb3 import actor_of  # noqa: PLC0415 - as above
+        from ..weights import actor_of  # noqa: PLC0415 - as above
 
         return _acting(actor_of(model), name, env, what)
     _check_fit(model.observation_space.shape, model.action_space.shape, env, what)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final, final
@@ -14,10 +13,13 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.line.core import LineCore
 
 from .. import metrics
-from ..controllers.protocol import Controller, Observation
+from ..controllers.protocol import Controller
 from ..environments import Env, stream_seed
+from ..files import jsonable
 from ..throws import results
 from ..versions import versions
+from .making import the_line
+from .shifts import worked_by
 
 SHIFTS: Final = 32
 """Shifts that are judged unless others are asked for."""
@@ -82,27 +84,22 @@ def worked(
         progress: told how many shifts are over.
     """
     rows = env.num_envs
-    wanted = -(-shifts // rows)
-    features, _ = env.reset(seed=env_seed)
-    done, told, decisions = np.zeros(rows, dtype=np.int64), dict[str, dict[int, Any]](), list[dict[str, Any]]()
+    told, decisions = dict[str, dict[int, Any]](), list[dict[str, Any]]()
     seconds, invalid = 0.0, 0
-    while (done < wanted).any():
-        begin = time.perf_counter()
-        action = controller.act(Observation(np.asarray(features, dtype=np.float32), np.zeros(rows, dtype=np.int64)))
-        seconds += time.perf_counter() - begin
-        features, _, _, truncated, info = env.step(action)
-        number = np.arange(rows) + rows * done
-        found, counted = results(info, rows), number < shifts
+    for one in worked_by(controller.act, env, env_seed, -(-shifts // rows)):
+        number = np.arange(rows) + rows * one.shift
+        found, counted = results(one.info, rows), number < shifts
+        seconds += one.seconds
         invalid += int(found["invalid_action"][counted].sum())
         valid = counted & ~found["invalid_action"]
         decisions.append({"shift": number[valid], **{name: found[name][valid] for name in RECORDED}})
-        for row in np.flatnonzero(truncated & counted):
-            for name, values in info["final_info"].items():
+        ended = np.flatnonzero(one.over & counted)
+        for row in ended:
+            for name, values in one.info["final_info"].items():
                 if name.startswith("shift_"):
                     told.setdefault(name, {})[int(number[row])] = values[row]
         if progress is not None:
-            progress(int((truncated & counted).sum()))
-        done += truncated
+            progress(len(ended))
     columns = {name: np.concatenate([part[name] for part in decisions]) for name in decisions[0]}
     figures = {name: np.array([of[k] for k in sorted(of)]) for name, of in told.items()}
     return Shifts(figures, columns, invalid, len(decisions) * rows, seconds)
@@ -112,7 +109,7 @@ def judged(
     controller: Controller, env: Env, shifts: int, seed: int, progress: Callable[[int], None] | None = None
 ) -> dict[str, Any]:
     """The JSON contract of an evaluation, but for the names of environment and controller."""
-    core: LineCore = env.unwrapped.core  # type: ignore[attr-defined]
+    core = the_line(env)
     found = worked(controller, env, shifts, stream_seed("evaluate", seed), progress)
     return {"level": core.config.name, "seed": seed, **summary(found, core), "versions": versions()}
 
@@ -128,7 +125,7 @@ def summary(found: Shifts, core: LineCore) -> dict[str, Any]:
         "shifts": len(found.value),
         "picks": len(success),
         "picks_per_min": len(success) / minutes,
-        **{name: plain(mean(told[key])) for name, key in MEANS.items()},
+        **{name: jsonable(mean(told[key])) for name, key in MEANS.items()},
         "value_per_min_low": value.low,
         "value_per_min_high": value.high,
         "success_rate": rate.value,
@@ -141,12 +138,12 @@ def summary(found: Shifts, core: LineCore) -> dict[str, Any]:
         "invalid_actions": found.invalid,
         "ms_per_decision": 1e3 * found.seconds / found.taken,
     }
-    lists = {name: plain(mean(told[key])) for name, key in LISTS.items()}
+    lists = {name: jsonable(mean(told[key])) for name, key in LISTS.items()}
     by_robot = [decisions["wait_time"][decisions["by"] == robot] for robot in range(len(core.config.robots))]
     lists["wait_by_robot_s"] = [float(one.mean()) if one.size else None for one in by_robot]
     names = {"items": list(core.item_names), "robots": [robot.name for robot in core.config.robots]}
-    each = [dict(zip(decisions, row, strict=True)) for row in zip(*map(plain, decisions.values()), strict=True)]
-    shifts = {name.removeprefix("shift_"): plain(values) for name, values in told.items()}
+    each = [dict(zip(decisions, row, strict=True)) for row in zip(*map(jsonable, decisions.values()), strict=True)]
+    shifts = {name.removeprefix("shift_"): jsonable(values) for name, values in told.items()}
     return {**head, **lists, **names, **_bins(decisions, core), "by_shift": shifts, "throws": each}
 
 
@@ -167,11 +164,3 @@ def mean(values: NDArray[Any]) -> NDArray[Any]:
     there = np.isfinite(values)
     total = np.where(there, values, 0.0).sum(axis=0)
     return np.divide(total, there.sum(axis=0), out=np.full_like(total, np.nan), where=there.any(axis=0))
-
-
-def plain(values: Any) -> Any:
-    """A number or arrays of them as JSON has it, which knows no NaN."""
-    listed = values.tolist() if isinstance(values, np.ndarray | np.generic) else values
-    if isinstance(listed, list):
-        return [plain(one) for one in listed]  # pyright: ignore[reportUnknownVariableType]
-    return None if listed != listed else listed  # noqa: PLR0124 - NaN

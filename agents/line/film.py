@@ -7,9 +7,10 @@ from typing import Final
 
 import numpy as np
 
-from ..controllers.protocol import Controller, Observation
+from ..controllers.protocol import Controller
 from ..environments import Env
 from .making import the_line
+from .shifts import observed_line
 
 SECONDS: Final = 12.0
 """Of a shift that a film shows unless something else is asked for [s]."""
@@ -31,7 +32,6 @@ def decisions(controller: Controller, env: Env, env_seed: int, seconds: float = 
     features, _ = env.reset(seed=env_seed)
     over = False
     while not over and core.cell.state.clock[0] < seconds:
-        seen = np.asarray(features, dtype=np.float32)
-        features, _, _, truncated, _ = env.step(controller.act(Observation(seen, np.zeros(1, dtype=np.int64))))
+        features, _, _, truncated, _ = env.step(controller.act(observed_line(features)))
         over = bool(truncated[0])
         yield float(core.cell.state.clock[0])

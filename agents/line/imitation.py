@@ -6,7 +6,6 @@ have done there (DAgger of Ross, Gordon and Bagnell 2011): the scorer is told of
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final, Self, final
 
@@ -21,8 +20,8 @@ from ..controllers.protocol import Controller, Observation
 from ..environments import Env
 from ..residual import Scoring, choices_of
 from ..scorer import Scorer
-from .making import the_line
 from .scored import Scored, there
+from .shifts import Progress, observed_line, single_shifts
 
 EPOCHS: Final = 60
 BATCH: Final = 256
@@ -50,7 +49,7 @@ class Labels:
 
 
 def collected(
-    expert: Controller, worker: Controller, env: Env, seeds: Ints, progress: Callable[[float], object] | None = None
+    expert: Controller, worker: Controller, env: Env, seeds: Ints, progress: Progress | None = None
 ) -> Labels:
     """What an expert would do in shifts that a worker works, one in each line.
 
@@ -59,23 +58,18 @@ def collected(
         worker: whose decisions are carried out.
         env: lines.
         seeds: of their streams (N,).
-        progress: told how many shifts have been worked since it was told last; also parts of them.
+        progress: told of shifts and parts of them.
     """
-    rows, parts, before = env.num_envs, list[Labels](), 0.0
-    features, _ = env.reset(seed=seeds.tolist())
-    working = np.full(rows, True)
-    core = the_line(env)
-    while working.any():
-        seen = Observation(np.array(features, dtype=np.float32), np.zeros(rows, dtype=np.int64))
-        label = np.asarray(expert.act(seen), dtype=np.int64)
-        action = label if worker is expert else worker.act(seen)
-        parts.append(Labels(seen.features[working], label[working]))
-        features, _, _, over, _ = env.step(action)
-        working &= ~over
-        if progress is not None:
-            gone = float(np.where(working, core.cell.state.clock / core.config.duration, 1.0).sum())
-            progress(gone - before)
-            before = gone
+    parts, labels = list[Labels](), list[Ints]()
+
+    def told(seen: Observation) -> NDArray[Any]:
+        """The expert speaks before the worker acts: it may look at the lines themselves."""
+        labels.append(np.asarray(expert.act(seen), dtype=np.int64))
+        return labels[-1] if worker is expert else worker.act(seen)
+
+    for one in single_shifts(told, env, seeds, progress):
+        working = one.shift == 0
+        parts.append(Labels(one.seen.features[working], labels[-1][working]))
     return Labels.joined(parts)
 
 
@@ -105,6 +99,5 @@ def fitted(labels: Labels, patience: float, widths: tuple[int, ...], seed: int) 
             optimizer.step()
             schedule.step()
     scorer = scoring.numbers()
-    rest = Observation(labels.seen[held], np.zeros(int(held.sum()), dtype=np.int64))
-    alike = Scored("", scorer).act(rest) == labels.choice[held]
+    alike = Scored("", scorer).act(observed_line(labels.seen[held])) == labels.choice[held]
     return scorer, float(alike.mean()) if held.any() else float("nan")

@@ -13,12 +13,12 @@ from ..hyperparameters import checked
 from ..runs import CHOOSING
 from ..tables import console, shifts_comparison
 from .evaluation import judged
-from .making import line_controller, line_of, the_line
+from .making import ENV, line_controller, line_of, the_line
 from .scored import run_scores
 from .tuned import rate, settings
 
 DEFAULTS: Final[Mapping[str, Mapping[str, Any]]] = {
-    "PnTLine-v0": {"algo": CHOOSING[-1], "steps": 500_000, "num_envs": 256, "checkpoint_every": 125_000}
+    ENV: {"algo": CHOOSING[-1], "steps": 500_000, "num_envs": 256, "checkpoint_every": 125_000}
 }
 """By environment what training does there unless it is told otherwise."""
 PEERS: Final = ("fifo", "atc")

@@ -20,6 +20,7 @@ from .rules import Anything, Index
 from .scored import Scored, run_scores, scorer_in
 from .tuned import settings
 
+ENV: Final = "PnTLine-v0"
 _RULES: Final[Mapping[str, Callable[..., Controller]]] = {
     "random": lambda core: Anything(),
     "fifo": lambda core: Index("fifo", "first"),

@@ -10,8 +10,8 @@ from ..places import SHIPPED
 FILE: Final = SHIPPED / "configs" / "line_rules.yaml"
 USUAL: Final = {"atc": {"patience": 1.0}, "price": {"patience": 1.0, "share": 0.5}}
 """On levels that nobody has tuned them for."""
-
 PLANNERS: Final = ("beam", "price_beam", "joint_beam")
+"""Those that look ahead and compare by a price of time."""
 
 
 def written_settings() -> dict[str, Any]:

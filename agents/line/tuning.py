@@ -5,7 +5,8 @@ Every setting works the same shifts, so that what is compared is the settings an
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from typing import Any, Final, final
 
@@ -17,9 +18,9 @@ from pnt_gym.cells.line.config import LineConfig
 
 from ..controllers.protocol import Controller, Observation
 from ..environments import Env, make_vector
-from .making import line_controller, the_line
+from .making import ENV, line_controller, the_line
+from .shifts import Progress, observed_line, single_shifts
 
-ENV: Final = "PnTLine-v0"
 PATIENCE: Final = (0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0)
 """Of ATC and of price [s]."""
 SHARE: Final = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98)
@@ -40,8 +41,6 @@ SEARCHED: Final = POPULATION * EACH
 ROWS: Final = 512
 """Lines side by side, at most."""
 Settings = dict[str, Any]
-Progress = Callable[[float], object]
-"""Told how many shifts have been worked since it was told last; also parts of them."""
 
 
 @final
@@ -71,26 +70,16 @@ class Beside(Controller):
         """Their actions (C x S,)."""
         parts = np.split(observation.features, len(self._controllers))
         each = zip(self._controllers, parts, strict=True)
-        return np.concatenate([one.act(Observation(part, np.zeros(len(part), np.int64))) for one, part in each])
+        return np.concatenate([one.act(observed_line(part)) for one, part in each])
 
 
 def gained(controller: Controller, env: Env, seeds: Ints, progress: Progress | None = None) -> Floats:
     """Value per minute of one shift in each line (N,), by the seeds of their streams (N,)."""
-    rows = env.num_envs
-    features, _ = env.reset(seed=seeds.tolist())
-    value, before = np.full(rows, np.nan), 0.0
-    core = the_line(env)
-    while np.isnan(value).any():
-        seen = Observation(np.asarray(features, dtype=np.float32), np.zeros(rows, dtype=np.int64))
-        features, _, _, over, info = env.step(controller.act(seen))
-        fresh = over & np.isnan(value)
-        if fresh.any():
-            value[fresh] = info["final_info"]["shift_value_per_min"][fresh]
-        if progress is not None:
-            gone = np.where(np.isnan(value), core.cell.state.clock / core.config.duration, 1.0).sum()
-            progress(float(gone) - before)
-            before = float(gone)
-    env.close()
+    value = np.full(env.num_envs, np.nan)
+    for one in single_shifts(controller.act, env, seeds, progress):
+        ended = one.over & (one.shift == 0)
+        if ended.any():
+            value[ended] = one.info["final_info"]["shift_value_per_min"][ended]
     return value
 
 
@@ -118,28 +107,26 @@ class Bench:
         most = max(ROWS // len(self.seeds), 1)
         for first in range(0, len(controllers), most):
             some = controllers[first : first + most]
-            env = make_vector(ENV, self.level, len(some) * len(self.seeds), 1)
-            found = gained(Beside(some), env, np.tile(self.seeds, len(some)), self._progress)
+            with closing(make_vector(ENV, self.level, len(some) * len(self.seeds), 1)) as env:
+                found = gained(Beside(some), env, np.tile(self.seeds, len(some)), self._progress)
             values.append(found.reshape(len(some), -1))
         return np.concatenate(values)
 
     def rules(self, name: str, tried: Iterable[Settings]) -> list[Tried]:
         """What a rule brings with several settings."""
-        given, env = list(tried), make_vector(ENV, self.level, 1, 1)
-        core = the_line(env)
-        values = self.beside([line_controller(name, core, **settings) for settings in given])
-        env.close()
+        given = list(tried)
+        with closing(make_vector(ENV, self.level, 1, 1)) as env:
+            core = the_line(env)
+            values = self.beside([line_controller(name, core, **settings) for settings in given])
         return [Tried(settings, value) for settings, value in zip(given, values, strict=True)]
 
     def planners(self, name: str, tried: Iterable[Settings]) -> list[Tried]:
         """What a planner brings with several settings, one after the other."""
         found: list[Tried] = []
         for settings in tried:
-            env = make_vector(ENV, self.level, len(self.seeds), 1)
-            core = the_line(env)
-            found.append(
-                Tried(settings, gained(line_controller(name, core, **settings), env, self.seeds, self._progress))
-            )
+            with closing(make_vector(ENV, self.level, len(self.seeds), 1)) as env:
+                controller = line_controller(name, the_line(env), **settings)
+                found.append(Tried(settings, gained(controller, env, self.seeds, self._progress)))
         return found
 
 

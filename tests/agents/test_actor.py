@@ -17,7 +17,7 @@ from torch import nn
 
 from agents.actor import ACTIVATIONS, Actor
 from agents.cli import UsageError
-from agents.sb3 import actor_of
+from agents.weights import actor_of
 from tests.tools.models import Space
 
 torch.set_num_threads(1)

@@ -27,9 +27,11 @@ from agents.controllers.own import run_policy
 from agents.environments import core_of, make_vector
 from agents.episodes import episodes
 from agents.evaluation import evaluate, held_out, thrown, usual_practice
-from agents.sb3 import SameStepVecEnv, actor_of, build, load_policy
+from agents.sb3 import build, load_policy
 from agents.stage import Stage
 from agents.train import Arguments, main
+from agents.vec_env import SameStepVecEnv
+from agents.weights import actor_of
 from pnt_gym.cells.conveyor.observation import SHIFT_TABLE
 
 torch.set_num_threads(1)

@@ -12,6 +12,7 @@ import pytest
 from agents.controllers import Observation, Outcome, make_controller
 from agents.environments import make_vector, stream_seed
 from agents.evaluation import held_out, practise
+from agents.files import jsonable
 from agents.tables import console, summary_table
 from agents.throws import Throws, failures, purity_by_bin, scatter, sorting, summary, throw_records
 from pnt_gym.arrays import take
@@ -203,6 +204,12 @@ def test_unmeasured_landings_become_null_not_nan() -> None:
     record = throw_records(throws, ToyVectorEnv(4).core.item_names)[1]
     assert record["landing_error_m"] is record["landing_along_m"] is None
     assert summary(throws)["unmeasured"] == 1
+
+
+def test_json_has_neither_nan_nor_infinity_wherever_they_stand() -> None:
+    assert jsonable(np.array([[1.5, np.nan], [-np.inf, 2.0]])) == [[1.5, None], [None, 2.0]]
+    assert jsonable(np.float64("nan")) is None
+    assert jsonable(["a", True, 3, None, float("inf")]) == ["a", True, 3, None, None]
 
 
 def test_errors_beyond_the_landing_are_recorded_by_their_names() -> None:

@@ -182,6 +182,8 @@ def test_a_disk_that_is_full_costs_no_more_than_the_leg(run: Path, here: Path, s
 
 
 LEARNS = ("torch", "stable_baselines3", "sb3_contrib")
+OURS = ("agents.progress", "agents.sb3", "agents.vec_env", "agents.weights")
+"""What of ours imports them."""
 MISSING = [
     ("torch", "rl", ("agents.train", *SMALL[:-1], "new")),
     ("torch", "rl", ("agents.evaluate", "--controller", "run/model.zip", "--env", "ToyThrow-v0", "--trust")),
@@ -203,7 +205,7 @@ def test_a_library_that_is_not_there_is_named_with_what_brings_it(
 ) -> None:
     (here / "results").mkdir()
     small_reproduction(here / "results")
-    for name in [n for n in sys.modules if n.partition(".")[0] == library or n in ("agents.sb3", "agents.progress")]:
+    for name in [n for n in sys.modules if n.partition(".")[0] == library or n in OURS]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, library, None)
     said = refused(*command)
@@ -217,7 +219,7 @@ def test_a_trained_policy_throws_without_the_libraries_that_trained_it(
 ) -> None:
     command = ("agents.evaluate", "--controller", "run", "--picks", "8", "--num-envs", "4", "--json")
     assert answered(*command, "with.json") == (0, "")
-    for name in [n for n in sys.modules if n.partition(".")[0] in LEARNS or n in ("agents.sb3", "agents.progress")]:
+    for name in [n for n in sys.modules if n.partition(".")[0] in LEARNS or n in OURS]:
         monkeypatch.delitem(sys.modules, name)
     for name in LEARNS:
         monkeypatch.setitem(sys.modules, name, None)

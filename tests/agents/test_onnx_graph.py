@@ -15,7 +15,7 @@ from torch import nn
 from agents import actor, onnx_graph
 from agents.cli import UsageError
 from agents.onnx_graph import save_onnx
-from agents.sb3 import actor_of
+from agents.weights import actor_of
 from tests.agents.test_actor import ALGORITHMS, HIGH, LOW, NETWORKS, PPO, SAC, model, seen
 
 

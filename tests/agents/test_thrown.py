@@ -10,8 +10,9 @@ from gymnasium.spaces import Box
 from stable_baselines3.common.buffers import ReplayBuffer
 
 from agents.hyperparameters import hyperparameters
-from agents.sb3 import SameStepVecEnv, ThrownBuffer, build
+from agents.sb3 import ThrownBuffer, build
 from agents.throws import LANDING, Throws, failures, results, summary
+from agents.vec_env import SameStepVecEnv
 from tests.tools.toy_cell import ToyVectorEnv
 
 ROWS = 4

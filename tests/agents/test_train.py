@@ -19,9 +19,9 @@ from agents.cli import UsageError
 from agents.controllers import make_controller
 from agents.environments import make_vector
 from agents.evaluation import held_out
-from agents.sb3 import SameStepVecEnv
 from agents.throws import summary
 from agents.train import Arguments, main
+from agents.vec_env import SameStepVecEnv
 from tests.tools.toy_cell import ToyVectorEnv, register_toy
 
 register_toy()

@@ -39,7 +39,7 @@ def commands():
 
 @pytest.mark.parametrize("code", [block for block in blocks("python") if "datasets" not in block.id])
 def test_python_blocks_run(code):
-    """Those that read a dataset run in tests/agents/test_dataset.py, where there is one."""
+    """Those that read a dataset run in tests/agents/dataset/test_dataset.py, where there is one."""
     exec(compile(code, "page", "exec"), {})
 
 

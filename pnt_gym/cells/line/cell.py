@@ -251,12 +251,13 @@ class LineCell:
         until = self._standing(state.clock[rows], state.robot[rows])
         down = until > state.clock[rows]
         looking = rows[~down]
-        found = self.chooser.found(state, self.stream, looking)
+        sight = self.chooser.sight(state, self.stream, looking)
+        found = self.chooser.found(state, self.stream, sight)
         state = replace(state, choices=replaced(state.choices, looking, found)) if looking.size else state
-        idle = looking[~found.real.any(axis=1)]
-        free = state.free.copy()
+        nothing = np.flatnonzero(~found.real.any(axis=1))
+        idle, free = looking[nothing], state.free.copy()
         free[rows[down], state.robot[rows[down]]] = until[down]
-        free[idle, state.robot[idle]] += self.chooser.pause(state, self.stream, idle)
+        free[idle, state.robot[idle]] += self.chooser.pause(state.robot[idle], take(sight, nothing))
         pending = np.sort(np.concatenate([rows[down], idle]))
         return replace(state, free=free, expected=np.maximum(state.expected, free)), pending
 

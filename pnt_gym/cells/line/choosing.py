@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Final, final
+from typing import Any, Final, final
 
 import numpy as np
 
@@ -63,25 +63,20 @@ class Chooser:
         """No choice, in N lines."""
         return take(self._one, np.zeros((count, CHOICES), dtype=np.int64))
 
-    def found(self, state: Shift, stream: Stream, lines: Ints) -> Choices:
-        """What the robots whose turn it is can do in some lines (K, CHOICES)."""
-        robot, sight = state.robot[lines], self.sight(state, stream, lines)
+    def found(self, state: Shift, stream: Stream, sight: Sight) -> Choices:
+        """What the robots whose turn it is can do in the lines of a sight (K, CHOICES)."""
+        lines, robot = sight.line, state.robot[sight.line]
         options = self.options(stream, sight, robot, state.hand[lines, robot])
         at = options.row, options.place
         worth, chance = stream.worth[lines[options.row], sight.which[at]], self.chance(sight, options)
         place, kept = self._ranked(options.row, worth * chance - self._config.price_of_time * options.cycle)
         options, place = take(options, kept), place[kept]
-        choices = Choices(
+        choices = _choices(
+            options,
             real=np.ones(len(kept), dtype=np.bool_),
             index=sight.which[options.row, options.place],
-            lift=options.lift,
-            wait=options.wait,
-            leave=options.leave,
-            throwing=options.throwing,
-            stop=options.stop,
             value=worth[kept],
             chance=chance[kept],
-            context=options.context,
             **self._told(options, take(sight, options.row), robot[options.row]),
         )
         return replaced(self.nothing(len(lines)), (options.row, place), choices)
@@ -98,9 +93,9 @@ class Chooser:
         found = np.where(there, np.take_along_axis(x, index, axis=1), AWAY)
         return Sight(lines, index, found, stream.objects.seen[at])
 
-    def pause(self, state: Shift, stream: Stream, lines: Ints) -> Floats:
-        """After what time robots that can do nothing look again, in some lines (K,) [s]."""
-        sight, robot, belt = self.sight(state, stream, lines), state.robot[lines], self._config.cell.belt
+    def pause(self, robot: Ints, sight: Sight) -> Floats:
+        """After what time robots (K,) that can do nothing look again (K,) [s]."""
+        belt = self._config.cell.belt
         own = sight.x - self._places[robot][:, None]
         coming = self._able[robot[:, None], sight.seen] & (own <= belt.pick_x[1])
         border = belt.pick_x[0] - belt.speed * self._config.horizon
@@ -175,20 +170,19 @@ class Chooser:
             raise ConfigError(
                 f"level {self._config.name!r}: no robot can throw anything into its bins; move them closer"
             )
-        one, zero = take(found, np.zeros(1, dtype=np.int64)), np.zeros(1)
-        return Choices(
-            real=np.zeros(1, dtype=np.bool_),
-            index=np.zeros(1, dtype=np.int64),
-            lift=one.lift,
-            wait=one.wait,
-            leave=one.leave,
-            throwing=one.throwing,
-            stop=one.stop,
-            value=zero,
-            chance=zero.copy(),
-            crowd=zero.copy(),
-            heirs=zero.copy(),
-            reaches=zero.copy(),
-            queue=zero.copy(),
-            context=one.context,
-        )
+        first = np.zeros(1, dtype=np.int64)
+        nothing = dict.fromkeys(("value", "chance", "crowd", "heirs", "reaches", "queue"), np.zeros(1))
+        return _choices(take(found, first), real=np.zeros(1, dtype=np.bool_), index=first, **nothing)
+
+
+def _choices(options: Options, **more: Any) -> Choices:
+    """Options as choices, with what else is known of them by the names of `Choices`."""
+    return Choices(
+        lift=options.lift,
+        wait=options.wait,
+        leave=options.leave,
+        throwing=options.throwing,
+        stop=options.stop,
+        context=options.context,
+        **more,
+    )

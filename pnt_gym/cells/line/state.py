@@ -62,7 +62,7 @@ class Choices:
     heirs: Floats
     """Robots downstream that can take it."""
     reaches: Floats
-    """Until it comes into the window of the first of them [s]; the horizon where there is none."""
+    """Until it comes into the window of the first of them [s]; 0 where there is none."""
     queue: Floats
     """Objects between here and there that this one can take."""
     context: Context

@@ -73,8 +73,6 @@ class TableThrows(Thrower):
     """By chances.
 
     Args:
-        config: the cell.
-        chances: of its throws.
         configs: of each robot.
         chances: of their throws.
     """

@@ -24,8 +24,8 @@ from agents.line.evaluation import worked
 from agents.line.making import line_controller, line_of
 from agents.line.scored import run_scores, there
 from agents.line.tuned import rate, settings
-from agents.sb3 import SameStepVecEnv
 from agents.train import Arguments, main
+from agents.vec_env import SameStepVecEnv
 from pnt_gym.envs.line import PnTLineVectorEnv
 from tests.tools.commands import call
 from tests.tools.toy_cell import register_toy

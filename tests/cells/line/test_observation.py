@@ -37,7 +37,9 @@ def line(tmp_path):
 def looked_again(core):
     """What is seen of the same state when choices are looked for anew."""
     cell = core.cell
-    found = cell.chooser.found(cell.state, cell.stream, np.arange(cell.count))
+    found = cell.chooser.found(
+        cell.state, cell.stream, cell.chooser.sight(cell.state, cell.stream, np.arange(cell.count))
+    )
     cell.state = replace(cell.state, choices=found)
     return core.observe()
 

@@ -7,8 +7,7 @@ import shutil
 import socket
 import sys
 from collections.abc import Iterator
-from contextlib import closing
-from itertools import chain, islice
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -18,91 +17,16 @@ import numpy as np
 import pytest
 import yaml
 
-from agents.cli import UsageError
-from agents.collection import packed, unpacked
-from agents.controllers import make_controller
-from agents.environments import make_vector, stream_seed
-from agents.episodes import LEAST_SEED, Episode, episode_seeds
-from agents.evaluation import observed, practise
-from agents.offline import check_name, proper_name
+from agents.environments import stream_seed
+from agents.episodes import LEAST_SEED, episode_seeds
 from agents.places import POLICY, SHIPPED
-from agents.throws import LANDING
 from agents.versions import versions
 from pnt_gym.cells.conveyor.observation import HIDDEN
 from tests.agents.test_trust import poisoned
-from tests.tools.commands import answered, call, refused
+from tests.tools.commands import answered, refused
+from tests.tools.datasets import NAME, SMALL, WORK, collected, known, replayed
 
-WORK = ("--jobs", "1", "--work", "kept")
-SMALL = ("agents.dataset", "--score-throws", "8", "--num-envs", "4", "--expert", "analytic", *WORK)
-NAME = "pnt_gym/release/waste-random-v0"
 BLOCKS = re.findall(r"```python\n(.*?)```", (SHIPPED / "docs" / "datasets.md").read_text(), flags=re.DOTALL)
-
-
-@pytest.fixture(scope="module")
-def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a dataset that the command has made as a user calls it."""
-    folder = tmp_path_factory.mktemp("data")
-    who = ("--author", "Ada", "--author-email", "ada@here", "--code-permalink", "https://here/code")
-    done = call(*SMALL, "--throws", "22", "--root", folder / "sets", *who, folder=folder)
-    assert done.returncode == 0, done.stderr
-    assert "done: throws-0" in done.stdout
-    assert not (folder / "kept").exists()
-    assert f"{NAME}" in done.stdout
-    return folder / "sets"
-
-
-@pytest.fixture
-def sets(place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Minari's folder with that dataset in it."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("MINARI_DATASETS_PATH", str(place))
-    return place
-
-
-@pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty folder, below which Minari's is."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("MINARI_DATASETS_PATH", "sets")
-    return tmp_path
-
-
-def collected(*arguments: str, name: str = "a_b/c-v0") -> minari.MinariDataset:
-    code, words = answered(*SMALL, "--name", name, *arguments)
-    assert code == 0, words
-    return minari.load_dataset(name)
-
-
-def known(dataset: minari.MinariDataset) -> list[dict[str, Any]]:
-    return list(dataset.storage.get_episode_metadata(dataset.episode_indices))
-
-
-def replayed(dataset: minari.MinariDataset) -> list[tuple[bool, bool]]:
-    """Whether each episode terminated or was truncated, after everything in it came out of the environment again."""
-    env, ends = dataset.recover_environment(), []
-    columns = dataset.storage.metadata["columns"]
-    for episode, told in zip(dataset.iterate_episodes(), known(dataset), strict=True):
-        observation, info = env.reset(seed=told["seed"])
-        assert np.array_equal(observation, episode.observations[0])
-        assert info["kind"] == episode.infos["outcome"][0, columns["outcome"].index("kind")]
-        for k, action in enumerate(episode.actions):
-            hidden = env.unwrapped.core.hidden()
-            observation, reward, terminated, truncated, info = env.step(action)
-            assert np.array_equal(observation, episode.observations[k + 1])
-            assert reward == episode.rewards[k]
-            assert (terminated, truncated) == (episode.terminations[k], episode.truncations[k])
-            found = dict(zip(columns["outcome"], episode.infos["outcome"][k + 1], strict=True))
-            found |= {name: episode.infos[name][k + 1] for name in ("landing_error", "is_success")}
-            assert found.keys() == info.keys()
-            if info.get("dropped"):  # its landing is no throw's
-                info |= dict.fromkeys(LANDING, np.nan)
-            np.testing.assert_array_equal([*found.values()], [float(info[name]) for name in found])
-            if hidden:
-                np.testing.assert_array_equal(episode.infos["hidden"][k + 1], np.concatenate([*hidden.values()]))
-                assert [*hidden] == columns["hidden"]
-        assert len(episode) == told["total_steps"] == len(episode.observations) - 1
-        ends.append((bool(terminated), bool(truncated)))
-    return ends
 
 
 def test_every_throw_comes_again_bit_for_bit(sets: Path) -> None:
@@ -242,93 +166,6 @@ def test_any_task_and_controller(here: Path, which: str) -> None:
     assert dataset.storage.metadata["pnt_gym"]["practice"] == (16 if which == "learner" else 0)
 
 
-def test_neither_processes_nor_cells_change_what_is_thrown(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("agents.collection.CHUNK", 4)
-    one = collected("--controller", "analytic", "--throws", "10")
-    other = collected("--controller", "analytic", "--throws", "10", "--num-envs", "3", "--jobs", "2", name="other-v0")
-    assert [told["seed"] for told in known(one)] == [told["seed"] for told in known(other)]
-    for mine, theirs in zip(one.iterate_episodes(), other.iterate_episodes(), strict=True):
-        assert np.array_equal(mine.observations, theirs.observations)
-        assert np.array_equal(mine.rewards, theirs.rewards)
-        np.testing.assert_array_equal(mine.infos["hidden"], theirs.infos["hidden"])
-
-
-def test_chunks_follow_each_other_and_each_throws_otherwise(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("agents.collection.CHUNK", 6)
-    dataset = collected("--throws", "15")
-    chunks = [[*islice(episode_seeds("dataset", 0, n), count)] for n, count in enumerate((6, 6, 3))]
-    assert [told["seed"] for told in known(dataset)] == [*chain(*chunks)]
-    assert len({tuple(episode.actions[0]) for episode in dataset.iterate_episodes()}) == 15
-    assert replayed(dataset) == [(True, False)] * 15
-
-
-def test_pieces_follow_each_other(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("agents.offline.PIECE", 3)
-    dataset = collected("--throws", "8")
-    assert [told["seed"] for told in known(dataset)] == [*islice(episode_seeds("dataset", 0, 0), 8)]
-    assert dataset.storage.metadata["total_episodes"] == len(replayed(dataset)) == 8
-
-
-@pytest.mark.parametrize("after", [0, 4])
-def test_what_is_stopped_goes_on_and_leaves_no_dataset(here: Path, monkeypatch: pytest.MonkeyPatch, after: int) -> None:
-    def stopped(name: str, env: Any, episodes: Iterator[Episode], *_: Any) -> None:
-        assert len([*islice(episodes, after)]) == after
-        raise KeyboardInterrupt
-
-    with monkeypatch.context() as patch:
-        patch.setattr("agents.offline.write", stopped)
-        code, words = answered(*SMALL, "--throws", "5", "--name", "a_b/c-v0")
-    assert (code, words) == (130, "interrupted\n")
-    assert [*(here / "sets").rglob("*")] == []
-    kept = {path: path.read_bytes() for path in (here / "kept").iterdir()}
-    assert len(kept) == 3
-    # What is there is not thrown again, and what is not comes as it was.
-    throws = next(path for path in kept if path.name.startswith("throws-0"))
-    throws.unlink()
-    with monkeypatch.context() as patch:
-        patch.setattr("agents.offline.write", stopped)
-        answered(*SMALL, "--throws", "5", "--name", "a_b/c-v0")
-    assert {path: path.read_bytes() for path in (here / "kept").iterdir()} == kept
-    assert collected("--throws", "5").total_steps == 5
-    assert not (here / "kept").exists()
-
-
-def test_what_was_learned_travels(here: Path) -> None:
-    """A chunk acts as the controller that has practised would."""
-    options = ("--env", "OneJointSort-v0", "--practice", "48", "--throws", "8", "--seed", "3")
-    dataset = collected("--controller", "virtual_goal", *options)
-    with closing(make_vector("OneJointSort-v0", num_envs=4)) as env:
-        controller = make_controller("virtual_goal", env)
-        controller.reset(3)
-        practise(controller, env, 48, 3)
-    kind = dataset.storage.metadata["columns"]["outcome"].index("kind")
-    for episode in dataset.iterate_episodes():
-        seen = observed(episode.observations[:1], episode.infos["outcome"][:1, kind])
-        assert np.array_equal(controller.act(seen)[0], episode.actions[0])
-    assert len({tuple(episode.actions[0]) for episode in dataset.iterate_episodes()}) > 1
-
-
-def test_chunks_keep_every_bit_of_an_episode(tmp_path: Path) -> None:
-    random = np.random.default_rng(0)
-
-    def episode(seed: int, throws: int) -> Episode:
-        image = random.integers(0, 255, (throws + 1, 5, 8, 8), dtype=np.uint8)
-        seen = {"image": image, "more": {"vector": random.standard_normal((throws + 1, 3)).astype(np.float32)}}
-        told = {"kind": random.standard_normal(throws + 1), "landing_error": np.full(throws + 1, np.nan)}
-        actions, rewards = random.standard_normal((throws, 2)).astype(np.float32), random.standard_normal(throws)
-        return Episode(seed, seen, actions, rewards, throws == 3, told, {"mass": random.standard_normal(throws)})
-
-    def flat(found: Any) -> list[Any]:
-        if isinstance(found, dict):
-            return [part for name, value in found.items() for part in (name, *flat(value))]
-        return [(found.dtype, found.shape, found.tobytes())] if isinstance(found, np.ndarray) else [found]
-
-    given = [episode(2**53 - 1, 3), episode(2**31, 1), episode(2**40, 4)]
-    (tmp_path / "a.npz").write_bytes(packed(given))
-    assert [flat(vars(one)) for one in unpacked(tmp_path / "a.npz")] == [flat(vars(one)) for one in given]
-    assert packed(unpacked(tmp_path / "a.npz")) == packed(given)
-
-
 def test_nothing_is_fetched_or_sent(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: Any, **__: Any) -> None:
         raise AssertionError("a connection")
@@ -376,25 +213,6 @@ def test_a_cluster_without_ray_is_one_sentence(here: Path, monkeypatch: pytest.M
     words = refused(*SMALL, "--throws", "4", "--cluster", "auto")
     assert words == "error: this needs ray: pip install 'pnt_gym[cluster]'\n"
     assert not [path for path in here.rglob("*") if path.is_file()]
-
-
-@pytest.mark.parametrize(
-    ("env", "level", "label", "name"),
-    [
-        ("PnTRelease-v0", "waste", "random", NAME),
-        ("OneJointThrow-v0", "nominal", "virtual_goal", "pnt_gym/one_joint_throw/nominal-virtual_goal-v0"),
-        ("catapult:Catapult-v2", "my cell!", "é", "pnt_gym/catapult/my_cell-own-v0"),
-    ],
-)
-def test_a_proper_name(env: str, level: str, label: str, name: str) -> None:
-    assert proper_name(env, level, label) == name
-    check_name(name)
-
-
-@pytest.mark.parametrize("name", ["", "a", "a-v", "../a-v0", "/a/b-v0", "a/b-v0/", "a b-v0", "a.b/c-v0", "x" * 300])
-def test_no_name(name: str) -> None:
-    with pytest.raises(UsageError, match="it must be NAMESPACE/NAME-vN"):
-        check_name(name)
 
 
 @pytest.mark.parametrize("block", BLOCKS, ids=["replay", "learn"])

@@ -1,0 +1,39 @@
+"""Folders for datasets: an empty one, and one with a dataset that the command has made."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.tools.commands import call
+from tests.tools.datasets import NAME, SMALL
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a dataset that the command has made as a user calls it."""
+    folder = tmp_path_factory.mktemp("data")
+    who = ("--author", "Ada", "--author-email", "ada@here", "--code-permalink", "https://here/code")
+    done = call(*SMALL, "--throws", "22", "--root", folder / "sets", *who, folder=folder)
+    assert done.returncode == 0, done.stderr
+    assert "done: throws-0" in done.stdout
+    assert not (folder / "kept").exists()
+    assert f"{NAME}" in done.stdout
+    return folder / "sets"
+
+
+@pytest.fixture
+def sets(place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Minari's folder with that dataset in it."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(place))
+    return place
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder, below which Minari's is."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MINARI_DATASETS_PATH", "sets")
+    return tmp_path

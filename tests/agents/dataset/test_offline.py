@@ -1,0 +1,39 @@
+"""How a dataset is written and what it may be called."""
+
+from __future__ import annotations
+
+from itertools import islice
+from pathlib import Path
+
+import pytest
+
+from agents.cli import UsageError
+from agents.episodes import episode_seeds
+from agents.offline import check_name, proper_name
+from tests.tools.datasets import NAME, collected, known, replayed
+
+
+def test_pieces_follow_each_other(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("agents.offline.PIECE", 3)
+    dataset = collected("--throws", "8")
+    assert [told["seed"] for told in known(dataset)] == [*islice(episode_seeds("dataset", 0, 0), 8)]
+    assert dataset.storage.metadata["total_episodes"] == len(replayed(dataset)) == 8
+
+
+@pytest.mark.parametrize(
+    ("env", "level", "label", "name"),
+    [
+        ("PnTRelease-v0", "waste", "random", NAME),
+        ("OneJointThrow-v0", "nominal", "virtual_goal", "pnt_gym/one_joint_throw/nominal-virtual_goal-v0"),
+        ("catapult:Catapult-v2", "my cell!", "é", "pnt_gym/catapult/my_cell-own-v0"),
+    ],
+)
+def test_a_proper_name(env: str, level: str, label: str, name: str) -> None:
+    assert proper_name(env, level, label) == name
+    check_name(name)
+
+
+@pytest.mark.parametrize("name", ["", "a", "a-v", "../a-v0", "/a/b-v0", "a/b-v0/", "a b-v0", "a.b/c-v0", "x" * 300])
+def test_no_name(name: str) -> None:
+    with pytest.raises(UsageError, match="it must be NAMESPACE/NAME-vN"):
+        check_name(name)
