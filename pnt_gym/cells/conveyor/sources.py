@@ -12,7 +12,7 @@ from pnt_gym.arrays import Bools, Floats, Ints, replaced, take
 from pnt_gym.cells.base.core import Generators
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.hold import grips
+from pnt_gym.cells.conveyor.hold import Grips
 from pnt_gym.cells.conveyor.movers import ThrowMotion
 from pnt_gym.cells.conveyor.neighbours import as_measured, course, swept
 from pnt_gym.cells.conveyor.objects import Objects
@@ -21,7 +21,7 @@ from pnt_gym.cells.conveyor.stream import AWAY, LET_GO, BeltStream
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.dispatch import Candidates, Rule, index
 from pnt_gym.planning.motion.limits import LimitRows
-from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
+from pnt_gym.planning.motion.trajectory import Segments
 
 MOST_DRAWS: Final = 120
 """Objects tried in a row before the cell is declared impossible."""
@@ -89,7 +89,7 @@ class PickSource(ABC):
         """The objects around one row's present pick, and their centres (K, 3) [m]; None without a belt."""
         return None
 
-    def swept(self, thrown: Context, motion: ThrowMotion) -> Bools:
+    def swept(self, thrown: Context, motion: ThrowMotion, held: Grips) -> Bools:
         """Which objects on the belt the thrown ones sweep through, lost ones on their way back to it (N, K)."""
         return np.zeros((len(thrown.pick), 0), dtype=np.bool_)
 
@@ -212,13 +212,11 @@ class BeltPicks(PickSource):
         assert result is not None  # a queue is never empty
         return result, places, elapsed
 
-    def swept(self, thrown: Context, motion: ThrowMotion) -> Bools:
+    def swept(self, thrown: Context, motion: ThrowMotion, held: Grips) -> Bools:
         """Of all that is known (N, LET_GO + Q)."""
-        config, stream = self._planner.config, self.stream
-        path = JerkTrajectory.concatenate(motion.pick, [motion.segments], motion.pick_velocity)
-        held = grips(thrown, path, motion.release_time, config)
+        step, stream = self._planner.config.timestep, self.stream
         let_go = motion.release_time + thrown.objects.delay
-        way = course(motion, np.where(held.dropped, held.lost_at * config.timestep, let_go), self._belt.speed)
+        way = course(motion, np.where(held.dropped, held.lost_at * step, let_go), self._belt.speed)
         places = stream.places(np.arange(len(way)))
         met = swept(thrown.objects, thrown.pick[:, :2], way, stream.objects, places)
         return met & held.picked[:, None]
