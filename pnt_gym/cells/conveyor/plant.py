@@ -203,8 +203,12 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         ahead = clock.end - clear
         last = -(-int(ahead.max()) // clock.stride) * clock.stride
         steps = np.minimum(np.arange(0, last + 1, clock.stride, dtype=np.int64), ahead[:, None])
-        knots = self._knots(clock, clear[:, None] + steps)
-        torque, speed = (values.transpose(1, 2, 0) for values in (knots.torque, knots.velocity))
+        moves = np.arange(steps.shape[1], dtype=np.int64) * clock.stride < (ahead + clock.stride)[:, None]
+        hand = clock.hand(clear[:, None] + steps)
+        knots = joint_knots(*(values[moves][None] for values in hand), geometry=self.scene.robot.geometry)
+        motors = np.zeros((2, len(self._motors), *steps.shape))
+        motors[:, :, moves] = knots.torque[:, 0], knots.velocity[:, 0]
+        torque, speed = motors.transpose(0, 2, 3, 1)
         return Effort(np.abs(torque).max(axis=(1, 2)), work_between(torque, speed, steps * clock.step))
 
     def _references(self, rows: Ints, thrown: Context, clock: ThrowClock, steps: int) -> Floats:
@@ -227,7 +231,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         return control
 
     def _knots(self, clock: ThrowClock, steps: Ints) -> JointMotion:
-        """What the motors should do at steps (K,) or (N, K), after each throw's end what they do just behind it."""
+        """What the motors should do at steps (K,), after each throw's end what they do just behind it."""
         # A hand that rides with the belt would ride on for as long as the longest throw takes, out of reach. What lies
         # between two looks needs the one behind the end, too.
         position, velocity, acceleration = clock.hand(np.minimum(steps, clock.end[:, None] + clock.stride))
