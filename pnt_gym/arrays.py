@@ -110,6 +110,24 @@ def made_anew(record: RecordT, which: Bools, make: Callable[..., RecordT], *give
     return replaced(record, rows, make(*(take(one, rows) for one in given))) if rows.size > 0 else record
 
 
+def either(which: Bools, make: Callable[..., RecordT], other: Callable[..., RecordT], *given: Any) -> RecordT:
+    """A record of N rows, of which some are made in one way and the others in another.
+
+    Args:
+        which: the rows that are made in the first way (N,).
+        make: a record of those rows from those rows of what is given.
+        other: the same for the others.
+        given: records and arrays of N rows, and plain values.
+    """
+    if which.all():
+        return make(*given)
+    if not which.any():
+        return other(*given)
+    ways = (np.flatnonzero(which), make), (np.flatnonzero(~which), other)
+    both = joined([way(*(take(one, rows) for one in given)) for rows, way in ways])
+    return take(both, np.argsort(np.concatenate([rows for rows, _ in ways])))
+
+
 def joined(records: Sequence[RecordT], axis: int = 0) -> RecordT:
     """The rows of all records, one after the other along an axis; plain values are those of the first."""
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pnt_gym.arrays import joined, made_anew, replaced, take
+from pnt_gym.arrays import either, joined, made_anew, replaced, take
 
 
 class Pair(NamedTuple):
@@ -60,6 +60,21 @@ def test_made_anew_are_only_the_rows_asked_for_from_their_own_rows_of_what_is_gi
     assert record.values.tolist() == [0.0, 1.0, 2.0, 3.0]
     assert made_anew(record, np.zeros(4, dtype=bool), make, np.arange(4), "plain") is record
     assert len(asked) == 1
+
+
+def test_rows_are_made_in_either_way_and_keep_their_places():
+    def way(first):
+        return lambda values, name: Whole(values + first, Pair(values.astype(int), values[:, None] - first), name)
+
+    def made(which):
+        return either(np.array(which), way(10), way(20), np.arange(4) * 1.0, "plain")
+
+    mixed = made([False, True, False, True])
+    assert mixed.values.tolist() == [20.0, 11.0, 22.0, 13.0]
+    assert mixed.pair.right.tolist() == [[-20.0], [-9.0], [-18.0], [-7.0]]
+    assert (mixed.name, mixed.total, mixed.pair.left.tolist()) == ("plain", 66.0, [0, 1, 2, 3])
+    assert made([True] * 4).values.tolist() == [10.0, 11.0, 12.0, 13.0]
+    assert made([False] * 4).values.tolist() == [20.0, 21.0, 22.0, 23.0]
 
 
 def test_joined_rows_stand_one_after_the_other():

@@ -21,7 +21,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.fill import Fill, volume_of
 from pnt_gym.cells.conveyor.hand import HandCycle
-from pnt_gym.cells.conveyor.hold import slip
+from pnt_gym.cells.conveyor.hold import Grips, grips, slip
 from pnt_gym.cells.conveyor.movers import ThrowMotion
 from pnt_gym.cells.conveyor.objects import Objects
 from pnt_gym.cells.conveyor.observation import DRIFT, HIDDEN, SHIFT_TABLE, TABLE
@@ -129,13 +129,14 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         motion = self._motion(context, plans)
         if self.plant.record_row is not None:
             self.upstream = self._source.waiting(self.plant.record_row)
-        passed, met = self._source.passed.copy(), self._source.swept(context, motion)
+        held = grips(context, motion.path, motion.release_time, self.config)
+        passed, met = self._source.passed.copy(), self._source.swept(context, motion, held)
         if self.config.belt.neighbours == "solid":
             self._source.knock(met)
         # Where the hand returns to without a belt belongs to the present pick's draw.
         following = self._source.following(motion, context.limits, context.objects.place[:, 1:3])
         told = Told(following.wait, passed, motion.placed, np.asarray(met.any(axis=1)))
-        outcome = self._flown(context, plans, motion, following.back, told)
+        outcome = self._flown(context, _cycle(plans, motion, following.back, held), told)
         self.context = self._told(outcome, plans, self._after(outcome, following.context))
         return outcome
 
@@ -143,10 +144,11 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         """What the coming throws would do; the hand returns to its own pick, `jitter` is that of the release time."""
         context = self.context if jitter else self.context.expected()
         motion = self._motion(context, plans)
+        held = grips(context, motion.path, motion.release_time, self.config)
         back = self.planner.mover.back(motion, context.pick, context.limits)
-        wait, met = np.zeros(self.count), np.asarray(self._source.swept(context, motion).any(axis=1))
+        wait, met = np.zeros(self.count), np.asarray(self._source.swept(context, motion, held).any(axis=1))
         told = Told(wait, self._source.passed.copy(), motion.placed, met)
-        return self._flown(context, plans, motion, back, told)
+        return self._flown(context, _cycle(plans, motion, back, held), told)
 
     def reward(self, outcome: Outcome) -> dict[str, Floats]:
         """Weighted reward terms by name, each (N,); before weighting every term lies in [0, 1]."""
@@ -278,11 +280,13 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
 
         return made_anew(motion, ~picked(context, self.config), left, context.pick, context.throw_limits)
 
-    def _flown(
-        self, context: Context, release: ReleaseBatch, motion: ThrowMotion, back: Segments, told: Told
-    ) -> Outcome:
+    def _flown(self, context: Context, cycle: HandCycle, told: Told) -> Outcome:
         """The outcome of throws and returns."""
-        begin = motion.pick_velocity
-        path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back], begin, rides=begin is not None)
-        flown = self.plant.fly(context, HandCycle(release, motion.release_time, path))
-        return judge(flown, context, self.config, path.duration + self.dwell, told)
+        return judge(self.plant.fly(context, cycle), context, self.config, cycle.path.duration + self.dwell, told)
+
+
+def _cycle(release: ReleaseBatch, motion: ThrowMotion, back: Segments, held: Grips) -> HandCycle:
+    """Throws and returns, one after the other."""
+    begin = motion.pick_velocity
+    path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back], begin, rides=begin is not None)
+    return HandCycle(release, motion.release_time, path, held)

@@ -113,7 +113,7 @@ class FreeObjects:
         landing = np.where(np.isfinite(landing), landing, state[:, :2])
         position = np.concatenate([landing, rim[:, None]], axis=1)
         velocity = np.zeros_like(position)
-        met = clock.meets(thrown, (seen[..., :3], seen[..., 7:10], seen[..., 3:7]), steps) | clock.parting.unsure
+        met = clock.meets(thrown, (seen[..., :3], seen[..., 7:10], seen[..., 3:7]), steps)
         rows = np.flatnonzero(self._near(thrown, landing) & ~met)
         if rows.size > 0:
             first = _last_above(thrown, seen[..., 2])[rows]

@@ -40,6 +40,8 @@ class HandCycle:
     """When the valve is commanded (N,) [s]."""
     path: HandPath
     """From lift to lift."""
+    grips: Grips | None = None
+    """How the cups hold on the way; None where nobody has looked."""
 
 
 @final
@@ -75,7 +77,7 @@ class ThrowClock:
         Raises:
             PhysicsError: a throw takes longer than any that is simulated.
         """
-        step, held = config.timestep, grips(thrown, plans.path, plans.release_time, config)
+        step, held = config.timestep, plans.grips or grips(thrown, plans.path, plans.release_time, config)
         let_go: Floats = np.where(held.picked, plans.release_time + thrown.objects.delay, 0.0)
         free_at: Floats = np.where(held.dropped, held.lost_at * step, let_go)
         release = np.ceil(free_at / step - 1e-9).astype(np.int64)

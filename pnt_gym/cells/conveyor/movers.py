@@ -8,6 +8,7 @@ config chooses.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple, Protocol, final
 
 import numpy as np
@@ -20,7 +21,7 @@ from pnt_gym.planning.motion.intercept import plan_intercept
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits
 from pnt_gym.planning.motion.roots import bisect
 from pnt_gym.planning.motion.scurve import accelerate, brake, brake_distance, coast, rest_to_rest
-from pnt_gym.planning.motion.trajectory import Segments
+from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
 from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.planning.straight.release import plan_release_batch, release_at_elevation, release_at_point
 
@@ -56,6 +57,11 @@ class ThrowMotion:
     roof: Floats
     placed: Bools
     pick_velocity: Floats | None = None
+
+    @cached_property
+    def path(self) -> JerkTrajectory:
+        """The way of the hand until the return begins, from rest or with its first velocity."""
+        return JerkTrajectory.concatenate(self.pick, [self.segments], self.pick_velocity)
 
     @classmethod
     def resting(cls, place: Floats) -> ThrowMotion:

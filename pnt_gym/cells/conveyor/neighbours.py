@@ -16,7 +16,6 @@ from pnt_gym.cells.conveyor.movers import ThrowMotion
 from pnt_gym.cells.conveyor.objects import Objects
 from pnt_gym.cells.conveyor.outline import half_extent
 from pnt_gym.constants import GRAVITY
-from pnt_gym.planning.motion.trajectory import JerkTrajectory
 
 INTERVAL: Final = 0.004
 """Objects are looked at this often [s]: a hand moves 10 mm meanwhile."""
@@ -36,11 +35,10 @@ def course(motion: ThrowMotion, free_at: Floats, speed: float) -> Floats:
         free_at: when they let go of the objects, which then fly without air (N,) [s].
         speed: of the belt [m/s].
     """
-    path = JerkTrajectory.concatenate(motion.pick, [motion.segments], motion.pick_velocity)
     last = free_at[:, None] + AFTERWARDS
     times = np.minimum(np.arange(0.0, float(last.max(initial=0.0)), INTERVAL), last)
     held = np.minimum(times, free_at[:, None])
-    hand, since = path.sample(held), times - held
+    hand, since = motion.path.sample(held), times - held
     way = hand.position - motion.pick[:, None] + since[..., None] * hand.velocity
     way[..., 2] -= 0.5 * GRAVITY * since**2
     way[..., 0] -= speed * times
@@ -57,15 +55,18 @@ def swept(carried: Objects, start: Floats, way: Floats, others: Objects, place: 
         others: (N, K).
         place: their middles when the first are lifted (N, K, 2) [m].
     """
-    height = way[:, None, :, 2]
-    low = (height < others.size[..., 2:]) & (height > -SUNK)
-    apart = place[:, :, None] - start[:, None, None] - way[:, None, :, :2]
+    height, tall = way[..., 2], others.size[..., 2]
+    # Most of the time a hand is above all of them.
+    row, moment = np.nonzero((height < tall.max(axis=1, initial=0.0)[:, None]) & (height > -SUNK))
+    x, y = (place[row, :, k] - start[row, k, None] - way[row, moment, k, None] for k in range(2))
     reach = _radius(carried)[:, None] + _radius(others)
-    near = low & (apart[..., 0] ** 2 + apart[..., 1] ** 2 < reach[..., None] ** 2)
-    row, other = np.nonzero(near.any(axis=2))
-    found = np.zeros(near.shape[:2], dtype=np.bool_)
-    met = _overlap(take(carried, row), take(others, (row, other)), apart[row, other])
-    found[row, other] = (near[row, other] & met).any(axis=1)
+    near = x**2 + y**2 < reach[row] ** 2
+    looked, other = np.nonzero(near & (height[row, moment, None] < tall[row]))
+    row = row[looked]
+    apart = np.stack([x[looked, other], y[looked, other]], axis=1)
+    met = _overlap(take(carried, row), take(others, (row, other)), apart)
+    found = np.zeros(tall.shape, dtype=np.bool_)
+    found[row[met], other[met]] = True
     return found
 
 
@@ -75,15 +76,15 @@ def as_measured(objects: Objects) -> Objects:
 
 
 def _overlap(one: Objects, other: Objects, apart: Floats) -> Bools:
-    """Whether P pairs of outlines overlap whose middles lie apart (P, M, 2) [m], (P, M).
+    """Whether P pairs of outlines overlap whose middles lie apart (P, 2) [m], (P,).
 
     Convex outlines are apart if they are in some direction; of rectangles the directions of their sides are enough.
     """
     sides = np.stack([one.yaw, one.yaw + np.pi / 2, other.yaw, other.yaw + np.pi / 2], axis=1)
     heading = np.concatenate([sides, np.broadcast_to(_HEADINGS, (len(sides), len(_HEADINGS)))], axis=1)
     reach = half_extent(take(one, np.s_[:, None]), heading) + half_extent(take(other, np.s_[:, None]), heading)
-    along = apart[..., :1] * np.cos(heading)[:, None] + apart[..., 1:] * np.sin(heading)[:, None]
-    return np.asarray((np.abs(along) < reach[:, None]).all(axis=2))
+    along = apart[:, :1] * np.cos(heading) + apart[:, 1:] * np.sin(heading)
+    return np.asarray((np.abs(along) < reach).all(axis=1))
 
 
 def _radius(objects: Objects) -> Floats:

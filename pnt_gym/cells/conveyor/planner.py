@@ -65,24 +65,24 @@ class PickPlanner:
         """`count` new objects from the generators of some rows, shape (len(rows), count)."""
         normals, uniforms = np.empty((len(rows), count, NORMALS)), np.empty((len(rows), count, UNIFORMS))
         apart = Apart.none(self.config, len(rows), count)
+        beside = self._drawn_beside(apart)
         for place, row in enumerate(rows):
             generator = generators[int(row)]
-            self._draw_apart(generator, take(apart, place))
+            for purpose, draws in beside:
+                aside(generator, purpose).random(out=draws[place])
             generator.standard_normal(out=normals[place])
             generator.random(out=uniforms[place])
         return objects_from_draws(normals, uniforms, self.config, self._table, apart)
 
-    def _draw_apart(self, generator: np.random.Generator, apart: Apart) -> None:
-        """What objects draw beside, where the level asks for it, into arrays; the generator stays where it is."""
+    def _drawn_beside(self, apart: Apart) -> list[tuple[Purpose, Floats]]:
+        """What the level asks objects to draw beside their own, and the arrays that hold it."""
         config = self.config
-        wanted = {
-            Purpose.PICK: (config.pick.fails, apart.pick),
-            Purpose.CLASS: (config.classifier.confusion, apart.seen),
-            Purpose.FILL: (config.bins.emptied, apart.fill),
-        }
-        for purpose, (asked, draws) in wanted.items():
-            if asked:
-                aside(generator, purpose).random(out=draws)
+        wanted = (
+            (config.pick.fails, Purpose.PICK, apart.pick),
+            (config.classifier.confusion, Purpose.CLASS, apart.seen),
+            (config.bins.emptied, Purpose.FILL, apart.fill),
+        )
+        return [(purpose, draws) for asked, purpose, draws in wanted if asked]
 
     def draw_picks(self, generators: list[np.random.Generator], rows: Ints) -> tuple[Objects, Floats]:
         """A new object from the generator of each row, and where it is picked: anywhere in the window, (N, 3) [m]."""

@@ -15,7 +15,7 @@ from typing import Any, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, length, made_anew, replaced, take
+from pnt_gym.arrays import Bools, Floats, Ints, either, length, made_anew, take
 from pnt_gym.cells.base.alone import Fall
 from pnt_gym.cells.base.energy import work_between, work_of_steps
 from pnt_gym.cells.base.plant import ObjectFlight, Plant, Touchdown, staged_rollout, touching
@@ -66,10 +66,8 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         clock = ThrowClock.of(thrown, plans, self.config)
         thrown = thrown.lost(clock.grips.unthrown)
         self._keep_recorded(thrown, plans, clock)
-        if clock.grips.picked.all():
-            return self._thrown(np.arange(len(thrown.pick)), thrown, clock)
-        rows, flown = np.flatnonzero(clock.grips.picked), self._left_lying(clock)
-        return replaced(flown, rows, self._thrown(rows, take(thrown, rows), take(clock, rows))) if rows.size else flown
+        rows = np.arange(len(thrown.pick))
+        return either(clock.grips.picked, self._thrown, self._left_lying, rows, thrown, clock)
 
     def follow(self, thrown: Context, plans: HandCycle) -> Followed:
         """As `fly`, with the robot simulated to the end and its hand recorded."""
@@ -116,19 +114,17 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         """The throws of some rows."""
         if self.config.fidelity == "full":
             return self._simulated(rows, thrown, clock)
-        flown, unsure = self._in_the_air(rows, thrown, clock)
-        swung = clock.parting.unsure  # and then most are let go as any other
-        flown = made_anew(flown, unsure & ~swung, self._to_the_end, rows, thrown, clock)
-        return made_anew(flown, swung, self._simulated, rows, thrown, clock)
+        # What is unsure because of a swing is mostly let go as any other.
+        return either(clock.parting.unsure, self._simulated, self._in_the_air, rows, thrown, clock)
 
     def _simulated(self, rows: Ints, thrown: Context, clock: ThrowClock) -> Flown:
         """The throws of some rows, with the robot for as long as it may meet the object."""
         flown, unsure = self._in_two_stages(rows, thrown, clock)
         return made_anew(flown, unsure, self._to_the_end, rows, thrown, clock)
 
-    def _left_lying(self, clock: ThrowClock) -> Flown:
+    def _left_lying(self, rows: Ints, thrown: Context, clock: ThrowClock) -> Flown:
         """Hands that go on with nothing: not simulated, and where the object rides on, nothing is measured."""
-        count = len(clock.free_at)
+        count = len(rows)
         nowhere, no = np.full((count, 3), np.nan), np.full(count, False)
         touchdown = Touchdown(nowhere[:, :2].copy(), nowhere, nowhere.copy(), no)
         effort = self._effort_ahead(clock, np.zeros(count, dtype=np.int64))
@@ -152,12 +148,12 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         astray = _astray(held["sensordata"], clock)
         return Flown(flight.touchdown(thrown.target[:, 2]), astray, effort, clock.grips), unsure
 
-    def _in_the_air(self, rows: Ints, thrown: Context, clock: ThrowClock) -> tuple[Flown, Bools]:
-        """The throws of hands that move as planned, without any robot; and which may meet the cup again."""
-        touchdown, unsure = self.free.foretold(thrown, clock)
-        return Flown(
-            touchdown, np.zeros(len(rows)), self._effort_ahead(clock, np.zeros_like(rows)), clock.grips
-        ), unsure
+    def _in_the_air(self, rows: Ints, thrown: Context, clock: ThrowClock) -> Flown:
+        """The throws of hands that move as planned, without any robot where the cup does not meet the object again."""
+        touchdown, met = self.free.foretold(thrown, clock)
+        effort = self._effort_ahead(clock, np.zeros_like(rows))
+        flown = Flown(touchdown, np.zeros(len(rows)), effort, clock.grips)
+        return made_anew(flown, met, self._to_the_end, rows, thrown, clock)
 
     def _to_the_end(self, rows: Ints, thrown: Context, clock: ThrowClock) -> Flown:
         """Throws of some rows with the robot to the end."""
@@ -207,8 +203,12 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         ahead = clock.end - clear
         last = -(-int(ahead.max()) // clock.stride) * clock.stride
         steps = np.minimum(np.arange(0, last + 1, clock.stride, dtype=np.int64), ahead[:, None])
-        knots = self._knots(clock, clear[:, None] + steps)
-        torque, speed = (values.transpose(1, 2, 0) for values in (knots.torque, knots.velocity))
+        moves = np.arange(steps.shape[1], dtype=np.int64) * clock.stride < (ahead + clock.stride)[:, None]
+        hand = clock.hand(clear[:, None] + steps)
+        knots = joint_knots(*(values[moves][None] for values in hand), geometry=self.scene.robot.geometry)
+        motors = np.zeros((2, len(self._motors), *steps.shape))
+        motors[:, :, moves] = knots.torque[:, 0], knots.velocity[:, 0]
+        torque, speed = motors.transpose(0, 2, 3, 1)
         return Effort(np.abs(torque).max(axis=(1, 2)), work_between(torque, speed, steps * clock.step))
 
     def _references(self, rows: Ints, thrown: Context, clock: ThrowClock, steps: int) -> Floats:
@@ -231,7 +231,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         return control
 
     def _knots(self, clock: ThrowClock, steps: Ints) -> JointMotion:
-        """What the motors should do at steps (K,) or (N, K), after each throw's end what they do just behind it."""
+        """What the motors should do at steps (K,), after each throw's end what they do just behind it."""
         # A hand that rides with the belt would ride on for as long as the longest throw takes, out of reach. What lies
         # between two looks needs the one behind the end, too.
         position, velocity, acceleration = clock.hand(np.minimum(steps, clock.end[:, None] + clock.stride))

@@ -12,7 +12,7 @@ from pnt_gym.arrays import Bools, Floats, Ints, replaced, take
 from pnt_gym.cells.base.core import Generators
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.hold import grips
+from pnt_gym.cells.conveyor.hold import Grips
 from pnt_gym.cells.conveyor.movers import ThrowMotion
 from pnt_gym.cells.conveyor.neighbours import as_measured, course, swept
 from pnt_gym.cells.conveyor.objects import Objects
@@ -22,7 +22,7 @@ from pnt_gym.errors import ConfigError
 from pnt_gym.planning.dispatch import Candidates, Rule, index
 from pnt_gym.planning.motion.intercept import HORIZON
 from pnt_gym.planning.motion.limits import LimitRows
-from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
+from pnt_gym.planning.motion.trajectory import Segments
 
 MOST_DRAWS: Final = 120
 """Objects tried in a row before the cell is declared impossible."""
@@ -44,6 +44,23 @@ class NextPick:
     context: Context
     back: Segments
     """The motion there."""
+
+
+@final
+@dataclass(frozen=True)
+class Planned:
+    """Throws of objects in queues that were planned to compare them, P of them."""
+
+    index: Ints
+    """Which of them is that of a row and a place in its queue (K, Q); -1 for an object that leaves before it is met."""
+    context: Context
+    throwable: Bools
+    """Which can be thrown (P,)."""
+
+    def at(self, rows: Ints, places: Ints) -> tuple[Context, Bools]:
+        """Those of some of the K rows and a place in each, and which can be thrown; any throw stands in for none."""
+        index = self.index[rows, places]
+        return take(self.context, index), self.throwable[index] & (index >= 0)
 
 
 class PickSource(ABC):
@@ -73,7 +90,7 @@ class PickSource(ABC):
         """The objects around one row's present pick, and their centres (K, 3) [m]; None without a belt."""
         return None
 
-    def swept(self, thrown: Context, motion: ThrowMotion) -> Bools:
+    def swept(self, thrown: Context, motion: ThrowMotion, held: Grips) -> Bools:
         """Which objects on the belt the thrown ones sweep through, lost ones on their way back to it (N, K)."""
         return np.zeros((len(thrown.pick), 0), dtype=np.bool_)
 
@@ -130,6 +147,7 @@ class BeltPicks(PickSource):
     def __init__(self, planner: PickPlanner, generators: Generators) -> None:
         super().__init__(planner, generators)
         self._belt = planner.config.belt
+        self._dwell = planner.config.motion.dwell
         self._rule: Rule = planner.config.dispatch
         self._patience = planner.config.patience
         self._estimator = _estimator(planner)
@@ -183,10 +201,11 @@ class BeltPicks(PickSource):
         """
         result, pending = None, np.arange(len(rows))
         places, elapsed = np.full(len(rows), self.stream.length), np.zeros(len(rows))
-        for at in self._order(rows, motion, limits).T:
+        order, planned = self._order(rows, motion, limits)
+        for at in order.T:
             own, place = rows[pending], at[pending]
-            objects, x = self.stream.in_queue(own, place)
-            found, time, good = self._meet(self._planner, objects, x, take(motion, pending), take(limits, pending))
+            throws = None if planned is None else planned.at(pending, place)
+            found, time, good = self._meet(own, place, take(motion, pending), take(limits, pending), throws)
             good &= ~self.stream.knocked[own, LET_GO + place]
             best = self._touches_nobody(own, place, found.context, time, good) if self._solid else good
             # The first that can be taken stays until one is found that touches nobody.
@@ -201,13 +220,11 @@ class BeltPicks(PickSource):
         assert result is not None  # a queue is never empty
         return result, places, elapsed
 
-    def swept(self, thrown: Context, motion: ThrowMotion) -> Bools:
+    def swept(self, thrown: Context, motion: ThrowMotion, held: Grips) -> Bools:
         """Of all that is known (N, LET_GO + Q)."""
-        config, stream = self._planner.config, self.stream
-        path = JerkTrajectory.concatenate(motion.pick, [motion.segments], motion.pick_velocity)
-        held = grips(thrown, path, motion.release_time, config)
+        step, stream = self._planner.config.timestep, self.stream
         let_go = motion.release_time + thrown.objects.delay
-        way = course(motion, np.where(held.dropped, held.lost_at * config.timestep, let_go), self._belt.speed)
+        way = course(motion, np.where(held.dropped, held.lost_at * step, let_go), self._belt.speed)
         places = stream.places(np.arange(len(way)))
         met = swept(thrown.objects, thrown.pick[:, :2], way, stream.objects, places)
         return met & held.picked[:, None]
@@ -234,29 +251,36 @@ class BeltPicks(PickSource):
         free[some] = ~met.any(axis=1)
         return free
 
-    def _order(self, rows: Ints, motion: ThrowMotion, limits: LimitRows) -> Ints:
-        """Places of the queues of some rows, the one to be tried first first (K, Q)."""
+    def _order(self, rows: Ints, motion: ThrowMotion, limits: LimitRows) -> tuple[Ints, Planned | None]:
+        """Places of the queues of some rows, the one to be tried first first (K, Q); and throws already planned."""
         shape = len(rows), self.stream.length
         if self._rule == "first":
-            return np.broadcast_to(np.arange(self.stream.length), shape)
+            return np.broadcast_to(np.arange(self.stream.length), shape), None
         ahead = self.stream.queue_x[rows] + self._belt.speed * motion.stop_time[:, None] <= self._belt.pick_x[1]
         ahead &= ~self.stream.knocked[rows, LET_GO:]
         row, place = np.nonzero(ahead)
         objects, x = self.stream.in_queue(rows[row], place)
-        worth = np.full(shape, -np.inf)
-        worth[row, place] = self._index(objects, x, take(motion, row), take(limits, row))
-        return np.argsort(-worth, axis=1, kind="stable")
+        worth, index = np.full(shape, -np.inf), np.full(shape, -1)
+        worth[row, place], context, good = self._index(objects, x, take(motion, row), take(limits, row))
+        index[row, place] = np.arange(len(row))
+        known = self._estimator is self._planner and len(row) > 0
+        return np.argsort(-worth, axis=1, kind="stable"), Planned(index, context, good) if known else None
 
-    def _index(self, objects: Objects, x: Floats, motion: ThrowMotion, limits: LimitRows) -> Floats:
-        """What the rule thinks of objects that are at x when throws begin, (K,) each."""
-        found, elapsed, good = self._meet(self._estimator, objects, x, motion, limits)
-        rows, context, mover = np.flatnonzero(good), found.context, self._estimator.mover
-        one, throwing = take(context, rows), np.zeros(len(x))
+    def _index(
+        self, objects: Objects, x: Floats, motion: ThrowMotion, limits: LimitRows
+    ) -> tuple[Floats, Context, Bools]:
+        """What the rule thinks of objects that are at x when throws begin, their throws, which work out; (K,) each."""
+        mover = self._estimator.mover
+        meeting = mover.reach(motion, self._met_at(objects, x, motion), limits)
+        context, throwable = self._estimator.plan(objects, meeting.position)
+        good, throwing = meeting.feasible & throwable, np.zeros(len(x))
+        rows = np.flatnonzero(good)
+        one = take(context, rows)
         throwing[rows] = mover.throw(one.pick, one.plan, one.throw_limits, one.ceiling).stop_time
-        start = elapsed - motion.stop_time
+        start = meeting.time + self._dwell
         stays = (self._belt.pick_x[1] - context.pick[:, 0]) / self._belt.speed
         among = Candidates(np.ones(len(x)), start + throwing, start, start + stays, good)
-        return index(self._rule, among, self._patience)
+        return index(self._rule, among, self._patience), context, good
 
     def _let_go(self, rows: Ints, place: Ints, elapsed: Floats) -> Ints:
         """How many objects of each queue are let go when that at a place (K,) is lifted, all where there is none."""
@@ -267,15 +291,21 @@ class BeltPicks(PickSource):
         return np.where(place < self.stream.length, out.sum(axis=1), self.stream.length)
 
     def _meet(
-        self, planner: PickPlanner, objects: Objects, x: Floats, motion: ThrowMotion, limits: LimitRows
+        self, rows: Ints, at: Ints, motion: ThrowMotion, limits: LimitRows, throws: tuple[Context, Bools] | None
     ) -> tuple[NextPick, Floats, Bools]:
-        """Picks of objects that are at x when throws begin, the times until their lifts, which work out; (K,) each."""
-        x = x + self._belt.speed * motion.stop_time
-        meeting = planner.mover.meet(motion, planner.pick_point(objects, x), limits)
-        context, throwable = planner.plan(objects, meeting.position)
+        """Picks of objects at places of queues, the times until their lifts, which work out; (K,) each.
+
+        Throws that are planned already, and which of them can be thrown, are taken as they are.
+        """
+        objects, x = self.stream.in_queue(rows, at)
+        meeting = self._planner.mover.meet(motion, self._met_at(objects, x, motion), limits)
+        context, throwable = throws or self._planner.plan(objects, meeting.position)
         found = NextPick(meeting.wait, context, meeting.back)
-        elapsed = motion.stop_time + meeting.time + planner.config.motion.dwell
-        return found, elapsed, meeting.feasible & throwable
+        return found, motion.stop_time + meeting.time + self._dwell, meeting.feasible & throwable
+
+    def _met_at(self, objects: Objects, x: Floats, motion: ThrowMotion) -> Floats:
+        """Where hands would have to be to pick objects when throws end that are at x when they begin (K, 3) [m]."""
+        return self._planner.pick_point(objects, x + self._belt.speed * motion.stop_time)
 
 
 def _estimator(planner: PickPlanner) -> PickPlanner:

@@ -158,20 +158,21 @@ class JerkTrajectory:
 
         A path holds still at its start before time 0 and at its last point after its duration, unless it ``rides``.
         """
-        time, c = self._rows(times)
-        t = (time - c[..., 12])[..., None]
-        position, velocity, acceleration, jerk = c[..., 0:3], c[..., 3:6], c[..., 6:9], c[..., 9:12]
-        slope = t * jerk
-        half = 0.5 * t
-        return Samples(
-            position + t * (velocity + half * (acceleration + slope / 3.0)),
-            velocity + t * (acceleration + 0.5 * slope),
-            acceleration + slope,
-        )
+        from pnt_gym.planning.motion.sampling import sample  # noqa: PLC0415 - numba takes a while
+
+        time = self._times(times)
+        position, velocity, acceleration = np.empty((3, *time.shape, 3))
+        sample(self._table, time, position, velocity, acceleration)
+        return Samples(position, velocity, acceleration)
 
     def jerk(self, times: ArrayLike) -> Floats:
         """Return the jerk at ``times`` [s], shape (M,) or (N, M), result (N, M, 3) [m/s3]; zero outside."""
-        return self._rows(times)[1][..., 9:12]
+        from pnt_gym.planning.motion.sampling import JERK, rows_at  # noqa: PLC0415 - numba takes a while
+
+        time = self._times(times)
+        rows = np.empty(time.shape, dtype=np.int64)
+        rows_at(self._table, time, rows)
+        return np.take_along_axis(self._table[..., JERK : JERK + 3], rows[..., None], axis=1)
 
     def peak_ratios(self, limits: Limits, samples: int = 33) -> PeakRatios:
         """Return each path's largest speed, acceleration and jerk as shares of ``limits``.
@@ -191,23 +192,12 @@ class JerkTrajectory:
             np.where(moving, length(self.jerks), 0.0).max(axis=1) / jerk,
         )
 
-    def _rows(self, times: ArrayLike) -> tuple[Floats, Floats]:
-        """Times (N, M) and the row of the coefficient table that holds at each (N, M, 13)."""
-        time = np.asarray(times, dtype=np.float64)
-        count, columns = self._table.shape[:2]
+    def _times(self, times: ArrayLike) -> Floats:
+        """Times of all paths (N, M), an array of its own."""
+        time, count = np.asarray(times, dtype=np.float64), len(self._table)
         if time.ndim not in (1, 2) or (time.ndim == 2 and time.shape[0] != count):
             raise PlanningError(f"times must have shape (M,) or ({count}, M), got {time.shape}")
-        time = np.broadcast_to(time, (count, time.shape[-1]))
-        rows = self._segment(time) + columns * np.arange(count, dtype=np.int64)[:, None]
-        return time, np.take(self._table.reshape(count * columns, 13), rows, axis=0)
-
-    def _segment(self, time: Floats) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
-        """Row of the coefficient table: 0 before the start, k for segment k - 1, K + 1 after the end."""
-        knots = self.knot_times
-        index = (time >= 0.0).astype(np.intp)
-        for k in range(1, knots.shape[1] - 1):
-            index += time >= knots[:, k, None]
-        return index + (time > knots[:, -1, None])
+        return np.array(np.broadcast_to(time, (count, time.shape[-1])), order="C")
 
 
 def _check_shapes(start: Floats, durations: Floats, jerks: Floats) -> None:
@@ -240,10 +230,7 @@ def _running(first: Floats, increments: Floats) -> Floats:
 
 
 def _coefficients(times: Floats, knots: Samples, jerks: Floats, rides: bool) -> Floats:
-    """Table (N, K + 2, 13): position, velocity, acceleration, jerk and start time; rest or a ride at either end.
-
-    One contiguous row per segment lets a sample fetch all it needs in one gather.
-    """
+    """Table (N, K + 2, 13): position, velocity, acceleration, jerk and start time; rest or a ride at either end."""
     count, borders = times.shape
     table = np.zeros((count, borders + 1, 13))
     table[:, 0, 0:3] = knots.position[:, 0]

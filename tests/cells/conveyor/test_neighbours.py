@@ -11,6 +11,7 @@ import pytest
 from pnt_gym.arrays import joined, take
 from pnt_gym.cells.base.items import BOX, CYLINDER, ELLIPSOID
 from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.hold import grips
 from pnt_gym.cells.conveyor.movers import ThrowMotion
 from pnt_gym.cells.conveyor.neighbours import AFTERWARDS, INTERVAL, as_measured, course, swept
 from pnt_gym.errors import ConfigError
@@ -135,7 +136,8 @@ def test_what_was_knocked_rides_on_and_is_never_picked(tracking, dispatch):
         before = copy.deepcopy(stream)
         context = core.context
         motion = core.cell._motion(context, core.plan(np.zeros((COUNT, 2)))[0])
-        met = core.cell._source.swept(context, motion)
+        held = grips(context, motion.path, motion.release_time, core.config)
+        met = core.cell._source.swept(context, motion, held)
         info = core.step(np.zeros((COUNT, 2))).info
         np.testing.assert_array_equal(info["disturbed"], met.any(axis=1))
         told += info["disturbed"].sum()

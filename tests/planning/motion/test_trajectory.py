@@ -80,6 +80,21 @@ def test_samples_agree_with_small_steps():
     np.testing.assert_allclose(velocity[:, 1:], gained, rtol=0, atol=1e-6)
 
 
+def test_times_in_any_order_give_what_each_gives_alone():
+    """At borders, outside, and where several segments without duration begin together."""
+    rng = np.random.default_rng(5)
+    durations = rng.random((6, 9)) * (rng.random((6, 9)) < 0.6)
+    path = JerkTrajectory(rng.normal(size=(6, 3)), durations, rng.normal(size=(6, 9, 3)))
+    times = rng.permuted(np.concatenate([path.knot_times, rng.uniform(-1.0, 10.0, (6, 40))], axis=1), axis=1)
+    together, jerk = path.sample(times), path.jerk(times)
+    for k in range(times.shape[1]):
+        alone = path.sample(times[:, k : k + 1])
+        for values, one in zip(together, alone, strict=True):
+            np.testing.assert_array_equal(values[:, k], one[:, 0])
+        np.testing.assert_array_equal(jerk[:, k], path.jerk(times[:, k : k + 1])[:, 0])
+    np.testing.assert_allclose(path.sample(path.knot_times).velocity, path.knots.velocity, atol=1e-12)
+
+
 def test_rest_before_and_after():
     path, _, _, _, _ = throw_and_return()
     before, after = path.sample(np.array([-1.0])), path.sample(np.array([100.0]))
