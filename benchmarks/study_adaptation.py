@@ -6,7 +6,7 @@ floor of each is what the static policy leaves of it once the kind's mean landin
 beforehand. Every row of the cell is a trial of its own, in which the throws of each kind are counted that came down. A
 kind is learned after as many throws as it takes until the mean of the next three is within 1.1 times its floor.
 
-Run: python benchmarks/study_adaptation.py --json results/adaptation.json      (10 minutes)
+Run: python benchmarks/study_adaptation.py --json results/adaptation.json      (25 minutes)
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ ROWS: Final = 32
 NEW: Final = ("pet_half_full", "wet_paper", "sticky_pot")
 SHIFT: Final = 130
 """Picks in a shift with newcomers."""
-TRIALS: Final = 4
+TRIALS: Final = 12
 """Shifts with newcomers, in each of all rows."""
 NEAR_FLOOR: Final = 1.1
 NEXT: Final = 3
@@ -88,6 +88,7 @@ def newcomers(seed: int, threads: int) -> dict[str, Any]:
     new = [names.index(name) for name in NEW]
     errors = {who: [_by_number(trials, kind) for kind in new] for who, trials in thrown.items()}
     return {
+        "trials": TRIALS * ROWS,
         "kinds": {
             name: _kind({who: found[k] for who, found in errors.items()}, _floor(thrown["static"], new[k]))
             for k, name in enumerate(NEW)

@@ -20,7 +20,7 @@ from ..cli import UsageError
 from ..environments import Env, core_of
 from ..files import replace_file
 from ..places import ADAPTIVE
-from .adaptive import Adaptive, is_told
+from .adaptive import STATIC, Adaptive, is_told
 from .analytic import Analytic
 from .ballistic import AnalyticHeight, MeanLead
 from .bucket_table import mean_shift, virtual_goal
@@ -35,6 +35,8 @@ from .regression import OnPolicyRegression
 from .ridge import Ridge
 from .trackers import Kalman, Known, Nothing, RecursiveRidge, RunningMean, Tracker
 
+IN_CONTEXT = "in_context"
+"""What else its file holds, a static policy that learned without drift lies under all but `static`."""
 _ANY_ACTIONS: Mapping[str, Callable[..., Controller]] = {
     "analytic": lambda env: Analytic(_entries(env.single_action_space)),
     "random": lambda env: Random(_entries(env.single_action_space)),
@@ -50,11 +52,11 @@ _SHIFTS: Mapping[str, Callable[..., Controller]] = {
     "oracle": lambda env, correction, **options: Oracle(_whole_core(env), correction, **options),
 }
 _TRACKERS: Mapping[str, Callable[..., Tracker]] = {
-    "static": lambda core: Nothing(),
+    STATIC: lambda core: Nothing(),
     "ema": lambda core, **options: RunningMean(**options),
     "kalman": lambda core, **options: Kalman(core.config.belt.camera_x, **options),
     "recursive_ridge": lambda core, **options: RecursiveRidge(**options),
-    "in_context": lambda core, **options: InContext(core.config.belt.camera_x, **options),
+    IN_CONTEXT: lambda core, **options: InContext(core.config.belt.camera_x, **options),
     "oracle_drift": Known,
 }
 """What is taken from the static policy's shift, of controllers that are told of the throw before."""
@@ -107,13 +109,16 @@ def make_controller(name: str, env: Env, *, trust: bool = False, **options: Any)
 
 
 def _adaptive(name: str, env: Env, options: Mapping[str, Any]) -> Adaptive:
-    """A controller that is told of the throw before, with the static policy that ships."""
+    """A controller that is told of the throw before, with a static policy that ships.
+
+    `static` has learned under drift; what lies under the others in a cell without, where nothing blurs what it learns.
+    """
     correction, core = _needed_correction(name, env), core_of(env)
     if not is_told(core):
         raise UsageError(f"controller {name!r} goes by what is told of the throw before; use --env PnTAdapt-v0")
-    tracker, knows = _TRACKERS[name](core, **options), "in_context" if name == "in_context" else "static"
-    items = core.item_names
-    return Adaptive(name, knows, correction, _features(env), items, tracker, read_state(ADAPTIVE / f"{knows}.npz")[1])
+    tracker, file = _TRACKERS[name](core, **options), STATIC if name == STATIC else IN_CONTEXT
+    shipped = read_state(ADAPTIVE / f"{file}.npz")[1]
+    return Adaptive(name, correction, _features(env), core.item_names, tracker, shipped)
 
 
 def _needed_correction(name: str, env: Env) -> Correction:
@@ -160,7 +165,7 @@ def save_state(controller: Learner, path: Path) -> None:
 
     def write(temporary: Path) -> None:
         with temporary.open("wb") as file:  # given a name, numpy would append a suffix
-            np.savez(file, controller=np.array(knowledge(controller)), **controller.state())
+            np.savez(file, controller=np.array(knowledge(controller)[0]), **controller.state())
 
     replace_file(path, write)
 
@@ -173,8 +178,8 @@ def load_state(controller: Learner, path: Path) -> None:
     """
     owner, state = read_state(path)
     wanted = knowledge(controller)
-    if owner != wanted:
-        raise UsageError(f"{str(path)!r} was saved by {owner!r}, not by {wanted!r}")
+    if owner not in wanted:
+        raise UsageError(f"{str(path)!r} was saved by {owner!r}, not by {' or '.join(map(repr, wanted))}")
     try:
         controller.restore(state)
     except UsageError:
@@ -183,9 +188,11 @@ def load_state(controller: Learner, path: Path) -> None:
         raise UsageError(f"{str(path)!r} holds no state of {owner!r} that is understood here") from None
 
 
-def knowledge(controller: Learner) -> str:
-    """Whose knowledge a controller has: its own, or that of the static policy under it."""
-    return controller.knows if isinstance(controller, Adaptive) else controller.name
+def knowledge(controller: Learner) -> tuple[str, ...]:
+    """Whose knowledge a controller can take over, first of what kind its own is: a static policy may lie under it."""
+    if not isinstance(controller, Adaptive):
+        return (controller.name,)
+    return (IN_CONTEXT,) if controller.name == IN_CONTEXT else (STATIC, IN_CONTEXT)
 
 
 def read_state(path: Path) -> tuple[str, dict[str, np.ndarray]]:

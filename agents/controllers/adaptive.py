@@ -31,8 +31,8 @@ FEEDBACK_SIZE: Final = len(FEEDBACK)
 """Entries at the end of an observation that tell of the throw before."""
 WIDTH: Final = 128
 STEPS: Final = 6000
-STATIC: Final = "static_"
-"""What the names of the static policy's arrays begin with."""
+STATIC: Final = "static"
+"""The policy under all of them; the names of its arrays begin so."""
 READY: Final = ("static", "ema", "kalman", "recursive_ridge", "in_context")
 """Those that need no practice: what they have learned ships."""
 FEW: Final = 20
@@ -83,7 +83,6 @@ class Adaptive(Learner):
 
     Args:
         name: name of the controller.
-        knows: whose knowledge it has, for files.
         correction: what an action means.
         features: entries of an observation D.
         items: names of the kinds.
@@ -96,14 +95,13 @@ class Adaptive(Learner):
     def __init__(
         self,
         name: str,
-        knows: str,
         correction: Correction,
         features: int,
         items: Sequence[str],
         tracker: Tracker,
         shipped: State,
     ) -> None:
-        self.name, self.knows, self._items = name, knows, np.array(items)
+        self.name, self._items = name, np.array(items)
         self._correction, self._tracker, self._shipped = correction, tracker, shipped
         self._static = OnPolicyRegression(name, correction, features - FEEDBACK_SIZE, Mlp(WIDTH, STEPS))
         self.reset(0)
@@ -124,7 +122,7 @@ class Adaptive(Learner):
         plain = without_feedback(observation)
         own, throws = self._static.predict(plain), plain.features.astype(np.float64)
         self._last = throws, own, observation.kind
-        off = self._tracker.effect(throws) + self._newcomers.effect(observation.kind)
+        off = self._tracker.effect(throws) + self._newcomers.effect(observation.kind, throws)
         return to_action(own - off, self._correction)
 
     def learn(self, outcome: Outcome) -> None:
@@ -150,13 +148,13 @@ class Adaptive(Learner):
 
     def state(self) -> State:
         """The static policy's, the names of the kinds that it has learned, and the tracker's."""
-        own = {f"{STATIC}{name}": value for name, value in self._static.state().items()}
+        own = {f"{STATIC}_{name}": value for name, value in self._static.state().items()}
         return {**own, "kinds": self._kinds, **self._tracker.state()}
 
     def restore(self, state: State) -> None:
         """Take over a static policy, and what goes with the tracker."""
-        own = {name: value for name, value in state.items() if name.startswith(STATIC)}
-        self._static.restore({name.removeprefix(STATIC): value for name, value in own.items()})
+        own = {name: value for name, value in state.items() if name.startswith(f"{STATIC}_")}
+        self._static.restore({name.removeprefix(f"{STATIC}_"): value for name, value in own.items()})
         self._tracker.restore({name: value for name, value in state.items() if name not in own and name != "kinds"})
         self._learned(np.asarray(state.get("kinds", self._items[:0])))
 
@@ -175,6 +173,6 @@ class Adaptive(Learner):
             throws, own, kind = self._last
             right, known = told(observation)
             known, new = known & ~fresh, self._newcomers.new(kind)
-            self._newcomers.learn(kind, own - right - self._tracker.effect(throws), known)
+            self._newcomers.learn(kind, throws, own - right - self._tracker.effect(throws), known)
             self._tracker.learn(throws, own - right, known & ~new)
         self._tracker.begin(fresh)  # last, so that a row that has just begun is as one that never threw

@@ -8,6 +8,7 @@ observations without what they tell of the throw before.
 from __future__ import annotations
 
 from abc import abstractmethod
+from functools import partial
 from typing import Any, Final, Protocol, TypeAlias, final
 
 import numpy as np
@@ -17,13 +18,11 @@ from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.observation import FEATURES, TABLE
 
 from .ballistic import landing_change
+from .filters import NOISE, SURPRISE, Filters, landing
 from .protocol import State
 
-NOISE: Final = (0.012, 0.008)
-"""Standard deviation along and across of what the static policy leaves of a throw, with the bin's camera's [m]."""
-SURPRISE: Final = 2.5
-"""A landing further off than so many deviations counts less: it tells of a touch or a rim."""
-
+TURNING: Final = 0.02
+"""Chance from pick to pick that what was constant begins to wander, or the other way round."""
 
 Four: TypeAlias = tuple[float, float, float, float]
 
@@ -94,6 +93,13 @@ class RunningMean(Tracker):
         return self._mean.copy()
 
 
+def lateness(throws: Floats) -> Floats:
+    """How much further along the throw a release 1 s later comes down, to first order (N,) [m]."""
+    seen, little = TABLE.decode(throws), 1e-3
+    speed, angle = seen["release_speed"], seen["elevation"]
+    return landing_change(seen, little * speed * np.cos(angle), little * speed * np.sin(angle)) / little
+
+
 def effects(throws: Floats, camera_x: float) -> Floats:
     """What a release 1 s later, a camera off by 1 m along x and y, and an encoder off by 1 do to landings (N, 2, 4).
 
@@ -105,31 +111,26 @@ def effects(throws: Floats, camera_x: float) -> Floats:
         camera_x: where the camera sees objects [m].
     """
     seen = TABLE.decode(throws)
-    speed, angle = seen["release_speed"], seen["elevation"]
     far_x, far_y = seen["target_x"] - seen["pick_x"], seen["target_y"] - seen["pick_y"]
     size = np.maximum(np.hypot(far_x, far_y), 1e-9)
     ex, ey = far_x / size, far_y / size
-    little = 1e-3
-    late = landing_change(seen, little * speed * np.cos(angle), little * speed * np.sin(angle)) / little
+    late = lateness(throws)
     way = seen["pick_x"] - camera_x
     along = np.stack([late, ex, ey, way * ex], axis=-1)
     across = np.stack([np.zeros_like(ex), -ey, ex, -way * ey], axis=-1)
     return np.stack([along, across], axis=1)
 
 
-def _landing(effect: Floats, state: Floats) -> Floats:
-    """How far off throws come down (N, 2) [m] by effects (N, 2, 4) of what is off (N, 4)."""
-    return (effect @ state[..., None])[..., 0]
-
-
 @final
 class Kalman(Tracker):
     """Release delay, camera along x and y, and encoder, with the physical effect of each on every throw.
 
+    Two filters: one takes them for constant, the other lets them wander.
+
     Args:
         camera_x: where the camera sees objects [m].
         prior: standard deviations at the beginning of a shift, of delay [s], camera x and y [m] and encoder.
-        walk: standard deviations of their change from pick to pick.
+        walk: standard deviations of their change from pick to pick, where they wander.
         noise: of z along and across [m].
     """
 
@@ -137,34 +138,32 @@ class Kalman(Tracker):
         self,
         camera_x: float,
         prior: Four = (0.004, 0.008, 0.008, 0.008),
-        walk: Four = (0.0006, 0.0007, 0.0007, 0.0005),
+        walk: Four = (0.0012, 0.0014, 0.0014, 0.0010),
         noise: tuple[float, float] = NOISE,
     ) -> None:
+        priors, walks = (
+            np.tile(np.diag(np.square(prior)), (2, 1, 1)),
+            np.stack([np.zeros((4, 4)), np.diag(np.square(walk))]),
+        )
         self._camera_x = camera_x
-        self._first, self._walk, self._noise = (np.diag(np.square(size)) for size in (prior, walk, noise))
-        self._state, self._spread = np.zeros((0, 4)), np.zeros((0, 4, 4))
+        self._of = partial(Filters, priors=priors, beliefs=(0.5, 0.5), walks=walks, turning=TURNING, noise=noise)
+        self._filters = self._of((0,))
 
     def begin(self, rows: Bools) -> None:
         """Back to the prior."""
-        if len(rows) != len(self._state):
-            self._state, self._spread = np.zeros((len(rows), 4)), np.tile(self._first, (len(rows), 1, 1))
-        self._state[rows], self._spread[rows] = 0.0, self._first
+        if len(rows) != len(self._filters.state):
+            self._filters = self._of((len(rows),))
+        self._filters.begin(np.flatnonzero(rows))
 
     def learn(self, throws: Floats, z: Floats, rows: Bools) -> None:
-        """The usual update; a throw far off gets the noise with which it would be `SURPRISE` deviations off."""
-        effect = effects(throws, self._camera_x)
-        new = z - _landing(effect, self._state)
-        expected = effect @ self._spread @ effect.transpose(0, 2, 1) + self._noise
-        far = np.einsum("ni,nij,nj->n", new, np.linalg.inv(expected), new) / SURPRISE**2
-        expected = expected + np.maximum(far - 1.0, 0.0)[:, None, None] * self._noise
-        gain = self._spread @ effect.transpose(0, 2, 1) @ np.linalg.inv(expected)
-        state, spread = self._state + (gain @ new[..., None])[..., 0], self._spread - gain @ effect @ self._spread
-        self._state = np.where(rows[:, None], state, self._state)
-        self._spread = np.where(rows[:, None, None], spread, self._spread) + self._walk
+        """An update of both, where something is known; time passes everywhere."""
+        here = np.flatnonzero(rows)
+        self._filters.learn(here, effects(throws[here], self._camera_x), z[here])
+        self._filters.wander()
 
     def effect(self, throws: Floats) -> Floats:
         """By the present estimate (N, 2)."""
-        return _landing(effects(throws, self._camera_x), self._state)
+        return landing(effects(throws, self._camera_x), self._filters.estimate(np.arange(len(throws))))
 
 
 FOLLOWED: Final = ("release_speed", "elevation", "flight_time", "distance", "pick_x", "target_x")
@@ -228,4 +227,4 @@ class Known(Tracker):
         """By what is so (N, 2)."""
         drift = self._core.context.drift
         state = np.concatenate([drift.delay[:, None], drift.camera, drift.encoder[:, None]], axis=1)
-        return _landing(effects(throws, self._core.config.belt.camera_x), state)
+        return landing(effects(throws, self._core.config.belt.camera_x), state)

@@ -41,7 +41,7 @@ def knowledge(env: Any) -> dict[str, np.ndarray]:
     """A static policy that says something, of all the kinds that there are."""
     random, regressor = np.random.default_rng(0), Mlp(8, 40)
     regressor.fit(throws(200), random.normal([0.03, 0.0], [0.01, 0.005], (200, 2)), 0)
-    state = {f"{STATIC}{name}": np.asarray(value) for name, value in regressor.state().items()}
+    state = {f"{STATIC}_{name}": np.asarray(value) for name, value in regressor.state().items()}
     return {**state, "kinds": np.array(env.unwrapped.core.item_names)}
 
 
@@ -114,7 +114,9 @@ def test_they_say_which_actions_they_need(name: str) -> None:
 
 def test_static_is_its_network(env: Any, knowledge: dict[str, np.ndarray]) -> None:
     controller, regressor = controller_of("static", env, knowledge), Mlp(8)
-    regressor.restore({name.removeprefix(STATIC): v for name, v in knowledge.items() if name.startswith(STATIC)})
+    regressor.restore(
+        {name.removeprefix(f"{STATIC}_"): v for name, v in knowledge.items() if name.startswith(f"{STATIC}_")}
+    )
     scale = env.unwrapped.core.correction.scale
     for seen, action, _ in thrown(controller, env, 8, 2):
         shift = np.clip(regressor.predict(seen.features[:, :26].astype(np.float64)), -scale, scale)
@@ -239,6 +241,13 @@ def test_what_goes_by_the_static_policy_takes_over_its_file(
         load_state(make_controller("in_context", env), tmp_path / "static.npz")
     with pytest.raises(UsageError, match="was saved by 'static', not by 'ridge'"):
         load_state(make_controller("ridge", env), tmp_path / "static.npz")
+    save_state(controller_of("in_context", env, knowledge), tmp_path / "in_context.npz")
+    for name in ("static", "ema", "kalman", "recursive_ridge", "oracle_drift"):
+        other = make_controller(name, env)
+        load_state(other, tmp_path / "in_context.npz")
+        np.testing.assert_array_equal(
+            other._static.predict(without_feedback(seen)), static._static.predict(without_feedback(seen))
+        )
 
 
 def test_a_network_that_has_not_studied_does_as_the_static_policy(
@@ -271,7 +280,7 @@ def test_practice_is_the_static_policys_and_what_it_leaves_is_studied(
     assert isinstance(controller, Learner)
     practise(controller, env, 96, 0)
     state = controller.state()
-    assert any(not np.array_equal(state[key], shipped.get(key)) for key in state if key.startswith(STATIC))
+    assert any(not np.array_equal(state[key], shipped.get(key)) for key in state if key.startswith(f"{STATIC}_"))
     assert ("memory_in_weight" in state) == (name == "in_context")
     assert set(state["kinds"]) <= set(env.unwrapped.core.item_names)
     features, info = env.reset(seed=15)

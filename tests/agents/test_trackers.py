@@ -7,12 +7,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from agents.controllers.filters import NOISE, SURPRISE
 from agents.controllers.in_context import InContext
 from agents.controllers.recurrent import LAYERS
 from agents.controllers.trackers import (
     FOLLOWED,
-    NOISE,
-    SURPRISE,
     Kalman,
     Nothing,
     RecursiveRidge,
@@ -138,27 +137,40 @@ def test_kalmans_error_is_what_its_own_covariance_says() -> None:
     """The squared error in units of the covariance is the number of unknowns on average: no more, no less."""
     for picks in (2, 10, 50):
         tracker, truth = kalmans(300, picks, (0.0, 0.0, 0.0, 0.0))
-        error = tracker._state - truth
-        found = np.einsum("ni,nij,nj->n", error, np.linalg.inv(tracker._spread), error)
+        error = tracker._filters.state - truth[:, None]
+        found = np.einsum("nfi,nfij,nfj->nf", error, np.linalg.inv(tracker._filters.spread), error)
         assert found.mean() == pytest.approx(4.0, rel=0.2), picks
-    careful, truth = kalmans(300, 50, (0.0006, 0.0007, 0.0007, 0.0005))
-    error = careful._state - truth  # of what might have moved it is less sure than it needs to be
-    assert np.einsum("ni,nij,nj->n", error, np.linalg.inv(careful._spread), error).mean() < 4.0
+    tracker, truth = kalmans(300, 50, (0.0006, 0.0007, 0.0007, 0.0005))
+    error = tracker._filters.state - truth[:, None]
+    still, wandering = np.einsum("nfi,nfij,nfj->fn", error, np.linalg.inv(tracker._filters.spread), error)
+    assert still.mean() == pytest.approx(4.0, rel=0.2)
+    assert wandering.mean() < 4.0  # of what might have moved it is less sure than it needs to be
 
 
-def test_kalman_follows_a_drift_that_walks() -> None:
-    rows, walk = 100, np.array([0.0006, 0.0007, 0.0007, 0.0005])
-    random, truth, tracker = np.random.default_rng(3), np.zeros((rows, 4)), Kalman(CAMERA)
-    still, off = Kalman(CAMERA, walk=(0.0, 0.0, 0.0, 0.0)), {"walks": [], "still": []}
-    for one in (tracker, still):
+@pytest.mark.parametrize("walks", [True, False])
+def test_kalman_finds_out_whether_a_drift_walks(walks: bool) -> None:
+    """It does as well as a filter that knows, and better than one that takes the other thing for granted."""
+    rows, walk = 200, np.array([0.0012, 0.0014, 0.0014, 0.0010])
+    random, truth = np.random.default_rng(3), PRIOR * np.random.default_rng(5).standard_normal((rows, 4))
+    both, sure = Kalman(CAMERA), {"still": Kalman(CAMERA), "wanders": Kalman(CAMERA)}
+    sure["still"]._of.keywords["beliefs"], sure["wanders"]._of.keywords["beliefs"] = (1.0, 0.0), (0.0, 1.0)
+    off: dict[str, list[float]] = {name: [] for name in ("both", *sure)}
+    for one in sure.values():
+        one._of.keywords["turning"] = 0.0
+    for one in (both, *sure.values()):
         one.begin(everyone(rows))
     for pick in range(120):
-        truth = truth + walk * random.standard_normal((rows, 4))
+        truth = truth + walks * walk * random.standard_normal((rows, 4))
         thrown = throws(rows, pick)
-        for name, one in (("walks", tracker), ("still", still)):
+        for name, one in {"both": both, **sure}.items():
             off[name].append(np.abs(one.effect(thrown) - off_by(thrown, truth)).mean())
             one.learn(thrown, off_by(thrown, truth) + noise(rows, pick), everyone(rows))
-    assert np.mean(off["walks"][60:]) < 0.8 * np.mean(off["still"][60:])
+    late = {name: np.mean(errors[60:]) for name, errors in off.items()}
+    right, wrong = ("wanders", "still") if walks else ("still", "wanders")
+    assert late["both"] < 1.25 * late[right]
+    assert late["both"] < 0.75 * late[wrong]
+    belief = both._filters.belief.mean(axis=0)
+    assert belief[1 if walks else 0] > 0.75
 
 
 def test_recursive_ridge_recovers_what_is_linear_in_the_plan() -> None:
