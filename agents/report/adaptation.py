@@ -40,8 +40,8 @@ def newcomers_table(data: Data) -> Grid:
     known = ", ".join(f"{who} {1000 * error:.1f}" for who, error in data["newcomers"]["known_mean_m"].items())
     header = ["kind", "controller", "floor", "throw 1", "2", "4", "6", "later", "throws to 1.1 x floor", "regret"]
     note = (
-        f"Flights alone, {data['newcomers']['trials']} shifts, seed {data['seed']}. Floor: what the static policy leaves "
-        "once the kind's mean landing is taken off. Throws to 1.1 x floor: until the mean of the next three is. "
+        f"Flights alone, {data['newcomers']['trials']} shifts, seed {data['seed']}. Floor: what the static policy "
+        "leaves once the kind's mean landing is taken off. Throws to 1.1 x floor: until the mean of the next three is. "
         f"Regret: what the first throws are above the floor, summed. Known kinds in the same shifts [mm]: {known}."
     )
     return Grid("Kinds that nobody has practised", header, rows, note)
