@@ -19,12 +19,12 @@ from pnt_gym.cells.line.config import LineConfig
 from ..cli import UsageError
 from ..cluster import Needs
 from ..controllers import NAMES
-from ..controllers.adaptive import is_told
+from ..controllers.adaptive import READY, is_told
 from ..environments import core_of, make_vector
 from ..files import read_yaml
 from ..line.making import NAMES as DECIDING
 from ..parcel import own_code
-from ..places import SHIPPED
+from ..places import ADAPTIVE, SHIPPED
 from ..runs import CHOOSING
 from ..work import code_digest, key
 from . import lines
@@ -189,11 +189,17 @@ def _piece(plan: Plan, entry: Entry, throws: tuple[int, ...], seed: int, name: s
         "plan": plan.model_dump(mode="json", include={"env", "shifts" if line else "picks", "seed", "num_envs"}),
         "code": code,
         "own": [own_code(name.partition(":")[0]) for name in (entry.controller, plan.env) if ":" in name],
+        "knows": code_digest(("*.npz",), root=ADAPTIVE) if _is_given(entry, throws) else "",
         **(lines.depends(entry.controller, list(known.values())) if line else {}),
     }
     own = {level: config for level, config in known.items() if _is_own(level, config)}
     cost = max(throws) + len(throws) * sum(_effort(plan, entry, known[level]) for level in levels)
     return Piece(plan, entry, throws, seed, levels, train_level, own, key(**inputs), name, cost)
+
+
+def _is_given(entry: Entry, throws: tuple[int, ...]) -> bool:
+    """Whether what ships is known beforehand, by the controller itself or by the one that it learns to correct."""
+    return entry.over in READY or (max(throws) == 0 and entry.controller in (*READY, "oracle_drift"))
 
 
 def _effort(plan: Plan, entry: Entry, config: Any) -> int:

@@ -155,8 +155,29 @@ def test_keys_change_with_what_numbers_depend_on(monkeypatch: pytest.MonkeyPatch
         assert not keys() & keys(**change)
     assert len(keys() & keys(train_level="unseen")) == 0
     before = keys()
-    monkeypatch.setattr(plans, "code_digest", lambda _: "other code")
+    monkeypatch.setattr(plans, "code_digest", lambda *_, **__: "other code")
     assert not before & keys()
+
+
+def test_keys_change_with_what_ships_where_that_is_known_beforehand(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    entries = [
+        {"label": "given", "controller": "kalman"},
+        {"label": "over", "controller": "recurrent_ppo", "throws": [100], "over": "static"},
+        {"label": "practised", "controller": "static", "throws": [100]},
+        {"label": "alone", "controller": "recurrent_ppo", "throws": [100]},
+    ]
+    shift = {"name": "adapt", "env": "PnTAdapt-v0", "train_level": "day", "levels": ["day"], "picks": 800, "seeds": [0]}
+
+    def keys() -> dict[str, str]:
+        return {piece.entry.label: piece.key for piece in pieces(Plan.model_validate({**shift, "entries": entries}))}
+
+    before = keys()
+    (tmp_path / "static.npz").write_bytes(b"other knowledge")
+    monkeypatch.setattr(plans, "ADAPTIVE", tmp_path)
+    after = keys()
+    assert {name for name in before if before[name] != after[name]} == {"given", "over"}
 
 
 def test_a_level_of_the_users_is_done_as_it_was_when_planned(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
