@@ -6,7 +6,7 @@ floor of each is what the static policy leaves of it once the kind's mean landin
 beforehand. Every row of the cell is a trial of its own, in which the throws of each kind are counted that came down. A
 kind is learned after as many throws as it takes until the mean of the next three is within 1.1 times its floor.
 
-Run: python benchmarks/study_adaptation.py --json results/adaptation.json      (25 minutes)
+Run: python benchmarks/study_adaptation.py --json results/adaptation.json      (20 minutes)
 """
 
 from __future__ import annotations
@@ -143,7 +143,7 @@ def _until(errors: list[float], near: float) -> int | None:
 
 
 def main() -> None:
-    options = study_options(study_parser(__doc__, 64, "camera, in shifts"))
+    options = study_options(study_parser(__doc__, 32, "camera, in shifts"))
     if options.throws % ROWS > 0:
         sys.exit(f"--throws is {options.throws}; shifts come {ROWS} at a time")
     result = {
