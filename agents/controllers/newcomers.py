@@ -16,7 +16,7 @@ PRIOR: Final = (0.008, 0.008, 0.003)
 the throw for any other reason, how deep its middle hangs, how much air it meets [m]."""
 LIKE_OTHERS: Final = 0.35
 """Of these, for a kind that is much as those that are known."""
-SHARE: Final = 1.0 / 3.0
+SHARE: Final = 0.2
 """Of the kinds that are."""
 
 

@@ -32,10 +32,12 @@ def test_who_adapts_comes_closer_and_who_knows_comes_closest(table, level):
 
 
 def test_the_millimetres_that_were_asked_for_on_day(table):
-    most = {"static": 17.5, "ema": 13.0, "in_context": 12.5}
+    most = {"static": 17.5, "ema": 13.0, "kalman": 12.0, "in_context": 12.5}
     for name, millimetres in most.items():
         assert 1000 * table[name, "day"]["landing_error_mean_m"] <= millimetres, name
-    assert 1000 * table["in_context", "day"]["landing_error_second_half_m"] <= 11.5
+    late = {name: table[name, "day"]["landing_error_second_half_m"] for name in ("kalman", "in_context", "oracle_drift")}
+    assert max(late.values()) <= 0.0115
+    assert late["kalman"] <= 1.05 * late["oracle_drift"]
     assert 1000 * table["static", "drift_mix"]["landing_error_mean_m"] <= 21.0
 
 
@@ -67,7 +69,7 @@ def test_on_other_drifts_than_they_learned_those_that_adapt_stay_between_static_
 
 def test_what_reinforcement_learns_takes_back_more_than_half_of_what_kalman_does(table):
     error = {name: table[name, "day"]["landing_error_mean_m"] for name in ("static", "recurrent_ppo", "kalman")}
-    assert 0.5 < (error["static"] - error["recurrent_ppo"]) / (error["static"] - error["kalman"]) < 0.75
+    assert 0.5 < (error["static"] - error["recurrent_ppo"]) / (error["static"] - error["kalman"]) < 0.6
     assert len(table["recurrent_ppo", "day"]["seeds"]) == 5
     for level in ("steps", "day_far"):
         errors = [table[name, level]["landing_error_mean_m"] for name in ("static", "recurrent_ppo", "kalman")]
@@ -96,7 +98,8 @@ def test_a_worse_camera_over_the_bins_is_worth_less(study):
         errors = [study["camera"][name][who]["error"]["value"] for name in cameras]
         assert errors == sorted(errors), who
     blind = study["camera"]["blind"]
-    assert blind["kalman"]["error"]["value"] == pytest.approx(blind["static"]["error"]["value"], rel=1e-9)
+    assert blind["kalman"]["error"]["value"] == pytest.approx(blind["ema"]["error"]["value"], rel=1e-9)
+    assert blind["kalman"]["error"]["value"] == pytest.approx(blind["static"]["error"]["value"], rel=0.03)
 
 
 @pytest.mark.parametrize("kind", ["wet_paper", "sticky_pot"])
