@@ -35,7 +35,8 @@ def test_the_millimetres_that_were_asked_for_on_day(table):
     most = {"static": 17.5, "ema": 13.0, "kalman": 12.0, "in_context": 12.5}
     for name, millimetres in most.items():
         assert 1000 * table[name, "day"]["landing_error_mean_m"] <= millimetres, name
-    late = {name: table[name, "day"]["landing_error_second_half_m"] for name in ("kalman", "in_context", "oracle_drift")}
+    adapting = ("kalman", "in_context", "oracle_drift")
+    late = {name: table[name, "day"]["landing_error_second_half_m"] for name in adapting}
     assert max(late.values()) <= 0.0115
     assert late["kalman"] <= 1.05 * late["oracle_drift"]
     assert 1000 * table["static", "drift_mix"]["landing_error_mean_m"] <= 21.0
