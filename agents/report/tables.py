@@ -101,13 +101,21 @@ def _conditions(data: Data) -> str:
 def conditions(data: Data, count: str, said: str) -> str:
     """Count, seeds and versions behind the tables, and what else is to be said of them."""
     plan = data["plan"]
-    where = "the level itself" if plan["train_level"] == "each" else plan["train_level"]
+    where = "the level itself" if plan["train_level"] == "each" else f"{plan['train_level']}{_learned_elsewhere(data)}"
     return (
-        f"{count} per seed and level on {plan['env']}, seeds {plan['seeds']} of the learning, learned on {where} "
-        f"unless the label says otherwise; {said}. Versions: "
-        + ", ".join(f"{package} {version}" for package, version in data["versions"].items())
-        + "."
+        f"{count} per seed and level on {plan['env']}, seeds {plan['seeds']} of the learning, learned on {where}; "
+        f"{said}. Versions: " + ", ".join(f"{package} {version}" for package, version in data["versions"].items()) + "."
     )
+
+
+def _learned_elsewhere(data: Data) -> str:
+    """Who learned on another level than the others, and on which, in brackets."""
+    found: dict[str, dict[str, None]] = {}
+    for row in data["table"]:
+        if row["throws"] > 0 and row["train_level"] != data["plan"]["train_level"]:
+            found.setdefault(row["train_level"], {})[row["label"]] = None
+    said = "; ".join(f"{', '.join(who)} on {level}" for level, who in found.items())
+    return f" ({said})" if said else ""
 
 
 def other_levels(data: Data) -> list[str]:
