@@ -20,7 +20,7 @@ from ..cli import UsageError
 from ..environments import Env, core_of
 from ..files import replace_file
 from ..places import ADAPTIVE
-from .adaptive import STATIC, Adaptive, is_told
+from .adaptive import IN_CONTEXT, STATIC, Adaptive, is_told
 from .analytic import Analytic
 from .ballistic import AnalyticHeight, MeanLead
 from .bucket_table import mean_shift, virtual_goal
@@ -35,8 +35,6 @@ from .regression import OnPolicyRegression
 from .ridge import Ridge
 from .trackers import Kalman, Known, Nothing, RecursiveRidge, RunningMean, Tracker
 
-IN_CONTEXT = "in_context"
-"""What else its file holds, a static policy that learned without drift lies under all but `static`."""
 _ANY_ACTIONS: Mapping[str, Callable[..., Controller]] = {
     "analytic": lambda env: Analytic(_entries(env.single_action_space)),
     "random": lambda env: Random(_entries(env.single_action_space)),

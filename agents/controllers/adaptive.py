@@ -33,7 +33,9 @@ WIDTH: Final = 128
 STEPS: Final = 6000
 STATIC: Final = "static"
 """The policy under all of them; the names of its arrays begin so."""
-READY: Final = ("static", "ema", "kalman", "recursive_ridge", "in_context")
+IN_CONTEXT: Final = "in_context"
+"""Its file also holds the policy under all but `STATIC`, which has learned without drift."""
+READY: Final = (STATIC, "ema", "kalman", "recursive_ridge", IN_CONTEXT)
 """Those that need no practice: what they have learned ships."""
 FEW: Final = 20
 """A kind of which there were fewer throws in practice is not known."""

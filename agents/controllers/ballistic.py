@@ -37,6 +37,12 @@ def landing_change(plan: dict[str, Floats], forward: Floats | float, up: Floats 
     return forward + speed * np.cos(angle) * (after - before) / GRAVITY
 
 
+def later_release(plan: dict[str, Floats], delay: float) -> Floats:
+    """How much further (N,) [m] a throw lands by decoded observations when it is released later on its line [s]."""
+    late = plan["release_speed"] * delay
+    return landing_change(plan, late * np.cos(plan["elevation"]), late * np.sin(plan["elevation"]))
+
+
 def mean_delay(config: ConveyorConfig) -> float:
     """Mean release delay [s] over the level's items at their catalogue values, scaled with the mismatch."""
     table = item_arrays(config.item_list())
@@ -78,7 +84,4 @@ class MeanLead(Controller):
 
     def act(self, observation: Observation) -> Actions:
         """Take back the landing change of a release that much later on the throw line, (N, 2)."""
-        plan = decode(observation.features)
-        late = plan["release_speed"] * self.delay
-        change = landing_change(plan, late * np.cos(plan["elevation"]), late * np.sin(plan["elevation"]))
-        return _along(-change, self._correction)
+        return _along(-later_release(decode(observation.features), self.delay), self._correction)

@@ -7,6 +7,7 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.cells.conveyor.observation import TABLE
 
 from .filters import Filters, landing
 from .trackers import lateness
@@ -61,5 +62,5 @@ class Newcomers:
 def _effects(throws: Floats) -> Floats:
     """What a release 1 s later, and 1 m further along and across, do to landings (N, 2, 3)."""
     found = np.zeros((len(throws), 2, 3))
-    found[:, 0, 0], found[:, 0, 1], found[:, 1, 2] = lateness(throws), 1.0, 1.0
+    found[:, 0, 0], found[:, 0, 1], found[:, 1, 2] = lateness(TABLE.decode(throws)), 1.0, 1.0
     return found

@@ -17,7 +17,7 @@ from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.observation import FEATURES, TABLE
 
-from .ballistic import landing_change
+from .ballistic import later_release
 from .filters import NOISE, SURPRISE, Filters, landing
 from .protocol import State
 
@@ -93,11 +93,10 @@ class RunningMean(Tracker):
         return self._mean.copy()
 
 
-def lateness(throws: Floats) -> Floats:
-    """How much further along the throw a release 1 s later comes down, to first order (N,) [m]."""
-    seen, little = TABLE.decode(throws), 1e-3
-    speed, angle = seen["release_speed"], seen["elevation"]
-    return landing_change(seen, little * speed * np.cos(angle), little * speed * np.sin(angle)) / little
+def lateness(plan: dict[str, Floats]) -> Floats:
+    """How much further a release 1 s later comes down by decoded observations, to first order (N,) [m]."""
+    little = 1e-3
+    return later_release(plan, little) / little
 
 
 def effects(throws: Floats, camera_x: float) -> Floats:
@@ -114,7 +113,7 @@ def effects(throws: Floats, camera_x: float) -> Floats:
     far_x, far_y = seen["target_x"] - seen["pick_x"], seen["target_y"] - seen["pick_y"]
     size = np.maximum(np.hypot(far_x, far_y), 1e-9)
     ex, ey = far_x / size, far_y / size
-    late = lateness(throws)
+    late = lateness(seen)
     way = seen["pick_x"] - camera_x
     along = np.stack([late, ex, ey, way * ex], axis=-1)
     across = np.stack([np.zeros_like(ex), -ey, ex, -way * ey], axis=-1)
@@ -141,10 +140,8 @@ class Kalman(Tracker):
         walk: Four = (0.0012, 0.0014, 0.0014, 0.0010),
         noise: tuple[float, float] = NOISE,
     ) -> None:
-        priors, walks = (
-            np.tile(np.diag(np.square(prior)), (2, 1, 1)),
-            np.stack([np.zeros((4, 4)), np.diag(np.square(walk))]),
-        )
+        priors = np.tile(np.diag(np.square(prior)), (2, 1, 1))
+        walks = np.stack([np.zeros((4, 4)), np.diag(np.square(walk))])
         self._camera_x = camera_x
         self._of = partial(Filters, priors=priors, beliefs=(0.5, 0.5), walks=walks, turning=TURNING, noise=noise)
         self._filters = self._of((0,))

@@ -8,6 +8,7 @@ import pytest
 from agents.controllers.filters import NOISE, Filters, corrected
 from agents.controllers.newcomers import Newcomers
 from agents.controllers.trackers import effects, lateness
+from pnt_gym.cells.conveyor.observation import TABLE
 from tests.agents.test_trackers import CAMERA, everyone, noise, throws
 
 ROWS = 300
@@ -15,7 +16,7 @@ KNOWN = np.array([True, False, False])
 
 
 def late(thrown: np.ndarray, seconds: float) -> np.ndarray:
-    return np.stack([seconds * lateness(thrown), np.zeros(len(thrown))], axis=1)
+    return np.stack([seconds * lateness(TABLE.decode(thrown)), np.zeros(len(thrown))], axis=1)
 
 
 def after(count: int, seconds: float) -> Newcomers:
@@ -28,7 +29,7 @@ def after(count: int, seconds: float) -> Newcomers:
 
 
 def test_lateness_is_the_effect_of_a_valve_that_lets_go_late() -> None:
-    np.testing.assert_array_equal(lateness(throws(20)), effects(throws(20), CAMERA)[:, 0, 0])
+    np.testing.assert_array_equal(lateness(TABLE.decode(throws(20))), effects(throws(20), CAMERA)[:, 0, 0])
 
 
 def test_a_kind_that_clings_is_understood_after_three_throws() -> None:
