@@ -65,7 +65,7 @@ def show(plan: Plan, table: list[dict[str, Any]]) -> None:
         if is_of_line(plan):
             console().print(shifts_comparison(f"level {level}, {plan.shifts} shifts per seed", rows, base))
         else:
-            console().print(comparison_table(f"level {level}, {plan.picks} throws per seed", rows))
+            console().print(comparison_table(f"level {level}, {plan.picks_of(level)} throws per seed", rows))
 
 
 if __name__ == "__main__":

@@ -70,6 +70,9 @@ class Plan(Section):
     train_level: str = Field(description=f"To learn on; {EACH!r}: each that is evaluated on, for itself.")
     levels: tuple[str, ...] = Field(min_length=1)
     picks: Several = Field(1000, description="Held-out throws of every seed; not of a line.")
+    picks_on: dict[str, Several] = Field(
+        {}, description="The same of single levels: more of them where what is compared differs more."
+    )
     shifts: Several = Field(lines.SHIFTS, description="Held-out shifts of every seed; of a line.")
     seed: Count = Field(0, description="Names the held-out throws or shifts.")
     seeds: tuple[Count, ...] = Field((0, 1, 2), min_length=1)
@@ -93,7 +96,19 @@ class Plan(Section):
         for level, label in self.floors.items():
             if label not in labels:
                 raise ValueError(f"floors.{level}: no entry is labelled {label!r}")
+        for level in self.picks_on:
+            if level not in self.judged:
+                raise ValueError(f"picks_on.{level}: no entry is evaluated there, but on {', '.join(self.judged)}")
         return self
+
+    @property
+    def judged(self) -> tuple[str, ...]:
+        """Every level that something is evaluated on."""
+        return tuple(sorted({level for entry in self.entries for level in entry.levels or self.levels}))
+
+    def picks_of(self, level: str) -> int:
+        """Held-out throws of every seed on a level."""
+        return self.picks_on.get(level, self.picks)
 
 
 @final
@@ -137,7 +152,7 @@ def pieces(plan: Plan) -> list[Piece]:
         UsageError: the environment does not exist, or is none for what the plan says.
         ConfigError: a level does not exist.
     """
-    for level in plan.levels:
+    for level in plan.judged:
         _check_whole(plan, level)
     line = is_of_line(plan)
     _check_kind(plan, line)
@@ -186,14 +201,15 @@ def _piece(plan: Plan, entry: Entry, throws: tuple[int, ...], seed: int, name: s
         "levels": [known[level].model_dump(mode="json") for level in levels],
         "train_level": known[train_level].model_dump(mode="json"),
         "settings": settings.read_text(encoding="utf-8") if entry.controller in TRAINED else "",
-        "plan": plan.model_dump(mode="json", include={"env", "shifts" if line else "picks", "seed", "num_envs"}),
+        "plan": plan.model_dump(mode="json", include={"env", "seed", "num_envs"}),
+        "counts": [plan.shifts if line else plan.picks_of(level) for level in levels],
         "code": code,
         "own": [own_code(name.partition(":")[0]) for name in (entry.controller, plan.env) if ":" in name],
         "knows": code_digest(("*.npz",), root=ADAPTIVE) if _is_given(entry, throws) else "",
         **(lines.depends(entry.controller, list(known.values())) if line else {}),
     }
     own = {level: config for level, config in known.items() if _is_own(level, config)}
-    cost = max(throws) + len(throws) * sum(_effort(plan, entry, known[level]) for level in levels)
+    cost = max(throws) + len(throws) * sum(_effort(plan, entry, level, known[level]) for level in levels)
     return Piece(plan, entry, throws, seed, levels, train_level, own, key(**inputs), name, cost)
 
 
@@ -202,11 +218,11 @@ def _is_given(entry: Entry, throws: tuple[int, ...]) -> bool:
     return entry.over in READY or (max(throws) == 0 and entry.controller in (*READY, "oracle_drift"))
 
 
-def _effort(plan: Plan, entry: Entry, config: Any) -> int:
+def _effort(plan: Plan, entry: Entry, level: str, config: Any) -> int:
     """Throws or decisions of one evaluation; the oracle simulates each throw several times."""
     if isinstance(config, LineConfig):
         return lines.effort(entry.controller, config, entry.shifts or plan.shifts, plan.num_envs)
-    return (15 if entry.controller == "oracle" else 1) * plan.picks
+    return (15 if entry.controller == "oracle" else 1) * plan.picks_of(level)
 
 
 def _check_kind(plan: Plan, line: bool) -> None:
@@ -217,7 +233,7 @@ def _check_kind(plan: Plan, line: bool) -> None:
     """
     said = plan.model_fields_set
     if line:
-        if unused := {"picks", "floors"} & said:
+        if unused := {"picks", "picks_on", "floors"} & said:
             raise UsageError(f"{min(unused)} goes with throws; {plan.env!r} is a line, which is judged by its shifts")
         _check_line(plan)
         return
@@ -243,7 +259,7 @@ def _check_line(plan: Plan) -> None:
             raise UsageError(f"entry {entry.label!r}: also and online go with throws, and {plan.env!r} is a line")
         if (entry.shifts or plan.shifts) > plan.shifts:
             raise UsageError(f"entry {entry.label!r} has shifts {entry.shifts}; the plan has {plan.shifts}")
-    for level in sorted({level for entry in plan.entries for level in entry.levels or plan.levels}):
+    for level in plan.judged:
         with closing(make_vector(plan.env, level, num_envs=1, threads=1)) as env:
             for entry in plan.entries:
                 if level in (entry.levels or plan.levels) and entry.controller not in CHOOSING:
@@ -257,10 +273,10 @@ def _check_whole(plan: Plan, level: str) -> None:
         if not is_told(core):
             return
         together = plan.num_envs * core.cell.episode
-        if plan.picks % together > 0:
+        if (picks := plan.picks_of(level)) % together > 0:
             raise UsageError(
-                f"picks is {plan.picks}; with num_envs {plan.num_envs} and shifts of {core.cell.episode} picks on "
-                f"level {level!r} it must be a multiple of {together}"
+                f"picks is {picks}; with num_envs {plan.num_envs} and shifts of {core.cell.episode} picks on level "
+                f"{level!r} it must be a multiple of {together}"
             )
 
 

@@ -63,18 +63,18 @@ def run_piece(piece: Piece, kept: Path) -> dict[str, Any]:
     for throws, seconds, able in _learn(piece, kept):
         for level, (label, name) in product(piece.levels, named):
             with closing(_cells(piece, level)) as env:
-                found = _judged(able(name, env), env, piece)
+                found = _judged(able(name, env), env, piece, level)
             head = {"label": label, "controller": name, "throws": throws}
             more = {"seed": piece.seed, "level": level, "train_level": piece.train_level, "learn_seconds": seconds}
             results.append({**head, **more, "columns": found})
     return {"results": results}
 
 
-def _judged(controller: Controller, env: Env, piece: Piece) -> dict[str, Any]:
+def _judged(controller: Controller, env: Env, piece: Piece, level: str) -> dict[str, Any]:
     """What is kept of the throws, or of the shifts at a line, by which a controller is judged."""
     plan, line = piece.plan, line_of(env)
     if line is None:
-        return columns(held_out(controller, env, plan.picks, plan.seed, online=piece.entry.online))
+        return columns(held_out(controller, env, plan.picks_of(level), plan.seed, online=piece.entry.online))
     shifts = piece.entry.shifts or plan.shifts
     return lines.columns(worked(controller, env, shifts, stream_seed("evaluate", plan.seed)), line)
 

@@ -95,7 +95,8 @@ def _conditions(data: Data) -> str:
         "errors are of what was thrown, success is of all picks, failed ones and drops included; "
         "x floor is the error over that of a large network trained on very many throws"
     )
-    return conditions(data, f"{data['plan']['picks']} held-out throws", said)
+    more = ", ".join(f"{count} on {level}" for level, count in data["plan"].get("picks_on", {}).items())
+    return conditions(data, f"{data['plan']['picks']} held-out throws" + (f" ({more})" if more else ""), said)
 
 
 def conditions(data: Data, count: str, said: str) -> str:

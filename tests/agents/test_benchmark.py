@@ -154,6 +154,8 @@ def test_keys_change_with_what_numbers_depend_on(monkeypatch: pytest.MonkeyPatch
     for change in ({"picks": 121}, {"seed": 1}, {"num_envs": 4}):
         assert not keys() & keys(**change)
     assert len(keys() & keys(train_level="unseen")) == 0
+    assert keys(picks_on={"unseen": PLAN["picks"]}) == keys()
+    assert not keys() & keys(picks_on={"unseen": 2 * PLAN["picks"]})
     before = keys()
     monkeypatch.setattr(plans, "code_digest", lambda *_, **__: "other code")
     assert not before & keys()
@@ -213,6 +215,23 @@ def test_what_lies_on_this_machine_alone_is_refused(here: Path) -> None:
         needs(Plan.model_validate({**plan, "levels": ["weights"]}))
 
 
+def test_a_level_may_take_more_throws_than_the_others(tmp_path: Path) -> None:
+    alone = {
+        "entries": PLAN["entries"][:1],
+        "learned": [],
+        "references": [],
+        "floors": {},
+        "levels": ["waste", "unseen"],
+    }
+    (few,) = pieces(Plan.model_validate({**PLAN, **alone, "picks": 16}))
+    (more,) = pieces(Plan.model_validate({**PLAN, **alone, "picks": 16, "picks_on": {"unseen": 48}}))
+    assert more.cost == few.cost + 32
+    before, after = (run_piece(piece, tmp_path)["results"] for piece in (few, more))
+    assert [len(r["columns"]["outcome"]) for r in after] == [16, 48]
+    assert after[0]["columns"] == before[0]["columns"]
+    assert after[1]["columns"]["along_m"][:16] == before[1]["columns"]["along_m"]
+
+
 def test_training_is_one_piece_for_all_its_throw_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     settings = {
         "policy": "MlpPolicy",
@@ -244,6 +263,7 @@ def test_training_is_one_piece_for_all_its_throw_counts(tmp_path: Path, monkeypa
         ({"learned": [{"label": "ridge", "throws": 7}]}, "no entry gives 'ridge' after 7 throws"),
         ({"floors": {"waste": "nobody"}}, "no entry is labelled 'nobody'"),
         ({"picks": 0}, "picks is 0: input should be greater"),
+        ({"picks_on": {"tight": 500}}, "picks_on.tight: no entry is evaluated there, but on "),
         ({"entries": [{"label": "a", "controller": "analytic", "fidelity": "flight"}]}, "fidelity are for sac"),
     ],
 )
