@@ -42,6 +42,16 @@ def subplots(rows: int, columns: int, size: tuple[float, float], **options: Any)
     return figure, list(axes.ravel())
 
 
+def tiled(count: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Figure, list[Axes]]:
+    """A figure of so many panels of a size in inches each, in rows of so many, and these panels."""
+    columns = min(count, columns)
+    rows = -(-count // columns)
+    figure, panels = subplots(rows, columns, (size[0] * columns, size[1] * rows), **options)
+    for unused in panels[count:]:
+        unused.set_visible(False)
+    return figure, panels[:count]
+
+
 def dress(axes: Axes, across: str, up: str, title: str = "", *, legend: str = "", **options: Any) -> None:
     """Names of both axes, a title, a pale grid, a legend at a place, and what else `Axes.set` takes."""
     axes.set(xlabel=across, ylabel=up, **options)

@@ -22,11 +22,10 @@ from rich.table import Table
 from . import metrics
 
 Summary = Mapping[str, Any]
-LONG = 24
-"""Text longer than this is no figure."""
-
-WORDS: Final = ("verdict", "note")
-"""Columns of text; every other one but the first holds figures."""
+FIGURE: Final = re.compile(r"[^\w`]*\d")
+"""How a figure begins, whatever sign or bracket stands before it."""
+NONE: Final = ("-", "")
+"""Where there is no figure."""
 SORTING: Final = {
     "recovery": "recovery: sorted of all that passed",
     "purity": "purity: share of what is in bins",
@@ -50,7 +49,7 @@ FAILURES: Final = {
 
 
 class Grid(NamedTuple):
-    """A table of text that prints itself; figures are aligned to the right.
+    """A table of text that prints itself; columns of figures are aligned to the right, the first one never.
 
     Attributes:
         headline: what it shows.
@@ -82,18 +81,24 @@ class Grid(NamedTuple):
         return f"<table>\n<thead>{line('th', self.header)}</thead>\n<tbody>\n{body}\n</tbody>\n</table>"
 
     def terminal(self) -> Table:
-        """The table for a console; columns with long text are aligned to the left."""
+        """The table for a console."""
         table = Table(title=escape(self.headline), title_justify="left")
-        for index, name in enumerate(self.header):
-            long = any(len(row[index]) > LONG for row in self.rows)
-            table.add_column(escape(name), justify="left" if index == 0 or long else "right", overflow="fold")
+        for name, right in zip(self.header, self._right(), strict=True):
+            table.add_column(escape(name), justify="right" if right else "left", overflow="fold")
         for row in self.rows:
             table.add_row(*map(escape, row))
         return table
 
     def _right(self) -> list[bool]:
         """Which columns hold figures."""
-        return [index > 0 and name not in WORDS for index, name in enumerate(self.header)]
+        columns = list(zip(*self.rows, strict=True)) or [()] * len(self.header)
+        return [False, *map(_are_figures, columns[1:])]
+
+
+def _are_figures(cells: Sequence[str]) -> bool:
+    """Whether most of those are that are not empty."""
+    told = [cell for cell in cells if cell not in NONE]
+    return 2 * sum(FIGURE.match(cell) is not None for cell in told) >= len(told)
 
 
 def markdown_text(text: str) -> str:

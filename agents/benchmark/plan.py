@@ -209,7 +209,8 @@ def _piece(plan: Plan, entry: Entry, throws: tuple[int, ...], seed: int, name: s
         **(lines.depends(entry.controller, list(known.values())) if line else {}),
     }
     own = {level: config for level, config in known.items() if _is_own(level, config)}
-    cost = max(throws) + len(throws) * sum(_effort(plan, entry, level, known[level]) for level in levels)
+    each = sum(_effort(plan, entry, level, known[level]) for level in levels)
+    cost = max(throws) + len(throws) * len(labels_of(entry)) * each
     return Piece(plan, entry, throws, seed, levels, train_level, own, key(**inputs), name, cost)
 
 

@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from ..drawings import COLOURS, Axes, Figure, dress, subplots, svg
+from ..drawings import COLOURS, Axes, Figure, dress, subplots, svg, tiled
 from .tables import is_of_line, is_of_shifts, labels, name_of, rows_of
 
 
@@ -40,8 +40,8 @@ VALUE: Final = Measure(
 THROW_TICKS = (30, 100, 300, 1000, 3000, 10_000, 30_000)
 ERROR_TICKS = (2, 5, 10, 20, 50, 100)
 ADAPTING = ("static", "ema", "kalman", "recursive_ridge", "in_context", "recurrent_ppo", "oracle_drift")
-SIDE_BY_SIDE = 4
-"""Panels in a row."""
+NAMED_BESIDE = 5
+"""Names in a row of the legend."""
 SMOOTHED = 5
 """Picks over which a curve is averaged."""
 
@@ -102,13 +102,9 @@ def learning_curves(data: Mapping[str, Any], measure: Measure) -> Figure:
 def over_the_shift(data: Mapping[str, Any]) -> Figure:
     """Mean landing error pick by pick, one panel per level, of those that are `ADAPTING`."""
     levels = list(dict.fromkeys(row["level"] for row in data["table"]))
-    columns = min(len(levels), SIDE_BY_SIDE)
-    rows = -(-len(levels) // columns)
-    figure, panels = subplots(rows, columns, (3.6 * columns + 1.4, 3.4 * rows), sharey="row")
+    figure, panels = tiled(len(levels), 2, (4.4, 2.8))
     colours = dict(zip(ADAPTING, cycle(COLOURS), strict=False))
-    for axes in panels[len(levels) :]:
-        axes.set_visible(False)
-    for axes, level in zip(panels, levels, strict=False):
+    for axes, level in zip(panels, levels, strict=True):
         for row in rows_of(data, [level]):
             if row["controller"] in colours:
                 error = 1000 * np.array(row["landing_error_by_pick_m"])
@@ -117,6 +113,7 @@ def over_the_shift(data: Mapping[str, Any]) -> Figure:
                 picks = np.arange(len(smooth)) + (width + 1) / 2
                 axes.plot(picks, smooth, color=colours[row["controller"]], label=row["controller"])
         dress(axes, "pick of the shift", "landing error, mean [mm]", f"level {level}")
+        axes.set_ylim(bottom=0.0)
     _name_once(figure, panels)
     return figure
 
@@ -139,7 +136,7 @@ def landing_clouds(chosen: Sequence[Mapping[str, Any]]) -> Figure:
 def _name_once(figure: Figure, panels: Sequence[Axes]) -> None:
     """One legend for all panels: not every controller is in every one."""
     shown = {label: handle for axes in panels for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
-    figure.legend(shown.values(), shown.keys(), fontsize=8, loc="outside right center")
+    figure.legend(shown.values(), shown.keys(), fontsize=8, loc="outside lower center", ncols=NAMED_BESIDE)
 
 
 def _curve(axes: Axes, rows: list[Mapping[str, Any]], label: str, colour: str, measure: Measure) -> None:

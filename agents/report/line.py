@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from .. import metrics
-from ..drawings import COLOURS, Figure, dress, subplots, svg
+from ..drawings import COLOURS, Figure, dress, svg, tiled
 from ..tables import Grid
 from .page import Chapter
 
@@ -149,7 +149,7 @@ def release_table(data: Data) -> Grid:
 
 def line_figure(data: Data) -> Figure:
     """Gain over first in, first out by controller, level by level."""
-    figure, panels = subplots(1, len(data["line"]), (2.5 * len(data["line"]), 3.8), sharey=True)
+    figure, panels = tiled(len(data["line"]), 3, (3.4, 3.2), sharey=True)
     names = [name for name in everybody(data) if name not in ("random", FIRST)]
     for axes, (level, table) in zip(panels, data["line"].items(), strict=True):
         for at, name in enumerate(names):

@@ -71,8 +71,26 @@ def test_html_escapes_tags_and_aligns_figures_to_the_right() -> None:
     assert Cells(hostile.html()).texts == ['"><script>', "<script>alert('x')</script>"]
 
 
+@pytest.mark.parametrize(
+    ("cells", "dashes"),
+    [
+        (("1.5 mm", "-", "+3 % (+1..+5)"), "---:"),
+        (("< 2", "(3)", "-0.4"), "---:"),
+        (("none", "1.25", "2"), "---:"),
+        (("more than 5", "3", "2"), "---:"),
+        (("-", "", "-"), "---:"),
+        (("`pair` +1 %", "`atc` 2", "-"), "---"),
+        (("waste", "flight, 2 cores", "3"), "---"),
+        (("v1", "v2", "v3"), "---"),
+    ],
+)
+def test_a_column_is_one_of_figures_if_most_of_its_cells_are(cells: tuple[str, ...], dashes: str) -> None:
+    grid = Grid("", ["who", "what"], [["1", cell] for cell in cells])
+    assert grid.markdown().splitlines()[1] == f"| --- | {dashes} |"
+
+
 def test_rows_of_another_length_are_a_mistake() -> None:
-    with pytest.raises(ValueError, match="shorter"):
+    with pytest.raises(ValueError, match=r"shorter|longer"):
         Grid("", ["a", "b"], [["x"]]).html()
 
 
