@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from html import escape as html_escape
+from html import escape as escape_html
 from typing import Any, Final, NamedTuple
 
 from rich.console import Console
@@ -75,7 +75,7 @@ class Grid(NamedTuple):
 
         def line(tag: str, row: Sequence[str]) -> str:
             cells = zip(sides, row, strict=True)
-            return "<tr>" + "".join(f"<{tag}{side}>{html_escape(cell)}</{tag}>" for side, cell in cells) + "</tr>"
+            return "<tr>" + "".join(f"<{tag}{side}>{html_text(cell)}</{tag}>" for side, cell in cells) + "</tr>"
 
         body = "\n".join(line("td", row) for row in self.rows)
         return f"<table>\n<thead>{line('th', self.header)}</thead>\n<tbody>\n{body}\n</tbody>\n</table>"
@@ -104,6 +104,11 @@ def _are_figures(cells: Sequence[str]) -> bool:
 def markdown_text(text: str) -> str:
     """Text on one line of Markdown in which nothing is a tag or parts cells of a table."""
     return re.sub(r"\||<(?=[A-Za-z/!?])", r"\\\g<0>", " ".join(text.split()))
+
+
+def html_text(text: str) -> str:
+    """Text as HTML in which nothing is markup but code between backticks."""
+    return re.sub("`([^`]+)`", r"<code>\1</code>", escape_html(text))
 
 
 def console() -> Console:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import final
 
-from ..tables import Grid, markdown_text
+from ..tables import Grid, html_text, markdown_text
 
 TEMPLATE = Path(__file__).with_name("page.html")
 OPENING = (
@@ -42,7 +42,9 @@ def page(chapters: Sequence[Chapter]) -> str:
     """The page as HTML; figures are images in the folder `figures` beside it, in which nothing can run."""
     from jinja2 import Environment  # noqa: PLC0415 - needed for reports only
 
-    template = Environment(autoescape=True, trim_blocks=True).from_string(TEMPLATE.read_text(encoding="utf-8"))
+    environment = Environment(autoescape=True, trim_blocks=True)
+    environment.filters["text"] = html_text
+    template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
     return template.render(chapters=chapters, opening=OPENING, picture=_picture(chapters)) + "\n"
 
 

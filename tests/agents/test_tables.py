@@ -8,7 +8,7 @@ from html.parser import HTMLParser
 import pytest
 from rich.console import Console
 
-from agents.tables import Grid, comparison_table, markdown_text
+from agents.tables import Grid, comparison_table, html_text, markdown_text
 
 GRID = Grid("what [it] shows", ["name", "mm", "verdict", "note"], [["a|b", "1.5", "ours", "<b>x</b> & y"]], "under it")
 
@@ -61,6 +61,10 @@ def test_names_of_columns_are_escaped_too() -> None:
 )
 def test_text_stays_one_line_of_text(text: str, written: str) -> None:
     assert markdown_text(text) == written
+
+
+def test_html_has_code_between_backticks_and_nothing_else() -> None:
+    assert html_text("`a<b>` & <i>, a ` alone") == "<code>a&lt;b&gt;</code> &amp; &lt;i&gt;, a ` alone"
 
 
 def test_html_escapes_tags_and_aligns_figures_to_the_right() -> None:
