@@ -61,13 +61,14 @@ def _by_shift(plan: Plan, results: Sequence[Result]) -> tuple[Floats, Floats, Fl
 
 
 def _over_the_shift(results: Sequence[Result]) -> dict[str, Any]:
-    """Landing error at the beginning and in the second half of shifts, and by throw; nothing where there are none."""
+    """How many shifts, their landing error at the beginning, in the second half and by throw; nothing without any."""
     if "pick" not in results[0]["columns"]:
         return {}
     error = np.concatenate([errors(r) for r in results])
     pick = np.concatenate([r["columns"]["pick"] for r in results])
     by_pick = [float(np.nanmean(error[pick == k])) for k in range(int(pick.max()) + 1)]
-    return {**over_the_shift(error, pick), "landing_error_by_pick_m": by_pick}
+    count = len(pick) // len(by_pick) // len(results)
+    return {"shifts": count, **over_the_shift(error, pick), "landing_error_by_pick_m": by_pick}
 
 
 def summarise(plan: Plan, results: Sequence[Result]) -> dict[str, Any]:

@@ -52,7 +52,9 @@ _SHIFTS: Mapping[str, Callable[..., Controller]] = {
 _TRACKERS: Mapping[str, Callable[..., Tracker]] = {
     STATIC: lambda core: Nothing(),
     "ema": lambda core, **options: RunningMean(**options),
-    "kalman": lambda core, **options: Kalman(core.config.belt.camera_x, **options),
+    "kalman": lambda core, **options: Kalman(
+        core.config.belt.camera_x, **{"noise": core.config.feedback.noise, **options}
+    ),
     "recursive_ridge": lambda core, **options: RecursiveRidge(**options),
     IN_CONTEXT: lambda core, **options: InContext(core.config.belt.camera_x, **options),
     "oracle_drift": Known,

@@ -10,6 +10,8 @@ from pnt_gym.arrays import Floats, Ints
 
 NOISE: Final = (0.012, 0.008)
 """Standard deviation along and across of what the static policy leaves of a throw, with the bin's camera's [m]."""
+BIN_CAMERA: Final = 0.005
+"""Standard deviation of the bin's camera in it, along and across [m]; of another one `seen_by` tells."""
 SURPRISE: Final = 2.5
 """A landing further off than so many deviations counts less: it tells of a touch or a rim."""
 
@@ -24,7 +26,7 @@ class Filters:
         beliefs: what each counts at first (2,).
         walks: covariances of the change from one landing to the next (2, S, S).
         turning: chance from one landing to the next that the other filter is right from now on.
-        noise: standard deviations of landings along and across whose unknowns are known [m].
+        noise: covariance of a landing whose unknowns are known (2, 2) [m2].
     """
 
     def __init__(
@@ -35,10 +37,10 @@ class Filters:
         *,
         walks: Floats | float = 0.0,
         turning: float = 0.0,
-        noise: tuple[float, float] = NOISE,
+        noise: Floats | None = None,
     ) -> None:
         self._priors, self._beliefs, self._walks, self._turning = priors, np.array(beliefs), walks, turning
-        self._noise = np.diag(np.square(noise))
+        self._noise = seen_by(BIN_CAMERA) if noise is None else noise
         self.state = np.zeros((*shape, *priors.shape[:-1]))
         self.spread = np.broadcast_to(priors, (*shape, *priors.shape)).copy()
         self.belief = np.broadcast_to(self._beliefs, (*shape, 2)).copy()
@@ -61,6 +63,11 @@ class Filters:
     def estimate(self, at: Ints | tuple[Ints, ...]) -> Floats:
         """Of the unknowns of N things (N, S)."""
         return (self.belief[at][..., None] * self.state[at]).sum(axis=-2)
+
+
+def seen_by(camera: float) -> Floats:
+    """Covariance of landings whose unknowns are known (2, 2) [m2], seen by a camera with a standard deviation [m]."""
+    return np.diag(np.square(NOISE) + (camera**2 - BIN_CAMERA**2))
 
 
 def landing(effect: Floats, state: Floats) -> Floats:

@@ -18,7 +18,7 @@ from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.observation import FEATURES, TABLE
 
 from .ballistic import later_release
-from .filters import NOISE, SURPRISE, Filters, landing
+from .filters import BIN_CAMERA, NOISE, SURPRISE, Filters, landing, seen_by
 from .protocol import State
 
 TURNING: Final = 0.02
@@ -130,7 +130,7 @@ class Kalman(Tracker):
         camera_x: where the camera sees objects [m].
         prior: standard deviations at the beginning of a shift, of delay [s], camera x and y [m] and encoder.
         walk: standard deviations of their change from pick to pick, where they wander.
-        noise: of z along and across [m].
+        noise: standard deviation of the camera over the bins, along and across, by its data sheet [m].
     """
 
     def __init__(
@@ -138,12 +138,13 @@ class Kalman(Tracker):
         camera_x: float,
         prior: Four = (0.004, 0.008, 0.008, 0.008),
         walk: Four = (0.0012, 0.0014, 0.0014, 0.0010),
-        noise: tuple[float, float] = NOISE,
+        noise: float = BIN_CAMERA,
     ) -> None:
         priors = np.tile(np.diag(np.square(prior)), (2, 1, 1))
         walks = np.stack([np.zeros((4, 4)), np.diag(np.square(walk))])
         self._camera_x = camera_x
-        self._of = partial(Filters, priors=priors, beliefs=(0.5, 0.5), walks=walks, turning=TURNING, noise=noise)
+        kept = {"priors": priors, "beliefs": (0.5, 0.5), "walks": walks, "turning": TURNING, "noise": seen_by(noise)}
+        self._of = partial(Filters, **kept)
         self._filters = self._of((0,))
 
     def begin(self, rows: Bools) -> None:

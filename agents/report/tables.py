@@ -69,13 +69,14 @@ def shift_table(data: Data) -> Grid:
             row["level"],
             row["controller"],
             who(row)[1],
+            str(row["shifts"]),
             *(f"{1000 * row[f'landing_error_{part}_m']:.1f} mm" for part in parts),
             _over(row, static),
             percent(row["landing_near_share"]),
         ]
         for row in sorted(data["table"], key=lambda row: row["level"])
     ]
-    header = ["level", *WHO, "landing error", "first 10 throws", "second half", "over static", "under 30 mm"]
+    header = ["level", *WHO, "shifts", "landing error", "first 10 throws", "second half", "over static", "under 30 mm"]
     note = (
         "Over static: the error over that of the level's static policy, the one that has learned from as many throws "
         "where there are two. Who is told without throws ships with what it knows, or learns as it goes, or not at all."

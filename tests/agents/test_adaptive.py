@@ -14,6 +14,7 @@ import pytest
 from agents.cli import UsageError
 from agents.controllers import Learner, adaptive, load_state, make_controller, save_state
 from agents.controllers.adaptive import STATIC, begins, is_told, told, without_feedback
+from agents.controllers.filters import seen_by
 from agents.controllers.mlp import Mlp
 from agents.controllers.protocol import Observation, Outcome
 from agents.controllers.trackers import effects
@@ -287,6 +288,13 @@ def test_practice_is_the_static_policys_and_what_it_leaves_is_studied(
     action = controller.act(observed(features, info["kind"]))
     assert action.any()
     np.testing.assert_array_equal(action, controller.act(observed(features, info["kind"])))  # and no exploration
+
+
+def test_kalman_knows_the_noise_of_the_camera_over_the_bins_from_the_level() -> None:
+    level = {"base": "day", "feedback": {"noise": 0.02}}
+    with closing(make_vector("PnTAdapt-v0", level, 2, threads=1)) as env:
+        controller = make_controller("kalman", env)
+    np.testing.assert_array_equal(controller._tracker._of.keywords["noise"], seen_by(0.02))
 
 
 def test_practice_forgets_what_was_shipped_and_pays(env: Any, monkeypatch: pytest.MonkeyPatch) -> None:

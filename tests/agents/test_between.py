@@ -18,6 +18,7 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from agents import runs, train
 from agents.actor import Actor, Lstm
+from agents.benchmark.compare import assemble
 from agents.benchmark.plan import Plan, pieces
 from agents.benchmark.run import run_piece
 from agents.cli import UsageError
@@ -344,6 +345,10 @@ def test_the_benchmark_trains_policies_with_a_memory_and_goes_on_with_them(tmp_p
     found = {label: run_piece(piece, tmp_path)["results"] for label, piece in work.items()}
     assert [(one["throws"], one["level"]) for one in found["stacked"]] == [
         (20, level), (20, still), (40, level), (40, still),
+    ]  # fmt: skip
+    rows = assemble(plan, [*found["ema"], *found["stacked"]])["table"]
+    assert [(row["label"], row["shifts"], len(row["landing_error_by_pick_m"])) for row in rows[:3]] == [
+        ("ema", 4, 5), ("ema", 4, 5), ("stacked", 4, 5),
     ]  # fmt: skip
     with closing(cells()) as env:
         run = tmp_path / f"{work['recurrent'].name}-{work['recurrent'].key}-run"

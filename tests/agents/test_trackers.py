@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from agents.controllers.filters import NOISE, SURPRISE
+from agents.controllers.filters import BIN_CAMERA, NOISE, SURPRISE, seen_by
 from agents.controllers.in_context import InContext
 from agents.controllers.recurrent import LAYERS
 from agents.controllers.trackers import (
@@ -19,6 +19,7 @@ from agents.controllers.trackers import (
     Tracker,
     effects,
 )
+from pnt_gym.cells.conveyor.drift import Feedback
 from pnt_gym.cells.conveyor.observation import FEATURES, TABLE
 
 CAMERA = -1.2
@@ -145,6 +146,28 @@ def test_kalmans_error_is_what_its_own_covariance_says() -> None:
     still, wandering = np.einsum("nfi,nfij,nfj->fn", error, np.linalg.inv(tracker._filters.spread), error)
     assert still.mean() == pytest.approx(4.0, rel=0.2)
     assert wandering.mean() < 4.0  # of what might have moved it is less sure than it needs to be
+
+
+def test_kalman_goes_by_how_noisy_the_camera_over_the_bins_is() -> None:
+    rows, usual, poor = 300, 0.005, 0.020
+    truth = PRIOR * np.random.default_rng(2).standard_normal((rows, 4))
+    left = []
+    for told in (poor, usual):
+        tracker = Kalman(CAMERA, noise=told)
+        tracker.begin(everyone(rows))
+        for pick in range(15):
+            thrown, blur = throws(rows, pick), np.random.default_rng([7, pick]).standard_normal((rows, 2))
+            more = np.sqrt(poor**2 - usual**2) * blur
+            tracker.learn(thrown, off_by(thrown, truth) + noise(rows, pick) + more, everyone(rows))
+        fresh = throws(rows, 999)
+        left.append(np.sqrt(np.square(tracker.effect(fresh) - off_by(fresh, truth)).mean()))
+    assert left[0] < 0.85 * left[1]
+
+
+def test_a_camera_of_the_usual_noise_is_part_of_what_is_usual() -> None:
+    assert Feedback().noise == BIN_CAMERA
+    np.testing.assert_array_equal(seen_by(BIN_CAMERA), np.diag(np.square(NOISE)))
+    assert np.linalg.eigvalsh(seen_by(0.0)).min() > 0.0
 
 
 @pytest.mark.parametrize("walks", [True, False])

@@ -49,6 +49,13 @@ def test_a_beam_that_leaves_to_others_is_far_ahead_of_class_blind_rules(data, le
     assert ahead(table["price_beam"], table["price"])[1] > 0.0
 
 
+@pytest.mark.parametrize("name", ["price_beam", "index"])
+def test_on_skills3_two_robots_are_always_at_work_and_the_third_waits_for_what_comes(data, name):
+    first, second, third = data["line"]["skills3"][name]["utilisation"]
+    assert 0.965 < second < first < 0.995
+    assert 0.7 < third < 0.8
+
+
 def test_an_index_learned_from_reward_comes_up_to_the_best_planner_everywhere(data):
     for level, table in data["line"].items():
         assert gain(table, "index", best(table, PLANNERS)) > -0.02, level

@@ -10,7 +10,7 @@ from agents.report.tables import shift_table
 
 def row(controller: str, level: str, throws: int, error: float) -> dict[str, Any]:
     means = dict.fromkeys((f"landing_error_{part}_m" for part in ("mean", "first_10", "second_half")), error)
-    more = {"landing_near_share": 0.9, "landing_error_by_pick_m": [error] * 8}
+    more = {"shifts": 4, "landing_near_share": 0.9, "landing_error_by_pick_m": [error] * 8}
     return {"label": controller, "controller": controller, "level": level, "throws": throws, **means, **more}
 
 
@@ -19,7 +19,7 @@ def test_an_error_is_told_over_that_of_the_static_policy_of_as_many_throws() -> 
         row("static", "day", 100, 0.020), row("static", "day", 10, 0.040), row("ema", "day", 100, 0.010),
         row("ema", "day", 10, 0.010), row("recurrent_ppo", "day", 7, 0.010), row("ema", "still", 100, 0.010),
     ]  # fmt: skip
-    over = [line[6] for line in shift_table({"table": rows}).rows]
+    over = [line[7] for line in shift_table({"table": rows}).rows]
     assert over == ["1.00", "1.00", "0.50", "0.25", "0.50", "-"]
 
 
