@@ -91,10 +91,9 @@ def learners(table: Data) -> tuple[str, ...]:
 def learned_table(data: Data) -> Grid:
     """What several seeds of those who learn from reward bring in; the worst of them against rules and planners."""
     rows: list[list[str]] = []
-    for level, learned in data["learned"].items():
-        table = data["line"][level]
+    for level, table in data["line"].items():
         others = (best(table, CLASS_BLIND), "price", "beam", best(table, PLANNERS))
-        for name, seeds in learned.items():
+        for name, seeds in data["learned"].get(level, {}).items():
             ends = sorted(seeds.values(), key=lambda found: value(found).mean())
             low, high = value(ends[0]).mean(), value(ends[-1]).mean()
             mean = np.mean([value(found).mean() for found in ends])

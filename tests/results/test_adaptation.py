@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 import yaml
 
@@ -68,6 +69,16 @@ def test_so_many_shifts_of_drift_mix_tell_the_mean_to_a_quarter_of_a_millimetre(
     for name in ("kalman", "in_context"):
         row = table[name, "drift_mix"]
         assert 0.0 < row["landing_error_high_m"] - row["landing_error_low_m"] < 2 * 0.00025, name
+
+
+@pytest.mark.parametrize("name", ["kalman", "in_context"])
+def test_the_first_shifts_of_drift_mix_are_hard_ones(table, name):
+    labels = ("kalman_in_context", "in_context")
+    found = [r["columns"] for r in read("benchmark_adapt")["results"] if r["level"] == "drift_mix" and r["label"] in labels
+             and r["controller"] == name]  # fmt: skip
+    columns = [np.array([one[c][: 32 * 50] for one in found], dtype=float) for c in ("along_m", "across_m")]
+    assert len(found) == 5
+    assert np.nanmean(np.hypot(*columns)) == pytest.approx(0.0150, abs=0.0001)
 
 
 @pytest.mark.parametrize("level", ["steps", "day_far", "steps_far", "drift_mix_far"])

@@ -69,6 +69,14 @@ def test_each_of_five_seeds_on_skills3_burst_is_ahead_of_price_and_of_the_robots
         assert ahead(found, table["beam"])[1] > 0.0
 
 
+def test_every_search_for_an_index_on_skills3_burst_is_ahead_of_the_best_planner(data):
+    searches, table = data["learned"]["skills3_burst"]["index"], data["line"]["skills3_burst"]
+    planner = table[best(table, PLANNERS)]
+    assert len(searches) >= 2
+    for found in (table["index"], *searches.values()):
+        assert ahead(found, planner)[1] > 0.0
+
+
 def test_every_seed_on_value_takes_most_of_what_the_planner_has_over_the_rule(data):
     table = data["line"]["value"]
     for found in data["learned"]["value"]["residual_ppo"].values():
