@@ -73,9 +73,8 @@ def test_so_many_shifts_of_drift_mix_tell_the_mean_to_a_quarter_of_a_millimetre(
 
 @pytest.mark.parametrize("name", ["kalman", "in_context"])
 def test_the_first_shifts_of_drift_mix_are_hard_ones(table, name):
-    labels = ("kalman_in_context", "in_context")
-    found = [r["columns"] for r in read("benchmark_adapt")["results"] if r["level"] == "drift_mix" and r["label"] in labels
-             and r["controller"] == name]  # fmt: skip
+    results = read("benchmark_adapt")["results"]
+    found = [one["columns"] for one in results if (one["label"], one["level"]) == (name, "drift_mix")]
     columns = [np.array([one[c][: 32 * 50] for one in found], dtype=float) for c in ("along_m", "across_m")]
     assert len(found) == 5
     assert np.nanmean(np.hypot(*columns)) == pytest.approx(0.0150, abs=0.0001)
