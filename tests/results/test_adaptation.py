@@ -118,6 +118,10 @@ def test_a_worse_camera_over_the_bins_is_worth_less(study):
     for who in ("ema", "kalman", "in_context"):
         errors = [study["camera"][name][who]["error"]["value"] for name in cameras]
         assert errors == sorted(errors), who
+    kalman = {name: study["camera"][name]["kalman"]["error"]["value"] for name in study["camera"]}
+    assert 0.001 < kalman["20 mm"] - kalman["5 mm"] < 0.0014
+    assert 0.0003 < kalman["5 mm, 30 % unseen"] - kalman["5 mm"] < 0.0007
+    assert kalman["20 mm"] < min(study["camera"]["20 mm"][who]["error"]["value"] for who in ("ema", "in_context"))
     blind = study["camera"]["blind"]
     assert blind["kalman"]["error"]["value"] == pytest.approx(blind["ema"]["error"]["value"], rel=1e-9)
     assert blind["kalman"]["error"]["value"] == pytest.approx(blind["static"]["error"]["value"], rel=0.03)
