@@ -63,10 +63,10 @@ def dress(axes: Axes, across: str, up: str, title: str = "", *, legend: str = ""
 
 def frames_figure(frames: Sequence[tuple[str, NDArray[np.uint8]]], columns: int = 2, width: float = 10.0) -> Figure:
     """Pictures of one size (height, width, 3) with a title each, in rows; the width of the whole is in inches."""
-    rows = -(-len(frames) // columns)
     high, wide = frames[0][1].shape[:2]
-    figure, axes = subplots(rows, columns, (width, width * rows * high / (columns * wide) + 0.3 * rows))
-    for panel, (title, frame) in zip(axes, frames, strict=False):
+    each = width / columns
+    figure, axes = tiled(len(frames), columns, (each, each * high / wide + 0.3))
+    for panel, (title, frame) in zip(axes, frames, strict=True):
         panel.imshow(frame, interpolation="none")
         panel.set_title(title, fontsize=10)
         panel.set_axis_off()

@@ -91,8 +91,8 @@ class Grid(NamedTuple):
 
     def _right(self) -> list[bool]:
         """Which columns hold figures."""
-        columns = list(zip(*self.rows, strict=True)) or [()] * len(self.header)
-        return [False, *map(_are_figures, columns[1:])]
+        columns = list(zip(self.header, *self.rows, strict=True))
+        return [False, *(_are_figures(cells) for _, *cells in columns[1:])]
 
 
 def _are_figures(cells: Sequence[str]) -> bool:

@@ -26,7 +26,7 @@ class Filters:
         beliefs: what each counts at first (2,).
         walks: covariances of the change from one landing to the next (2, S, S).
         turning: chance from one landing to the next that the other filter is right from now on.
-        noise: covariance of a landing whose unknowns are known (2, 2) [m2].
+        camera: standard deviation of the bin's camera [m].
     """
 
     def __init__(
@@ -37,10 +37,10 @@ class Filters:
         *,
         walks: Floats | float = 0.0,
         turning: float = 0.0,
-        noise: Floats | None = None,
+        camera: float = BIN_CAMERA,
     ) -> None:
         self._priors, self._beliefs, self._walks, self._turning = priors, np.array(beliefs), walks, turning
-        self._noise = seen_by(BIN_CAMERA) if noise is None else noise
+        self._noise = seen_by(camera)
         self.state = np.zeros((*shape, *priors.shape[:-1]))
         self.spread = np.broadcast_to(priors, (*shape, *priors.shape)).copy()
         self.belief = np.broadcast_to(self._beliefs, (*shape, 2)).copy()

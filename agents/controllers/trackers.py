@@ -18,7 +18,7 @@ from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.observation import FEATURES, TABLE
 
 from .ballistic import later_release
-from .filters import BIN_CAMERA, NOISE, SURPRISE, Filters, landing, seen_by
+from .filters import BIN_CAMERA, NOISE, SURPRISE, Filters, landing
 from .protocol import State
 
 TURNING: Final = 0.02
@@ -143,8 +143,7 @@ class Kalman(Tracker):
         priors = np.tile(np.diag(np.square(prior)), (2, 1, 1))
         walks = np.stack([np.zeros((4, 4)), np.diag(np.square(walk))])
         self._camera_x = camera_x
-        kept = {"priors": priors, "beliefs": (0.5, 0.5), "walks": walks, "turning": TURNING, "noise": seen_by(noise)}
-        self._of = partial(Filters, **kept)
+        self._of = partial(Filters, priors=priors, beliefs=(0.5, 0.5), walks=walks, turning=TURNING, camera=noise)
         self._filters = self._of((0,))
 
     def begin(self, rows: Bools) -> None:

@@ -294,7 +294,7 @@ def test_kalman_knows_the_noise_of_the_camera_over_the_bins_from_the_level() -> 
     level = {"base": "day", "feedback": {"noise": 0.02}}
     with closing(make_vector("PnTAdapt-v0", level, 2, threads=1)) as env:
         controller = make_controller("kalman", env)
-    np.testing.assert_array_equal(controller._tracker._of.keywords["noise"], seen_by(0.02))
+    np.testing.assert_array_equal(controller._tracker._filters._noise, seen_by(0.02))
 
 
 def test_practice_forgets_what_was_shipped_and_pays(env: Any, monkeypatch: pytest.MonkeyPatch) -> None:
