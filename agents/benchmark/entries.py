@@ -37,7 +37,7 @@ class Entry(Section):
         (0,),
         min_length=1,
         description="Practice or training before the evaluation, of a line in decisions; training is rounded up to "
-        "whole batches.",
+        "whole batches, the search for an index, which is what practice is to one, to whole generations.",
     )
     seeds: tuple[Count, ...] | None = Field(None, description="Of the learning; default: the plan's.")
     levels: tuple[str, ...] | None = Field(None, description="To be evaluated on; default: the plan's.")
@@ -78,7 +78,7 @@ class Entry(Section):
                 f"entry {self.label!r} has stack {self.stack} over {self.over!r}; it must be 1 to {MOST} over one of "
                 f"{', '.join(OVER)}"
             )
-        if self.controller in READY or self.online:
+        if self.controller in (*READY, lines.FOUND) or self.online:
             return
         if (self.controller in LEARNERS) != all(t > 0 for t in self.throws):
             raise ValueError(f"entry {self.label!r} with controller {self.controller!r} has throws {self.throws}")

@@ -20,18 +20,25 @@ from pnt_gym.cells.line.core import LineCore
 from .. import metrics
 from ..cli import UsageError
 from ..controllers.protocol import Controller
-from ..environments import Env
+from ..environments import Env, stream_seed
 from ..files import jsonable
 from ..line.evaluation import LISTS, MEANS, Shifts, mean
 from ..line.making import line_controller, the_line
+from ..line.scored import Scored
 from ..line.tuned import PLANNERS, rate, settings
+from ..line.tuning import SEARCHED, Bench, best
 from ..places import SHIPPED
 from ..runs import CHOOSING, POLICY
+from ..scorer import Scorer
 
 SHIFTS: Final = 100
 """Of a plan that does not say how many."""
 COMPARED: Final = ("value_per_min", "sorted_per_min", "recovery", "value_recovery")
 """Figures of shifts by which controllers are compared."""
+FOUND: Final = "index"
+"""The controller that is searched for where its entry has decisions to learn from, and is else the one that ships."""
+ENDS: Final = 64
+"""Shifts by which such a search compares its end with its beginning, as in `agents.tune`."""
 SLOW: Final = 20
 """Decisions of a rule that take as long as one of a planner."""
 DIGITS: Final = 5
@@ -61,6 +68,17 @@ def controller(label: str, name: str, env: Env, options: Mapping[str, Any]) -> C
         raise UsageError(f"entry {label!r}: controller {name!r} has no settings {', '.join(options)}") from None
 
 
+def searched(level: LineConfig, decisions: int, seed: int) -> Controller:
+    """The index that a search from the ATC rule ends with, after whole generations of about so many decisions."""
+    from ..line import searching  # noqa: PLC0415 - needs a library that only it does
+
+    first = stream_seed("practice", seed)
+    bench = Bench(level, np.arange(first, first + ENDS))
+    generations = -(-decisions // _decisions(level, SEARCHED))
+    tried = searching.searched(bench, settings(level.name, "atc")["patience"], generations, seed)
+    return Scored(FOUND, Scorer.linear(**best(tried).settings))
+
+
 def depends(name: str, levels: Sequence[LineConfig]) -> dict[str, Any]:
     """What figures depend on beside code and levels: settings that were tuned, tables of throws, what was learned.
 
@@ -69,6 +87,8 @@ def depends(name: str, levels: Sequence[LineConfig]) -> dict[str, Any]:
         levels: that it learns and works on.
     """
     tuned: list[Any] = [settings(level.name, name, len(level.robots)) for level in levels]
+    if name == FOUND:
+        tuned += [settings(level.name, "atc") for level in levels]
     if name in CHOOSING:
         tuned = [(settings(level.name, "atc"), rate(level.name)) for level in levels]
     tables = [hashlib.sha256(written(needed(level)).encode()).hexdigest() for level in levels]
@@ -82,7 +102,7 @@ def _learned(name: str) -> str:
 
 
 def effort(name: str, level: LineConfig, shifts: int, rows: int) -> int:
-    """Decisions in some shifts, about one a second by each robot; of planners as many as rules take in their time.
+    """Decisions in some shifts; of planners as many as rules take in their time.
 
     Args:
         name: the controller.
@@ -90,8 +110,12 @@ def effort(name: str, level: LineConfig, shifts: int, rows: int) -> int:
         shifts: at least so many.
         rows: lines side by side, all of which work until all are done.
     """
-    decisions = int(level.duration) * len(level.robots) * -(-shifts // rows) * rows
-    return decisions * (SLOW if name in PLANNERS else 1)
+    return _decisions(level, -(-shifts // rows) * rows) * (SLOW if name in PLANNERS else 1)
+
+
+def _decisions(level: LineConfig, shifts: int) -> int:
+    """In some shifts, about one a second by each robot."""
+    return int(level.duration) * len(level.robots) * shifts
 
 
 def columns(found: Shifts, core: LineCore) -> dict[str, Any]:

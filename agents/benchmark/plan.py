@@ -52,7 +52,18 @@ _CODE_OF_LINES = (
     "agents/hyperparameters.py",
     *(
         f"agents/line/{name}.py"
-        for name in ("evaluation", "learning", "looking", "making", "rules", "scored", "shifts", "tuned")
+        for name in (
+            "evaluation",
+            "learning",
+            "looking",
+            "making",
+            "rules",
+            "scored",
+            "searching",
+            "shifts",
+            "tuned",
+            "tuning",
+        )
     ),
 )
 """The code that decides what comes next, too."""

@@ -13,6 +13,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from pnt_gym.arrays import Bools
+from pnt_gym.cells.line.config import LineConfig
 
 from .. import runs
 from ..controllers import Learner, make_controller
@@ -134,6 +135,9 @@ def _learn(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
     if piece.entry.controller in TRAINED:
         yield from _train(piece, kept)
         return
+    if piece.entry.controller == lines.FOUND and piece.throws[0] > 0:
+        yield _search(piece)
+        return
     with closing(_cells(piece, piece.train_level)) as env:
         controller = _made(piece, piece.entry.controller, env)
         controller.reset(piece.seed)
@@ -141,6 +145,14 @@ def _learn(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
         practise(controller, env, piece.throws[0], piece.seed)
         seconds = round(time.perf_counter() - began, 1)
     yield piece.throws[0], seconds, partial(_transfer, controller, piece)
+
+
+def _search(piece: Piece) -> tuple[int, float, Able]:
+    """The same of a search, which is for the whole of its decisions at once."""
+    began = time.perf_counter()
+    level = LineConfig.load(piece.configs.get(piece.train_level, piece.train_level), throws="table")
+    found = lines.searched(level, piece.throws[0], piece.seed)
+    return piece.throws[0], round(time.perf_counter() - began, 1), lambda name, env: found
 
 
 def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
