@@ -84,7 +84,6 @@ studies: dev ## flights, the oracle, grip, soft cup, order of picks, what a sort
 	$(BIN)/python benchmarks/study_neighbours.py --json results/neighbours.json
 	$(BIN)/python benchmarks/study_adaptation.py --json results/adaptation.json
 	$(BIN)/python benchmarks/study_line.py --json results/line.json
-	$(BIN)/python benchmarks/study_line_learning.py --json results/line.json
 
 reproduce: dev ## the papers' figures computed anew, beside the published ones, into results/ (minutes)
 	$(BIN)/python -m agents.reproduce all --json results/reproduction.json --figures results/figures

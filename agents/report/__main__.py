@@ -13,13 +13,12 @@ from ..places import MADE
 from ..reproduce.grids import plain
 from ..tables import console
 from .figures import benchmark_figures
-from .line import line_chapter
+from .line import line_grids
 from .measures import TABLES
 from .methods import methods_chapter
 from .page import Chapter, markdown_page, page
 from .readme import update_readme
 from .reproduction import is_reproduction, paper_chapters
-from .shifts import line_grids
 from .tables import benchmark_grids, is_of_line
 
 
@@ -35,13 +34,6 @@ class Arguments:
 
 ENTRIES = ("quantity", "published", "reproduced", "unit", "verdict", "note")
 """What `python -m agents.reproduce` and others alike say of a figure."""
-
-
-CHAPTERS = (
-    ({"line", "full", "release"}, line_chapter),
-    ({"methods", "throws"}, methods_chapter),
-)
-"""Keys of studies that have more than tables, and what makes their chapters."""
 
 
 def main(arguments: Arguments) -> None:
@@ -80,9 +72,8 @@ def _chapters(name: str, data: Mapping[str, Any], results: Path) -> list[Chapter
         return paper_chapters(data, results / "figures")
     if {"plan", "table", "comparisons", "results"} <= set(data):
         return [benchmark_chapter(name, data)]
-    for names, chapter in CHAPTERS:
-        if names <= set(data):
-            return [chapter(name, data)]
+    if {"methods", "throws"} <= set(data):
+        return [methods_chapter(name, data)]
     if grids := tuple(table(data) for names, table in TABLES if names <= set(data)):
         return [Chapter(name, grids)]
     rows = data.get("rows")

@@ -9,11 +9,12 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from ..drawings import COLOURS, Axes, Figure, dress, subplots, svg, tiled
+from .line import gains_figure
 from .tables import is_of_line, is_of_shifts, labels, name_of, rows_of
 
 
 class Measure(NamedTuple):
-    """What bars and curves show.
+    """What curves show.
 
     Attributes:
         names: keys of the mean and of the ends of its interval.
@@ -49,30 +50,30 @@ SMOOTHED = 5
 def benchmark_figures(data: Mapping[str, Any]) -> dict[str, str]:
     """SVG texts by file name; no clouds of a cell that tells its errors only, not where objects landed."""
     if is_of_line(data):
-        return {"value.svg": svg(bars(data, VALUE)), "learning_curves.svg": svg(learning_curves(data, VALUE))}
+        return {"value.svg": svg(gains_figure(data)), "learning_curves.svg": svg(learning_curves(data, VALUE))}
     if is_of_shifts(data):
         return {"over_the_shift.svg": svg(over_the_shift(data))}
-    drawn = {"landing_error.svg": bars(data, ERROR), "learning_curves.svg": learning_curves(data, ERROR)}
+    drawn = {"landing_error.svg": bars(data), "learning_curves.svg": learning_curves(data, ERROR)}
     clouds = _cloud_choices(data)
     if clouds:
         drawn["landing_clouds.svg"] = landing_clouds(clouds)
     return {name: svg(figure) for name, figure in drawn.items()}
 
 
-def bars(data: Mapping[str, Any], measure: Measure) -> Figure:
-    """A figure of every controller, one panel per level, with 95 % intervals."""
+def bars(data: Mapping[str, Any]) -> Figure:
+    """Landing error of every controller, one panel per level, with 95 % intervals."""
     levels, colour = data["plan"]["levels"], _colours(data)
     most = max(len(rows_of(data, [level])) for level in levels)
     figure, panels = subplots(1, len(levels), (5.2 * len(levels), 0.3 * most + 1.0))
     for axes, level in zip(panels, levels, strict=True):
         rows = rows_of(data, [level])
         places = np.arange(len(rows))
-        value, low, high = (measure.scale * np.array([row[name] for row in rows]) for name in measure.names)
+        value, low, high = (ERROR.scale * np.array([row[name] for row in rows]) for name in ERROR.names)
         axes.barh(places, value, color=[colour[row["label"]] for row in rows], height=0.7)
         axes.errorbar(value, places, xerr=[value - low, high - value], fmt="none", ecolor="black", capsize=2)
         axes.set_yticks(places, [name_of(row) for row in rows])
         axes.invert_yaxis()
-        axes.set(xlabel=measure.said, title=f"level {level}", axisbelow=True)
+        axes.set(xlabel=ERROR.said, title=f"level {level}", axisbelow=True)
         axes.grid(axis="x", alpha=0.3)
     return figure
 
@@ -80,7 +81,7 @@ def bars(data: Mapping[str, Any], measure: Measure) -> Figure:
 def learning_curves(data: Mapping[str, Any], measure: Measure) -> Figure:
     """A figure over the throws or decisions learned from; controllers that do not learn are lines."""
     levels = data["plan"]["levels"]
-    figure, panels = subplots(1, len(levels), (5.2 * len(levels), 4.0))
+    figure, panels = tiled(len(levels), 3, (5.2, 4.0))
     most = max([row["throws"] for row in data["table"] if not row["label"].startswith("floor")] or [0])
     for axes, level in zip(panels, levels, strict=True):
         for label, colour in _colours(data).items():

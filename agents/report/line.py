@@ -1,80 +1,71 @@
-"""What `benchmarks/study_line.py` measured as tables: who decides, what it brings in, and what throwing makes of it."""
+"""Tables and a figure of a benchmark of lines, whose controllers have worked the same shifts."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
 import numpy as np
 
+from pnt_gym.arrays import Floats
+
 from .. import metrics
-from ..drawings import COLOURS, Figure, dress, svg, tiled
-from ..tables import Grid
-from .page import Chapter
+from ..drawings import COLOURS, Figure, dress, tiled
+from ..line.tuned import PLANNERS
+from ..tables import Grid, percent
+from .tables import OF_LINE, comparison_table, conditions, name_of, other_levels, rows_of, side_by_side, who
 
 Data = Mapping[str, Any]
+COLUMNS: Final = ("value/min",)
+"""Of the tables of all levels side by side."""
+FIRST: Final = "fifo"
 CLASS_BLIND: Final = ("spt", "value_rate", "atc", "pair")
 """Rules that do not look at what others can take."""
-PLANNERS: Final = ("beam", "price_beam", "joint_beam")
-FIRST: Final = "fifo"
+NOT_LEARNED: Final = ("random", FIRST, *CLASS_BLIND, "price", *PLANNERS)
+"""All others were learned, or found by search."""
+AGAINST: Final[Mapping[str, tuple[str, ...]]] = {
+    "the best class-blind rule": CLASS_BLIND,
+    "`price`": ("price",),
+    "`beam`": ("beam",),
+    "the best planner": PLANNERS,
+}
+"""With whom the worst seed of a learner is compared."""
 
 
-def line_chapter(name: str, data: Data) -> Chapter:
-    """All tables and the figure of the study."""
-    grids = [line_table(data), gains_table(data), thrown_table(data)]
-    if data["release"]:
-        grids.append(release_table(data))
-    if data.get("learned"):
-        grids.insert(2, learned_table(data))
-    return Chapter(name, tuple(grids), {"line.svg": svg(line_figure(data))})
+def line_grids(data: Data) -> list[Grid]:
+    """Every table of a benchmark of lines."""
+    grids = [worked_table(data), side_by_side("Further levels", data, other_levels(data), COLUMNS)]
+    grids += [gains_table(data), learned_table(data)]
+    for level in data["plan"]["levels"]:
+        grids += [comparison_table(data, level), judged_table(data, level), items_table(data, level)]
+    return [grid for grid in grids if grid.rows]
 
 
-def value(found: Data) -> Any:
-    """Value a minute of each shift."""
-    return np.array(found["value_per_min"])
-
-
-def best(table: Data, names: tuple[str, ...]) -> str:
-    """Who of some brings in most on average, on the shifts that all have worked."""
-    there = [name for name in names if name in table]
-    shared = min(len(value(table[name])) for name in there)
-    return max(there, key=lambda name: value(table[name])[:shared].mean())
-
-
-def everybody(data: Data) -> list[str]:
-    """All controllers of all levels, in the order in which they come."""
-    return list(dict.fromkeys(name for table in data["line"].values() for name in table))
-
-
-def line_table(data: Data) -> Grid:
-    """Value a minute by controller and level."""
-    levels = list(data["line"])
-    rows: list[list[str]] = []
-    for name in everybody(data):
-        found = [data["line"][level].get(name) for level in levels]
-        rows.append([f"`{name}`", *("-" if one is None else _mean(value(one)) for one in found)])
-    note = (
-        f"{data['shifts']} shifts of 120 s each, seed {data['seed']}, the same for all and none that anything was "
-        "tuned or trained on, planners but on `single` and `value` the first 25; throws by table; 95 % intervals over "
-        "shifts. " + _versions(data)
-    )
-    return Grid("Value a minute", ["who decides", *(f"`{level}`" for level in levels)], rows, note)
+def worked_table(data: Data) -> Grid:
+    """Every controller on the levels of the plan, side by side."""
+    said = "value a minute with its 95 % interval over shifts"
+    shifts = data["plan"]["shifts"]
+    fewer = {f"{row['label']} {row['shifts']}": None for row in data["table"] if row["shifts"] < shifts}
+    note = conditions(data, f"{shifts} held-out shifts" + (f" ({', '.join(fewer)})" if fewer else ""), said)
+    return side_by_side("Every controller on the same held-out shifts", data, data["plan"]["levels"], COLUMNS, note)
 
 
 def gains_table(data: Data) -> Grid:
     """What the best of each sort is worth over first in, first out, and over the best class-blind rule."""
     rows: list[list[str]] = []
-    for level, table in data["line"].items():
-        blind, planner, learned = best(table, CLASS_BLIND), best(table, PLANNERS), learners(table)
-        top = best(table, tuple(table))
-        won = best(table, learned) if learned else None
+    for level in data["plan"]["levels"]:
+        found = rows_of(data, [level])
+        first, blind, planner = (best(found, names) for names in ((FIRST,), CLASS_BLIND, PLANNERS))
+        if first is None or blind is None:
+            continue
+        top, won = best(found) or first, best(learners(found))
         rows.append(
             [
                 f"`{level}`",
-                f"`{blind}` {_gain(table[blind], table[FIRST])}",
-                f"`{top}` {_gain(table[top], table[FIRST])}",
-                _gain(table[top], table[blind]),
-                "-" if won is None else f"`{won}` {_gain(table[won], table[planner])}",
+                f"`{blind['label']}` {_gain(blind, first)}",
+                f"`{name_of(top)}` {_gain(top, first)}",
+                _gain(top, blind),
+                "-" if won is None or planner is None else f"`{name_of(won)}` {_gain(won, planner)}",
             ]
         )
     header = ["level", "best class-blind rule over `fifo`", "best of all over `fifo`", "and over that rule"]
@@ -82,101 +73,107 @@ def gains_table(data: Data) -> Grid:
     return Grid("What the order is worth", [*header, "best learned over best planner"], rows, note)
 
 
-def learners(table: Data) -> tuple[str, ...]:
-    """Those that were learned or tuned by black-box search."""
-    known = {"random", FIRST, *CLASS_BLIND, "price", *PLANNERS}
-    return tuple(name for name in table if name not in known)
-
-
 def learned_table(data: Data) -> Grid:
-    """What several seeds of those who learn from reward bring in; the worst of them against rules and planners."""
+    """What several seeds of those who learn bring in after all they learned; their worst against rules and planners."""
     rows: list[list[str]] = []
-    for level, table in data["line"].items():
-        others = (best(table, CLASS_BLIND), "price", "beam", best(table, PLANNERS))
-        for name, seeds in data["learned"].get(level, {}).items():
-            ends = sorted(seeds.values(), key=lambda found: value(found).mean())
-            low, high = value(ends[0]).mean(), value(ends[-1]).mean()
-            mean = np.mean([value(found).mean() for found in ends])
-            against = [f"`{one}` {_gain(ends[0], table[one])}" if one in table else "-" for one in others]
-            rows.append([f"`{level}`", f"`{name}`", str(len(ends)), f"{mean:.1f} ({low:.1f}..{high:.1f})", *against])
-    header = ["level", "who learned", "seeds", "value/min, mean (worst..best seed)"]
-    others = ("the best class-blind rule", "`price`", "`beam`", "the best planner")
-    against = [f"worst seed over {one}" for one in others]
-    return Grid("Learned from reward, in several seeds", [*header, *against], rows, "Paired by shift, 95 % intervals.")
+    for level in data["plan"]["levels"]:
+        found = rows_of(data, [level])
+        last = {row["label"]: row for row in found if row["throws"] > 0}
+        others = [best(found, names) for names in AGAINST.values()]
+        for row in last.values():
+            ends = sorted(by_seed(data, row), key=np.mean)
+            low, high = ends[0].mean(), ends[-1].mean()
+            against = ["-" if one is None else f"`{one['label']}` {gain(ends[0], value(one))}" for one in others]
+            told = f"{row['value_per_min']:.1f} ({low:.1f}..{high:.1f})"
+            rows.append([f"`{level}`", f"`{row['label']}`", f"{row['throws']:,}", str(len(ends)), told, *against])
+    header = ["level", "who learned", "decisions", "seeds", "value/min, mean (worst..best seed)"]
+    against = [f"worst seed over {said}" for said in AGAINST]
+    return Grid("Learned, in several seeds", [*header, *against], rows, "Paired by shift, 95 % intervals.")
 
 
-def thrown_table(data: Data) -> Grid:
-    """The same controllers when everything is really thrown."""
+def judged_table(data: Data, level: str) -> Grid:
+    """What a line is judged by beside its value a minute."""
     rows = [
         [
-            f"`{level}`",
-            f"`{name}`",
-            _mean(value(found)),
-            _mean(value(data["line"][level][name])[: data["thrown_shifts"]]),
-            f"{100 * found['pick_rate']:.1f} %",
-            f"{100 * found['success']:.1f} %",
+            *who(row),
+            str(row["shifts"]),
+            f"{row['sorted_per_min']:.1f}",
+            *(percent(row[name]) for name in ("recovery", "value_recovery", "purity", "pick_rate")),
+            ", ".join(percent(share) for share in row["utilisation"]),
+            f"{row['ms_per_decision']:.2f}",
         ]
-        for level, table in data["full"].items()
-        for name, found in table.items()
+        for row in rows_of(data, [level])
     ]
-    header = (
-        "level",
-        "who decides",
-        "value/min, really thrown",
-        "by table",
-        "picks that held",
-        "of these in their bin",
-    )
-    note = f"The same {data['thrown_shifts']} shifts, in full physics and by table."
-    return Grid("Tables against throws", header, rows, note)
+    header = ["sorted/min", "recovery", "recovery of value", "purity", "picks that held", "robots at work"]
+    note = "Purity: share of what lies in bins that belongs there. Robots at work, upstream first, are not waiting."
+    header = [*OF_LINE, "shifts", *header, "ms/decision"]
+    return Grid(f"What a line is judged by, level {level}", header, rows, note)
 
 
-def release_table(data: Data) -> Grid:
-    """A learned release and a learned order, together and alone."""
-    first = data["release"]["analytic, fifo"]
-    rows = [
-        [said, _mean(value(found)), _gain(found, first), f"{100 * found['success']:.1f} %"]
-        for said, found in data["release"].items()
-    ]
-    header = ("release, order", "value/min", "over the first row", "of what was held in its bin")
-    note = (
-        f"Level `value` with openings 6 cm wider than what they take, {data['thrown_shifts']} shifts in full physics. "
-        "The learned release is the policy that ships, trained on other items and bins."
-    )
-    return Grid("Release and order", header, rows, note)
+def items_table(data: Data, level: str) -> Grid:
+    """Recovery by item."""
+    found = rows_of(data, [level])
+    items = found[0]["items"] if found else []
+    rows = [[*who(row), *map(percent, row["recovery_by_item"])] for row in found]
+    return Grid(f"Recovery by item, level {level}", [*OF_LINE, *items], rows)
 
 
-def line_figure(data: Data) -> Figure:
-    """Gain over first in, first out by controller, level by level."""
-    figure, panels = tiled(len(data["line"]), 3, (3.4, 3.2), sharey=True)
-    names = [name for name in everybody(data) if name not in ("random", FIRST)]
-    for axes, (level, table) in zip(panels, data["line"].items(), strict=True):
-        for at, name in enumerate(names):
-            if name not in table:
-                continue
-            shared = min(len(value(table[name])), len(value(table[FIRST])))
-            found = metrics.mean_interval(value(table[name])[:shared] / value(table[FIRST])[:shared].mean() - 1.0)
-            low, high = 100 * (found.value - found.low), 100 * (found.high - found.value)
-            axes.errorbar(100 * found.value, at, xerr=[[low], [high]], marker="o", color=COLOURS[at % len(COLOURS)])
+def gains_figure(data: Data) -> Figure:
+    """Gain over first in, first out, or over who comes first in the plan, by controller, level by level."""
+    levels = data["plan"]["levels"]
+    shown = [row for row in rows_of(data, levels) if row["controller"] not in ("random", FIRST)]
+    names = list(dict.fromkeys(map(name_of, shown)))
+    figure, panels = tiled(len(levels), 3, (3.6, 0.2 * len(names) + 0.8), sharey=True)
+    for axes, level in zip(panels, levels, strict=True):
+        base = best(rows_of(data, [level]), (FIRST,)) or rows_of(data, [level])[0]
+        for row in (row for row in shown if row["level"] == level):
+            at, found = names.index(name_of(row)), _gained(value(row), value(base))
+            ends = [[found.value - found.low], [found.high - found.value]]
+            axes.errorbar(found.value, at, xerr=ends, marker="o", color=COLOURS[at % len(COLOURS)])
         axes.axvline(0.0, color="black", linewidth=0.8)
-        dress(axes, "over fifo [%]", "", level)
+        dress(axes, f"over {base['label']} [%]", "", level)
     panels[0].set_yticks(range(len(names)), labels=names)
     panels[0].invert_yaxis()
     return figure
 
 
-def _mean(values: Any) -> str:
-    found = metrics.mean_interval(values)
-    return f"{found.value:.1f} ({found.low:.1f}..{found.high:.1f})"
+def value(row: Data) -> Floats:
+    """Value a minute of each shift (S,), averaged over the seeds."""
+    return np.array(row["by_shift"]["value_per_min"], dtype=np.float64)
+
+
+def by_seed(data: Data, row: Data) -> list[Floats]:
+    """The same of each seed."""
+    same = ("label", "throws", "level")
+    found = (one for one in data["results"] if all(one[name] == row[name] for name in same))
+    return [np.array(one["columns"]["value_per_min"], dtype=np.float64) for one in found]
+
+
+def best(rows: Iterable[Data], names: Iterable[str] | None = None) -> Data | None:
+    """Who of some controllers, or of all, brings in most on average, on the shifts that all have worked."""
+    known = None if names is None else set(names)
+    there = [row for row in rows if known is None or row["controller"] in known]
+    shared = min((row["shifts"] for row in there), default=0)
+    return max(there, key=lambda row: value(row)[:shared].mean(), default=None)
+
+
+def learners(rows: Iterable[Data]) -> list[Data]:
+    """Those that were learned or tuned by black-box search."""
+    return [row for row in rows if row["controller"] not in NOT_LEARNED]
+
+
+def gain(one: Floats, other: Floats) -> str:
+    """How much more one brings in than another on the shifts that both have worked, with its 95 % interval."""
+    found = _gained(one, other)
+    return f"{found.value:+.1f} % ({found.low:+.1f}..{found.high:+.1f})"
+
+
+def _gained(one: Floats, other: Floats) -> metrics.Interval:
+    """The same [%]."""
+    shared = min(len(one), len(other))
+    mean = other[:shared].mean() / 100.0
+    return metrics.paired_mean(one[:shared] / mean, other[:shared] / mean)
 
 
 def _gain(one: Data, other: Data) -> str:
-    """How much more one brings in than another on the shifts that both have worked."""
-    shared = min(len(value(one)), len(value(other)))
-    mean = value(other)[:shared].mean()
-    found = metrics.paired_mean(value(one)[:shared] / mean, value(other)[:shared] / mean)
-    return f"{100 * found.value:+.1f} % ({100 * found.low:+.1f}..{100 * found.high:+.1f})"
-
-
-def _versions(data: Data) -> str:
-    return "Versions: " + ", ".join(f"{name} {version}" for name, version in data["versions"].items()) + "."
+    return gain(value(one), value(other))

@@ -9,6 +9,7 @@ from ..tables import Grid
 from .adaptation import camera_table, newcomers_table
 from .cell import cup_table, dispatch_table, grip_table, judged_table, neighbours_table
 from .methods import throwable_table
+from .thrown import release_table, thrown_table
 
 Data = Mapping[str, Any]
 _LADDER_NAMES = {"analytic": "analytic planner", "oracle": "oracle (knows the hidden values)"}
@@ -187,6 +188,8 @@ TABLES: Final = (
     ({"judged", "wrong"}, judged_table),
     ({"throwable", "throws"}, throwable_table),
     ({"neighbours", "shifts"}, neighbours_table),
+    ({"thrown", "release"}, thrown_table),
+    ({"thrown", "release"}, release_table),
     ({"camera", "newcomers"}, camera_table),
     ({"camera", "newcomers"}, newcomers_table),
 )

@@ -11,7 +11,7 @@ from ..cli import UsageError
 from ..files import of_its_form, read_json, write_text
 from ..tables import Grid, markdown_text
 from .adaptation import camera_table, newcomers_table
-from .line import gains_table, learned_table, line_table, release_table, thrown_table
+from .line import gains_table, learned_table, worked_table
 from .measures import (
     cup_table,
     dispatch_table,
@@ -28,6 +28,7 @@ from .measures import (
 from .methods import methods_table, pays_table, reasons_table, throwable_table
 from .reproduction import table as reproduced_table
 from .tables import benchmark_table, shift_table
+from .thrown import release_table, thrown_table
 
 BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
     "benchmark": ("benchmark.json", benchmark_table),
@@ -46,9 +47,9 @@ BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
     "dispatch": ("dispatch.json", dispatch_table),
     "judged": ("judged.json", judged_table),
     "neighbours": ("neighbours.json", neighbours_table),
-    "line": ("line.json", line_table),
-    "line-gains": ("line.json", gains_table),
-    "line-learned": ("line.json", learned_table),
+    "line": ("benchmark_line.json", worked_table),
+    "line-gains": ("benchmark_line.json", gains_table),
+    "line-learned": ("benchmark_line.json", learned_table),
     "line-thrown": ("line.json", thrown_table),
     "line-release": ("line.json", release_table),
     "adapting": ("benchmark_adapt.json", shift_table),

@@ -152,8 +152,9 @@ class LineCell:
         choices, robot = state.choices, state.robot
         valid = choices.real[rows, choice]
         one = take(choices, (rows, choice))
-        made = self._made(np.flatnonzero(valid), one.context, one.index)
-        rest, back = self._resting(one.context)
+        context = self.chooser.planned(robot, self.stream, one)
+        made = self._made(np.flatnonzero(valid), context, one.index)
+        rest, back = self._resting(context)
         cycle = np.where(made.picked, one.cycle, one.lift + rest)
         cycle, expected = np.where(valid, cycle, IDLE), np.where(valid, one.cycle, IDLE)
         end = state.clock + cycle
@@ -179,7 +180,7 @@ class LineCell:
             robot=robot,
             valid=valid,
             index=one.index,
-            context=one.context,
+            context=context,
             made=made,
             start=state.clock,
             end=end,

@@ -9,6 +9,7 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, replaced, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line.chances import Chances
 from pnt_gym.cells.line.config import LineConfig, alike
@@ -44,7 +45,7 @@ class Chooser:
         different, self._kind_of = alike(cells)
         self._kinds = [Robots(cell, config.horizon) for cell in different]
         self._able, self._places = config.able(), config.places()
-        self._one = self._any_choice()
+        self._one, self._anybody = self._any_choice()
 
     @property
     def planner(self) -> PickPlanner:
@@ -80,6 +81,19 @@ class Chooser:
             **self._told(options, take(sight, options.row), robot[options.row]),
         )
         return replaced(self.nothing(len(lines)), (options.row, place), choices)
+
+    def planned(self, robot: Ints, stream: Stream, choices: Choices) -> Context:
+        """The picks and throws of choices (N,), one in each line by a robot (N,); anybody's where they are not real.
+
+        What was planned to find them is planned again: it would be hundreds of numbers for each choice.
+        """
+        found = take(self._anybody, np.zeros(len(robot), dtype=np.int64))
+        for index, kind in enumerate(self._kinds):
+            own = np.flatnonzero(choices.real & (self._kind_of[robot] == index))
+            one = take(choices, own)
+            objects = replace(take(stream.objects, (own, one.index)), percent=one.percent)
+            found = replaced(found, own, kind.planner.plan_into(objects, one.pick, one.bin)[0]) if own.size else found
+        return found
 
     def sight(self, state: Shift, stream: Stream, lines: Ints) -> Sight:
         """What is known of some lines (K,) now."""
@@ -118,7 +132,8 @@ class Chooser:
     def chance(self, sight: Sight, options: Options) -> Floats:
         """Chance that each of the options brings its object into its bin (C,)."""
         seen = sight.seen[options.row, options.place]
-        return self._chances.success(seen, options.context.objects.percent, options.context.distance)
+        distance = np.sqrt(options.away[:, 0] ** 2 + options.away[:, 1] ** 2)
+        return self._chances.success(seen, options.percent, distance)
 
     def heirs(self, robot: Ints, kind: Ints) -> Bools:
         """Which robots downstream of some (C,) take objects seen as kinds (C,), (C, R)."""
@@ -158,7 +173,7 @@ class Chooser:
             "queue": np.where(there, between.sum(axis=1), 0).astype(np.float64),
         }
 
-    def _any_choice(self) -> Choices:
+    def _any_choice(self) -> tuple[Choices, Context]:
         """Some pick and throw (1,), to stand where there is no choice."""
         generator, kind = np.random.default_rng(0), self._kinds[0]
         objects = self.planner.draw([generator], np.zeros(1, dtype=np.int64), _TRIALS)
@@ -172,17 +187,23 @@ class Chooser:
             )
         first = np.zeros(1, dtype=np.int64)
         nothing = dict.fromkeys(("value", "chance", "crowd", "heirs", "reaches", "queue"), np.zeros(1))
-        return _choices(take(found, first), real=np.zeros(1, dtype=np.bool_), index=first, **nothing)
+        one = take(found, first)
+        thrown = replace(take(objects, (first, one.place)), percent=one.percent)
+        context, _ = kind.planner.plan_into(thrown, one.pick, one.bin)
+        return _choices(one, real=np.zeros(1, dtype=np.bool_), index=first, **nothing), context
 
 
 def _choices(options: Options, **more: Any) -> Choices:
     """Options as choices, with what else is known of them by the names of `Choices`."""
     return Choices(
+        bin=options.bin,
+        percent=options.percent,
+        pick=options.pick,
+        away=options.away,
         lift=options.lift,
         wait=options.wait,
         leave=options.leave,
         throwing=options.throwing,
         stop=options.stop,
-        context=options.context,
         **more,
     )

@@ -75,8 +75,8 @@ LINE_TABLE: Final = FeatureTable(
 CHOICE_TABLE: Final = FeatureTable(
     (
         Feature("real", "-", 0.0, 1.0, "1; all entries of a choice that is not there are 0", lambda c: c.real),
-        Feature("pick_x", "m", 0.0, 0.30, "where the object is lifted", lambda c: c.context.pick[..., 0]),
-        Feature("pick_y", "m", -0.33, 0.15, "where the object is lifted", lambda c: c.context.pick[..., 1]),
+        Feature("pick_x", "m", 0.0, 0.30, "where the object is lifted", lambda c: c.pick[..., 0]),
+        Feature("pick_y", "m", -0.33, 0.15, "where the object is lifted", lambda c: c.pick[..., 1]),
         Feature("lift", "s", 1.0, 0.6, "until it is lifted", lambda c: c.lift),
         Feature("cycle", "s", 1.3, 0.6, "until the robot is free again", lambda c: c.cycle),
         Feature("wait", "s", 0.0, 0.5, "standstill above the belt until it comes", lambda c: c.wait),
@@ -84,14 +84,14 @@ CHOICE_TABLE: Final = FeatureTable(
         Feature("value", "-", 1.0, 1.0, "of the object in its bin", lambda c: c.value),
         Feature("ln_rate", "ln 1/s", 0.0, 3.0, "value x chance / cycle, its logarithm", log_rate),
         Feature("chance", "-", 0.5, 0.5, "that it ends in its bin, by the table of throws", lambda c: c.chance),
-        Feature("percent", "%", 40.0, 10.0, "speed setting", lambda c: c.context.objects.percent),
+        Feature("percent", "%", 40.0, 10.0, "speed setting", lambda c: c.percent),
         Feature(
             "distance",
             "m",
             0.8,
             0.2,
             "horizontal distance from pick to bin",
-            lambda c: np.hypot(*np.moveaxis(c.context.target[..., :2] - c.context.pick[..., :2], -1, 0)),
+            lambda c: np.hypot(c.away[..., 0], c.away[..., 1]),
         ),
         Feature("stop_x", "m", 0.0, 0.3, "where the hand stops after the throw", lambda c: c.stop[..., 0]),
         Feature("stop_y", "m", 0.1, 0.2, "where the hand stops after the throw", lambda c: c.stop[..., 1]),

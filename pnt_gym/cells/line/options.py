@@ -12,7 +12,6 @@ import numpy as np
 
 from pnt_gym.arrays import Floats, Ints, joined, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.movers import ThrowMotion
 from pnt_gym.cells.conveyor.objects import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
@@ -31,8 +30,14 @@ class Options:
     """In which of K lines (C,)."""
     place: Ints
     """Which object in sight there (C,)."""
-    context: Context
-    """The picks as the conveyor knows them, with the throws that are planned; x from the robot's base."""
+    bin: Ints
+    """Into which of the robot's bins (C,)."""
+    percent: Floats
+    """At which speed setting (C,)."""
+    pick: Floats
+    """Where the object is lifted, from the robot's base (C, 3) [m]."""
+    away: Floats
+    """From there to the middle of the bin, along x, y (C, 2) [m]."""
     lift: Floats
     """Until the object is lifted, dwell included (C,) [s]."""
     wait: Floats
@@ -117,17 +122,19 @@ class Robots:
         meeting = mover.reach(ThrowMotion.resting(turn.hand[at[0]]), place, limits)
         met = np.flatnonzero(meeting.feasible & (meeting.time <= self._horizon))
         context, good = self.planner.plan_into(take(objects, met), meeting.position[met], bins[met])
-        rows = met[good]
-        context = take(context, good)
-        motion = mover.throw(context.pick, context.plan, context.throw_limits, context.ceiling)
+        rows, pick, target = met[good], context.pick[good], context.target[good]
+        motion = mover.throw(pick, *(take(one, good) for one in (context.plan, context.throw_limits, context.ceiling)))
         lift = meeting.time[rows] + self._config.motion.dwell
         return Options(
             row=at[0][rows],
             place=at[1][rows],
-            context=context,
+            bin=bins[rows],
+            percent=objects.percent[rows],
+            pick=pick,
+            away=target[:, :2] - pick[:, :2],
             lift=lift,
             wait=meeting.wait[rows],
-            leave=lift + (belt.pick_x[1] - context.pick[:, 0]) / belt.speed,
+            leave=lift + (belt.pick_x[1] - pick[:, 0]) / belt.speed,
             throwing=motion.stop_time,
             stop=motion.stop,
         )

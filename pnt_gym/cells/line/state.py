@@ -9,7 +9,6 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.conveyor.context import Context
 
 CHOICES: Final = 16
 """Things that a robot can choose between."""
@@ -43,6 +42,14 @@ class Choices:
     """Which there are."""
     index: Ints
     """Object of the stream."""
+    bin: Ints
+    """Bin of the robot."""
+    percent: Floats
+    """Speed setting."""
+    pick: Floats
+    """Where the object is lifted, from the robot's base, S + (3,) [m]."""
+    away: Floats
+    """From there to the middle of the bin, along x, y, S + (2,) [m]."""
     lift: Floats
     """Until the object is lifted, dwell included [s]."""
     wait: Floats
@@ -65,8 +72,6 @@ class Choices:
     """Until it comes into the window of the first of them [s]; 0 where there is none."""
     queue: Floats
     """Objects between here and there that this one can take."""
-    context: Context
-    """The picks and throws, S."""
 
     @property
     def cycle(self) -> Floats:
