@@ -95,8 +95,11 @@ class PickPlanner:
 
         That is the cup tip on the object, lowered by what the planner knows of the centre of mass.
         """
-        height = self.config.belt.height + objects.size[..., 2] + LIP_GAP - objects.known_depth
-        return np.stack([x, objects.lane_y, height], axis=-1)
+        return np.stack([x, objects.lane_y, self.pick_height(objects)], axis=-1)
+
+    def pick_height(self, objects: Objects) -> Floats:
+        """The height of that [m]."""
+        return self.config.belt.height + objects.size[..., 2] + LIP_GAP - objects.known_depth
 
     def checked(self, context: Context, release: ReleaseBatch) -> ReleaseBatch:
         """The releases, of which only those that the robot can execute are called feasible."""

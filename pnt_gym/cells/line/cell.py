@@ -228,16 +228,33 @@ class LineCell:
 
     def _on(self, state: Shift, rows: Ints) -> Shift:
         """Some lines at their next decisions, or at the end of their shifts."""
-        pending = rows
+        pending, tempted = rows, rows[:0]
         for _ in range(MOST_LOOKS):
-            if pending.size == 0:
-                return _closed(state, self.config.duration)
-            robot = state.free[pending].argmin(axis=1)
-            clock, robots = state.clock.copy(), state.robot.copy()
-            clock[pending], robots[pending] = state.free[pending, robot], robot
-            state = replace(state, clock=clock, robot=robots)
-            state, pending = self._looked(state, pending)
+            if pending.size > 0:
+                state, found, pending = self._turned(state, pending)
+                tempted = np.concatenate([tempted, found])
+            elif tempted.size > 0:  # planning for all of them at once takes hardly longer than for one
+                state, pending, tempted = *self._looked(state, np.sort(tempted)), rows[:0]
+            else:
+                return _closed(replace(state, expected=np.maximum(state.expected, state.free)), self.config.duration)
         raise ConfigError(f"level {self.config.name!r}: its robots find nothing that they can take")
+
+    def _turned(self, state: Shift, rows: Ints) -> tuple[Shift, Ints, Ints]:
+        """Some lines at the next robot's turn: those that come to it with something near, and those without."""
+        robot = state.free[rows].argmin(axis=1)
+        clock, robots, free = state.clock.copy(), state.robot.copy(), state.free.copy()
+        clock[rows], robots[rows] = state.free[rows, robot], robot
+        state = replace(state, clock=clock, robot=robots, free=free)
+        rows = rows[clock[rows] < self.config.duration]
+        until = self._standing(clock[rows], robots[rows])
+        down = until > clock[rows]
+        free[rows[down], robots[rows[down]]] = until[down]
+        looking = rows[~down]
+        sight = self.chooser.sight(state, self.stream, looking)
+        tempted = self.chooser.tempted(sight, robots[looking])
+        idle = looking[~tempted]
+        free[idle, robots[idle]] += self.chooser.pause(robots[idle], take(sight, ~tempted))
+        return state, looking[tempted], np.concatenate([rows[down], idle])
 
     def _standing(self, clock: Floats, robot: Ints) -> Floats:
         """Until when robots stand still by the level (K,) [s]; now for those that do not."""
@@ -247,20 +264,13 @@ class LineCell:
         return until
 
     def _looked(self, state: Shift, rows: Ints) -> tuple[Shift, Ints]:
-        """What the robots whose turn it is can do in some lines, and the lines in which it is nobody's yet."""
-        rows = rows[state.clock[rows] < self.config.duration]
-        until = self._standing(state.clock[rows], state.robot[rows])
-        down = until > state.clock[rows]
-        looking = rows[~down]
-        sight = self.chooser.sight(state, self.stream, looking)
+        """What the robots whose turn it is can do in some lines, and the lines in which that is nothing."""
+        sight = self.chooser.sight(state, self.stream, rows)
         found = self.chooser.found(state, self.stream, sight)
-        state = replace(state, choices=replaced(state.choices, looking, found)) if looking.size else state
-        nothing = np.flatnonzero(~found.real.any(axis=1))
-        idle, free = looking[nothing], state.free.copy()
-        free[rows[down], state.robot[rows[down]]] = until[down]
+        nothing = ~found.real.any(axis=1)
+        idle, free = rows[nothing], state.free.copy()
         free[idle, state.robot[idle]] += self.chooser.pause(state.robot[idle], take(sight, nothing))
-        pending = np.sort(np.concatenate([rows[down], idle]))
-        return replace(state, free=free, expected=np.maximum(state.expected, free)), pending
+        return replace(state, choices=replaced(state.choices, rows, found), free=free), idle
 
 
 def tried_again(context: Context, attempt: Ints) -> Context:

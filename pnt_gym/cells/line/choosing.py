@@ -118,8 +118,7 @@ class Chooser:
 
     def options(self, stream: Stream, sight: Sight, robot: Ints, hand: Floats) -> Options:
         """All that robots (K,) can do whose hands stand still at places (K, 3) [m], from their bases."""
-        own = np.where(self._able[robot[:, None], sight.seen], sight.x - self._places[robot][:, None], AWAY)
-        turn = Turn(sight._replace(x=own), hand)
+        turn = Turn(sight._replace(x=self._own(sight, robot)), hand)
         if len(self._kinds) == 1:
             return self._kinds[0].options(turn, stream.objects)
         parts: list[Options] = []
@@ -128,6 +127,14 @@ class Chooser:
             found = kind.options(take(turn, some), stream.objects)
             parts.append(replace(found, row=some[found.row]))
         return of_all(parts)
+
+    def tempted(self, sight: Sight, robot: Ints) -> Bools:
+        """Whether there is anything near robots (K,) that they take (K,); nothing else is worth planning for."""
+        return self._kinds[0].near(self._own(sight, robot)).any(axis=1)
+
+    def _own(self, sight: Sight, robot: Ints) -> Floats:
+        """Where what robots (K,) take is along the belt, from their bases (K, W) [m]."""
+        return np.where(self._able[robot[:, None], sight.seen], sight.x - self._places[robot][:, None], AWAY)
 
     def chance(self, sight: Sight, options: Options) -> Floats:
         """Chance that each of the options brings its object into its bin (C,)."""

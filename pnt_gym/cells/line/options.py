@@ -10,7 +10,7 @@ from typing import Final, NamedTuple, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints, joined, take
+from pnt_gym.arrays import Bools, Floats, Ints, joined, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.movers import ThrowMotion
 from pnt_gym.cells.conveyor.objects import Objects
@@ -104,24 +104,28 @@ class Robots:
             turn: whose turn it is, in K lines.
             objects: of all N lines (N, M).
         """
-        (low, high), speed = self._config.belt.pick_x, self._config.belt.speed
         sight = turn.sight
-        near = (sight.x <= high) & (sight.x >= low - speed * self._horizon)
-        row, place = np.nonzero(near)
+        row, place = np.nonzero(self.near(sight.x))
         which, bins = np.nonzero(self._accepts[sight.seen[row, place]])
         settings = len(self._percent)
         row, place = np.repeat(row[which], settings), np.repeat(place[which], settings)
         percent = np.tile(self._percent, len(which))
-        found = replace(take(objects, (sight.line[row], sight.which[row, place])), percent=percent)
-        return self._planned(turn, (row, place), found, np.repeat(bins, settings))
+        return self._planned(turn, (row, place), objects, np.repeat(bins, settings), percent)
 
-    def _planned(self, turn: Turn, at: tuple[Ints, Ints], objects: Objects, bins: Ints) -> Options:
+    def near(self, x: Floats) -> Bools:
+        """Whether what is somewhere along the belt, from the robot's base [m], can be in the window in time."""
+        (low, high), speed = self._config.belt.pick_x, self._config.belt.speed
+        return (x <= high) & (x >= low - speed * self._horizon)
+
+    def _planned(self, turn: Turn, at: tuple[Ints, Ints], objects: Objects, bins: Ints, percent: Floats) -> Options:
         """Those of candidates (C,) that can be met in time and thrown."""
-        belt, mover = self._config.belt, self.planner.mover
-        limits, place = LimitRows.t3kr(objects.percent), self.planner.pick_point(objects, turn.sight.x[at])
-        meeting = mover.reach(ThrowMotion.resting(turn.hand[at[0]]), place, limits)
+        belt, mover, sight = self._config.belt, self.planner.mover, turn.sight
+        which, height = (sight.line[at[0]], sight.which[at]), self.planner.pick_height(objects)
+        place = np.stack([sight.x[at], objects.lane_y[which], height[which]], axis=-1)
+        meeting = mover.reach(ThrowMotion.resting(turn.hand[at[0]]), place, LimitRows.t3kr(percent))
         met = np.flatnonzero(meeting.feasible & (meeting.time <= self._horizon))
-        context, good = self.planner.plan_into(take(objects, met), meeting.position[met], bins[met])
+        thrown = replace(take(objects, (which[0][met], which[1][met])), percent=percent[met])
+        context, good = self.planner.plan_into(thrown, meeting.position[met], bins[met])
         rows, pick, target = met[good], context.pick[good], context.target[good]
         motion = mover.throw(pick, *(take(one, good) for one in (context.plan, context.throw_limits, context.ceiling)))
         lift = meeting.time[rows] + self._config.motion.dwell
@@ -129,7 +133,7 @@ class Robots:
             row=at[0][rows],
             place=at[1][rows],
             bin=bins[rows],
-            percent=objects.percent[rows],
+            percent=percent[rows],
             pick=pick,
             away=target[:, :2] - pick[:, :2],
             lift=lift,
