@@ -88,8 +88,7 @@ def compare(cell: LineCell, planners: list[PickPlanner], found: Compared) -> Non
     """All cases of the coming decision of the first line."""
     choices = take(cell.state.choices, 0)
     offered = {
-        (int(choices.index[k]), int(choices.context.bin[k]), float(choices.context.objects.percent[k])): k
-        for k in np.flatnonzero(choices.real)
+        (int(choices.index[k]), int(choices.bin[k]), float(choices.percent[k])): k for k in np.flatnonzero(choices.real)
     }
     planner, met = planners[int(cell.state.robot[0])], 0
     for case in cases_of(cell):

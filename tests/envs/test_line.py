@@ -245,7 +245,7 @@ def test_the_observation_is_read_with_no_more_than_the_manual_prints():
     state = env.core.cell.state
     for rows, first, wanted in (
         (line, 0, {"possible": info["action_mask"].sum(), "hand_y": state.hand[0, 0, 1], "turn_0": 1.0}),
-        (choice, head, {"lift": state.choices.lift[0, 0], "pick_y": state.choices.context.pick[0, 0, 1]}),
+        (choice, head, {"lift": state.choices.lift[0, 0], "pick_y": state.choices.pick[0, 0, 1]}),
         (choice, head + each, {"lift": state.choices.lift[0, 1], "stop_x": state.choices.stop[0, 1, 0]}),
     ):
         for place, (number, name, low, high, centre, scale, unit, meaning) in enumerate(rows):

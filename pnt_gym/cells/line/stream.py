@@ -7,7 +7,7 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints, joined, replaced, take
+from pnt_gym.arrays import Floats, Ints, replaced, take
 from pnt_gym.cells.base.aside import Purpose, aside
 from pnt_gym.cells.base.core import Generators
 from pnt_gym.cells.conveyor.objects import Objects
@@ -68,31 +68,32 @@ class Arriving:
 
     def nothing(self, count: int) -> Stream:
         """Room for N streams."""
-        one = self._drawn(np.random.default_rng(0))
-        return take(one, np.zeros(count, dtype=np.int64))
+        return take(self._drawn([np.random.default_rng(0)]), np.zeros(count, dtype=np.int64))
 
     def drawn(self, streams: Stream, rows: Ints, generators: Generators) -> Stream:
         """The streams with new ones in some rows."""
-        return replaced(streams, rows, joined([self._drawn(generator) for generator in generators]))
+        return replaced(streams, rows, self._drawn(generators))
 
-    def _drawn(self, generator: np.random.Generator) -> Stream:
-        """One stream (1, M)."""
-        config, shape = self._config, (1, self.length)
-        beside = aside(generator, Purpose.ARRIVAL)
-        gaps = beside.gamma(config.arrivals.regularity, size=shape) / config.arrivals.regularity
-        worth, luck = beside.standard_normal(shape), beside.random(shape)
-        objects = self._planner.draw([generator], np.zeros(1, dtype=np.int64), self.length)
+    def _drawn(self, generators: Generators) -> Stream:
+        """New streams, one from each of K generators (K, M)."""
+        config, count = self._config, len(generators)
+        gaps, worth, luck = np.empty((3, count, self.length))
+        for place, generator in enumerate(generators):
+            beside = aside(generator, Purpose.ARRIVAL)
+            gaps[place] = beside.gamma(config.arrivals.regularity, size=self.length) / config.arrivals.regularity
+            worth[place], luck[place] = beside.standard_normal(self.length), beside.random(self.length)
+        objects = self._planner.draw(generators, np.arange(count), self.length)
         way = config.cell.belt.speed / config.arrivals.rate * np.cumsum(gaps, axis=1)
-        come = config.reach[1] - way
-        half = half_extent(objects), half_extent(objects, np.pi / 2)
-        x = self._apart(come[0], objects.lane_y[0], half[0][0], half[1][0], config.arrivals.gap)
+        come, gap = config.reach[1] - way, config.arrivals.gap
+        lies = zip(come, objects.lane_y, half_extent(objects), half_extent(objects, np.pi / 2), strict=True)
+        x = np.stack([self._apart(*(np.ascontiguousarray(one) for one in row), gap) for row in lies])
         # Whoever gave way may lie behind one that came later.
-        order = np.argsort(-x, kind="stable")
+        order = np.arange(count)[:, None], np.argsort(-x, axis=1, kind="stable")
         spread = config.value.spread
         factor = np.exp(spread * worth - 0.5 * spread * spread)
         return Stream(
-            objects=take(objects, np.s_[:, order]),
-            x=x[None, order],
-            worth=(config.values()[objects.kind] * factor)[:, order],
-            luck=luck[:, order],
+            objects=take(objects, order),
+            x=x[order],
+            worth=(config.values()[objects.kind] * factor)[order],
+            luck=luck[order],
         )

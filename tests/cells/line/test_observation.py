@@ -64,10 +64,9 @@ def test_an_observation_is_read_back(line):
     np.testing.assert_allclose(seen.line["possible"], state.choices.real.sum(axis=1), atol=1e-5)
     real, choices = state.choices.real, state.choices
     rate = np.log(np.maximum(choices.value * choices.chance / choices.cycle, LEAST))
-    away = choices.context.target[..., :2] - choices.context.pick[..., :2]
     wanted = {
-        "pick_x": choices.context.pick[..., 0],
-        "pick_y": choices.context.pick[..., 1],
+        "pick_x": choices.pick[..., 0],
+        "pick_y": choices.pick[..., 1],
         "lift": choices.lift,
         "cycle": choices.lift + choices.throwing,
         "wait": choices.wait,
@@ -75,8 +74,8 @@ def test_an_observation_is_read_back(line):
         "value": choices.value,
         "ln_rate": rate,
         "chance": choices.chance,
-        "percent": choices.context.objects.percent,
-        "distance": np.linalg.norm(away, axis=-1),
+        "percent": choices.percent,
+        "distance": np.linalg.norm(choices.away, axis=-1),
         "stop_x": choices.stop[..., 0],
         "stop_y": choices.stop[..., 1],
         "crowd": choices.crowd,

@@ -62,9 +62,10 @@ def test_without_riding_along_the_times_are_those_of_intercept_and_release(table
         choices = take(state.choices, 0)
         for k in np.flatnonzero(choices.real):
             one = take(choices, np.array([k]))
-            objects = one.context.objects
+            context = cell.chooser.planned(state.robot, cell.stream, one)
+            objects = context.objects
             x = cell.stream.x[0, one.index] + config.belt.speed * state.clock[0]
-            place = np.stack([x, objects.lane_y, one.context.pick[:, 2]], axis=-1)
+            place = np.stack([x, objects.lane_y, context.pick[:, 2]], axis=-1)
             limits = LimitRows.t3kr(objects.percent)
             met = plan_intercept(
                 state.hand[0, state.robot[:1]],
@@ -77,15 +78,39 @@ def test_without_riding_along_the_times_are_those_of_intercept_and_release(table
             assert met.feasible.all()
             np.testing.assert_allclose(one.lift, met.time + config.motion.dwell, rtol=0, atol=1e-9)
             np.testing.assert_allclose(one.wait, met.wait, rtol=0, atol=1e-9)
-            ceiling = one.context.pick[:, 2] + config.motion.ceiling
-            plan = plan_release_batch(one.context.pick, one.context.target, one.context.throw_limits, ceiling=ceiling)
-            np.testing.assert_allclose(one.context.plan.position, plan.position, rtol=0, atol=1e-9)
+            ceiling = context.pick[:, 2] + config.motion.ceiling
+            plan = plan_release_batch(context.pick, context.target, context.throw_limits, ceiling=ceiling)
+            np.testing.assert_allclose(context.plan.position, plan.position, rtol=0, atol=1e-9)
             assert plan.feasible.all()
             assert (one.throwing > plan.time).all()
             seen += 1
         cell.take(decided(cell, random))
         if cell.over.any():
             cell.reset(np.arange(1), cell.generators)
+
+
+@pytest.mark.parametrize("name", ["speed", "skills3", "plain", "two bins"])
+def test_what_is_done_is_planned_as_it_was_when_it_was_chosen(name, tables):
+    """To the last bit, though it is planned again, beside other throws."""
+    level = with_table({**LEVELS[name], "duration": 12.0}, tables)
+    cell, random = begun(level, 5, 7), np.random.default_rng(7)
+    seen = 0
+    while not cell.over.all():
+        choice, state = decided(cell, random), cell.state
+        one = take(state.choices, (np.arange(5), choice))
+        context = cell.take(choice).context
+        for row in np.flatnonzero(one.real):
+            planner, own = cell.chooser.robots_of(int(state.robot[row])).planner, take(context, np.array([row]))
+            motion = planner.mover.throw(own.pick, own.plan, own.throw_limits, own.ceiling)
+            assert planner.mover.is_feasible(own.pick, own.plan, own.throw_limits).all()
+            assert motion.stop_time == one.throwing[row]
+            np.testing.assert_array_equal(motion.stop[0], one.stop[row])
+            np.testing.assert_array_equal(own.pick[0], one.pick[row])
+            np.testing.assert_array_equal((own.target - own.pick)[0, :2], one.away[row])
+            assert (own.bin, own.objects.percent) == (one.bin[row], one.percent[row])
+            assert own.objects.seen == cell.stream.objects.seen[row, one.index[row]]
+            seen += 1
+    assert seen > 20
 
 
 def test_an_object_of_a_class_that_a_robot_does_not_take_is_no_choice_of_its(tables):
@@ -124,8 +149,9 @@ def test_the_best_come_first_and_each_is_what_is_known_of_it(name, tables):
                 kind = stream.objects.seen[row, index]
                 assert free[index]
                 assert one.value == stream.worth[row, index]
-                setting = np.flatnonzero(table.percent == one.context.objects.percent)[0]
-                away = np.hypot(*(one.context.target[:2] - one.context.pick[:2]))
+                setting = np.flatnonzero(table.percent == one.percent)[0]
+                into = config.cell_of(robot).bins.fixed[one.bin]
+                away = np.hypot(into.x - one.pick[0], into.y - one.pick[1])
                 of = int((away > table.edges).sum())
                 assert one.chance == pytest.approx(table.picked[kind] * table.landed[kind, setting, of])
                 able = config.able()

@@ -12,6 +12,7 @@ from pnt_gym.cells.line.cell import IDLE
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.outcome import told
 from pnt_gym.cells.line.state import Fate
+from pnt_gym.planning.motion.limits import LimitRows
 from tests.tools.line import Ledger, begun, decided, with_table
 
 DOWN = [{"robot": "second", "start": 2.0, "end": 6.0}, {"robot": "first", "start": 7.0, "end": 7.5}]
@@ -114,7 +115,7 @@ def test_a_lift_is_where_the_object_then_is_in_the_window_and_in_time(name, tabl
     for _, taken, state in shift(cell, random):
         config, real = cell.config, state.choices.real
         x, lift = where(cell, state)[real], state.choices.lift[real]
-        np.testing.assert_allclose(state.choices.context.pick[..., 0][real], x, rtol=0, atol=1e-9)
+        np.testing.assert_allclose(state.choices.pick[..., 0][real], x, rtol=0, atol=1e-9)
         low, high = config.cell.lift_x
         assert ((x > low - 1e-9) & (x < high + 1e-9)).all()
         assert (lift > config.cell.motion.dwell).all()
@@ -158,9 +159,8 @@ def test_what_a_cup_did_not_lift_is_offered_again_here_and_downstream(tables):
             index, robot = int(taken.index[row]), int(taken.robot[row])
             by[row].setdefault(index, []).append(robot)
             one = before.choices.index[row] == index
-            rode = brought_to_rest(
-                before.choices.context.pick[row][one], _limits(before, row, one), cell.config.cell.belt.speed
-            )
+            limits = LimitRows.t3kr(before.choices.percent[row][one])
+            rode = brought_to_rest(before.choices.pick[row][one], limits, cell.config.cell.belt.speed)
             # It costs the way there, the dwell, and what it takes to stand still.
             spent = before.choices.lift[row][one] + rode.stop_time
             assert np.abs(taken.end[row] - taken.start[row] - spent).min() < 1e-12
@@ -171,11 +171,6 @@ def test_what_a_cup_did_not_lift_is_offered_again_here_and_downstream(tables):
     assert any(len(found) != len(set(found)) for found in robots)
     assert any(len(set(found)) > 1 for found in robots)
     assert all(found == sorted(found) for found in robots)  # a belt does not run back
-
-
-def _limits(state, row, one):
-    limits = state.choices.context.limits
-    return type(limits)(*(np.broadcast_to(value, state.choices.real.shape)[row][one] for value in limits))
 
 
 def test_a_second_try_is_as_likely_as_the_first(tables):

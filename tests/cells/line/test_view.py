@@ -68,16 +68,16 @@ def shift(request) -> tuple[LineCore, list[Seen], list[np.ndarray]]:
     view, seen, tips = core.view(), list[Seen](), list[np.ndarray]()
     while not core.cell.over[0]:
         before = core.cell.state
+        deep = core.cell.stream.objects.known_depth[0, before.choices.index[0, 0]]
         info = {name: values[0] for name, values in core.step(np.zeros(1, dtype=np.int64)).info.items()}
         for _, data, _ in view.scenes(round(1.0 / LOOK)):
             tips.append(np.array([data.site(f"{robot}_tcp").xpos for robot in range(len(core.config.robots))]))
         if info["invalid_action"]:
             continue
         act = core.cell.acts.made[-1]
-        context = before.choices.context
         _, data, _ = view.scene(act.lift)
         shown = data.site(f"{act.robot}_tcp").xpos - [core.config.robots[act.robot].x, 0.0, 0.0]
-        pick = context.pick[0, 0] + [0.0, 0.0, context.objects.known_depth[0, 0]]
+        pick = before.choices.pick[0, 0] + [0.0, 0.0, deep]
         seen.append(Seen(act, pick, before.hand[0, act.robot], info, shown))
     view.close()
     return core, seen, tips
