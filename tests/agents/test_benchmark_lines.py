@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,10 @@ from agents.benchmark.compare import assemble
 from agents.benchmark.plan import Plan, needs, pieces, read_plan
 from agents.benchmark.run import run_piece
 from agents.cli import UsageError
+from agents.environments import make_vector, stream_seed
 from agents.evaluation import evaluate
+from agents.line.evaluation import worked
+from agents.line.making import line_controller, the_line
 from agents.places import SHIPPED
 from agents.report.__main__ import benchmark_chapter
 from agents.runs import checkpoints
@@ -40,6 +44,7 @@ PLAN: dict[str, Any] = {
         {"label": "beam", "controller": "beam", "shifts": 3, "options": {"width": 2}, "levels": ["one.yaml"]},
         {"label": "scorer", "controller": SCORER, "levels": ["one.yaml"]},
         {"label": "ppo", "controller": "residual_ppo", "throws": [8, 20], "options": SMALL, "levels": ["one.yaml"]},
+        {"label": "found", "controller": "index", "throws": [1], "seeds": [1], "levels": ["one.yaml"]},
     ],
     "learned": [{"label": "ppo", "throws": 20}, {"label": "beam"}],
     "references": [{"label": "fifo"}],
@@ -81,7 +86,7 @@ def rows_by(done: dict[str, Any]) -> dict[Any, Any]:
 
 def test_every_line_of_the_plan_is_there(done: dict[str, Any]) -> None:
     both = {(label, 0, level) for label in ("fifo", "atc", "patient") for level in PLAN["levels"]}
-    alone = {("beam", 0), ("scorer", 0), ("ppo", 8), ("ppo", 20)}
+    alone = {("beam", 0), ("scorer", 0), ("ppo", 8), ("ppo", 20), ("found", 1)}
     assert set(rows_by(done)) == both | {(*line, "one.yaml") for line in alone}
     assert all(row["train_level"] == row["level"] for row in done["table"])
     assert rows_by(done)["ppo", 20, "one.yaml"]["seeds"] == [0, 1]
@@ -114,6 +119,20 @@ def test_what_is_trained_is_what_the_command_trains(done: dict[str, Any], work: 
     assert checkpoints(folder)[1].name == "00000008"
     for name in theirs.files:
         np.testing.assert_array_equal(theirs[name], ours[name])
+
+
+def test_what_is_searched_is_what_the_command_finds(done: dict[str, Any], work: Path) -> None:
+    """The least search is a generation, whose index is judged on the same shifts."""
+    given = ["--level", "one.yaml", "--what", "index", "--generations", "1", "--seed", "1", "--out", "rules.yaml"]
+    assert call("agents.tune", *given, folder=work).returncode == 0
+    settings = yaml.safe_load((work / "rules.yaml").read_text())["one"]["index"]
+    with closing(make_vector("PnTLine-v0", str(work / "one.yaml"), 2, 1)) as env:
+        index = line_controller("index", the_line(env), **settings)
+        found = worked(index, env, PLAN["shifts"], stream_seed("evaluate", 0))
+    row = rows_by(done)["found", 1, "one.yaml"]
+    assert row["seeds"] == [1]
+    assert row["by_shift"]["value_per_min"] == pytest.approx(found.value, abs=1e-4)
+    assert row["learn_seconds"] > 0.0
 
 
 def _shipped() -> dict[str, Any]:
@@ -182,7 +201,7 @@ def test_what_is_known_is_not_measured_again(levels: Path) -> None:
 def test_keys_change_with_what_figures_depend_on(monkeypatch: pytest.MonkeyPatch) -> None:
     shutil.copy(SHIPPED / SCORER, "own.npz")
     scorer = {"label": "scorer", "controller": "own.npz", "levels": ["one.yaml"]}
-    entries = [*PLAN["entries"][:4], scorer, PLAN["entries"][5]]
+    entries = [*PLAN["entries"][:4], scorer, *PLAN["entries"][5:]]
 
     def keys(**changes: Any) -> dict[str, str]:
         return {piece.name: piece.key for piece in pieces(Plan.model_validate({**PLAN, "entries": entries, **changes}))}
@@ -199,9 +218,9 @@ def test_keys_change_with_what_figures_depend_on(monkeypatch: pytest.MonkeyPatch
     tuned = {"atc": {"patience": 3.0}, "beam": {}}
     told = "agents.benchmark.lines.settings"
     assert changed(lambda p: p.setattr(told, lambda level, name, robots=1: tuned.get(name, {}))) == {
-        "atc", "patient", "ppo",
+        "atc", "patient", "ppo", "found",
     }  # fmt: skip
-    everybody = {"fifo", "atc", "patient", "beam", "scorer", "ppo"}
+    everybody = {"fifo", "atc", "patient", "beam", "scorer", "ppo", "found"}
     assert changed(lambda p: p.setattr("agents.benchmark.lines.written", lambda chances: "other")) == everybody
     Path("own.npz").write_bytes(Path("own.npz").read_bytes() + b" ")
     assert changed(lambda p: None) == {"scorer"}
@@ -267,7 +286,10 @@ def test_the_report_has_tables_and_figures(done: dict[str, Any]) -> None:
     first = {(row[0], row[1]): row for row in chapter.parts[0].rows}
     row = rows_by(done)["ppo", 20, "one.yaml"]
     assert first["ppo", "20"][2].startswith(f"{row['value_per_min']:.1f} (")
-    assert first["ppo", "20"][4:] == ["-", "-"]
+    assert first["ppo", "20"][3:] == ["-"]
+    assert "What the order is worth" in headlines
+    learned = next(grid for grid in chapter.parts if grid.headline == "Learned, in several seeds")
+    assert [row[1:4] for row in learned.rows] == [["`ppo`", "20", "2"], ["`found`", "1", "1"]]
     pairs = next(grid for grid in chapter.parts if grid.headline.startswith("Paired differences"))
     assert list(pairs.header[2:]) == ["value/min", "sorted/min", "recovery", "recovery of value"]
     assert "throws" not in " ".join((*chapter.parts[0].header, chapter.parts[0].note))

@@ -1,105 +1,140 @@
-"""What the study of lines found, held to what the pages say of it."""
+"""What the benchmark of lines and the study of throws found, held to what the pages say of it."""
 
 import json
 
 import numpy as np
 import pytest
 
+from agents.line.tuned import PLANNERS
 from agents.places import SHIPPED as ROOT
-from agents.report.line import CLASS_BLIND, PLANNERS, best, value
+from agents.report.line import CLASS_BLIND, best, by_seed, value
+from agents.report.tables import rows_of
 from pnt_gym.cells.line.config import LineConfig
+
+LEVELS = sorted({*LineConfig.level_names()} - {"nominal"})
+
+
+def read(name):
+    return json.loads((ROOT / "results" / f"{name}.json").read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="module")
 def data():
-    return json.loads((ROOT / "results" / "line.json").read_text(encoding="utf-8"))
+    return read("benchmark_line")
 
 
-def gain(table, one, other):
+def named(data, level, label):
+    """What was measured of a label, after all it learned."""
+    return [row for row in rows_of(data, [level]) if row["label"] == label][-1]
+
+
+def of(data, level, names):
+    """The best of some controllers."""
+    return best(rows_of(data, [level]), names)
+
+
+def gain(one, other):
     """How much more one brings in than another on the shifts that both have worked."""
-    return ahead(table[one], table[other])[0]
+    return ahead(value(one), value(other))[0]
 
 
 def ahead(one, other):
-    """The same of figures, and the least of its interval of two standard errors."""
-    shared = min(len(value(one)), len(value(other)))
-    share = (value(one)[:shared] - value(other)[:shared]) / value(other)[:shared].mean()
+    """The same of values, and the least of its interval of two standard errors."""
+    shared = min(len(one), len(other))
+    share = (one[:shared] - other[:shared]) / other[:shared].mean()
     return share.mean(), share.mean() - 2.0 * share.std() / np.sqrt(shared)
 
 
-def test_every_level_that_is_told_of_has_been_measured(data):
-    assert set(data["line"]) == set(LineConfig.level_names()) - {"nominal"}
-    for table in data["line"].values():
-        assert {"random", "fifo", "spt", "value_rate", "atc", "pair", "beam"} <= set(table)
-        assert all(found["invalid"] == 0 for found in table.values())
+def test_every_level_that_is_told_of_has_been_measured_on_a_hundred_shifts(data):
+    assert sorted(data["plan"]["levels"]) == LEVELS
+    for level in LEVELS:
+        rows = rows_of(data, [level])
+        wanted = {"random", "fifo", "spt", "value_rate", "atc", "pair", "beam", "index", "residual_ppo", "maskable_ppo"}
+        assert wanted <= {row["label"] for row in rows}
+        assert all(row["invalid_actions"] == 0 for row in rows)
+        assert {row["label"] for row in rows if row["shifts"] < 100} <= {"joint_beam"}
 
 
 def test_what_was_asked_of_the_order_of_picks(data):
-    line = data["line"]
-    assert gain(line["single"], best(line["single"], tuple(line["single"])), "fifo") > 0.12
-    assert gain(line["value"], best(line["value"], tuple(line["value"])), "fifo") > 0.50
-    assert gain(line["value"], "beam", best(line["value"], CLASS_BLIND)) > 0.05
+    assert gain(of(data, "single", None), named(data, "single", "fifo")) > 0.12
+    assert gain(of(data, "value", None), named(data, "value", "fifo")) > 0.50
+    assert gain(of(data, "value", None), of(data, "value", CLASS_BLIND)) > 0.06
 
 
 @pytest.mark.parametrize(("level", "least"), [("skills3", 0.135), ("skills3_burst", 0.10)])
 def test_a_beam_that_leaves_to_others_is_far_ahead_of_class_blind_rules(data, level, least):
-    table = data["line"][level]
-    assert best(table, PLANNERS) == "price_beam"
-    assert gain(table, "price_beam", best(table, CLASS_BLIND)) > least
-    assert ahead(table["price_beam"], table["price"])[1] > 0.0
+    planner = of(data, level, PLANNERS)
+    assert planner["label"] == "price_beam"
+    assert gain(planner, of(data, level, CLASS_BLIND)) > least
+    assert ahead(value(planner), value(named(data, level, "price")))[1] > 0.0
 
 
 @pytest.mark.parametrize("name", ["price_beam", "index"])
 def test_on_skills3_two_robots_are_always_at_work_and_the_third_waits_for_what_comes(data, name):
-    first, second, third = data["line"]["skills3"][name]["utilisation"]
+    first, second, third = named(data, "skills3", name)["utilisation"]
     assert 0.965 < second < first < 0.995
     assert 0.7 < third < 0.8
 
 
-def test_an_index_learned_from_reward_comes_up_to_the_best_planner_everywhere(data):
-    for level, table in data["line"].items():
-        assert gain(table, "index", best(table, PLANNERS)) > -0.02, level
+@pytest.mark.parametrize("level", LEVELS)
+def test_an_index_learned_from_reward_comes_up_to_the_best_planner(data, level):
+    assert gain(named(data, level, "index"), of(data, level, PLANNERS)) > -0.02
+
+
+@pytest.mark.parametrize("level", sorted({*LEVELS} - {"skills3_burst"}))
+def test_every_seed_of_residual_ppo_comes_up_to_the_best_planner(data, level):
+    seeds = by_seed(data, named(data, level, "residual_ppo"))
+    assert len(seeds) == 5
+    assert all(ahead(one, value(of(data, level, PLANNERS)))[0] > -0.02 for one in seeds)
 
 
 def test_each_of_five_seeds_on_skills3_burst_is_ahead_of_price_and_of_the_robots_own_planner(data):
-    seeds, table = data["learned"]["skills3_burst"]["residual_ppo"], data["line"]["skills3_burst"]
+    seeds = by_seed(data, named(data, "skills3_burst", "residual_ppo"))
     assert len(seeds) == 5
-    for found in seeds.values():
-        assert ahead(found, table["price"])[1] > 0.0
-        assert ahead(found, table["beam"])[1] > 0.0
+    for one in seeds:
+        assert ahead(one, value(named(data, "skills3_burst", "price")))[1] > 0.0
+        assert ahead(one, value(named(data, "skills3_burst", "beam")))[1] > 0.0
 
 
 def test_every_search_for_an_index_on_skills3_burst_is_ahead_of_the_best_planner(data):
-    searches, table = data["learned"]["skills3_burst"]["index"], data["line"]["skills3_burst"]
-    planner = table[best(table, PLANNERS)]
-    assert len(searches) >= 2
-    for found in (table["index"], *searches.values()):
-        assert ahead(found, planner)[1] > 0.0
+    searches = by_seed(data, named(data, "skills3_burst", "index_searched"))
+    planner = value(of(data, "skills3_burst", PLANNERS))
+    assert len(searches) == 5
+    for one in (value(named(data, "skills3_burst", "index")), *searches):
+        assert ahead(one, planner)[1] > 0.0
 
 
 def test_every_seed_on_value_takes_most_of_what_the_planner_has_over_the_rule(data):
-    table = data["line"]["value"]
-    for found in data["learned"]["value"]["residual_ppo"].values():
-        assert found["decisions"] < 520_000
-        assert ahead(found, table["atc"])[0] > 0.6 * gain(table, "beam", "atc")
+    row, atc, beam = (named(data, "value", name) for name in ("residual_ppo", "atc", "beam"))
+    assert row["throws"] == 500_000
+    for one in by_seed(data, row):
+        assert ahead(one, value(atc))[0] > 0.6 * gain(beam, atc)
 
 
 @pytest.mark.parametrize("level", ["skills3", "skills3_burst"])
 def test_where_skills_differ_leaving_to_others_beats_every_robots_own_planner(data, level):
-    table = data["line"][level]
-    assert gain(table, "price", best(table, CLASS_BLIND)) > 0.05
-    assert gain(table, "price", best(table, ("beam", "joint_beam"))) > 0.02
+    price = named(data, level, "price")
+    assert gain(price, of(data, level, CLASS_BLIND)) > 0.05
+    assert gain(price, of(data, level, ("beam", "joint_beam"))) > 0.02
 
 
-def test_a_policy_that_began_as_the_rule_is_better_than_the_rule(data):
-    for level in ("value", "skills3_burst"):
-        table = data["line"][level]
-        gained = value(table["residual_ppo"]) - value(table["atc"])
-        assert gained.mean() - 2.0 * gained.std() / np.sqrt(len(gained)) > 0.0
+@pytest.mark.parametrize("level", LEVELS)
+def test_what_begins_as_the_rule_is_ahead_of_what_begins_as_nothing(data, level):
+    """In every seed, after as many decisions."""
+    plain = max(one.mean() for one in by_seed(data, named(data, level, "maskable_ppo")))
+    assert min(one.mean() for one in by_seed(data, named(data, level, "residual_ppo"))) > plain
 
 
-def test_tables_stand_in_for_throws_within_four_percent(data):
-    for level, table in data["full"].items():
+def test_tables_stand_in_for_throws_within_four_percent():
+    for level, table in read("line")["thrown"].items():
         for name, found in table.items():
-            shared = value(data["line"][level][name])[: data["thrown_shifts"]]
-            assert value(found).mean() == pytest.approx(shared.mean(), rel=0.04), (level, name)
+            full, by_table = (np.mean(found[throws]["value_per_min"]) for throws in ("full", "table"))
+            assert full == pytest.approx(by_table, rel=0.04), (level, name)
+
+
+def test_a_learned_release_and_a_learned_order_keep_their_worth_beside_each_other():
+    found = {name: np.mean(one["value_per_min"]) for name, one in read("line")["release"].items()}
+    for order in ("fifo", "atc", "residual_ppo"):
+        assert 1.1 < found[f"learned, {order}"] / found[f"analytic, {order}"] < 1.25
+    for release in ("analytic", "learned"):
+        assert found[f"{release}, residual_ppo"] / found[f"{release}, fifo"] > 1.6

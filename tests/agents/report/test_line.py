@@ -1,85 +1,129 @@
-"""Tables of the line's study."""
+"""Tables and the figure of a benchmark of lines, and of what throwing makes of an order."""
+
+from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
+import pytest
 
-from agents.report.line import best, gains_table, learned_table, line_chapter, line_table, release_table, thrown_table
+from agents.benchmark.lines import summarise
+from agents.report.line import best, gains_figure, gains_table, learned_table, line_grids, value
+from agents.report.tables import rows_of
+from agents.report.thrown import release_table, thrown_table
 
-
-def found(mean, shifts=6):
-    values = mean + np.linspace(-1.0, 1.0, shifts)
-    return {"value_per_min": values.tolist(), "pick_rate": 0.85, "success": 0.98}
-
-
-TABLE = {
-    "random": found(30.0),
-    "fifo": found(60.0),
-    "spt": found(70.0),
-    "atc": found(72.0),
-    "pair": found(71.0),
-    "beam": found(76.0, shifts=3),
-    "residual_ppo": found(75.0),
-}
-DATA = {
-    "shifts": 6,
-    "thrown_shifts": 3,
-    "seed": 0,
-    "versions": {"python": "3.11"},
-    "line": {"single": TABLE},
-    "full": {"single": {"fifo": found(59.0, shifts=3)}},
-    "release": {"analytic, fifo": found(50.0), "learned, residual_ppo": found(55.0)},
-}
+SHIFTS = 6
+LISTS = {name: [[0.5]] for name in ("utilisation", "picks_by_robot", "recovery_by_item", "passed_by_item")}
+SHARES = ("sorted_per_min", "recovery", "value_recovery", "purity", "passed_value_per_min", "passed_tried")
 
 
-def test_the_best_is_told_by_the_shifts_that_all_have_worked():
-    assert best(TABLE, ("beam", "residual_ppo")) == "beam"
-    assert best({"one": found(10.0), "other": {"value_per_min": [11.0]}}, ("one", "other")) == "other"
+def result(label: str, mean: float, controller: str = "", throws: int = 0, seed: int = 0, shifts: int = SHIFTS) -> Any:
+    """What a benchmark keeps of somebody who brings in so much a minute, one more in each shift than in the last."""
+    gained = mean + np.linspace(-1.0, 1.0, SHIFTS)[:shifts]
+    more = {**dict.fromkeys(SHARES, [0.5] * shifts), **{name: one * shifts for name, one in LISTS.items()}}
+    counts = {"items": ["tray"], "robots": ["first"], "picks": 10, "picked": 9, "success": 8, "invalid": 0}
+    columns = {"value_per_min": gained.tolist(), **more, **counts, "ms_per_decision": 1.0}
+    head = {"label": label, "controller": controller or label, "throws": throws, "seed": seed, "level": "single"}
+    return {**head, "learn_seconds": 0.0, "columns": columns}
 
 
-def test_everybody_has_a_row_with_mean_and_interval():
-    rows = line_table(DATA).rows
-    assert [row[0] for row in rows] == [f"`{name}`" for name in TABLE]
-    assert rows[1][1].startswith("60.0 (")
+RULES = [
+    result("random", 30.0), result("fifo", 60.0), result("spt", 70.0), result("atc", 72.0), result("pair", 71.0),
+    result("beam", 76.0, shifts=3), result("scorer", 74.0, "some/scorer.npz"),
+]  # fmt: skip
+LEARNED = [
+    result("ppo", mean, "residual_ppo", throws, seed)
+    for throws, means in {10: (61.0, 62.0, 63.0), 90: (75.0, 73.0, 77.0)}.items()
+    for seed, mean in enumerate(means)
+]
 
 
-def test_gains_are_those_of_the_means_on_shared_shifts():
+def data_of(results: list[Any]) -> dict[str, Any]:
+    table: list[dict[str, Any]] = []
+    for label, throws in dict.fromkeys((one["label"], one["throws"]) for one in results):
+        same = [one for one in results if (one["label"], one["throws"]) == (label, throws)]
+        head = {name: same[0][name] for name in ("label", "controller", "throws", "level")}
+        table.append({**head, **summarise(same)})
+    plan = {"levels": ["single"], "shifts": SHIFTS, "env": "PnTLine-v0", "seeds": [0, 1, 2], "train_level": "each"}
+    return {"plan": plan, "table": table, "results": results, "comparisons": [], "versions": {"python": "3"}}
+
+
+DATA = data_of([*RULES, *LEARNED])
+
+
+def test_the_best_is_told_by_the_shifts_that_all_have_worked() -> None:
+    rows = rows_of(DATA, ["single"])
+    found = best(rows, ("atc", "beam"))
+    assert found is not None
+    assert found["label"] == "beam"
+    # All of its shifts are good ones, but on those three alone the other one is better.
+    early = data_of([result("beam", 72.5, shifts=3), result("atc", 73.0)])["table"]
+    assert best(early)["label"] == "atc"
+    assert best(rows, ("nobody",)) is None
+
+
+def test_gains_are_those_of_the_means_on_shared_shifts() -> None:
     (row,) = gains_table(DATA).rows
+    assert row[0] == "`single`"
     assert row[1].startswith("`atc` +20.0 %")
-    first_three = np.array(TABLE["fifo"]["value_per_min"])[:3].mean()
-    assert row[2].startswith(f"`beam` {100 * (76.0 / first_three - 1):+.1f} %")
-    assert row[4].startswith("`residual_ppo`")
+    beam, fifo = (value(one)[:3].mean() for one in (rows_of(DATA, ["single"])[5], rows_of(DATA, ["single"])[1]))
+    assert row[2].startswith(f"`beam` {100 * (beam / fifo - 1):+.1f} %")
+    assert row[4].startswith("`ppo (90)`")
 
 
-def test_a_level_on_which_nobody_has_learned_says_so():
-    table = {name: one for name, one in TABLE.items() if name != "residual_ppo"}
-    (row,) = gains_table({**DATA, "line": {"single": table}}).rows
+def test_a_level_on_which_nobody_has_learned_says_so() -> None:
+    (row,) = gains_table(data_of(RULES[:-1])).rows
     assert row[4] == "-"
+    assert learned_table(data_of(RULES)).rows == []
 
 
-def test_of_several_seeds_the_worst_is_compared():
-    seeds = {"0": found(75.0), "1": found(73.0), "2": found(77.0)}
-    (row,) = learned_table({**DATA, "learned": {"single": {"residual_ppo": seeds}}}).rows
-    assert row[:4] == ["`single`", "`residual_ppo`", "3", "75.0 (73.0..77.0)"]
-    assert row[4].startswith(f"`atc` {100 * (73.0 / 72.0 - 1):+.1f} %")
-    assert row[5] == "-"
-    first_three = np.array(TABLE["beam"]["value_per_min"])
-    worst = np.array(found(73.0)["value_per_min"])[:3]
-    assert row[6].startswith(f"`beam` {100 * (worst.mean() / first_three.mean() - 1):+.1f} %")
+def test_a_plan_without_the_first_rule_has_no_such_table() -> None:
+    headlines = [grid.headline for grid in line_grids(data_of([RULES[0], *LEARNED]))]
+    assert "What the order is worth" not in headlines
+    assert headlines[0] == "Every controller on the same held-out shifts"
 
 
-def test_throws_stand_beside_the_same_shifts_by_table():
-    (row,) = thrown_table(DATA).rows
-    by_table = np.array(TABLE["fifo"]["value_per_min"])[:3].mean()
-    assert row[2].startswith("59.0")
-    assert row[3].startswith(f"{by_table:.1f}")
+def test_of_several_seeds_the_worst_is_compared_after_all_it_learned() -> None:
+    (row,) = learned_table(DATA).rows
+    assert row[:5] == ["`single`", "`ppo`", "90", "3", "75.0 (73.0..77.0)"]
+    assert row[5].startswith(f"`atc` {100 * (73.0 / 72.0 - 1):+.1f} %")
+    assert row[6] == "-"
+    worst, beam = (np.array(one["columns"]["value_per_min"])[:3].mean() for one in (LEARNED[4], RULES[5]))
+    assert row[7].startswith(f"`beam` {100 * (worst / beam - 1):+.1f} %")
 
 
-def test_releases_and_orders_are_compared_with_the_plainest():
-    first, last = release_table(DATA).rows
+def test_who_has_worked_fewer_shifts_is_named_under_the_table() -> None:
+    assert "6 held-out shifts (beam 3) per seed" in line_grids(DATA)[0].note
+
+
+def test_the_figure_has_a_mark_for_everybody_but_the_first_and_the_one_by_chance() -> None:
+    (panel,) = gains_figure(DATA).axes
+    names = [label.get_text() for label in panel.get_yticklabels()]
+    assert names == ["spt", "atc", "pair", "beam", "scorer", "ppo (10)", "ppo (90)"]
+    marks = [line.get_xdata()[0] for line in panel.lines if line.get_marker() == "o"]
+    assert marks[:2] == [pytest.approx(100 * (70.0 / 60.0 - 1)), pytest.approx(20.0)]
+    assert panel.get_xlabel() == "over fifo [%]"
+
+
+def thrown(mean: float) -> dict[str, Any]:
+    return {"value_per_min": (mean + np.linspace(-1.0, 1.0, 3)).tolist(), "pick_rate": 0.85, "success": 0.98}
+
+
+THROWN = {
+    "shifts": 3,
+    "seed": 0,
+    "thrown": {"single": {"fifo": {"full": thrown(59.0), "table": thrown(60.0)}}},
+    "release": {"analytic, fifo": thrown(50.0), "learned, residual_ppo": thrown(55.0)},
+}
+
+
+def test_throws_stand_beside_the_same_shifts_by_table() -> None:
+    (row,) = thrown_table(THROWN).rows
+    assert [row[2][:4], row[3][:4]] == ["59.0", "60.0"]
+    assert row[4:] == ["85.0 %", "98.0 %"]
+
+
+def test_releases_and_orders_are_compared_with_the_plainest() -> None:
+    first, last = release_table(THROWN).rows
     assert first[2].startswith("+0.0 %")
     assert last[2].startswith("+10.0 %")
-
-
-def test_the_chapter_has_all_tables_and_a_figure():
-    chapter = line_chapter("line", DATA)
-    assert len(chapter.parts) == 4
-    assert chapter.figures["line.svg"].startswith("<?xml")
