@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any, Final, final
 
 import numpy as np
@@ -14,7 +14,7 @@ from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line.chances import Chances
 from pnt_gym.cells.line.config import LineConfig, alike
 from pnt_gym.cells.line.options import AWAY, Options, Robots, Sight, Turn, of_all
-from pnt_gym.cells.line.state import CHOICES, Choices, Shift
+from pnt_gym.cells.line.state import CHOICES, Choices, PicksAndThrows, Shift
 from pnt_gym.cells.line.stream import Stream
 from pnt_gym.errors import ConfigError
 
@@ -130,7 +130,7 @@ class Chooser:
 
     def tempted(self, sight: Sight, robot: Ints) -> Bools:
         """Whether there is anything near robots (K,) that they take (K,); nothing else is worth planning for."""
-        return self._kinds[0].near(self._own(sight, robot)).any(axis=1)
+        return np.any(self._kinds[0].near(self._own(sight, robot)), axis=1)
 
     def _own(self, sight: Sight, robot: Ints) -> Floats:
         """Where what robots (K,) take is along the belt, from their bases (K, W) [m]."""
@@ -202,15 +202,4 @@ class Chooser:
 
 def _choices(options: Options, **more: Any) -> Choices:
     """Options as choices, with what else is known of them by the names of `Choices`."""
-    return Choices(
-        bin=options.bin,
-        percent=options.percent,
-        pick=options.pick,
-        away=options.away,
-        lift=options.lift,
-        wait=options.wait,
-        leave=options.leave,
-        throwing=options.throwing,
-        stop=options.stop,
-        **more,
-    )
+    return Choices(**{part.name: getattr(options, part.name) for part in fields(PicksAndThrows)}, **more)

@@ -15,6 +15,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.movers import ThrowMotion
 from pnt_gym.cells.conveyor.objects import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.cells.line.state import PicksAndThrows
 from pnt_gym.planning.motion.limits import LimitRows
 
 AWAY: Final = 1e6
@@ -23,36 +24,13 @@ AWAY: Final = 1e6
 
 @final
 @dataclass(frozen=True)
-class Options:
-    """C things that could be done next, each by the robot whose turn it is in its line; times from now on."""
+class Options(PicksAndThrows):
+    """All that could be done next, S = (C,)."""
 
     row: Ints
-    """In which of K lines (C,)."""
+    """In which of K lines."""
     place: Ints
-    """Which object in sight there (C,)."""
-    bin: Ints
-    """Into which of the robot's bins (C,)."""
-    percent: Floats
-    """At which speed setting (C,)."""
-    pick: Floats
-    """Where the object is lifted, from the robot's base (C, 3) [m]."""
-    away: Floats
-    """From there to the middle of the bin, along x, y (C, 2) [m]."""
-    lift: Floats
-    """Until the object is lifted, dwell included (C,) [s]."""
-    wait: Floats
-    """Part of it in which the hand stands still above the belt (C,) [s]."""
-    leave: Floats
-    """Until it can no longer be lifted (C,) [s]."""
-    throwing: Floats
-    """From the lift until the hand stands still after the throw (C,) [s]."""
-    stop: Floats
-    """Where it does, from the robot's base (C, 3) [m]."""
-
-    @property
-    def cycle(self) -> Floats:
-        """Until the robot is free again (C,) [s]."""
-        return self.lift + self.throwing
+    """Which object in sight there."""
 
 
 class Sight(NamedTuple):
@@ -127,7 +105,9 @@ class Robots:
         thrown = replace(take(objects, (which[0][met], which[1][met])), percent=percent[met])
         context, good = self.planner.plan_into(thrown, meeting.position[met], bins[met])
         rows, pick, target = met[good], context.pick[good], context.target[good]
-        motion = mover.throw(pick, *(take(one, good) for one in (context.plan, context.throw_limits, context.ceiling)))
+        motion = mover.throw(
+            pick, take(context.plan, good), take(context.throw_limits, good), take(context.ceiling, good)
+        )
         lift = meeting.time[rows] + self._config.motion.dwell
         return Options(
             row=at[0][rows],

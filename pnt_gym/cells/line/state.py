@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Final, final
@@ -30,18 +31,10 @@ class Fate(IntEnum):
     """In none."""
 
 
-@final
 @dataclass(frozen=True)
-class Choices:
-    """What N robots whose turn it is can do: `CHOICES` places each, S = (N, CHOICES); times from now on.
+class PicksAndThrows(ABC):
+    """Picks and throws as planned, S, each by the robot whose turn it is in its line; times from now on."""
 
-    The first places are real, the best first by value less the price of its time; others hold anything.
-    """
-
-    real: Bools
-    """Which there are."""
-    index: Ints
-    """Object of the stream."""
     bin: Ints
     """Bin of the robot."""
     percent: Floats
@@ -60,6 +53,25 @@ class Choices:
     """From the lift until the hand stands still after the throw [s]."""
     stop: Floats
     """Where it does, from the robot's base, S + (3,) [m]."""
+
+    @property
+    def cycle(self) -> Floats:
+        """Until the robot is free again, S [s]."""
+        return self.lift + self.throwing
+
+
+@final
+@dataclass(frozen=True)
+class Choices(PicksAndThrows):
+    """What N robots whose turn it is can do: `CHOICES` places each, S = (N, CHOICES).
+
+    The first places are real, the best first by value less the price of its time; others hold anything.
+    """
+
+    real: Bools
+    """Which there are."""
+    index: Ints
+    """Object of the stream."""
     value: Floats
     """What the object is worth in its bin, as the camera sees it."""
     chance: Floats
@@ -72,11 +84,6 @@ class Choices:
     """Until it comes into the window of the first of them [s]; 0 where there is none."""
     queue: Floats
     """Objects between here and there that this one can take."""
-
-    @property
-    def cycle(self) -> Floats:
-        """Until the robot is free again, S [s]."""
-        return self.lift + self.throwing
 
 
 @final

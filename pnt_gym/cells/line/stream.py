@@ -85,8 +85,9 @@ class Arriving:
         objects = self._planner.draw(generators, np.arange(count), self.length)
         way = config.cell.belt.speed / config.arrivals.rate * np.cumsum(gaps, axis=1)
         come, gap = config.reach[1] - way, config.arrivals.gap
-        lies = zip(come, objects.lane_y, half_extent(objects), half_extent(objects, np.pi / 2), strict=True)
-        x = np.stack([self._apart(*(np.ascontiguousarray(one) for one in row), gap) for row in lies])
+        sides = objects.lane_y, half_extent(objects), half_extent(objects, np.pi / 2)
+        lane, along, across = (np.ascontiguousarray(one) for one in sides)
+        x = np.stack([self._apart(come[k], lane[k], along[k], across[k], gap) for k in range(count)])
         # Whoever gave way may lie behind one that came later.
         order = np.arange(count)[:, None], np.argsort(-x, axis=1, kind="stable")
         spread = config.value.spread
