@@ -21,12 +21,14 @@ class Measure(NamedTuple):
         scale: factor on them.
         said: what it is called.
         learned_from: what is counted of the learning.
+        hidden: a controller so far off that the others would lie on each other.
     """
 
     names: tuple[str, str, str]
     scale: float
     said: str
     learned_from: str
+    hidden: str = ""
 
 
 ERROR: Final = Measure(
@@ -36,7 +38,11 @@ ERROR: Final = Measure(
     "throws learned from",
 )
 VALUE: Final = Measure(
-    ("value_per_min", "value_per_min_low", "value_per_min_high"), 1.0, "value a minute", "decisions learned from"
+    ("value_per_min", "value_per_min_low", "value_per_min_high"),
+    1.0,
+    "value a minute",
+    "decisions learned from",
+    hidden="random",
 )
 THROW_TICKS = (30, 100, 300, 1000, 3000, 10_000, 30_000)
 ERROR_TICKS = (2, 5, 10, 20, 50, 100)
@@ -86,7 +92,7 @@ def learning_curves(data: Mapping[str, Any], measure: Measure) -> Figure:
     for axes, level in zip(panels, levels, strict=True):
         for label, colour in _colours(data).items():
             rows = [row for row in rows_of(data, [level]) if row["label"] == label]
-            if rows:
+            if rows and rows[0]["controller"] != measure.hidden:
                 _curve(axes, rows, label, colour, measure)
         axes.set(xscale="log", xlabel=measure.learned_from, ylabel=measure.said, title=f"level {level}")
         if measure is ERROR:
@@ -94,6 +100,9 @@ def learning_curves(data: Mapping[str, Any], measure: Measure) -> Figure:
             axes.set_yticks(ERROR_TICKS, [str(ticks) for ticks in ERROR_TICKS])
             axes.set_xticks(THROW_TICKS, [f"{ticks:,}" for ticks in THROW_TICKS])
             axes.set_xlim(20, max(2000, 2 * most))
+        else:
+            counts = sorted({row["throws"] for row in rows_of(data, [level]) if row["throws"] > 0})
+            axes.set_xticks(counts, [f"{count:,}" for count in counts])
         axes.minorticks_off()
         axes.grid(alpha=0.3)
     _name_once(figure, panels)
