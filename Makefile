@@ -65,12 +65,13 @@ bench-quick: setup ## small benchmarks, minutes
 	$(BIN)/python -m agents.benchmark --config configs/benchmark_quick.yaml
 	$(BIN)/python -m agents.benchmark --config configs/benchmark_line_quick.yaml
 
-perf: dev ## planner, robot and environment speed, and the physics checks of results/
+perf: dev ## planner, robot and environment speed and the checks of physics in results/; a line's choices against the planner
 	$(BIN)/python benchmarks/bench_planner.py --json results/perf_planner.json
 	$(BIN)/python benchmarks/bench_free_direction.py --json results/perf_free_direction.json
 	$(BIN)/python benchmarks/bench_envs.py --json results/perf_envs.json
 	$(BIN)/python benchmarks/study_physics.py --json results/physics.json
 	$(BIN)/python benchmarks/study_fidelity.py --json results/fidelity.json
+	$(BIN)/python benchmarks/line_exactness.py
 
 studies: dev ## flights, the oracle, grip, soft cup, order of picks, what a sorter is judged by, lines, into results/ (hours)
 	$(BIN)/python benchmarks/study_training.py --json results/training.json
