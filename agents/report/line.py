@@ -100,7 +100,7 @@ def judged_table(data: Data, level: str) -> Grid:
             f"{row['sorted_per_min']:.1f}",
             *(percent(row[name]) for name in ("recovery", "value_recovery", "purity", "pick_rate")),
             ", ".join(percent(share) for share in row["utilisation"]),
-            f"{row['ms_per_decision']:.2f}",
+            f"{row['ms_per_decision']:.3f}",
         ]
         for row in rows_of(data, [level])
     ]

@@ -125,6 +125,12 @@ def test_what_begins_as_the_rule_is_ahead_of_what_begins_as_nothing(data, level)
     assert min(one.mean() for one in by_seed(data, named(data, level, "residual_ppo"))) > plain
 
 
+def test_what_begins_as_nothing_stays_behind_a_rule_where_there_is_one_robot_and_little_to_gain(data):
+    for level in LEVELS:
+        behind = gain(named(data, level, "maskable_ppo"), of(data, level, CLASS_BLIND)) < 0.0
+        assert behind == (level in {"single", "speed"})
+
+
 def test_tables_stand_in_for_throws_within_four_percent():
     for level, table in read("line")["thrown"].items():
         for name, found in table.items():
