@@ -43,7 +43,7 @@ def line_grids(data: Data) -> list[Grid]:
 
 def worked_table(data: Data) -> Grid:
     """Every controller on the levels of the plan, side by side."""
-    said = "value a minute with its 95 % interval over shifts"
+    said = "value a minute, ± half of its 95 % interval over shifts"
     shifts = data["plan"]["shifts"]
     fewer = {f"{row['label']} {row['shifts']}": None for row in data["table"] if row["shifts"] < shifts}
     note = conditions(data, f"{shifts} held-out shifts" + (f" ({', '.join(fewer)})" if fewer else ""), said)

@@ -215,8 +215,9 @@ def _times(row: Data) -> str:
 
 
 def _value(row: Data) -> str:
-    low, high = row["value_per_min_low"], row["value_per_min_high"]
-    return f"{row['value_per_min']:.1f} ({low:.1f}..{high:.1f})"
+    """With half of its interval: a table has one of these for every level."""
+    half = (row["value_per_min_high"] - row["value_per_min_low"]) / 2.0
+    return f"{row['value_per_min']:.1f} ± {half:.1f}"
 
 
 FIGURES: Final[Mapping[str, Callable[[Data], str]]] = {
