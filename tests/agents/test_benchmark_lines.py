@@ -285,9 +285,8 @@ def test_the_report_has_tables_and_figures(done: dict[str, Any]) -> None:
     assert set(chapter.figures) == {"benchmark_line_value.svg", "benchmark_line_learning_curves.svg"}
     first = {(row[0], row[1]): row for row in chapter.parts[0].rows}
     row = rows_by(done)["ppo", 20, "one.yaml"]
-    mean, half = map(float, first["ppo", "20"][2].split(" ± "))
-    assert mean == pytest.approx(row["value_per_min"], abs=0.051)
-    assert 2.0 * half == pytest.approx(row["value_per_min_high"] - row["value_per_min_low"], abs=0.11)
+    half = (row["value_per_min_high"] - row["value_per_min_low"]) / 2.0
+    assert first["ppo", "20"][2] == f"{row['value_per_min']:.1f} ± {half:.1f}"
     assert first["ppo", "20"][3:] == ["-"]
     assert "What the order is worth" in headlines
     learned = next(grid for grid in chapter.parts if grid.headline == "Learned, in several seeds")
