@@ -7,7 +7,7 @@ are free when they say.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Final, final
+from typing import Any, Final, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +17,11 @@ from pnt_gym.cells.line.cell import LineCell
 from pnt_gym.cells.line.choosing import IDLE
 from pnt_gym.cells.line.core import LineCore
 from pnt_gym.cells.line.options import AWAY, Sight
+from pnt_gym.cells.line.state import CHOICES
 
 from ..controllers.protocol import Controller, Observation
+from .rules import first_of
+from .scored import Scored, there
 
 MOST: Final = 24
 """Decisions that one plan is made of, at most."""
@@ -46,16 +49,16 @@ class Plans:
 
 
 @final
-class Beam(Controller):
-    """The best plan of several decisions, by beam search; its first decision is taken.
+class Lookahead:
+    """Beam search for the best plans of several decisions.
 
     Args:
-        name: in tables.
         core: the lines; of them only what the robots know.
         price: value that a second of a robot's time is worth, in comparing plans of different length [1/s].
         share: of its value that an object loses which a robot downstream can take too, as in the rule `price`.
         joint: plan for all robots of a line, not only for that whose turn it is.
         width: plans that are kept for each line.
+        apart: keep so many for each choice that a plan can begin with.
         horizon: a plan is complete when its robots are busy until then [s].
         depth: decisions after the first, at most.
         by_rate: compare plans by value / time instead, as the two-step rule does.
@@ -63,41 +66,54 @@ class Beam(Controller):
 
     def __init__(
         self,
-        name: str,
         core: LineCore,
         *,
         price: float = 1.0,
         share: float = 0.0,
         joint: bool = False,
         width: int = 20,
+        apart: bool = False,
         horizon: float = 4.0,
         depth: int = MOST,
         by_rate: bool = False,
     ) -> None:
-        self.name, self._cell = name, core.cell
-        self.price, self.share, self._joint, self._width = price, share, joint, width
+        self._cell, self._price, self._share = core.cell, price, share
+        self._joint, self._width, self._apart = joint, width, apart
         self._horizon, self._depth, self._by_rate = horizon, depth, by_rate
 
-    def act(self, observation: Observation) -> NDArray[np.int64]:  # type: ignore[override]
-        """The first decision of the best plan of each line (N,)."""
+    def plans(self, among: Bools) -> Plans:
+        """The best plans that begin with some of the choices (N, CHOICES) of each line."""
         cell = self._cell
         sight = cell.chooser.sight(cell.state, cell.stream, np.arange(cell.count))
-        plans = self._begun(cell, sight)
+        plans = self._begun(cell, sight, among)
         for _ in range(self._depth):
             more = np.flatnonzero(plans.free.min(axis=1) < self._horizon)
             if more.size == 0:
                 break
             complete = take(plans, np.setdiff1d(np.arange(len(plans.line)), more))
             plans = self._kept(joined([complete, *self._continued(cell, sight, take(plans, more))]))
-        choice = np.zeros(cell.count, dtype=np.int64)
-        best = self._best(plans, 1)
-        choice[plans.line[best]] = plans.first[best]
-        return choice
+        return plans
 
-    def _begun(self, cell: LineCell, sight: Sight) -> Plans:
-        """Plans of one decision: the choices that there are."""
+    def worth(self, plans: Plans) -> Floats:
+        """By what plans are compared (B,)."""
+        return plans.value / plans.spent if self._by_rate else plans.value - self._price * plans.spent
+
+    def best(self, plans: Plans, count: int, group: Ints) -> Ints:
+        """The best so many plans of each group; which one each plan is of (B,)."""
+        order = np.lexsort((-self.worth(plans), group))
+        whose = group[order]
+        place = np.arange(len(order)) - np.searchsorted(whose, whose)
+        return order[place < count]
+
+    def _kept(self, plans: Plans) -> Plans:
+        """The best plans of each line, or of each choice that they begin with."""
+        group = plans.line * CHOICES + plans.first if self._apart else plans.line
+        return take(plans, self.best(plans, self._width, group))
+
+    def _begun(self, cell: LineCell, sight: Sight, among: Bools) -> Plans:
+        """Plans of one decision: some of the choices."""
         state, choices = cell.state, cell.state.choices
-        line, first = np.nonzero(choices.real)
+        line, first = np.nonzero(among)
         robot, rows = state.robot[line], np.arange(len(line))
         free = np.maximum(state.expected[line] - state.clock[line, None], 0.0)
         if not self._joint:
@@ -108,7 +124,7 @@ class Beam(Controller):
         hand[rows, robot] = choices.stop[line, first]
         taken = sight.which[line] == choices.index[line, first][:, None]
         value = choices.value[line, first] * choices.chance[line, first]
-        value *= 1.0 - self.share * (choices.heirs[line, first] > 0.0)
+        value *= 1.0 - self._share * (choices.heirs[line, first] > 0.0)
         return Plans(line, first.astype(np.int64), free, hand, taken, value, cycle)
 
     def _continued(self, cell: LineCell, sight: Sight, plans: Plans) -> list[Plans]:
@@ -127,7 +143,7 @@ class Beam(Controller):
         at = options.row, options.place
         worth = cell.stream.worth[own.line, seen.which[at]] * cell.chooser.chance(seen, options)
         inherited = cell.chooser.heirs(who, seen.seen[at]).any(axis=1)
-        value = own.value + worth * (1.0 - self.share * inherited)
+        value = own.value + worth * (1.0 - self._share * inherited)
         longer = replace(own, free=free, hand=hand, taken=taken, value=value, spent=own.spent + options.cycle)
         return [longer, self._idle(plans, robot, np.setdiff1d(rows, options.row))]
 
@@ -138,16 +154,64 @@ class Beam(Controller):
         free[k, robot[rows]] += IDLE
         return replace(waiting, free=free, spent=waiting.spent + IDLE)
 
-    def _kept(self, plans: Plans) -> Plans:
-        """The best plans of each line."""
-        return take(plans, self._best(plans, self._width))
 
-    def _best(self, plans: Plans, count: int) -> Ints:
-        """The best so many plans of each line."""
-        order = np.lexsort((-self._worth(plans), plans.line))
-        line = plans.line[order]
-        place = np.arange(len(order)) - np.searchsorted(line, line)
-        return order[place < count]
+@final
+class Beam(Controller):
+    """The first decision of the best plan.
 
-    def _worth(self, plans: Plans) -> Floats:
-        return plans.value / plans.spent if self._by_rate else plans.value - self.price * plans.spent
+    Args:
+        name: in tables.
+        core: the lines.
+        options: see `Lookahead`.
+    """
+
+    def __init__(self, name: str, core: LineCore, **options: Any) -> None:
+        self.name, self._core, self._ahead = name, core, Lookahead(core, **options)
+
+    def act(self, observation: Observation) -> NDArray[np.int64]:  # type: ignore[override]
+        """The first decision of the best plan of each line (N,)."""
+        plans = self._ahead.plans(self._core.cell.state.choices.real)
+        best = self._ahead.best(plans, 1, plans.line)
+        choice = np.zeros(self._core.cell.count, dtype=np.int64)
+        choice[plans.line[best]] = plans.first[best]
+        return choice
+
+
+@final
+class Guided(Controller):
+    """Looks ahead from the few choices that a scorer likes best, and adds to its scores what they lead to.
+
+    Args:
+        name: in tables.
+        core: the lines.
+        guide: whose scores they are.
+        few: choices that are looked at.
+        trust: what counts of a plan's worth beside the scores.
+        width: plans that are kept for each choice.
+        options: see `Lookahead`.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        core: LineCore,
+        guide: Scored,
+        *,
+        few: int = 4,
+        trust: float = 5.0,
+        width: int = 5,
+        **options: Any,
+    ) -> None:
+        self.name, self.trust, self._guide, self._few = name, trust, guide, few
+        self._ahead = Lookahead(core, width=width, apart=True, **options)
+
+    def act(self, observation: Observation) -> NDArray[np.int64]:  # type: ignore[override]
+        """The best of these choices of each line (N,)."""
+        seen = observation.features
+        scores: Floats = np.where(there(seen), self._guide.scores(seen), -np.inf)
+        place = np.argsort(np.argsort(-scores, axis=1, kind="stable"), axis=1)
+        among = (place < self._few) & there(seen)
+        plans = self._ahead.plans(among)
+        worth = np.full(scores.shape, -np.inf)
+        np.maximum.at(worth, (plans.line, plans.first), self._ahead.worth(plans))
+        return first_of(np.where(among, scores + self.trust * np.where(among, worth, 0.0), -np.inf))

@@ -15,7 +15,7 @@ from ..cli import UsageError
 from ..controllers.protocol import Controller
 from ..environments import Env, make_vector
 from ..scorer import Scorer
-from .looking import Beam
+from .looking import Beam, Guided
 from .rules import Anything, Index
 from .scored import Scored, run_scores, scorer_in
 from .tuned import settings
@@ -32,6 +32,7 @@ _RULES: Final[Mapping[str, Callable[..., Controller]]] = {
     "beam": lambda core, **found: Beam("beam", core, **found),
     "price_beam": lambda core, **found: Beam("price_beam", core, **found),
     "joint_beam": lambda core, **found: Beam("joint_beam", core, joint=True, **found),
+    "guided_beam": lambda core, guide="index", **found: Guided("guided_beam", core, _guide(guide, core), **found),
     "index": lambda core, **found: Scored("index", Scorer.linear(**found)),
 }
 NAMES: Final = tuple(_RULES)
@@ -91,3 +92,18 @@ def line_controller(name: str, core: LineCore, **options: Any) -> Controller:
         )
     tuned = settings(core.config.name, name, len(core.config.robots))
     return _RULES[name](core, **{**tuned, **options})
+
+
+def _guide(name: str, core: LineCore) -> Scored:
+    """What guides a planner: a controller that scores choices.
+
+    Raises:
+        UsageError: there is none of that name.
+    """
+    found = line_controller(name, core)
+    if not isinstance(found, Scored):
+        raise UsageError(
+            f"guided_beam has guide {one_sentence(name, 80)!r}; guides are index, the folder of a training run, and a "
+            "scorer's .npz file"
+        )
+    return found

@@ -10,7 +10,7 @@ from ..places import SHIPPED
 FILE: Final = SHIPPED / "configs" / "line_rules.yaml"
 USUAL: Final = {"atc": {"patience": 1.0}, "price": {"patience": 1.0, "share": 0.5}}
 """On levels that nobody has tuned them for."""
-PLANNERS: Final = ("beam", "price_beam", "joint_beam")
+PLANNERS: Final = ("beam", "price_beam", "joint_beam", "guided_beam")
 """Those that look ahead and compare by a price of time."""
 
 
@@ -24,7 +24,7 @@ def settings(level: str, name: str, robots: int = 1) -> dict[str, Any]:
     """Settings of one controller on a level with so many robots; of `USUAL` where the level has none.
 
     A planner whose price of time nobody has tuned has what a robot brings in a second by the tuned ATC rule, and
-    `price_beam` without a share that of the rule `price`.
+    `price_beam` without a share that of the rule `price`. `guided_beam` has both of `price_beam`.
     """
     own = written_settings().get(level) or {}
     usual = dict(USUAL.get(name, {}))
@@ -32,6 +32,8 @@ def settings(level: str, name: str, robots: int = 1) -> dict[str, Any]:
         usual["price"] = round(own["rate"] / robots, 3)
     if name == "price_beam":
         usual["share"] = settings(level, "price")["share"]
+    if name == "guided_beam":
+        usual = settings(level, "price_beam", robots)
     return {**usual, **own.get(name, {})}
 
 
