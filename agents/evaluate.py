@@ -39,9 +39,9 @@ class Arguments:
 
     controller: Annotated[str, tyro.conf.arg(metavar="NAME|RUN_DIR|MODULE:CLASS|MODEL.zip")]
     """A controller (analytic, analytic_height, mean_lead, mean_shift, virtual_goal, newton_goal, ridge, mlp, oracle,
-    random; of a line fifo, spt, value_rate, atc, price, pair, beam, price_beam, joint_beam, index, random, or a
-    scorer's FILE.npz), the folder of a training run, a class of your own, or with --trust a stable-baselines3 model or
-    the folder of an RL-Zoo training."""
+    random; of a line fifo, spt, value_rate, atc, price, pair, beam, price_beam, joint_beam, guided_beam, index, random,
+    or a scorer's FILE.npz), the folder of a training run, a class of your own, or with --trust a stable-baselines3
+    model or the folder of an RL-Zoo training."""
     trust: bool = False
     """Load a stable-baselines3 model or an RL-Zoo folder, which runs whatever code is in it. Run folders need no trust:
     they hold none."""

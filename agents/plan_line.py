@@ -51,7 +51,7 @@ class Arguments:
     down: Annotated[str | None, option("nobody", "ROBOT:MINUTES")] = None
     """A robot that stands still for some minutes from the middle of the shift on."""
     controller: str = "price"
-    """Who decides: one of fifo, spt, value_rate, atc, price, pair, beam, price_beam, joint_beam."""
+    """Who decides: one of fifo, spt, value_rate, atc, price, pair, beam, price_beam, joint_beam, guided_beam."""
     throws: int = 1000
     """Throws in the full physics from which chances are counted where nobody has done that."""
     seed: int = 0

@@ -22,7 +22,7 @@ from .line.tuning import Bench, Tried
 from .tables import console, throws_bar, tuned_table
 from .versions import versions
 
-What = Literal["atc", "price", "beam", "price_beam", "joint_beam", "index"]
+What = Literal["atc", "price", "beam", "price_beam", "joint_beam", "index", "guided_beam"]
 ORDER: Final[tuple[What, ...]] = get_args(What)
 """Each builds on the first."""
 ENOUGH: Final = 32
@@ -41,7 +41,7 @@ class Arguments:
     """A shipped level's name or a YAML file; throws go by its table."""
     what: tuple[What, ...] = field(default=("atc", "price"))
     """What to find settings for: patience of atc, patience and share of price, price of time of the beams, share of
-    price_beam too, or the weights of an index, by evolution."""
+    price_beam too, the weights of an index, by evolution, or what guided_beam makes of its plans."""
     shifts: int = 64
     """Shifts that every setting works; settings are kept only from 32 on."""
     generations: int = 40
@@ -95,7 +95,10 @@ def most(what: What, level: LineConfig, arguments: Arguments) -> int:
     grid = (1 + len(tuning.COARSE[0])) * len(tuning.COARSE[1])
     share = 1 if len(level.robots) == 1 else grid + len(tuning.SHARE) + len(tuning.PATIENCE)
     both = len(tuning.AROUND) + len(tuning.SHARES)
-    each = {"atc": len(tuning.PATIENCE), "price": share, "price_beam": both, "index": 2}.get(what, len(tuning.PRICE))
+    counts = {
+        "atc": len(tuning.PATIENCE), "price": share, "price_beam": both, "index": 2, "guided_beam": len(tuning.TRUST),
+    }  # fmt: skip
+    each = counts.get(what, len(tuning.PRICE))
     return each * arguments.shifts + (arguments.generations * tuning.SEARCHED if what == "index" else 0)
 
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -23,11 +22,10 @@ from ..controllers.protocol import Controller
 from ..environments import Env, stream_seed
 from ..files import jsonable
 from ..line.evaluation import LISTS, MEANS, Shifts, mean
-from ..line.making import line_controller, the_line
+from ..line.making import GUIDED, learned_place, line_controller, the_line
 from ..line.scored import Scored
 from ..line.tuned import PLANNERS, rate, settings
 from ..line.tuning import SEARCHED, Bench, best
-from ..places import SHIPPED
 from ..runs import CHOOSING, POLICY
 from ..scorer import Scorer
 
@@ -50,20 +48,14 @@ def is_learned(name: str) -> bool:
     return ":" not in name and (name.endswith(".npz") or "/" in name)
 
 
-def _place(name: str) -> Path:
-    """Where that lies: in the working folder, else with what ships."""
-    return Path(name) if Path(name).exists() else SHIPPED / name
-
-
 def controller(label: str, name: str, env: Env, options: Mapping[str, Any]) -> Controller:
     """The controller of an entry at some lines.
 
     Raises:
         UsageError: there is none of that name, or it has other settings than those.
     """
-    place = str(_place(name)) if is_learned(name) else name
     try:
-        return line_controller(place, the_line(env), **options)
+        return line_controller(name, the_line(env), **options)
     except TypeError:
         raise UsageError(f"entry {label!r}: controller {name!r} has no settings {', '.join(options)}") from None
 
@@ -79,14 +71,18 @@ def searched(level: LineConfig, decisions: int, seed: int) -> Controller:
     return Scored(FOUND, Scorer.linear(**best(tried).settings))
 
 
-def depends(name: str, levels: Sequence[LineConfig]) -> dict[str, Any]:
+def depends(name: str, levels: Sequence[LineConfig], options: Mapping[str, Any]) -> dict[str, Any]:
     """What figures depend on beside code and levels: settings that were tuned, tables of throws, what was learned.
 
     Args:
         name: the controller.
         levels: that it learns and works on.
+        options: settings that its entry gives it.
     """
     tuned: list[Any] = [settings(level.name, name, len(level.robots)) for level in levels]
+    if name == GUIDED:
+        guides = [str({**own, **options}.get("guide", FOUND)) for own in tuned]
+        return {"guided": tuned, "guides": [depends(guide, levels, {}) for guide in guides]}
     if name == FOUND:
         tuned += [settings(level.name, "atc") for level in levels]
     if name in CHOOSING:
@@ -97,7 +93,7 @@ def depends(name: str, levels: Sequence[LineConfig]) -> dict[str, Any]:
 
 def _learned(name: str) -> str:
     """Digest of what was learned."""
-    place = _place(name)
+    place = learned_place(name)
     return hashlib.sha256((place / POLICY if place.is_dir() else place).read_bytes()).hexdigest()
 
 

@@ -217,7 +217,7 @@ def _piece(plan: Plan, entry: Entry, throws: tuple[int, ...], seed: int, name: s
         "code": code,
         "own": [own_code(name.partition(":")[0]) for name in (entry.controller, plan.env) if ":" in name],
         "knows": code_digest(("*.npz",), root=ADAPTIVE) if _is_given(entry, throws) else "",
-        **(lines.depends(entry.controller, list(known.values())) if line else {}),
+        **(lines.depends(entry.controller, list(known.values()), entry.options) if line else {}),
     }
     own = {level: config for level, config in known.items() if _is_own(level, config)}
     each = sum(_effort(plan, entry, level, known[level]) for level in levels)
@@ -318,7 +318,7 @@ def needs(plan: Plan) -> Needs:
             if isinstance(config, LineConfig) and config.chances is not None:
                 raise UsageError(f"level {level!r}: chances {config.chances!r} is a file, which lies on this machine")
         for name, value in (("controller", entry.controller), *entry.options.items()):
-            learned = name == "controller" and lines.is_learned(value)
+            learned = name in ("controller", "guide") and lines.is_learned(str(value))
             if learned or (name != "controller" and isinstance(value, str) and os.path.isfile(value)):
                 raise UsageError(f"entry {entry.label!r}: {name} {value!r} is a file, which lies on this machine alone")
     named = [entry.controller for entry in plan.entries]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final
@@ -14,6 +13,7 @@ from pnt_gym.errors import one_sentence
 from ..cli import UsageError
 from ..controllers.protocol import Controller
 from ..environments import Env, make_vector
+from ..places import SHIPPED
 from ..scorer import Scorer
 from .looking import Beam, Guided
 from .rules import Anything, Index
@@ -21,6 +21,7 @@ from .scored import Scored, run_scores, scorer_in
 from .tuned import settings
 
 ENV: Final = "PnTLine-v0"
+GUIDED: Final = "guided_beam"
 _RULES: Final[Mapping[str, Callable[..., Controller]]] = {
     "random": lambda core: Anything(),
     "fifo": lambda core: Index("fifo", "first"),
@@ -32,7 +33,7 @@ _RULES: Final[Mapping[str, Callable[..., Controller]]] = {
     "beam": lambda core, **found: Beam("beam", core, **found),
     "price_beam": lambda core, **found: Beam("price_beam", core, **found),
     "joint_beam": lambda core, **found: Beam("joint_beam", core, joint=True, **found),
-    "guided_beam": lambda core, guide="index", **found: Guided("guided_beam", core, _guide(guide, core), **found),
+    GUIDED: lambda core, guide="index", **found: Guided(GUIDED, core, _guide(guide, core), **found),
     "index": lambda core, **found: Scored("index", Scorer.linear(**found)),
 }
 NAMES: Final = tuple(_RULES)
@@ -69,11 +70,16 @@ def opened(
     return make_vector(env_id, LineConfig.load(line.config, throws=throws), num_envs, threads, mode)
 
 
+def learned_place(name: str) -> Path:
+    """Where what was learned lies: in the working folder, else with what ships."""
+    return SHIPPED / name if "/" in name and not Path(name).exists() else Path(name)
+
+
 def line_controller(name: str, core: LineCore, **options: Any) -> Controller:
     """The controller of a name, with the settings that were tuned for the level, or one that has learned.
 
     Args:
-        name: one of `NAMES`, a run folder, or a scorer's .npz file.
+        name: one of `NAMES`, a run folder, or a scorer's .npz file, from the working folder or where what ships lies.
         core: the lines that it will work on.
         options: settings that replace those.
 
@@ -81,10 +87,11 @@ def line_controller(name: str, core: LineCore, **options: Any) -> Controller:
         UsageError: there is no such controller of a line.
     """
     if name not in _RULES:
-        if os.path.isdir(name):
-            return run_scores(Path(name))
+        place = learned_place(name)
+        if place.is_dir():
+            return run_scores(place)
         if name.endswith(".npz"):
-            return scorer_in(Path(name))
+            return scorer_in(place)
         known = ", ".join(NAMES)
         raise UsageError(
             f"{one_sentence(name, 80)!r} is no controller of a line; controllers are {known}, the folder of a training "
@@ -103,7 +110,7 @@ def _guide(name: str, core: LineCore) -> Scored:
     found = line_controller(name, core)
     if not isinstance(found, Scored):
         raise UsageError(
-            f"guided_beam has guide {one_sentence(name, 80)!r}; guides are index, the folder of a training run, and a "
+            f"{GUIDED} has guide {one_sentence(name, 80)!r}; guides are index, the folder of a training run, and a "
             "scorer's .npz file"
         )
     return found

@@ -18,7 +18,8 @@ from pnt_gym.cells.line.config import LineConfig
 
 from ..controllers.protocol import Controller, Observation
 from ..environments import Env, make_vector
-from .making import ENV, line_controller, the_line
+from . import tuned
+from .making import ENV, GUIDED, line_controller, the_line
 from .shifts import Progress, observed_line, single_shifts
 
 PATIENCE: Final = (0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0)
@@ -29,6 +30,8 @@ COARSE: Final = ((0.5, 1.0, 2.0, 5.6, 16.0), (0.0, 0.2, 0.4, 0.6, 0.8, 0.95))
 """Of both, with which the search for price begins."""
 SHARES: Final = (0.5, 0.65, 0.8, 0.9)
 """The same for the beam, which takes a thousand times as long as a rule."""
+TRUST: Final = (1.0, 2.0, 4.0, 8.0)
+"""What guided_beam makes of a plan's worth, beside scores."""
 AROUND: Final = (0.8, 1.25)
 """Factors on the price of its time, at the best of these."""
 PRICE: Final = (0.6, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5)
@@ -164,8 +167,12 @@ def price(bench: Bench, patience: float) -> list[Tried]:
 def planner(bench: Bench, name: str, rate: float) -> list[Tried]:
     """Beam search with several prices of time, about what a robot brings in a second by the tuned ATC rule [1/s].
 
-    `price_beam` first with several shares at that price, then with several prices at the best of them.
+    `price_beam` first with several shares at that price, then with several prices at the best of them; `guided_beam`
+    with several trusts, at the price and share of that one and with the guide that the level has.
     """
+    if name == GUIDED:
+        guide = {key: value for key, value in tuned.settings(bench.level.name, name).items() if key == "guide"}
+        return bench.planners(name, [{**guide, "trust": trust} for trust in TRUST])
     if name != "price_beam":
         return bench.planners(name, [{"price": round(rate * factor, 3)} for factor in PRICE])
     found = bench.planners(name, [{"price": round(rate, 3), "share": share} for share in SHARES])

@@ -39,6 +39,8 @@ LINE: Final[Mapping[str, str]] = {
     "beam": "the first of the best plan of its own next 4 s, by beam search",
     "price_beam": "the same, with less value for what a robot downstream can take too, as in `price`",
     "joint_beam": "as `beam`, planned for all robots of the line at once",
+    "guided_beam": "of the four choices that a scorer (`index` or a training run) likes best, that with the greatest "
+    "sum of its score and what the best plan of the next 4 s brings that begins with it",
     "index": "the greatest sum of the log of `atc`'s index and weighted entries of a choice, found by CMA-ES",
 }
 """What the controllers of a line do."""

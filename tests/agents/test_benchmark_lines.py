@@ -201,7 +201,8 @@ def test_what_is_known_is_not_measured_again(levels: Path) -> None:
 def test_keys_change_with_what_figures_depend_on(monkeypatch: pytest.MonkeyPatch) -> None:
     shutil.copy(SHIPPED / SCORER, "own.npz")
     scorer = {"label": "scorer", "controller": "own.npz", "levels": ["one.yaml"]}
-    entries = [*PLAN["entries"][:4], scorer, *PLAN["entries"][5:]]
+    guided = {**scorer, "label": "guided", "controller": "guided_beam", "options": {"guide": "own.npz"}}
+    entries = [*PLAN["entries"][:4], scorer, guided, *PLAN["entries"][5:]]
 
     def keys(**changes: Any) -> dict[str, str]:
         return {piece.name: piece.key for piece in pieces(Plan.model_validate({**PLAN, "entries": entries, **changes}))}
@@ -218,15 +219,16 @@ def test_keys_change_with_what_figures_depend_on(monkeypatch: pytest.MonkeyPatch
     tuned = {"atc": {"patience": 3.0}, "beam": {}}
     told = "agents.benchmark.lines.settings"
     assert changed(lambda p: p.setattr(told, lambda level, name, robots=1: tuned.get(name, {}))) == {
-        "atc", "patient", "ppo", "found",
+        "atc", "patient", "ppo", "found", "guided",
     }  # fmt: skip
-    everybody = {"fifo", "atc", "patient", "beam", "scorer", "ppo", "found"}
+    everybody = {"fifo", "atc", "patient", "beam", "scorer", "guided", "ppo", "found"}
     assert changed(lambda p: p.setattr("agents.benchmark.lines.written", lambda chances: "other")) == everybody
     Path("own.npz").write_bytes(Path("own.npz").read_bytes() + b" ")
-    assert changed(lambda p: None) == {"scorer"}
+    assert changed(lambda p: None) == {"scorer", "guided"}
 
 
 FIFO = {"label": "fifo", "controller": "fifo"}
+GUIDED = {"label": "guided", "controller": "guided_beam"}
 
 
 @pytest.mark.usefixtures("levels")
@@ -240,6 +242,8 @@ FIFO = {"label": "fifo", "controller": "fifo"}
         ({"entries": [{"label": "o", "controller": "my:Own"}]}, "'my:Own' is no controller of a line"),
         ({"entries": [{"label": "s", "controller": "none.npz"}]}, "none.npz"),
         ({"entries": [{**FIFO, "options": {"patience": 2}}]}, "controller 'fifo' has no settings patience"),
+        ({"entries": [{**GUIDED, "options": {"guide": "atc"}}]}, "guided_beam has guide 'atc'; guides are index"),
+        ({"entries": [{**GUIDED, "options": {"guide": "none.npz"}}]}, "scorer 'none.npz' does not exist"),
         ({"entries": [{**FIFO, "online": True}]}, "also and online go with throws"),
         ({"env": "PnTRelease-v0", "levels": ["waste"], "train_level": "waste"}, "shifts goes with a line"),
     ],
@@ -266,6 +270,9 @@ def test_what_was_learned_on_this_machine_stays_here() -> None:
     assert needs(Plan.model_validate({**alone, "entries": PLAN["entries"][5:]})).torch
     with pytest.raises(UsageError, match=r"entry 'scorer': controller .* lies on this machine alone"):
         needs(Plan.model_validate(alone))
+    guided = {"label": "guided", "controller": "guided_beam", "options": {"guide": SCORER}, "levels": ["one.yaml"]}
+    with pytest.raises(UsageError, match=r"entry 'guided': guide .* lies on this machine alone"):
+        needs(Plan.model_validate({**alone, "entries": [guided]}))
 
 
 @pytest.mark.parametrize("name", ["benchmark_line", "benchmark_line_quick"])

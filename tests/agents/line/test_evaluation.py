@@ -11,7 +11,6 @@ from rich.console import Console
 from agents.environments import make_vector
 from agents.evaluation import evaluate
 from agents.line.evaluation import Shifts, judged, summary, worked
-from agents.line.looking import Beam
 from agents.line.making import line_controller, line_of
 from agents.line.rules import Index
 from agents.tables import shifts_table
@@ -174,42 +173,6 @@ def test_price_leaves_to_others_what_they_can_take():
     assert shared.any()
     np.testing.assert_allclose(leaving[shared], 0.5 * plain[shared])
     np.testing.assert_array_equal(leaving[~shared], plain[~shared])
-
-
-def test_a_beam_of_one_decision_takes_the_first_choice():
-    env, core = lines()
-    env.reset(seed=3)
-    beam = Beam("beam", core, price=core.config.price_of_time, depth=0)
-    assert (beam.act(None) == 0).all()  # choices stand in the order of value less the price of their time
-
-
-def test_a_beam_that_leaves_to_others_counts_their_objects_for_less():
-    # Robots that are alike: whatever the first two can take somebody can after them, and nobody comes after the third.
-    env, core = lines({"base": "line3", "duration": 10.0})
-    env.reset(seed=4)
-    leaving, cheaper = Beam("price_beam", core, price=1.0, share=0.6), Beam("beam", core, price=2.5)
-    plain, whose = Beam("beam", core, price=1.0), []
-    for _ in range(30):
-        robot, action = core.cell.state.robot.copy(), leaving.act(None)
-        expected = np.where(robot < 2, cheaper.act(None), plain.act(None))
-        np.testing.assert_array_equal(action, expected)
-        whose.append(robot)
-        env.step(action)
-    assert {0, 1, 2} == set(np.concatenate(whose).tolist())
-
-
-def test_a_beam_knows_nothing_that_is_hidden():
-    env, core = lines({"base": "skills3", "duration": 10.0})
-    env.reset(seed=3)
-    beams = [Beam("beam", core), Beam("joint_beam", core, joint=True)]
-    before = [beam.act(None) for beam in beams]
-    stream = core.cell.stream
-    stream.luck[:] = 1.0 - stream.luck
-    for hidden in ("pick_draw", "mass", "seal", "delay", "kind"):
-        values = getattr(stream.objects, hidden)
-        values[:] = np.roll(values, 1, axis=1)
-    for beam, choice in zip(beams, before, strict=True):
-        np.testing.assert_array_equal(beam.act(None), choice)
 
 
 @pytest.mark.parametrize(

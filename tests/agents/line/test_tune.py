@@ -153,6 +153,17 @@ def test_the_beam_that_leaves_to_others_has_its_share_and_then_its_price_sought(
     assert [one.settings for one in last] == [{"price": factor, "share": share} for factor in tuning.AROUND]
 
 
+def test_what_a_guided_beam_makes_of_its_plans_is_sought_with_the_guide_that_the_level_has(tmp_path: Path) -> None:
+    file = tmp_path / "pair.yaml"
+    file.write_text("base: skills3\nname: pair\nduration: 5\n")
+    bench = Bench(LineConfig.load(str(file)), np.arange(2))
+    guide = "results/policies/PnTLine-v0/skills3/residual_ppo"
+    for told, given in (({}, {}), ({"guide": guide, "trust": 3.0}, {"guide": guide})):
+        with mock.patch("agents.line.tuned.written_settings", return_value={"pair": {"guided_beam": told}}):
+            tried = tuning.planner(bench, "guided_beam", 1.0)
+        assert [one.settings for one in tried] == [{**given, "trust": trust} for trust in tuning.TRUST]
+
+
 def test_few_shifts_are_shown_and_not_kept(short: str, tmp_path: Path) -> None:
     arguments = ("--level", short, "--what", "atc", "--shifts", "2", "--out", str(tmp_path / "rules.yaml"))
     done = call("agents.tune", *arguments, folder=tmp_path)
@@ -210,6 +221,6 @@ def test_every_shipped_level_has_rules_that_were_tuned_for_it(level: str) -> Non
     env = make_vector("PnTLine-v0", level, 1, 1)
     core = line_of(env)
     assert core is not None
-    for name in ("atc", "price", "beam", "price_beam", "joint_beam", "index"):
+    for name in ("atc", "price", "beam", "price_beam", "joint_beam", "guided_beam", "index"):
         assert line_controller(name, core).name == name
     env.close()
