@@ -10,13 +10,17 @@ from typing import Any, Final
 
 from .cli import UsageError
 from .files import read_yaml
-from .places import SHIPPED
+from .places import SHIPPED, at
 
 DEFAULT: Final = "default"
 """Entry for environments that have none of their own."""
 
 
+SIZES: Final = {"steps": "n_timesteps", "num_envs": "n_envs"}
+"""Hyperparameters by what a training calls them, for which no algorithm is asked."""
 WHOLE: Final = {
+    "n_timesteps": (1, 10**9),
+    "n_envs": (1, 10**5),
     "buffer_size": (1, 10**9),
     "batch_size": (1, 10**6),
     "learning_starts": (0, 10**9),
@@ -69,12 +73,12 @@ def hyperparameters(algo: str, env_id: str, file: Path | None = None) -> dict[st
     Args:
         algo: name of the algorithm, whose shipped file is read unless there is another.
         env_id: id of the environment, or MODULE:ID; one without an entry has that of `DEFAULT`.
-        file: of the user's.
+        file: of the user's, or another one that ships.
 
     Raises:
         UsageError: the file is missing or damaged, or has no entry for the environment.
     """
-    path = file if file is not None else SHIPPED / "configs" / "rl" / f"{algo}.yml"
+    path = SHIPPED / "configs" / "rl" / f"{algo}.yml" if file is None else at(file)
     entries = read_yaml(path, "hyperparameters")
     entries = entries if isinstance(entries, dict) else {}
     for name in (env_id, env_id.rpartition(":")[2], DEFAULT):
@@ -82,6 +86,26 @@ def hyperparameters(algo: str, env_id: str, file: Path | None = None) -> dict[st
             return dict(entries[name])
     known = ", ".join(map(str, entries)) or "none"
     raise UsageError(f"hyperparameters {str(path)!r} have no entry for {env_id!r}; entries are {known}")
+
+
+def size(algo: str, env_id: str, settings: Mapping[str, Any]) -> dict[str, int]:
+    """How many steps a training has, and in how many cells, by its hyperparameters.
+
+    Args:
+        algo: name of the algorithm, whose shipped settings say what these do not.
+        env_id: id of the environment.
+        settings: hyperparameters.
+
+    Raises:
+        UsageError: a number out of its range.
+    """
+    usual = {**hyperparameters(algo, env_id), **settings}
+    found = {name: usual[key] for name, key in SIZES.items()}
+    for name, value in found.items():
+        # RL-Zoo's own files have numbers such as !!float 1e5 here.
+        found[name] = int(value) if isinstance(value, float) and value.is_integer() else value
+        _check(SIZES[name], found[name])
+    return found
 
 
 def checked(settings: Mapping[str, Any]) -> dict[str, Any]:
@@ -92,15 +116,24 @@ def checked(settings: Mapping[str, Any]) -> dict[str, Any]:
     Raises:
         UsageError: a value out of its range, or of the wrong kind.
     """
-    chosen = {name: value for name, value in settings.items() if name not in ("n_timesteps", "n_envs")}
+    chosen = {name: value for name, value in settings.items() if name not in SIZES.values()}
     kwargs = chosen["policy_kwargs"] = policy_arguments(chosen.get("policy_kwargs", {}))
     for name, value in {**chosen, **kwargs}.items():
-        if not _fits(name, value):
-            raise UsageError(f"hyperparameter {name} is {value!r}; it must be {_wanted(name)}")
+        _check(name, value)
     chosen.pop("price_of_time", None)  # of the reward, which is not made here
     if "patience" in chosen:
         kwargs["patience"] = chosen.pop("patience")
     return chosen
+
+
+def _check(name: str, value: Any) -> None:
+    """Make sure that a value is in its range.
+
+    Raises:
+        UsageError: it is not.
+    """
+    if not _fits(name, value):
+        raise UsageError(f"hyperparameter {name} is {value!r}; it must be {_wanted(name)}")
 
 
 def _fits(name: str, value: Any) -> bool:

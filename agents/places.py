@@ -16,6 +16,11 @@ POLICY: Final = SHIPPED / "results" / "policies" / "PnTRelease-v0-waste-sac-seed
 """The trained policy that ships."""
 
 
+def at(path: str | Path) -> Path:
+    """What lies at a path: in the working folder, else with what ships."""
+    return SHIPPED / path if (SHIPPED / path).exists() and not Path(path).exists() else Path(path)
+
+
 def module_name(name: str) -> str:
     """How Python finds a module of `agents` on its command line: by `python -m agents.train` in a checkout."""
     return name if CHECKOUT else f"pnt_gym.{name}"

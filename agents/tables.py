@@ -244,10 +244,13 @@ def _over(value: Any, base: Any) -> str:
 
 def settings_text(settings: Mapping[str, Any]) -> str:
     """Settings on one line."""
-    return ", ".join(
-        f"{name} ({settings_text(value)})" if isinstance(value, Mapping) else f"{name} {value:g}"
-        for name, value in settings.items()
-    )
+    return ", ".join(f"{name} {_setting_text(value)}" for name, value in settings.items())
+
+
+def _setting_text(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return f"({settings_text(value)})"
+    return value if isinstance(value, str) else f"{value:g}"
 
 
 def interval_text(interval: metrics.Interval, sign: str = "") -> str:

@@ -18,7 +18,7 @@ from .controllers.own import run_policy
 from .environments import Env, core_of, find_environment, make_vector, stream_seed
 from .evaluation import NUM_ENVS, PRACTICE, held_out, practise
 from .files import held, write_json
-from .hyperparameters import hyperparameters
+from .hyperparameters import hyperparameters, size
 from .line import learning as lines
 from .line.evaluation import SHIFTS
 from .line.making import line_of
@@ -57,7 +57,7 @@ class Arguments:
     """With --fidelity flight: the last N throws are simulated in full."""
     algo: Annotated[Algorithm | None, option("sac; residual_ppo on a line", "|".join((*ALGORITHMS, *CHOOSING)))] = None
     """Learning algorithm; the last two choose, on a line."""
-    steps: Annotated[int | None, option("10000; 500000 on a line; or as the resumed run was asked for", "N")] = None
+    steps: Annotated[int | None, option("n_timesteps of --config, or as the resumed run was asked for", "N")] = None
     """Throws in all, counting those before a resume; rounded up to whole batches. On a line decisions."""
     seed: Annotated[int | None, option("0", "S")] = None
     """Of the networks, the exploration and the objects thrown."""
@@ -65,7 +65,7 @@ class Arguments:
     """Run folder."""
     resume: Annotated[Path | None, option("a new run", "DIR")] = None
     """Continue this run folder; everything but --steps and --threads is taken from it."""
-    num_envs: Annotated[int | None, option("16; 256 on a line", "N")] = None
+    num_envs: Annotated[int | None, option("n_envs of --config", "N")] = None
     """Cells simulated side by side."""
     threads: int = 2
     """Threads that simulate; results do not depend on it."""
@@ -74,7 +74,7 @@ class Arguments:
     checkpoint_every: Annotated[int | None, option("2000; 125000 on a line", "N")] = None
     """Throws between checkpoints, from which the run can be continued."""
     config: Annotated[Path | None, option("configs/rl/ALGO.yml", "FILE.yml")] = None
-    """Hyperparameters in RL-Zoo syntax."""
+    """Hyperparameters in RL-Zoo syntax; also one that ships, such as configs/rl/residual_ppo_long.yml."""
     eval_picks: Annotated[int | None, option("320; 32 shifts on a line", "N")] = None
     """Held-out throws per controller in the table at the end, on a line shifts; 0 for no table."""
     stack: Annotated[int | None, option("1", "K")] = None
@@ -92,9 +92,9 @@ DEFAULTS: Mapping[str, Any] = {
     "fidelity": "full",
     "full_last": 0,
     "algo": "sac",
-    "steps": 10_000,
+    "steps": None,
     "seed": 0,
-    "num_envs": NUM_ENVS,
+    "num_envs": None,
     "action_mode": None,
     "checkpoint_every": 2_000,
     "stack": 1,
@@ -104,9 +104,7 @@ DEFAULTS: Mapping[str, Any] = {
 
 def main(arguments: Arguments) -> None:
     """Train, and print the comparison."""
-    asked = request(arguments)
-    file = arguments.config if arguments.resume is None else arguments.resume / "config.yml"
-    settings = hyperparameters(asked["algo"], asked["env"], file)
+    asked, settings = settled(arguments)
     level = str(arguments.resume / "env.yaml") if arguments.resume is not None else asked["level"]
     cell = make_vector(asked["env"], level, asked["num_envs"], arguments.threads, asked["action_mode"])
     if arguments.resume is None:
@@ -135,6 +133,19 @@ def main(arguments: Arguments) -> None:
             sys.exit(INTERRUPTED)
         if arguments.eval_picks != 0:
             compare(folder, model.num_timesteps, cell, asked, arguments.eval_picks)
+
+
+def settled(arguments: Arguments) -> tuple[dict[str, Any], dict[str, Any]]:
+    """What the run is to do, and its hyperparameters; they say how long and in how many cells unless it is asked for.
+
+    Raises:
+        UsageError: see `request`; or hyperparameters that are missing or damaged.
+    """
+    asked = request(arguments)
+    file = arguments.config if arguments.resume is None else arguments.resume / "config.yml"
+    settings = hyperparameters(asked["algo"], asked["env"], file)
+    usual = size(asked["algo"], asked["env"], settings)
+    return {**asked, **{name: value for name, value in usual.items() if asked[name] is None}}, settings
 
 
 def request(arguments: Arguments) -> dict[str, Any]:

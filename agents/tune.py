@@ -64,16 +64,17 @@ def main(arguments: Arguments) -> None:
     check_writable(place, arguments.json)
     level, known = LineConfig.load(arguments.level, throws="table"), kept_in(place)
     told = found(level, arguments)
+    enough = arguments.shifts >= ENOUGH
+    if enough:
+        keep(place, known, level, told)
+    if arguments.json is not None:
+        write_json(arguments.json, as_json(level, arguments, told))
     console().print(
         tuned_table(f"level {level.name}, {arguments.shifts} shifts each, seed {arguments.seed}", rows(told))
     )
-    if arguments.shifts >= ENOUGH:
-        keep(place, known, level, told)
-        console().print(f"kept in {place}")
-    else:
-        console().print(f"{arguments.shifts} shifts are too few to keep what they say; {ENOUGH} are enough")
+    few = f"{arguments.shifts} shifts are too few to keep what they say; {ENOUGH} are enough"
+    console().print(f"kept in {place}" if enough else few)
     if arguments.json is not None:
-        write_json(arguments.json, as_json(level, arguments, told))
         console().print(f"all that was tried is in {arguments.json}")
 
 

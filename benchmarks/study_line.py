@@ -32,8 +32,8 @@ LEARNED: Final = SHIPPED / "results" / "policies" / "PnTLine-v0"
 DECIDING: Final = {
     "single": ("fifo", "atc", "index"),
     "value": ("fifo", "atc", "index", "residual_ppo"),
-    "skills3": ("fifo", "atc", "price", "price_beam", "index", "residual_ppo"),
-    "skills3_burst": ("fifo", "atc", "price", "price_beam", "index", "residual_ppo"),
+    "skills3": ("fifo", "atc", "price", "price_beam", "index", "residual_ppo", "guided_beam"),
+    "skills3_burst": ("fifo", "atc", "price", "price_beam", "index", "residual_ppo", "guided_beam"),
 }
 """Who works on each level."""
 SHIFTS: Final = 25

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self, final
 
 from pydantic import Field, model_validator
@@ -12,6 +13,7 @@ from pnt_gym.cells.base.config import Section
 from ..controllers import NAMES
 from ..controllers.adaptive import READY
 from ..controllers.between import MOST, OVER, PLANNER
+from ..hyperparameters import hyperparameters
 from ..line.making import NAMES as DECIDING
 from ..runs import ALGORITHMS, CHOOSING
 from . import lines
@@ -43,6 +45,9 @@ class Entry(Section):
     levels: tuple[str, ...] | None = Field(None, description="To be evaluated on; default: the plan's.")
     train_level: str | None = Field(None, description="To learn on; default: the plan's.")
     shifts: Several | None = Field(None, description="Of a line: the first so many of the plan's, for who is slow.")
+    config: str | None = Field(
+        None, description="Of an algorithm: file of its hyperparameters; default: configs/rl/ALGO.yml, which ships."
+    )
     options: Mapping[str, Any] = Field({}, description="Settings of the controller.")
     also: tuple[str, ...] = Field((), description="Controllers that take over what it learned, evaluated beside it.")
     online: bool = Field(False, description="It goes on learning in the evaluation, every cell for itself.")
@@ -71,6 +76,8 @@ class Entry(Section):
                 f"unknown controller {self.controller!r}; known are {known}, and of a line {of_line}, a scorer's .npz "
                 "file and a run folder"
             )
+        if self.config is not None and self.controller not in TRAINED:
+            raise ValueError(f"entry {self.label!r}: config is for {', '.join(TRAINED)}")
         if self.controller not in ALGORITHMS and (self.stack, self.over, self.fidelity) != (1, PLANNER, "full"):
             raise ValueError(f"entry {self.label!r}: stack, over and fidelity are for {', '.join(ALGORITHMS)}")
         if not 1 <= self.stack <= MOST or self.over not in OVER:
@@ -88,6 +95,16 @@ def labels_of(entry: Entry) -> list[str]:
     """Labels of an entry's results: its own, and after it those of the controllers that take over what it learned."""
     taken = [name if entry.label == entry.controller else f"{name}_{entry.label}" for name in entry.also]
     return [entry.label, *taken]
+
+
+def settings_of(entry: Entry, env_id: str) -> dict[str, Any]:
+    """Hyperparameters of an entry that trains.
+
+    Raises:
+        UsageError: their file is missing or damaged, or has none for the environment.
+    """
+    file = None if entry.config is None else Path(entry.config)
+    return {**hyperparameters(entry.controller, env_id, file), **entry.options}
 
 
 @final

@@ -22,10 +22,11 @@ from ..controllers.protocol import Controller
 from ..environments import Env, stream_seed
 from ..files import jsonable
 from ..line.evaluation import LISTS, MEANS, Shifts, mean
-from ..line.making import GUIDED, learned_place, line_controller, the_line
+from ..line.making import GUIDED, line_controller, the_line
 from ..line.scored import Scored
 from ..line.tuned import PLANNERS, rate, settings
 from ..line.tuning import SEARCHED, Bench, best
+from ..places import at
 from ..runs import CHOOSING, POLICY
 from ..scorer import Scorer
 
@@ -80,20 +81,27 @@ def depends(name: str, levels: Sequence[LineConfig], options: Mapping[str, Any])
         options: settings that its entry gives it.
     """
     tuned: list[Any] = [settings(level.name, name, len(level.robots)) for level in levels]
-    if name == GUIDED:
-        guides = [str({**own, **options}.get("guide", FOUND)) for own in tuned]
-        return {"guided": tuned, "guides": [depends(guide, levels, {}) for guide in guides]}
     if name == FOUND:
         tuned += [settings(level.name, "atc") for level in levels]
     if name in CHOOSING:
         tuned = [(settings(level.name, "atc"), rate(level.name)) for level in levels]
     tables = [hashlib.sha256(written(needed(level)).encode()).hexdigest() for level in levels]
-    return {"tuned": tuned, "tables": tables, "learned": _learned(name) if is_learned(name) else ""}
+    learned = [_learned(name)] if is_learned(name) else []
+    learned += [depends(guide, levels, {}) for guide in guides(name, levels, options)]
+    return {"tuned": tuned, "tables": tables, "learned": learned}
+
+
+def guides(name: str, levels: Sequence[LineConfig], options: Mapping[str, Any]) -> list[str]:
+    """Whose scores guide a controller on each level, if it is guided."""
+    if name != GUIDED:
+        return []
+    told = [settings(level.name, name, len(level.robots)) for level in levels]
+    return [str({**own, **options}.get("guide", FOUND)) for own in told]
 
 
 def _learned(name: str) -> str:
     """Digest of what was learned."""
-    place = learned_place(name)
+    place = at(name)
     return hashlib.sha256((place / POLICY if place.is_dir() else place).read_bytes()).hexdigest()
 
 

@@ -24,11 +24,11 @@ from ..environments import core_of, make_vector
 from ..files import read_yaml
 from ..line.making import NAMES as DECIDING
 from ..parcel import own_code
-from ..places import ADAPTIVE, SHIPPED
+from ..places import ADAPTIVE, SHIPPED, at
 from ..runs import CHOOSING
 from ..work import code_digest, key
 from . import lines
-from .entries import EACH, TRAINED, Choice, Count, Entry, Several, labels_of
+from .entries import EACH, TRAINED, Choice, Count, Entry, Several, labels_of, settings_of
 
 _CODE = (
     "pnt_gym/**/*.py",
@@ -202,7 +202,6 @@ def _piece(plan: Plan, entry: Entry, throws: tuple[int, ...], seed: int, name: s
     levels = entry.levels or plan.levels
     train_level = entry.train_level or plan.train_level
     known: dict[str, Any] = {level: _config(plan.env, level) for level in (*levels, train_level)}
-    settings = SHIPPED / "configs" / "rl" / f"{entry.controller}.yml"
     settled = {"label", "throws", "seeds", "levels", "train_level"}
     line = is_of_line(plan)
     inputs = {
@@ -211,7 +210,7 @@ def _piece(plan: Plan, entry: Entry, throws: tuple[int, ...], seed: int, name: s
         "seed": seed,
         "levels": [known[level].model_dump(mode="json") for level in levels],
         "train_level": known[train_level].model_dump(mode="json"),
-        "settings": settings.read_text(encoding="utf-8") if entry.controller in TRAINED else "",
+        "settings": settings_of(entry, plan.env) if entry.controller in TRAINED else {},
         "plan": plan.model_dump(mode="json", include={"env", "seed", "num_envs"}),
         "counts": [plan.shifts if line else plan.picks_of(level) for level in levels],
         "code": code,
@@ -311,16 +310,28 @@ def needs(plan: Plan) -> Needs:
         UsageError: it reads what lies on this machine alone.
     """
     for entry, _ in _by_level(plan):
-        for level in {*(entry.levels or plan.levels), entry.train_level or plan.train_level}:
-            config = _config(plan.env, level)
+        known = {
+            level: _config(plan.env, level)
+            for level in {*(entry.levels or plan.levels), entry.train_level or plan.train_level}
+        }
+        for level, config in known.items():
             if not isinstance(config, LevelConfig) and os.path.exists(level):
                 raise UsageError(f"level {level!r} is a file, which {plan.env!r} would have to read on another machine")
             if isinstance(config, LineConfig) and config.chances is not None:
                 raise UsageError(f"level {level!r}: chances {config.chances!r} is a file, which lies on this machine")
-        for name, value in (("controller", entry.controller), *entry.options.items()):
-            learned = name in ("controller", "guide") and lines.is_learned(str(value))
-            if learned or (name != "controller" and isinstance(value, str) and os.path.isfile(value)):
+        guides = lines.guides(entry.controller, list(known.values()), entry.options)
+        named = [("controller", entry.controller), *(("guide", guide) for guide in guides)]
+        for name, value in (*named, ("config", entry.config), *entry.options.items()):
+            if _lies_here_alone(name, value):
                 raise UsageError(f"entry {entry.label!r}: {name} {value!r} is a file, which lies on this machine alone")
     named = [entry.controller for entry in plan.entries]
     modules = sorted({name.partition(":")[0] for name in (plan.env, *named) if ":" in name})
     return Needs(tuple(modules), torch=any(name in (*TRAINED, "mlp") for name in named))
+
+
+def _lies_here_alone(name: str, value: Any) -> bool:
+    """Whether an entry's setting names a file that no other machine has; of what ships, hyperparameters are there."""
+    if name in ("controller", "guide"):
+        return lines.is_learned(str(value))
+    there = name == "config" and at(str(value)).resolve().is_relative_to(SHIPPED / "configs")
+    return isinstance(value, str) and os.path.isfile(value) and not there

@@ -23,7 +23,6 @@ from ..controllers.own import run_policy
 from ..controllers.protocol import Controller
 from ..environments import Env, core_of, make_vector, stream_seed
 from ..evaluation import held_out, practise
-from ..hyperparameters import hyperparameters
 from ..line.evaluation import worked
 from ..line.learning import line_settings, more_price
 from ..line.making import line_of
@@ -31,7 +30,7 @@ from ..line.scored import run_scores
 from ..throws import FAILURES, Throws
 from ..work import Job
 from . import lines
-from .entries import TRAINED, labels_of
+from .entries import TRAINED, labels_of, settings_of
 from .plan import Piece, Plan, pieces
 
 OUTCOMES = {
@@ -163,7 +162,7 @@ def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
     from ..vec_env import SameStepVecEnv  # noqa: PLC0415
 
     algo, folder = piece.entry.controller, kept / f"{piece.name}-{piece.key}-run"
-    settings = {**hyperparameters(algo, piece.plan.env), **piece.entry.options}
+    settings = settings_of(piece.entry, piece.plan.env)
     cells = _cells(piece, piece.train_level, settings.get("n_envs"))
     core = core_of(cells)
     asked = {

@@ -17,9 +17,7 @@ from .making import ENV, line_controller, line_of, the_line
 from .scored import run_scores
 from .tuned import rate, settings
 
-DEFAULTS: Final[Mapping[str, Mapping[str, Any]]] = {
-    ENV: {"algo": CHOOSING[-1], "steps": 500_000, "num_envs": 256, "checkpoint_every": 125_000}
-}
+DEFAULTS: Final[Mapping[str, Mapping[str, Any]]] = {ENV: {"algo": CHOOSING[-1], "checkpoint_every": 125_000}}
 """By environment what training does there unless it is told otherwise."""
 PEERS: Final = ("fifo", "atc")
 """Rules that what was learned is compared with."""

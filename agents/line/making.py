@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any, Final
 
 from pnt_gym.cells.line.config import LineConfig
@@ -13,7 +12,7 @@ from pnt_gym.errors import one_sentence
 from ..cli import UsageError
 from ..controllers.protocol import Controller
 from ..environments import Env, make_vector
-from ..places import SHIPPED
+from ..places import at
 from ..scorer import Scorer
 from .looking import Beam, Guided
 from .rules import Anything, Index
@@ -70,11 +69,6 @@ def opened(
     return make_vector(env_id, LineConfig.load(line.config, throws=throws), num_envs, threads, mode)
 
 
-def learned_place(name: str) -> Path:
-    """Where what was learned lies: in the working folder, else with what ships."""
-    return SHIPPED / name if "/" in name and not Path(name).exists() else Path(name)
-
-
 def line_controller(name: str, core: LineCore, **options: Any) -> Controller:
     """The controller of a name, with the settings that were tuned for the level, or one that has learned.
 
@@ -87,7 +81,7 @@ def line_controller(name: str, core: LineCore, **options: Any) -> Controller:
         UsageError: there is no such controller of a line.
     """
     if name not in _RULES:
-        place = learned_place(name)
+        place = at(name)
         if place.is_dir():
             return run_scores(place)
         if name.endswith(".npz"):

@@ -242,7 +242,7 @@ def test_training_is_one_piece_for_all_its_throw_counts(tmp_path: Path, monkeypa
         "gamma": 0.0,
         "policy_kwargs": {"net_arch": [8]},
     }
-    monkeypatch.setattr("agents.benchmark.run.hyperparameters", lambda *_: settings)
+    monkeypatch.setattr("agents.benchmark.entries.hyperparameters", lambda *_: settings)
     sac = {"label": "sac", "controller": "sac", "throws": [32, 64], "seeds": [0]}
     small = {**PLAN, "entries": [sac], "learned": [], "references": [], "floors": {}, "levels": ["waste"], "picks": 16}
     (piece,) = pieces(Plan.model_validate(small))

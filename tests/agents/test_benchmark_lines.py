@@ -28,6 +28,7 @@ from agents.runs import checkpoints
 from tests.tools.commands import call
 
 SMALL = {"n_envs": 2, "n_steps": 4, "batch_size": 8, "policy_kwargs": {"net_arch": [8]}}
+LONG = "configs/rl/residual_ppo_long.yml"
 SCORER = "results/policies/PnTLine-v0/value/imitation.npz"
 PLAN: dict[str, Any] = {
     "name": "small",
@@ -225,9 +226,12 @@ def test_keys_change_with_what_figures_depend_on(monkeypatch: pytest.MonkeyPatch
     assert changed(lambda p: p.setattr("agents.benchmark.lines.written", lambda chances: "other")) == everybody
     Path("own.npz").write_bytes(Path("own.npz").read_bytes() + b" ")
     assert changed(lambda p: None) == {"scorer", "guided"}
+    before, entries[6] = keys(), {**entries[6], "config": LONG}
+    assert changed(lambda p: None) == {"ppo"}
 
 
 FIFO = {"label": "fifo", "controller": "fifo"}
+PPO = {"label": "ppo", "controller": "residual_ppo", "throws": [8]}
 GUIDED = {"label": "guided", "controller": "guided_beam"}
 
 
@@ -244,6 +248,7 @@ GUIDED = {"label": "guided", "controller": "guided_beam"}
         ({"entries": [{**FIFO, "options": {"patience": 2}}]}, "controller 'fifo' has no settings patience"),
         ({"entries": [{**GUIDED, "options": {"guide": "atc"}}]}, "guided_beam has guide 'atc'; guides are index"),
         ({"entries": [{**GUIDED, "options": {"guide": "none.npz"}}]}, "scorer 'none.npz' does not exist"),
+        ({"entries": [{**PPO, "config": "none.yml"}]}, "cannot read hyperparameters 'none.yml'"),
         ({"entries": [{**FIFO, "online": True}]}, "also and online go with throws"),
         ({"env": "PnTRelease-v0", "levels": ["waste"], "train_level": "waste"}, "shifts goes with a line"),
     ],
@@ -268,6 +273,11 @@ def test_controllers_of_lines_throw_nothing(controller: str) -> None:
 def test_what_was_learned_on_this_machine_stays_here() -> None:
     alone = {**PLAN, "learned": [], "references": []}
     assert needs(Plan.model_validate({**alone, "entries": PLAN["entries"][5:]})).torch
+    Path("own.yml").write_text("default: {}")
+    own = {**PLAN["entries"][5], "config": "own.yml"}
+    with pytest.raises(UsageError, match=r"entry 'ppo': config 'own.yml' is a file, which lies on this machine alone"):
+        needs(Plan.model_validate({**alone, "entries": [own]}))
+    assert needs(Plan.model_validate({**alone, "entries": [{**own, "config": LONG}]})).torch
     with pytest.raises(UsageError, match=r"entry 'scorer': controller .* lies on this machine alone"):
         needs(Plan.model_validate(alone))
     guided = {"label": "guided", "controller": "guided_beam", "options": {"guide": SCORER}, "levels": ["one.yaml"]}

@@ -8,7 +8,7 @@ from html.parser import HTMLParser
 import pytest
 from rich.console import Console
 
-from agents.tables import Grid, comparison_table, html_text, markdown_text
+from agents.tables import Grid, comparison_table, html_text, markdown_text, settings_text
 
 GRID = Grid("what [it] shows", ["name", "mm", "verdict", "note"], [["a|b", "1.5", "ours", "<b>x</b> & y"]], "under it")
 
@@ -31,6 +31,11 @@ class Cells(HTMLParser):
     def handle_data(self, data: str) -> None:
         if self.texts:
             self.texts[-1] += data.strip("\n")
+
+
+def test_settings_stand_on_one_line_whatever_they_are() -> None:
+    settings = {"patience": 1.40, "weights": {"cycle": -0.5, "wait": 2.0}, "guide": "runs/own"}
+    assert settings_text(settings) == "patience 1.4, weights (cycle -0.5, wait 2), guide runs/own"
 
 
 def test_markdown_escapes_bars_and_tags() -> None:

@@ -295,6 +295,23 @@ def test_it_learns_what_a_rule_does_not_know(asked: Arguments, tmp_path: Path) -
 
 
 def test_defaults_of_a_line_are_its_own() -> None:
-    asked = train.request(Arguments(env="PnTLine-v0"))
+    asked, _ = train.settled(Arguments(env="PnTLine-v0"))
     assert (asked["algo"], asked["steps"], asked["num_envs"]) == ("residual_ppo", 500_000, 256)
-    assert train.request(Arguments())["algo"] == "sac"
+    asked, _ = train.settled(Arguments())
+    assert (asked["algo"], asked["steps"], asked["num_envs"]) == ("sac", 10_000, 16)
+
+
+def test_hyperparameters_say_how_long_and_in_how_many_cells(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    given = Arguments(env="PnTLine-v0", config=Path("configs/rl/residual_ppo_long.yml"))
+    asked, settings = train.settled(given)
+    assert (asked["steps"], asked["num_envs"], settings["n_steps"]) == (2_000_000, 128, 128)
+    asked, _ = train.settled(replace(given, steps=5, num_envs=3))
+    assert (asked["steps"], asked["num_envs"]) == (5, 3)
+    Path("own.yml").write_text("default: {n_timesteps: !!float 1e5, gamma: 0.5}\n")
+    asked, settings = train.settled(replace(given, config=Path("own.yml")))
+    assert (asked["steps"], asked["num_envs"], settings["gamma"]) == (100_000, 256, 0.5)
+    for value in ("0", "1.5", "many", "true"):
+        Path("own.yml").write_text(f"default: {{n_timesteps: {value}}}\n")
+        with pytest.raises(UsageError, match=r"hyperparameter n_timesteps is .*; it must be"):
+            train.settled(replace(given, config=Path("own.yml")))
