@@ -188,6 +188,7 @@ class Guided(Controller):
         few: choices that are looked at.
         trust: what counts of a plan's worth beside the scores.
         width: plans that are kept for each choice.
+        horizon: of plans [s]; shorter than a beam's own, since the scores know something of what comes later.
         options: see `Lookahead`.
     """
 
@@ -200,10 +201,11 @@ class Guided(Controller):
         few: int = 4,
         trust: float = 5.0,
         width: int = 5,
+        horizon: float = 3.0,
         **options: Any,
     ) -> None:
         self.name, self.trust, self._guide, self._few = name, trust, guide, few
-        self._ahead = Lookahead(core, width=width, apart=True, **options)
+        self._ahead = Lookahead(core, width=width, apart=True, horizon=horizon, **options)
 
     def act(self, observation: Observation) -> NDArray[np.int64]:  # type: ignore[override]
         """The best of these choices of each line (N,)."""

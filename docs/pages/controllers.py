@@ -40,7 +40,7 @@ LINE: Final[Mapping[str, str]] = {
     "price_beam": "the same, with less value for what a robot downstream can take too, as in `price`",
     "joint_beam": "as `beam`, planned for all robots of the line at once",
     "guided_beam": "of the four choices that a scorer (`index` or a training run) likes best, that with the greatest "
-    "sum of its score and what the best plan of the next 4 s brings that begins with it",
+    "sum of its score and what the best plan of the next 3 s brings that begins with it",
     "index": "the greatest sum of the log of `atc`'s index and weighted entries of a choice, found by CMA-ES",
 }
 """What the controllers of a line do."""

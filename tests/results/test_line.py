@@ -11,6 +11,8 @@ from agents.report.line import CLASS_BLIND, best, by_seed, value
 from agents.report.tables import rows_of
 from pnt_gym.cells.line.config import LineConfig
 
+ALONE = [name for name in PLANNERS if name != "guided_beam"]
+"""Planners that nobody guides."""
 LEVELS = sorted({*LineConfig.level_names()} - {"nominal"})
 
 
@@ -59,11 +61,21 @@ def test_what_was_asked_of_the_order_of_picks(data):
     assert gain(of(data, "single", None), named(data, "single", "fifo")) > 0.12
     assert gain(of(data, "value", None), named(data, "value", "fifo")) > 0.50
     assert gain(of(data, "value", None), of(data, "value", CLASS_BLIND)) > 0.06
+    assert gain(of(data, "skills3", None), of(data, "skills3", CLASS_BLIND)) > 0.15
+    assert gain(of(data, "skills3_burst", None), of(data, "skills3_burst", CLASS_BLIND)) > 0.10
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_no_planner_is_ahead_of_the_one_that_is_guided(data, level):
+    guided, best_alone = named(data, level, "guided_beam"), of(data, level, ALONE)
+    assert of(data, level, PLANNERS)["label"] == "guided_beam"
+    if level.startswith("skills3"):
+        assert ahead(value(guided), value(best_alone))[1] > 0.0
 
 
 @pytest.mark.parametrize(("level", "least"), [("skills3", 0.135), ("skills3_burst", 0.10)])
 def test_a_beam_that_leaves_to_others_is_far_ahead_of_class_blind_rules(data, level, least):
-    planner = of(data, level, PLANNERS)
+    planner = of(data, level, ALONE)
     assert planner["label"] == "price_beam"
     assert gain(planner, of(data, level, CLASS_BLIND)) > least
     assert ahead(value(planner), value(named(data, level, "price")))[1] > 0.0
@@ -81,10 +93,19 @@ def test_an_index_learned_from_reward_comes_up_to_the_best_planner(data, level):
     assert gain(named(data, level, "index"), of(data, level, PLANNERS)) > -0.02
 
 
+@pytest.mark.parametrize("level", ["skills3", "skills3_burst"])
+def test_longer_returns_bring_more_where_a_robot_leaves_to_others(data, level):
+    """In every seed."""
+    short, long = (by_seed(data, named(data, level, name)) for name in ("residual_ppo", "residual_ppo_long"))
+    assert len(long) == 3
+    assert min(one.mean() for one in long) > max(one.mean() for one in short)
+
+
 @pytest.mark.parametrize("level", sorted({*LEVELS} - {"skills3_burst"}))
 def test_every_seed_of_residual_ppo_comes_up_to_the_best_planner(data, level):
-    seeds = by_seed(data, named(data, level, "residual_ppo"))
-    assert len(seeds) == 5
+    """On skills3 with the longer returns."""
+    seeds = by_seed(data, named(data, level, "residual_ppo_long" if level == "skills3" else "residual_ppo"))
+    assert len(seeds) == (3 if level == "skills3" else 5)
     assert all(ahead(one, value(of(data, level, PLANNERS)))[0] > -0.02 for one in seeds)
 
 
@@ -96,9 +117,9 @@ def test_each_of_five_seeds_on_skills3_burst_is_ahead_of_price_and_of_the_robots
         assert ahead(one, value(named(data, "skills3_burst", "beam")))[1] > 0.0
 
 
-def test_every_search_for_an_index_on_skills3_burst_is_ahead_of_the_best_planner(data):
+def test_every_search_for_an_index_on_skills3_burst_is_ahead_of_every_planner_that_nobody_guides(data):
     searches = by_seed(data, named(data, "skills3_burst", "index_searched"))
-    planner = value(of(data, "skills3_burst", PLANNERS))
+    planner = value(of(data, "skills3_burst", ALONE))
     assert len(searches) == 5
     for one in (value(named(data, "skills3_burst", "index")), *searches):
         assert ahead(one, planner)[1] > 0.0

@@ -17,7 +17,7 @@ from pnt_gym.cells.line.state import CHOICES
 
 LEVEL = {"base": "value", "duration": 10.0}
 THREE = {"base": "skills3", "duration": 10.0}
-WHOLE = {"price": 1.0, "depth": 1, "width": 10**6}
+WHOLE = {"price": 1.0, "depth": 1, "width": 10**6, "horizon": 4.0}
 """Every plan of two decisions."""
 
 
