@@ -320,8 +320,8 @@ def needs(plan: Plan) -> Needs:
             if isinstance(config, LineConfig) and config.chances is not None:
                 raise UsageError(f"level {level!r}: chances {config.chances!r} is a file, which lies on this machine")
         guides = lines.guides(entry.controller, list(known.values()), entry.options)
-        named = [("controller", entry.controller), *(("guide", guide) for guide in guides)]
-        for name, value in (*named, ("config", entry.config), *entry.options.items()):
+        learned = [("controller", entry.controller), *(("guide", guide) for guide in guides)]
+        for name, value in (*learned, ("config", entry.config), *entry.options.items()):
             if _lies_here_alone(name, value):
                 raise UsageError(f"entry {entry.label!r}: {name} {value!r} is a file, which lies on this machine alone")
     named = [entry.controller for entry in plan.entries]

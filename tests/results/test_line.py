@@ -103,10 +103,12 @@ def test_longer_returns_bring_more_where_a_robot_leaves_to_others(data, level):
 
 @pytest.mark.parametrize("level", sorted({*LEVELS} - {"skills3_burst"}))
 def test_every_seed_of_residual_ppo_comes_up_to_the_best_planner(data, level):
-    """On skills3 with the longer returns."""
-    seeds = by_seed(data, named(data, level, "residual_ppo_long" if level == "skills3" else "residual_ppo"))
-    assert len(seeds) == (3 if level == "skills3" else 5)
-    assert all(ahead(one, value(of(data, level, PLANNERS)))[0] > -0.02 for one in seeds)
+    """To the best that nobody guides, and to the guided one too, on skills3 with the longer returns."""
+    seeds = by_seed(data, named(data, level, "residual_ppo"))
+    assert len(seeds) == 5
+    assert all(ahead(one, value(of(data, level, ALONE)))[0] > -0.02 for one in seeds)
+    best_of = by_seed(data, named(data, level, "residual_ppo_long")) if level == "skills3" else seeds
+    assert all(ahead(one, value(of(data, level, PLANNERS)))[0] > -0.02 for one in best_of)
 
 
 def test_each_of_five_seeds_on_skills3_burst_is_ahead_of_price_and_of_the_robots_own_planner(data):
