@@ -1,9 +1,10 @@
-"""A Ray cluster of several machines in one: each has its own raylet, which starts its own workers."""
+"""A Ray cluster of several machines in one: each has its own raylet, which starts its own workers in its own folder."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from itertools import count
 from pathlib import Path
 from typing import Any, Final
 
@@ -31,10 +32,13 @@ class Machines:
         head = {"num_cpus": 0, "include_dashboard": False, **self._common()}
         self.cluster = Cluster(initialize_head=True, head_node_args=head)
         self.address: str = self.cluster.address
+        self._joined = count()
 
     def join(self, **environment: str) -> Any:
         """One more machine with a core."""
-        return self.cluster.add_node(num_cpus=1, **self._common(**environment))
+        # Each machine unpacks what was sent: with one folder for all, under the feet of the others' workers.
+        folder = f"machine_{next(self._joined)}/runtime_resources"
+        return self.cluster.add_node(num_cpus=1, runtime_env_dir_name=folder, **self._common(**environment))
 
     def leave(self, machine: Any) -> None:
         self.cluster.remove_node(machine)

@@ -125,6 +125,11 @@ def at_work(process: subprocess.Popen[str], folder: Path, least: int, *machines:
     raise AssertionError(f"it does not get on: {[*map(workers, machines)]}, {ended(process)}")
 
 
+def places(machine: Any) -> list[str]:
+    """Working folders of a machine's workers."""
+    return [one.cwd() for one in workers(machine)]
+
+
 def ended(process: subprocess.Popen[str]) -> tuple[int, str]:
     said, complained = process.communicate(timeout=180)
     assert not complained.strip() or process.returncode != 0, complained
@@ -143,6 +148,7 @@ def test_work_of_a_machine_that_dies_is_done_by_another(
     second = machines.join()
     process = begun(study, machines.address)
     at_work(process, study, 2, first, second)
+    assert not {*places(first)} & {*places(second)}, "machines share a disk"
     before = len(kept(study / "kept"))
     victims = lose_power(second)
     code, said = ended(process)
