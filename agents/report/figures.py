@@ -102,7 +102,7 @@ def learning_curves(data: Mapping[str, Any], measure: Measure) -> Figure:
             axes.set_xlim(20, max(2000, 2 * most))
         else:
             counts = sorted({row["throws"] for row in rows_of(data, [level]) if row["throws"] > 0})
-            axes.set_xticks(counts, [f"{count:,}" for count in counts])
+            axes.set_xticks(counts, [f"{count / 1e6:g} M" if count >= 10**6 else f"{count:,}" for count in counts])
         axes.minorticks_off()
         axes.grid(alpha=0.3)
     _name_once(figure, panels)

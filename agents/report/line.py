@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -79,16 +79,24 @@ def learned_table(data: Data) -> Grid:
     for level in data["plan"]["levels"]:
         found = rows_of(data, [level])
         last = {row["label"]: row for row in found if row["throws"] > 0}
-        others = [best(found, names) for names in AGAINST.values()]
         for row in last.values():
             ends = sorted(by_seed(data, row), key=np.mean)
             low, high = ends[0].mean(), ends[-1].mean()
-            against = ["-" if one is None else f"`{one['label']}` {gain(ends[0], value(one))}" for one in others]
+            against = [_against(ends[0], found, names) for names in AGAINST.values()]
             told = f"{row['value_per_min']:.1f} ({low:.1f}..{high:.1f})"
-            rows.append([f"`{level}`", f"`{row['label']}`", f"{row['throws']:,}", str(len(ends)), told, *against])
-    header = ["level", "who learned", "decisions", "seeds", "value/min, mean (worst..best seed)"]
+            rows.append([f"`{level}`", f"`{name_of(row)}`", str(len(ends)), told, *against])
+    header = ["level", "who learned", "seeds", "value/min, mean (worst..best seed)"]
     against = [f"worst seed over {said}" for said in AGAINST]
     return Grid("Learned, in several seeds", [*header, *against], rows, "Paired by shift, 95 % intervals.")
+
+
+def _against(one: Floats, rows: Iterable[Data], names: Sequence[str]) -> str:
+    """Gain over the best controller of some names, and which that is if there are several."""
+    other = best(rows, names)
+    if other is None:
+        return "-"
+    named = f"`{other['label']}` " if len(names) > 1 else ""
+    return named + gain(one, value(other))
 
 
 def judged_table(data: Data, level: str) -> Grid:

@@ -153,7 +153,11 @@ def sorting_table(data: Data, level: str) -> Grid:
 
 def who(row: Data) -> list[str]:
     """A label, and how many throws or decisions it learned from."""
-    return [row["label"], str(row["throws"] or "-")]
+    return [row["label"], _count(row["throws"])]
+
+
+def _count(throws: int) -> str:
+    return f"{throws:,}" if throws else "-"
 
 
 def comparison_table(data: Data, level: str) -> Grid:
@@ -186,7 +190,7 @@ def labels(data: Data) -> list[str]:
 
 def name_of(choice: Data) -> str:
     """A label, and what it learned from."""
-    return f"{choice['label']} ({choice['throws']})" if choice["throws"] else str(choice["label"])
+    return f"{choice['label']} ({choice['throws']:,})" if choice["throws"] else str(choice["label"])
 
 
 def side_by_side(headline: str, data: Data, levels: Sequence[str], columns: Sequence[str], note: str = "") -> Grid:
@@ -205,7 +209,7 @@ def side_by_side(headline: str, data: Data, levels: Sequence[str], columns: Sequ
     for row in rows_of(data, levels):
         line = lines.setdefault((row["label"], row["throws"]), {level: ["-"] * len(columns) for level in levels})
         line[row["level"]] = [FIGURES[name](row) for name in columns]
-    rows = [[label, str(throws or "-"), *chain(*line.values())] for (label, throws), line in lines.items()]
+    rows = [[label, _count(throws), *chain(*line.values())] for (label, throws), line in lines.items()]
     return Grid(headline, header, rows, note)
 
 

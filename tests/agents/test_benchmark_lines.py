@@ -307,7 +307,7 @@ def test_the_report_has_tables_and_figures(done: dict[str, Any]) -> None:
     assert first["ppo", "20"][3:] == ["-"]
     assert "What the order is worth" in headlines
     learned = next(grid for grid in chapter.parts if grid.headline == "Learned, in several seeds")
-    assert [row[1:4] for row in learned.rows] == [["`ppo`", "20", "2"], ["`found`", "1", "1"]]
+    assert [row[1:3] for row in learned.rows] == [["`ppo (20)`", "2"], ["`found (1)`", "1"]]
     pairs = next(grid for grid in chapter.parts if grid.headline.startswith("Paired differences"))
     assert list(pairs.header[2:]) == ["value/min", "sorted/min", "recovery", "recovery of value"]
     assert "throws" not in " ".join((*chapter.parts[0].header, chapter.parts[0].note))

@@ -97,7 +97,7 @@ def test_an_index_learned_from_reward_comes_up_to_the_best_planner(data, level):
 def test_longer_returns_bring_more_where_a_robot_leaves_to_others(data, level):
     """In every seed."""
     short, long = (by_seed(data, named(data, level, name)) for name in ("residual_ppo", "residual_ppo_long"))
-    assert len(long) == 3
+    assert len(long) == 5
     assert min(one.mean() for one in long) > max(one.mean() for one in short)
 
 
@@ -148,10 +148,10 @@ def test_what_begins_as_the_rule_is_ahead_of_what_begins_as_nothing(data, level)
     assert min(one.mean() for one in by_seed(data, named(data, level, "residual_ppo"))) > plain
 
 
-def test_what_begins_as_nothing_stays_behind_a_rule_where_there_is_one_robot_and_little_to_gain(data):
-    for level in LEVELS:
-        behind = gain(named(data, level, "maskable_ppo"), of(data, level, CLASS_BLIND)) < 0.0
-        assert behind == (level in {"single", "speed"})
+@pytest.mark.parametrize("level", LEVELS)
+def test_what_begins_as_nothing_stays_behind_a_rule_where_there_is_little_to_gain(data, level):
+    behind = gain(named(data, level, "maskable_ppo"), of(data, level, CLASS_BLIND)) < 0.0
+    assert behind == (level in {"single", "speed", "line3"})
 
 
 def test_tables_stand_in_for_throws_within_four_percent():

@@ -85,11 +85,13 @@ def test_a_plan_without_the_first_rule_has_no_such_table() -> None:
 
 def test_of_several_seeds_the_worst_is_compared_after_all_it_learned() -> None:
     (row,) = learned_table(DATA).rows
-    assert row[:5] == ["`single`", "`ppo`", "90", "3", "75.0 (73.0..77.0)"]
-    assert row[5].startswith(f"`atc` {100 * (73.0 / 72.0 - 1):+.1f} %")
-    assert row[6] == "-"
+    assert row[:4] == ["`single`", "`ppo (90)`", "3", "75.0 (73.0..77.0)"]
+    assert row[4].startswith(f"`atc` {100 * (73.0 / 72.0 - 1):+.1f} %")
+    assert row[5] == "-"
     worst, beam = (np.array(one["columns"]["value_per_min"])[:3].mean() for one in (LEARNED[4], RULES[5]))
-    assert row[7].startswith(f"`beam` {100 * (worst / beam - 1):+.1f} %")
+    against = f"{100 * (worst / beam - 1):+.1f} %"
+    assert row[6].startswith(against)
+    assert row[7].startswith(f"`beam` {against}")
 
 
 def test_who_has_worked_fewer_shifts_is_named_under_the_table() -> None:
