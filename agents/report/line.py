@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
 import numpy as np
@@ -79,10 +79,11 @@ def learned_table(data: Data) -> Grid:
     for level in data["plan"]["levels"]:
         found = rows_of(data, [level])
         last = {row["label"]: row for row in found if row["throws"] > 0}
+        others = [(best(found, names), len(names) > 1) for names in AGAINST.values()]
         for row in last.values():
             ends = sorted(by_seed(data, row), key=np.mean)
             low, high = ends[0].mean(), ends[-1].mean()
-            against = [_against(ends[0], found, names) for names in AGAINST.values()]
+            against = [_against(ends[0], other, named) for other, named in others]
             told = f"{row['value_per_min']:.1f} ({low:.1f}..{high:.1f})"
             rows.append([f"`{level}`", f"`{name_of(row)}`", str(len(ends)), told, *against])
     header = ["level", "who learned", "seeds", "value/min, mean (worst..best seed)"]
@@ -90,13 +91,11 @@ def learned_table(data: Data) -> Grid:
     return Grid("Learned, in several seeds", [*header, *against], rows, "Paired by shift, 95 % intervals.")
 
 
-def _against(one: Floats, rows: Iterable[Data], names: Sequence[str]) -> str:
-    """Gain over the best controller of some names, and which that is if there are several."""
-    other = best(rows, names)
+def _against(one: Floats, other: Data | None, named: bool) -> str:
+    """Gain over another controller, which is named if the header does not say who it is."""
     if other is None:
         return "-"
-    named = f"`{other['label']}` " if len(names) > 1 else ""
-    return named + gain(one, value(other))
+    return (f"`{other['label']}` " if named else "") + gain(one, value(other))
 
 
 def judged_table(data: Data, level: str) -> Grid:

@@ -190,7 +190,7 @@ def labels(data: Data) -> list[str]:
 
 def name_of(choice: Data) -> str:
     """A label, and what it learned from."""
-    return f"{choice['label']} ({choice['throws']:,})" if choice["throws"] else str(choice["label"])
+    return f"{choice['label']} ({_count(choice['throws'])})" if choice["throws"] else str(choice["label"])
 
 
 def side_by_side(headline: str, data: Data, levels: Sequence[str], columns: Sequence[str], note: str = "") -> Grid:
