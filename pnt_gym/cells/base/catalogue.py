@@ -11,16 +11,16 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final, Self
 
-import yaml
 from pydantic import Field, model_validator
 
 from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.cells.base.items import Item
+from pnt_gym.reading import yaml_of
 
 
 def _groups(file: Path) -> dict[str, tuple[Item, ...]]:
     """The items of a file, group by group."""
-    data: dict[str, Any] = yaml.safe_load(file.read_text(encoding="utf-8"))
+    data: dict[str, Any] = yaml_of(file)
     materials, rolling = data.pop("materials"), data.pop("rolling_friction")
 
     def item(entry: dict[str, Any]) -> Item:

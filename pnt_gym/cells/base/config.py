@@ -8,17 +8,17 @@ own is a file or a mapping of the same form.
 from __future__ import annotations
 
 import os
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Final, Self, TypeAlias, cast, get_args
+from typing import Annotated, Any, ClassVar, Final, Self, TypeAlias, cast, get_args, get_origin
 
 import numpy as np
-import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError, to_jsonable_python
 
 from pnt_gym.errors import ConfigError, PntGymError, one_sentence
+from pnt_gym.reading import ReadError, number_of, yaml_of
 
 MOST: Final = 1e6
 """Every number of a cell is smaller, in SI units or degrees; `lt`, which no field takes for a bound of its own."""
@@ -29,6 +29,36 @@ Duration = Annotated[float, Field(ge=0, le=10, allow_inf_nan=False)]
 Finite = Annotated[float, Field(gt=-MOST, lt=MOST, allow_inf_nan=False)]
 Share = Annotated[float, Field(gt=0, le=1)]
 Range = tuple[Finite, Finite]
+LONGEST: Final = 100
+"""Characters in a name."""
+
+
+def _check_printable(name: str) -> str:
+    """Refuse what breaks a line of a table, or runs backwards.
+
+    Raises:
+        ValueError: a character that is not printable.
+    """
+    if not name.isprintable():
+        raise ValueError(f"name is {name!a}; it must be of printable characters")
+    return name
+
+
+def _check_file(name: str) -> str:
+    """Refuse what would lie elsewhere if a file were called so.
+
+    Raises:
+        ValueError: a separator of paths, or a point at the beginning.
+    """
+    if name.startswith(".") or "/" in name or "\\" in name:
+        raise ValueError(f"name is {name!r}; it must not hold / or \\, or begin with a point: folders are called so")
+    return name
+
+
+Label = Annotated[str, Field(min_length=1, max_length=LONGEST), AfterValidator(_check_printable)]
+"""What people call something; it may stand in a table."""
+FileName = Annotated[Label, AfterValidator(_check_file)]
+"""What people call something that files are called after."""
 Level: TypeAlias = str | Path | BaseModel | Mapping[str, Any]
 """A shipped level's name, a YAML file, a mapping in the file's form, or a config as it is."""
 
@@ -37,8 +67,30 @@ ROOT: Final = "nominal"
 
 
 def _types(annotation: object) -> list[object]:
-    """All types that an annotation names."""
-    return [annotation, *(found for part in get_args(annotation) for found in _types(part))]
+    """All types that an annotation names, and literals; of the keys of a mapping none."""
+    parts = get_args(annotation)
+    if isinstance(origin := get_origin(annotation), type) and issubclass(origin, Mapping):
+        parts = parts[1:]
+    return [annotation, *(kind for part in parts for kind in _types(part))]
+
+
+def _leaves(value: object) -> list[object]:
+    """All values in lists and mappings, at any depth."""
+    if isinstance(value, Mapping):
+        value = list(cast("Mapping[object, object]", value).values())
+    if isinstance(value, list | tuple):
+        return [leaf for part in cast("Sequence[object]", value) for leaf in _leaves(part)]
+    return [value]
+
+
+def _is_open(kinds: Sequence[object]) -> bool:
+    """Whether a field of such types holds sections, which check themselves, or whatever there is."""
+    return any(kind is Any or (isinstance(kind, type) and issubclass(kind, BaseModel)) for kind in kinds)
+
+
+def _takes_text(kinds: Sequence[object]) -> bool:
+    """Whether text may stand in a field of such types."""
+    return any(kind is str or kind is Path or isinstance(kind, str) for kind in kinds)
 
 
 class Section(BaseModel):
@@ -48,11 +100,22 @@ class Section(BaseModel):
 
     @field_validator("*", mode="before")
     @classmethod
-    def _no_truth_for_a_number(cls, value: object, info: ValidationInfo) -> object:
-        """Refuse true where 1 would be meant."""
-        if isinstance(value, bool) and bool not in _types(cls.model_fields[str(info.field_name)].annotation):
+    def _numbers_are_numbers(cls, value: object, info: ValidationInfo) -> object:
+        """Refuse true where 1 would be meant, and '1' in quotes, also in lists."""
+        kinds = _types(cls.model_fields[str(info.field_name)].annotation)
+        leaves = [value] if _is_open(kinds) else _leaves(value)
+        if bool not in kinds and any(isinstance(leaf, bool) for leaf in leaves):
             raise PydanticCustomError("truth", "input should be a number or a section, not true or false")
+        texts = [leaf for leaf in leaves if isinstance(leaf, str)]
+        if texts and not (_is_open(kinds) or _takes_text(kinds)):
+            hint = quotes_hint(texts[0])
+            raise PydanticCustomError("text", "input should be a number, not text{hint}", {"hint": hint})
         return value
+
+
+def quotes_hint(text: str) -> str:
+    """What to write instead of a number in quotes, as the end of a sentence; nothing for other text."""
+    return "" if number_of(text.strip()) is None else f"; write {text.strip()} without quotes"
 
 
 def ordered(section: Section, where: str, *names: str) -> None:
@@ -80,7 +143,7 @@ class LevelConfig(Section):
     alternatives: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     """Keys of a section that exclude each other: a level that gives one of them drops those of its base."""
 
-    name: str = Field(default="custom", min_length=1)
+    name: FileName = "custom"
     mismatch: Annotated[float, Field(ge=0, le=3)] = Field(
         default=1.0,
         description="The dial m: 0 is the planner's own world, 1 is realistic; scales every unmodelled effect.",
@@ -221,12 +284,9 @@ def _find(folder: str | Path, level: str | Path, names: tuple[str, ...]) -> Path
 
 def _read(path: Path) -> dict[str, Any]:
     try:
-        data: Any = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ConfigError(f"cannot read level file {str(path)!r}: {error.strerror}") from None
-    except Exception as error:
-        # PyYAML lets through whatever a tag, a date or a hundred brackets upset.
-        raise ConfigError(f"level file {str(path)!r} is not valid YAML: {one_sentence(error, 100)}") from None
+        data = yaml_of(path)
+    except ReadError as error:
+        raise ConfigError(f"cannot read level file {str(path)!r}: {error}") from None
     if not isinstance(data, dict):
         raise ConfigError(f"level file {str(path)!r} must hold a mapping of settings, it holds {type(data).__name__}")
     return cast("dict[str, Any]", data)

@@ -8,9 +8,10 @@ from typing import Annotated, Final, Literal, Self, TypeVar, final, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints, model_validator
+from pydantic import ConfigDict, Field, StringConstraints, model_validator
 
 from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.cells.base.config import LONGEST, Section
 from pnt_gym.cells.base.grip import CUP_RADIUS, SURFACES, Surface
 from pnt_gym.constants import GRAVITY
 from pnt_gym.errors import ConfigError
@@ -40,7 +41,7 @@ def shape_index(shape: str) -> int:
 
 
 @final
-class Item(BaseModel):
+class Item(Section):
     """One kind of object as it lies on the belt, SI units.
 
     Attributes:
@@ -68,9 +69,9 @@ class Item(BaseModel):
         source: one line: where the numbers come from, or what is assumed and why.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(allow_inf_nan=False)
 
-    name: Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$")]
+    name: Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$", max_length=LONGEST)]
     shape: Shape
     size: tuple[_Extent, _Extent, _Extent]
     mass: float = Field(gt=0.0, le=5.0)

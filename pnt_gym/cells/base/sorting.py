@@ -14,7 +14,7 @@ from pydantic import Field, model_validator
 
 from pnt_gym.arrays import Bools
 from pnt_gym.cells.base.catalogue import ItemsConfig
-from pnt_gym.cells.base.config import Finite, NonNegative, Positive, Range, Section, ordered
+from pnt_gym.cells.base.config import Finite, Label, NonNegative, Positive, Range, Section, ordered
 
 
 class Belt(Section):
@@ -63,7 +63,7 @@ class Belt(Section):
 class Bin(Section):
     """One fixed bin: the centre of its opening and the inner size of the opening."""
 
-    name: str = Field(min_length=1)
+    name: Label
     x: Finite
     y: Finite
     size: tuple[Positive, Positive] = Field(default=(0.22, 0.22), description="Inner opening along x and y [m].")

@@ -18,6 +18,7 @@ from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.errors import ConfigError
+from pnt_gym.reading import AccessError, json_of
 
 DISTANCES: Final = 4
 """Classes of throws by distance, each with as many of the calibration's throws."""
@@ -83,6 +84,8 @@ class Chances:
         shares = np.concatenate([self.picked.ravel(), self.landed.ravel()])
         if self.picked.shape != (items,) or self.landed.shape != wanted or not ((shares >= 0) & (shares <= 1)).all():
             raise ValueError("no shares")
+        if not (np.isfinite(self.percent).all() and np.isfinite(self.edges).all()):
+            raise ValueError("no settings or distances")
 
     def land(self, kind: Ints, percent: Floats, distance: Floats) -> Floats:
         """Chance that what is held ends in its bin, S; of the table's next speed setting where it has not that one."""
@@ -116,12 +119,12 @@ def read(config: LineConfig) -> Chances | None:
     if config.chances is None and not place.is_file():
         return None
     try:
-        told: dict[str, Any] = json.loads(place.read_text(encoding="utf-8"))
+        told: dict[str, Any] = json_of(place)
         made = Chances(**{name: np.array(told[name], dtype=np.float64) for name in Chances.__dataclass_fields__})
         made.check(len(config.cell.items))
-    except OSError as error:
-        raise ConfigError(f"chances: cannot read {str(place)!r}: {error.strerror}") from None
-    except (ValueError, KeyError, TypeError, AttributeError):
+    except AccessError as error:
+        raise ConfigError(f"chances: cannot read {str(place)!r}: {error}") from None
+    except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError):
         raise ConfigError(f"chances: {str(place)!r} is no table as `pnt-gym calibrate` writes it") from None
     if told.get("digest") != digest(config):
         raise ConfigError(f"chances: {str(place)!r} is the table of other cells than those of level {config.name!r}")

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.config import Finite, LevelConfig, NonNegative, Positive, Section
+from pnt_gym.cells.base.config import Finite, Label, LevelConfig, NonNegative, Positive, Section
 from pnt_gym.cells.base.sorting import Bin
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.errors import ConfigError
@@ -25,7 +25,7 @@ Percents = tuple[Annotated[float, Field(ge=1, le=100)], ...]
 class Robot(Section):
     """One robot of the line."""
 
-    name: str = Field(min_length=1)
+    name: Label
     x: Finite = Field(description="Where its base stands along the belt, downstream positive [m].")
     skills: tuple[str, ...] = Field(
         default=(), description="Items that it takes, as the classifier sees them; empty: all that its bins take."

@@ -12,6 +12,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.errors import ConfigError
+from pnt_gym.reading import yaml_text
 
 FAMILIES = (ConveyorConfig, OneJointConfig, GripperConfig)
 SHIPPED = [(family, name) for family in FAMILIES for name in family.level_names()]
@@ -247,3 +248,46 @@ def test_true_is_no_number(level, key):
     with pytest.raises(ConfigError, match=rf"{key} is (True|False): input should be a number"):
         ConveyorConfig.load(level)
     assert not ConveyorConfig.load({"grip": {"limit": False}}).grip.limit
+
+
+@pytest.mark.parametrize(
+    "name", ["a/b", "../../x", "a\\b", ".", "..", ".hidden", "", "a\nb", "a\0b", "\u202ea", "x" * 101]
+)
+def test_a_name_that_would_lie_elsewhere_or_break_a_line_is_refused(name):
+    with pytest.raises(ConfigError, match="name") as caught:
+        ConveyorConfig.load({"name": name})
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["Müll", "line|2", "a: b", "`x`", "hall 2", "x" * 100, "<b>", "1e5", "010"])
+def test_any_other_name_will_do(name, tmp_path):
+    config = ConveyorConfig.load({"name": name})
+    (tmp_path / "level.yaml").write_text(yaml_text(config.model_dump(mode="json")), encoding="utf-8")
+    assert ConveyorConfig.load(tmp_path / "level.yaml") == config
+
+
+@pytest.mark.parametrize(
+    ("level", "said"),
+    [
+        ({"mismatch": "0.5"}, "mismatch is '0.5': input should be a number, not text; write 0.5 without quotes"),
+        ({"mismatch": "1:30"}, "mismatch is '1:30': input should be a number, not text"),
+        ({"belt": {"speed": "1e-1"}}, "belt.speed is '1e-1': input should be a number, not text; write 1e-1 without"),
+        ({"limits": {"percent": ["40", 60]}}, "limits.percent is .*not text; write 40 without quotes"),
+        ({"limits": {"percent": [True, 60]}}, "limits.percent is .*not true or false"),
+    ],
+)
+def test_text_is_no_number_at_any_depth(level, said):
+    with pytest.raises(ConfigError, match=said):
+        ConveyorConfig.load(level)
+
+
+def test_numbers_in_a_file_are_decimal(tmp_path):
+    (tmp_path / "level.yaml").write_text("mismatch: 5e-1\nbelt: {speed: .3}\npicks_per_shift: 010\n")
+    config = ConveyorConfig.load(tmp_path / "level.yaml")
+    assert (config.mismatch, config.belt.speed, config.picks_per_shift) == (0.5, 0.3, 10)
+
+
+def test_a_key_given_twice_changes_nothing_unseen(tmp_path):
+    (tmp_path / "level.yaml").write_text("belt: {speed: 0.3}\nmismatch: 0.5\nbelt: {x: [0, 1]}\n")
+    with pytest.raises(ConfigError, match="key 'belt' stands twice: line 3"):
+        ConveyorConfig.load(tmp_path / "level.yaml")
