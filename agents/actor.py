@@ -16,6 +16,7 @@
 from __future__ import annotations
 
 import importlib
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -26,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats
+from pnt_gym.reading import arrays_of
 
 from .cli import UsageError
 
@@ -34,6 +36,8 @@ Layers = tuple[tuple[Array, Array], ...]
 """Weight and bias of each full layer."""
 OUTPUTS: Final = ("squashed", "clipped", "scores")
 LSTM: Final = ("lstm_in", "lstm_kept", "lstm_bias")
+PARTS: Final = re.compile(rf"(?:weight|bias)_\d{{1,3}}|{'|'.join(LSTM)}|activation|output|bound|low|high")
+"""Names of the arrays in a file."""
 
 
 def _gelu(x: Floats) -> Floats:
@@ -158,8 +162,7 @@ class Actor:
             UsageError: it is damaged, or holds something else.
         """
         try:
-            with np.load(file, allow_pickle=False) as parts:
-                found = {name: parts[name] for name in parts.files}
+            found = arrays_of(file, PARTS)
             actor = cls(
                 layers_of(found),
                 str(found["activation"]),

@@ -16,7 +16,7 @@ from pnt_gym.cells.line.config import LineConfig
 
 from .cli import at_least, option, run
 from .environments import stream_seed
-from .files import check_writable, write_text
+from .outputs import check_writable, deliver_text
 from .tables import console, throws_bar
 from .versions import versions
 
@@ -58,7 +58,7 @@ def calibrated(
     told = list(thrown(LineConfig.load(config, throws="full", chances=None), throws, seed, num_envs, threads))
     columns = {name: np.concatenate([part[name] for part in told]) for name in told[0]}
     head = {"digest": digest(config), "throws": len(columns["kind"]), "seed": seed, "versions": versions()}
-    write_text(place, written(Chances.counted(config.cell, **columns), **head, items=list(config.cell.items)))
+    deliver_text(place, written(Chances.counted(config.cell, **columns), **head, items=list(config.cell.items)))
     held = columns["won"].sum() / columns["picked"].sum()
     return (
         f"{len(columns['kind'])} throws: cups sealed on {columns['picked'].mean():.1%}, of what they held {held:.1%} "

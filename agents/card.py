@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Any, Final, final
 
 import numpy as np
-import yaml
 
 from pnt_gym.arrays import Floats
+from pnt_gym.reading import text_of, yaml_text
 
 from .cli import UsageError
 from .drawings import COLOURS, Figure, dress, subplots
+from .files import MOST_RESULTS
 from .onnx_graph import OPSET
 from .runs import CHOOSING
 from .tables import Grid, landing_cells, markdown_text, percent
@@ -141,7 +142,7 @@ def card(
     lines = [f"| `{file}` | {text} |" for file, text in holds.items() if file in files]
     commands = "\n".join(said.use).format(name=name)
     parts = (
-        f"---\n{yaml.safe_dump(metadata(asked, figures), sort_keys=False)}---",
+        f"---\n{yaml_text(metadata(asked, figures))}---",
         markdown_text(f"# {asked['algo'].upper()} on {asked['env']}, level {level}"),
         f"Trained for {asked['steps']} {said.count} with seed {asked['seed']}, action mode "
         f"{markdown_text(asked['action_mode'])}.{_between(asked)} Measured on {found[said.judged]} held-out "
@@ -210,9 +211,9 @@ def curve(progress: Path, algo: str) -> Figure:
 def _columns(progress: Path) -> Floats:
     """Columns of progress.csv, as `agents.progress` writes it."""
     try:
-        lines = progress.read_text(encoding="utf-8").splitlines()[1:]
+        lines = text_of(progress, MOST_RESULTS).splitlines()[1:]
         rows = np.array([[float(number) for number in line.split(",")] for line in lines])
-    except (OSError, ValueError):
+    except ValueError:
         rows = np.zeros(0)
     if rows.shape[1:] != (5,):
         raise UsageError(f"run folder {str(progress.parent)!r} is damaged: {progress.name} is missing or torn")

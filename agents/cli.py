@@ -5,9 +5,11 @@ from __future__ import annotations
 import contextlib
 import io
 import re
+import signal
 import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any, TypeVar
 
 import tyro
@@ -15,11 +17,12 @@ import tyro
 from pnt_gym.errors import PntGymError, one_sentence
 
 from .places import module_name
+from .signals import REASONS, Interrupt, handled, interrupt
+from .streams import is_printed
 
 Arguments = TypeVar("Arguments")
 
 BAD_USAGE = 2
-INTERRUPTED = 130
 EXTRAS = {
     "torch": "rl",
     "stable_baselines3": "rl",
@@ -54,8 +57,10 @@ def run(
 ) -> None:
     """Parse a command line into `arguments` and run `command`.
 
-    Exit codes: 0 done, 2 with one sentence on stderr for a mistake of the user's, a full disk or too little memory, 130
-    interrupted.
+    Exit codes: 0 done, 2 with one sentence on stderr for a mistake of the user's, a full disk or too little memory, 128
+    and the signal's number where one of `signals.REASONS` ended the command.
+
+    Where the command writes data to standard output, what people read goes to standard error.
 
     Args:
         command: what to do.
@@ -72,7 +77,8 @@ def run(
         parsed = _parsed(arguments, f"python -m {module_name(name)}" if given is None else name, given)
         with warnings.catch_warnings():
             warnings.showwarning = lambda said, *_, **__: print(f"warning: {one_sentence(said)}", file=sys.stderr)
-            command(parsed)
+            with handled(interrupt), _printing(parsed):
+                command(parsed)
     except (PntGymError, OSError, MemoryError) as error:
         print(f"error: {explained(error)}", file=sys.stderr)
         sys.exit(BAD_USAGE)
@@ -83,9 +89,17 @@ def run(
             raise
         print(f"error: this needs {library}: pip install 'pnt_gym[{extra}]'", file=sys.stderr)
         sys.exit(BAD_USAGE)
-    except KeyboardInterrupt:
-        print("interrupted", file=sys.stderr)
-        sys.exit(INTERRUPTED)
+    except KeyboardInterrupt as error:
+        number = error.number if isinstance(error, Interrupt) else signal.SIGINT
+        with contextlib.suppress(OSError):  # a terminal that is closed
+            print(REASONS[number], file=sys.stderr)
+        sys.exit(128 + number)
+
+
+def _printing(arguments: Any) -> contextlib.AbstractContextManager[object]:
+    """Where the command prints what people read: to standard error if an option has it write to standard output."""
+    places = [value for value in vars(arguments).values() if isinstance(value, Path)]
+    return contextlib.redirect_stdout(sys.stderr) if any(map(is_printed, places)) else contextlib.nullcontext()
 
 
 def _parsed(arguments: type[Arguments], program: str, given: Sequence[str] | None) -> Arguments:

@@ -25,6 +25,7 @@ from pnt_gym.errors import one_sentence
 
 from .cli import UsageError
 from .parcel import check_identity, identity, pack
+from .signals import handled, interrupt
 from .work import Done, Job, Pool, do, processes
 
 RETRIES: Final = 10
@@ -84,7 +85,8 @@ def _on_cluster(
         try:
             _cores(ray)
             remote = ray.remote(num_cpus=1, max_retries=RETRIES)(_whole(__name__))
-            yield _ended(ray, jobs, lambda job: remote.remote(_sent(job), here, needs.modules, needs.torch))
+            with handled(interrupt):  # Ray has put a handler of its own in place
+                yield _ended(ray, jobs, lambda job: remote.remote(_sent(job), here, needs.modules, needs.torch))
         finally:
             ray.shutdown()  # the cluster ends the jobs of who leaves it
 

@@ -18,13 +18,13 @@ from .controllers import Learner, load_state, make_controller, save_state
 from .controllers.protocol import Controller
 from .environments import Env, make_vector, stream_seed
 from .evaluation import NUM_ENVS, evaluate, usual_picks, usual_practice
-from .files import VIDEOS, check_ending, check_writable, replace_file, write_json, write_text
 from .line.evaluation import SHIFTS
 from .line.evaluation import judged as shifts_judged
 from .line.film import SECONDS, decisions
 from .line.gantt import gantt
 from .line.making import line_controller, line_of, opened, the_line
 from .line.releasing import releaser
+from .outputs import VIDEOS, check_ending, check_writable, deliver, deliver_json, deliver_text
 from .tables import console, shifts_table, summary_table, throws_bar
 from .trained import setting
 
@@ -102,7 +102,7 @@ def main(arguments: Arguments) -> None:
     title += f", after {found['practice']} practice throws" if found["practice"] else ""
     console().print(summary_table(title, found))
     if arguments.json is not None:
-        write_json(arguments.json, found | {"env": env_id, "controller": arguments.controller})
+        deliver_json(arguments.json, found | {"env": env_id, "controller": arguments.controller})
         console().print(f"every throw is in {arguments.json}")
 
 
@@ -115,13 +115,13 @@ def judge_line(env: Env, env_id: str, arguments: Arguments) -> None:
         task = bar.add_task("shifts", total=shifts)
         found = shifts_judged(controller, env, shifts, arguments.seed, lambda count: bar.advance(task, count))
     if arguments.picture is not None:
-        write_text(arguments.picture, gantt(found))
+        deliver_text(arguments.picture, gantt(found))
     console().print(shifts_table(f"{controller.name} on {env_id}, level {found['level']}, {shifts} shifts", found))
     if arguments.video is not None:
         film(env_id, the_line(env).config, arguments, arguments.video)
     if arguments.json is not None:
         told = {"env": env_id, "controller": arguments.controller, "release": arguments.release or "analytic"}
-        write_json(arguments.json, told | found)
+        deliver_json(arguments.json, told | found)
         console().print(f"every decision is in {arguments.json}")
 
 
@@ -139,7 +139,7 @@ def film(env_id: str, level: LineConfig, arguments: Arguments, file: Path) -> No
     """Work the begin of the first shift once more, on one line, and film it."""
     with closing(make_vector(env_id, level, 1, 1)) as env:
         shown = decisions(worker(env, arguments), env, stream_seed("evaluate", arguments.seed), SECONDS)
-        replace_file(file, lambda path: record_video(the_line(env).view(), shown, path))
+        deliver(file, lambda path: record_video(the_line(env).view(), shown, path))
     console().print(f"a film of its first shift is in {file}")
 
 

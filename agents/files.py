@@ -6,27 +6,24 @@ import json
 import math
 import os
 import shutil
-from collections.abc import Callable, Generator, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+import warnings
+from collections.abc import Callable, Generator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Final, cast
 
 import numpy as np
-import yaml
+from filelock import FileLock, Timeout
 
 from pnt_gym.errors import PntGymError, one_sentence
+from pnt_gym.reading import ReadError, json_of, yaml_of
 
 from .cli import UsageError
 
-try:
-    import fcntl
-except ImportError:  # Windows, where nothing is locked
-    fcntl = None
-
-
-VIDEOS: Final = (".mp4", ".gif")
-PICTURES: Final = (".png", ".jpg", ".webp")
-"""Endings of files that can be drawn."""
+LOCK: Final = ".lock"
+"""File in a folder by which a command keeps others out."""
+MOST_RESULTS: Final = 2**28
+"""Bytes of a file of results."""
 
 
 @contextmanager
@@ -36,18 +33,23 @@ def held(folder: Path) -> Generator[None, None, None]:
     Raises:
         UsageError: another command is at it.
     """
-    with ExitStack() as ends:
-        if fcntl is not None:
-            lock = os.open(folder, os.O_RDONLY)
-            ends.callback(os.close, lock)
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                said = f"another command is at work in {str(folder)!r}; let it end, or choose another folder"
-                raise UsageError(said) from None
-            except OSError:
-                pass  # a file system that knows no locks
+    lock = FileLock(folder / LOCK, blocking=False)
+    try:
+        lock.acquire()
+    except Timeout:
+        said = f"another command is at work in {str(folder)!r}; let it end, or choose another folder"
+        raise UsageError(said) from None
+    except (FileNotFoundError, NotADirectoryError):
+        raise
+    except OSError as error:
+        warnings.warn(f"nothing keeps other commands out of {str(folder)!r}: {error.strerror}", stacklevel=3)
+    try:
         yield
+    finally:
+        if lock.is_locked:
+            with suppress(OSError):  # Windows removes no open file
+                (folder / LOCK).unlink()
+            lock.release()
 
 
 def unfinished(path: Path) -> Path:
@@ -102,9 +104,14 @@ def write_bytes(path: Path, data: bytes) -> None:
         raise UsageError(f"cannot write {str(path)!r}: {error.strerror}") from None
 
 
-def write_json(path: Path, data: Any, *, indent: int | None = 1) -> None:
-    """Write data as JSON at once; a NaN in it is an error, not a file other tools cannot read."""
-    write_text(path, json.dumps(data, indent=indent, allow_nan=False) + "\n")
+def write_json(path: Path, data: Any) -> None:
+    """Write data as JSON at once."""
+    write_text(path, json_text(data))
+
+
+def json_text(data: Any, *, indent: int | None = 1) -> str:
+    """Data as JSON; a NaN in the data is an error, not a file that other tools cannot read."""
+    return json.dumps(data, indent=indent, allow_nan=False) + "\n"
 
 
 def jsonable(values: Any) -> Any:
@@ -115,51 +122,28 @@ def jsonable(values: Any) -> Any:
     return None if isinstance(listed, float) and not math.isfinite(listed) else listed
 
 
-def check_ending(option: str, path: Path | None, endings: Sequence[str]) -> None:
-    """Make sure that the file of an option, if there is one, is of a kind that can be written.
+def read_json(path: Path, most: int = MOST_RESULTS) -> Any:
+    """Data of a JSON file, which may have so many bytes.
 
     Raises:
-        UsageError: it has another ending.
+        UsageError: the file is missing, too large, or not JSON.
     """
-    if path is not None and path.suffix.lower() not in endings:
-        raise UsageError(f"--{option} is {str(path)!r}; it must end in {' or '.join(endings)}")
-
-
-def check_writable(*paths: Path | None) -> None:
-    """Find out before hours of work whether those of `paths` that were asked for can be written after them.
-
-    Raises:
-        UsageError: one names a folder, or its folder cannot be made or written.
-    """
-    for path in paths:
-        if path is None:
-            continue
-        if path.exists() and not path.is_file():  # a device would be gone after the renaming
-            raise UsageError(f"cannot write {str(path)!r}: it is {'a folder' if path.is_dir() else 'no file'}")
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise UsageError(f"cannot write {str(path)!r}: {error.strerror}") from None
-        if not os.access(path.parent, os.W_OK):
-            raise UsageError(f"cannot write {str(path)!r}: its folder is read-only")
-
-
-def read_json(path: Path) -> Any:
-    """Data of a JSON file.
-
-    Raises:
-        UsageError: the file is missing or not JSON.
-    """
-    return _read(path, repr(str(path)), json.loads, "JSON")
+    try:
+        return json_of(path, most)
+    except ReadError as error:
+        raise UsageError(f"cannot read {str(path)!r}: {error}") from None
 
 
 def read_yaml(path: Path, what: str) -> Any:
     """Data of a YAML file of the user's; `what` they are to describe.
 
     Raises:
-        UsageError: the file is missing or not YAML.
+        UsageError: the file is missing, too large, or not YAML.
     """
-    return _read(path, f"{what} {str(path)!r}", yaml.safe_load, "YAML")
+    try:
+        return yaml_of(path)
+    except ReadError as error:
+        raise UsageError(f"cannot read {what} {str(path)!r}: {error}") from None
 
 
 @contextmanager
@@ -176,13 +160,3 @@ def of_its_form(path: Path) -> Generator[None, None, None]:
     except (LookupError, TypeError, ValueError, AttributeError) as error:
         said = f"{type(error).__name__}: {one_sentence(error, 80)}"
         raise UsageError(f"{str(path)!r} was not written by this version: it is of another form ({said})") from error
-
-
-def _read(path: Path, name: str, parse: Callable[[str], Any], form: str) -> Any:
-    try:
-        return parse(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise UsageError(f"cannot read {name}: {error.strerror}") from None
-    except Exception as error:
-        # PyYAML lets through whatever a tag or a date upsets.
-        raise UsageError(f"cannot read {name}: it is not valid {form}: {one_sentence(error, 100)}") from None

@@ -5,8 +5,12 @@ from __future__ import annotations
 import ast
 import math
 from collections.abc import Mapping
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
+
+from pnt_gym.cells.base.config import quotes_hint
+from pnt_gym.errors import one_sentence
 
 from .cli import UsageError
 from .files import read_yaml
@@ -65,6 +69,8 @@ OPTIONAL: Final = ("clip_range_vf", "target_kl", "action_noise")
 """What may be null as well."""
 WIDEST: Final = 10**5
 """Numbers in a layer of a network."""
+MOST_WEIGHTS: Final = 10**7
+"""Between the layers of a network."""
 
 
 def hyperparameters(algo: str, env_id: str, file: Path | None = None) -> dict[str, Any]:
@@ -82,10 +88,17 @@ def hyperparameters(algo: str, env_id: str, file: Path | None = None) -> dict[st
     entries = read_yaml(path, "hyperparameters")
     entries = entries if isinstance(entries, dict) else {}
     for name in (env_id, env_id.rpartition(":")[2], DEFAULT):
-        if isinstance(entries.get(name), dict):
-            return dict(entries[name])
+        if name in entries:
+            return _settings(path, name, entries[name])
     known = ", ".join(map(str, entries)) or "none"
     raise UsageError(f"hyperparameters {str(path)!r} have no entry for {env_id!r}; entries are {known}")
+
+
+def _settings(path: Path, name: str, entry: Any) -> dict[str, Any]:
+    if not isinstance(entry, dict):
+        said = f"entry {name!r} is {one_sentence(repr(entry), 80)}; it must be a mapping, {{}} for none"
+        raise UsageError(f"hyperparameters {str(path)!r}: {said}")
+    return dict(entry)
 
 
 def size(algo: str, env_id: str, settings: Mapping[str, Any]) -> dict[str, int]:
@@ -100,12 +113,9 @@ def size(algo: str, env_id: str, settings: Mapping[str, Any]) -> dict[str, int]:
         UsageError: a number out of its range.
     """
     usual = {**hyperparameters(algo, env_id), **settings}
-    found = {name: usual[key] for name, key in SIZES.items()}
-    for name, value in found.items():
-        # RL-Zoo's own files have numbers such as !!float 1e5 here.
-        found[name] = int(value) if isinstance(value, float) and value.is_integer() else value
-        _check(SIZES[name], found[name])
-    return found
+    for key in SIZES.values():
+        _check(key, usual[key])
+    return {name: _whole(usual[key]) for name, key in SIZES.items()}
 
 
 def checked(settings: Mapping[str, Any]) -> dict[str, Any]:
@@ -120,6 +130,8 @@ def checked(settings: Mapping[str, Any]) -> dict[str, Any]:
     kwargs = chosen["policy_kwargs"] = policy_arguments(chosen.get("policy_kwargs", {}))
     for name, value in {**chosen, **kwargs}.items():
         _check(name, value)
+    for values in (chosen, kwargs):
+        values |= {name: _whole(value) for name, value in values.items() if name in WHOLE}
     chosen.pop("price_of_time", None)  # of the reward, which is not made here
     if "patience" in chosen:
         kwargs["patience"] = chosen.pop("patience")
@@ -133,7 +145,25 @@ def _check(name: str, value: Any) -> None:
         UsageError: it is not.
     """
     if not _fits(name, value):
-        raise UsageError(f"hyperparameter {name} is {value!r}; it must be {_wanted(name)}")
+        hint = quotes_hint(value) if isinstance(value, str) else ""
+        raise UsageError(f"hyperparameter {name} is {one_sentence(repr(value), 80)}; it must be {_wanted(name)}{hint}")
+    weights = max(map(_weights, _layers(value)), default=0) if name == "net_arch" else 0
+    if weights > MOST_WEIGHTS:
+        raise UsageError(f"hyperparameter net_arch asks for {weights:,} weights; it must be at most {MOST_WEIGHTS:,}")
+
+
+def _whole(value: Any) -> Any:
+    """A number without a fraction as a whole one, as in levels: `1e5`; anything else as it is."""
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+def _layers(value: Any) -> list[Any]:
+    """Sizes of the layers of each network in a `net_arch`."""
+    return list(value.values()) if isinstance(value, dict) else [value]
+
+
+def _weights(sizes: list[int]) -> int:
+    return sum(before * after for before, after in pairwise(sizes))
 
 
 def _fits(name: str, value: Any) -> bool:
@@ -142,13 +172,13 @@ def _fits(name: str, value: Any) -> bool:
     if name in SWITCHES or isinstance(value, bool):
         return isinstance(value, bool) and name not in {*WHOLE, *REAL}
     if name in WHOLE:
+        value = _whole(value)
         return isinstance(value, int) and WHOLE[name][0] <= value <= WHOLE[name][1]
     if name in REAL:
         value = begin(value) if name == FALLING else value
         return isinstance(value, int | float) and REAL[name][0] <= value <= REAL[name][1]
     if name == "net_arch":
-        layers = list(value.values()) if isinstance(value, dict) else [value]
-        return all(isinstance(sizes, list) and all(_is_width(size) for size in sizes) for sizes in layers)
+        return all(isinstance(sizes, list) and all(_is_width(size) for size in sizes) for sizes in _layers(value))
     return name != "action_noise" and not (isinstance(value, float) and not math.isfinite(value))
 
 

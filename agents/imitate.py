@@ -15,11 +15,11 @@ from pnt_gym.cells.line.config import LineConfig
 from .cli import at_least, option, run
 from .environments import make_vector, stream_seed
 from .evaluation import NUM_ENVS
-from .files import check_writable, replace_file
 from .line.evaluation import SHIFTS, judged
 from .line.making import ENV, line_controller, the_line
 from .line.scored import Scored
 from .line.tuned import settings
+from .outputs import check_writable, deliver
 from .places import module_name
 from .tables import console, shifts_comparison, throws_bar
 
@@ -61,7 +61,7 @@ def main(arguments: Arguments) -> None:
     place = arguments.out or Path("runs") / f"{arguments.of}-{level.name}.npz"
     check_writable(place)
     scorer = taught(level, arguments)
-    replace_file(place, scorer.save)
+    deliver(place, scorer.save)
     console().print(f"the scorer is in {place}; {module_name('agents.evaluate')} --controller {place} works with it")
     if arguments.eval_shifts:
         compare(level, scorer, arguments)

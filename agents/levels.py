@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from itertools import takewhile
 from typing import Annotated, Final
 
-import yaml
-
 from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.one_joint.config import OneJointConfig
+from pnt_gym.reading import yaml_text
 
 from .cli import UsageError, option, run
 from .tables import Grid, console
@@ -46,7 +45,7 @@ def main(arguments: Arguments) -> None:
         console().print(Grid("levels that ship", ("environments / level", "what it is"), rows).terminal())
     elif arguments.show in known:
         kind, name = known[arguments.show]
-        print(yaml.safe_dump(kind.load(name).model_dump(mode="json"), sort_keys=False), end="")
+        print(yaml_text(kind.load(name).model_dump(mode="json")), end="")
     else:
         raise UsageError(f"level {arguments.show!r} does not ship; those that do are {', '.join(known)}")
 

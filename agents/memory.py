@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import json
 import random
+import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pnt_gym.reading import arrays_of, json_of
+
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
+
+
+HEADER: Final = 1024
+"""Bytes that an array takes in a file beside its numbers, at most."""
 
 
 def save_memory(memory: Any, path: Path) -> None:
@@ -26,15 +33,17 @@ def load_memory(memory: Any, path: Path) -> None:
     Raises:
         ValueError: it is of another size, or not such a file.
     """
-    with np.load(path, allow_pickle=False) as file:
-        pos, full = int(file["pos"]), bool(file["full"])
-        if not 0 <= pos < memory.buffer_size:
-            raise ValueError(f"pos is {pos}; it must be from 0 to {memory.buffer_size - 1}")
-        for name, array in _arrays(memory).items():
-            rows, found = array[: None if full else pos], file[name]
-            if (found.shape, found.dtype) != (rows.shape, rows.dtype):
-                raise ValueError(f"{name} is {found.dtype} {found.shape}; it must be {rows.dtype} {rows.shape}")
-            rows[:] = found
+    arrays = _arrays(memory)
+    names = re.compile("|".join([*arrays, "pos", "full"]))
+    kept = arrays_of(path, names, sum(array.nbytes + HEADER for array in arrays.values()) + 4 * HEADER)
+    pos, full = int(kept["pos"]), bool(kept["full"])
+    if not 0 <= pos < memory.buffer_size:
+        raise ValueError(f"pos is {pos}; it must be from 0 to {memory.buffer_size - 1}")
+    for name, array in arrays.items():
+        rows, values = array[: None if full else pos], kept[name]
+        if (values.shape, values.dtype) != (rows.shape, rows.dtype):
+            raise ValueError(f"{name} is {values.dtype} {values.shape}; it must be {rows.dtype} {rows.shape}")
+        rows[:] = values
     memory.pos, memory.full = pos, full
 
 
@@ -60,7 +69,7 @@ def load_random(model: BaseAlgorithm, path: Path) -> None:
     """Set every generator as `save_random` has found it."""
     import torch  # noqa: PLC0415 - as above
 
-    state = json.loads(path.read_text(encoding="utf-8"))
+    state = json_of(path)
     torch.set_rng_state(torch.tensor(state["torch"], dtype=torch.uint8))
     np.random.set_state(tuple(state["numpy"]))  # noqa: NPY002 - as above
     version, words, gauss = state["python"]

@@ -18,10 +18,10 @@ from .calibrate import calibrated
 from .cli import UsageError, at_least, option, run
 from .drawings import COLOURS, dress, subplots, svg
 from .environments import make_vector, stream_seed
-from .files import check_writable, write_json, write_text
 from .line.evaluation import worked
 from .line.making import ENV, NAMES, line_controller, the_line
 from .metrics import mean_interval
+from .outputs import check_writable, deliver_json, deliver_text
 from .tables import Grid, console, percent, throws_bar
 from .versions import versions
 
@@ -82,9 +82,9 @@ def main(arguments: Arguments) -> None:
     console().print(answer(arguments, rows))
     if arguments.json is not None:
         asked = {"level": level.name, "controller": arguments.controller, "seed": arguments.seed}
-        write_json(arguments.json, {**asked, "versions": versions(), "plans": rows})
+        deliver_json(arguments.json, {**asked, "versions": versions(), "plans": rows})
     if arguments.picture is not None:
-        write_text(arguments.picture, picture(arguments, rows))
+        deliver_text(arguments.picture, picture(arguments, rows))
 
 
 def _check(arguments: Arguments) -> None:

@@ -15,8 +15,8 @@ from pnt_gym.engine import has_display
 
 from .cli import UsageError, at_least, option, run
 from .environments import find_environment
-from .files import PICTURES, VIDEOS, check_ending, check_writable, replace_file
 from .line.film import SECONDS
+from .outputs import PICTURES, VIDEOS, check_ending, check_writable, deliver
 from .stage import PICKS, Stage
 from .tables import console
 from .trained import setting
@@ -78,11 +78,11 @@ def main(arguments: Arguments) -> None:
     with closing(stage_of(arguments, arguments.controller, arguments.level)) as stage:
         if arguments.video is not None:
             throws = stage.filmed(arguments.picks)
-            replace_file(arguments.video, lambda path: record_video(stage.view, throws, path, slow=arguments.slow))
+            deliver(arguments.video, lambda path: record_video(stage.view, throws, path, slow=arguments.slow))
             console().print(f"video in {arguments.video}")
         elif arguments.picture is not None:
             stage.advance(arguments.at)
-            replace_file(arguments.picture, lambda path: save_picture(stage.view, path, arguments.at))
+            deliver(arguments.picture, lambda path: save_picture(stage.view, path, arguments.at))
             console().print(f"picture of a throw in {arguments.picture}")
 
 

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-import signal
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from types import FrameType
 from typing import Any, final
 
 import numpy as np
 from stable_baselines3.common.callbacks import BaseCallback
 
-from .files import write_text
+from pnt_gym.reading import text_of
+
+from .files import MOST_RESULTS, write_text
+from .signals import handled, interrupt
 
 WINDOW = 256
 """Throws that the figures on the bar are averaged over."""
@@ -26,25 +29,27 @@ MANY = 4096
 
 @final
 class Stop:
-    """Whether Ctrl-C was pressed; the throw in progress is finished first."""
+    """Whether a signal asked to stop; the throw in progress is finished first."""
 
     def __init__(self) -> None:
-        self.asked = False
+        self.number: int | None = None
+        """Of the signal that asked."""
+
+    @property
+    def asked(self) -> bool:
+        """Whether a signal asked."""
+        return self.number is not None
 
     @contextmanager
     def listening(self) -> Iterator[Stop]:
-        """Take the first Ctrl-C as a wish; a second one interrupts at once."""
-        before = signal.getsignal(signal.SIGINT)
-
-        def on_signal(*_: Any) -> None:
-            self.asked = True
-            signal.signal(signal.SIGINT, before)
-
-        signal.signal(signal.SIGINT, on_signal)
-        try:
+        """Take the first signal as a wish; a second one interrupts at once."""
+        with handled(self._on_signal):
             yield self
-        finally:
-            signal.signal(signal.SIGINT, before)
+
+    def _on_signal(self, number: int, frame: FrameType | None) -> None:
+        if self.asked:
+            interrupt(number, frame)
+        self.number = number
 
 
 class ProgressCallback(BaseCallback):
@@ -135,7 +140,7 @@ def _lines_up_to(file: Path, throws: int, header: str) -> list[str]:
     """Header and lines of an earlier progress file, as far as they are part of the run."""
     if not file.is_file():
         return [header]
-    old = file.read_text(encoding="utf-8").splitlines()[1:]
+    old = text_of(file, MOST_RESULTS).splitlines()[1:]
     return [header, *(line for line in old if _throws_of(line) <= throws)]
 
 

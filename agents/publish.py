@@ -127,10 +127,10 @@ def names(folder: Path, env_id: str, asked: Mapping[str, Any]) -> tuple[str, str
     """
     level = read_yaml(folder / "env.yaml", "level")
     trained_on = level.get("name") if isinstance(level, dict) else None
-    name = f"{env_id.rpartition(':')[2]}-{trained_on}-{asked['algo']}-seed{asked['seed']}"
-    if not isinstance(trained_on, str) or Path(name).name != name or not name.isprintable():
-        raise UsageError(f"run folder {str(folder)!r} is damaged: env.yaml has name {trained_on!r}")
-    return trained_on, name
+    try:
+        return str(trained_on), runs.name_of({**asked, "env": env_id}, trained_on)
+    except UsageError:
+        raise UsageError(f"run folder {str(folder)!r} is damaged: env.yaml has name {trained_on!r}") from None
 
 
 def check_model(folder: Path) -> None:

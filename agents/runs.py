@@ -23,9 +23,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
-import yaml
-
 from pnt_gym.cells.base.config import LevelConfig
+from pnt_gym.reading import yaml_text
 
 from .actor import Actor
 from .cli import UsageError
@@ -57,6 +56,8 @@ LATER = {"fidelity": "full", "full_last": 0, "stack": 1, "over": "analytic"}
 """Arguments that older runs do not know, and what they did."""
 WHOLE = ("steps", "seed", "num_envs", "checkpoint_every", "full_last", "stack")
 """Of all arguments those that are whole numbers; the others are text."""
+MOST_MODEL: int = 2**28
+"""Bytes of a model, packed or not."""
 POLICY, MODEL, MEMORY, RANDOM = "policy.npz", "model.zip", "replay_buffer.npz", "random.json"
 
 
@@ -79,8 +80,8 @@ def create(
         shutil.rmtree(parts, ignore_errors=True)
         parts.mkdir(parents=True)
         write_arguments(parts, arguments)
-        write_text(parts / "config.yml", yaml.safe_dump({arguments["env"]: dict(settings)}, sort_keys=False))
-        write_text(parts / "env.yaml", yaml.safe_dump(config.model_dump(mode="json"), sort_keys=False))
+        write_text(parts / "config.yml", yaml_text({arguments["env"]: dict(settings)}))
+        write_text(parts / "env.yaml", yaml_text(config.model_dump(mode="json")))
         write_json(parts / "versions.json", versions())
         write_text(parts / "command.txt", " ".join(sys.argv) + "\n")
         state = git_state()
@@ -96,6 +97,19 @@ def create(
         shutil.rmtree(parts, ignore_errors=True)
 
 
+def name_of(asked: Mapping[str, Any], level: object) -> str:
+    """What a folder of a run is called, by what the run was asked for and its level; no part of it is a folder.
+
+    Raises:
+        UsageError: a file cannot be called so.
+    """
+    env_id = asked["env"].rpartition(":")[2].replace("/", "-")  # Gymnasium's ids may have a namespace
+    name = f"{env_id}-{level}-{asked['algo']}-seed{asked['seed']}"
+    if not isinstance(level, str) or Path(name).name != name or not name.isprintable():
+        raise UsageError(f"level {level!r} of environment {asked['env']!r} has a name that no folder can have")
+    return name
+
+
 @contextmanager
 def nothing_left(folder: Path) -> Generator[None, None, None]:
     """Remove a new run folder if an error ends the block before the first leg is done: it would block the next try."""
@@ -109,7 +123,7 @@ def nothing_left(folder: Path) -> Generator[None, None, None]:
 
 def write_arguments(folder: Path, arguments: Mapping[str, Any]) -> None:
     """Note what a run is asked for; a resumed run may be asked for more throws."""
-    write_text(folder / "args.yml", yaml.safe_dump(dict(arguments), sort_keys=False))
+    write_text(folder / "args.yml", yaml_text(dict(arguments)))
 
 
 def check_new(folder: Path) -> None:

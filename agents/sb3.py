@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
 import pickle
+import re
 import warnings
 from collections.abc import Mapping
 from copy import deepcopy
@@ -25,10 +27,11 @@ from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecNormalize
 
 from pnt_gym.errors import PntGymError, one_sentence
+from pnt_gym.reading import ReadError, archive, parsed_json
 
 from .cli import UsageError
-from .hyperparameters import FALLING, begin, checked
-from .runs import ALGORITHMS, CHOOSING, RECURRENT
+from .hyperparameters import FALLING, WIDEST, begin, checked
+from .runs import ALGORITHMS, CHOOSING, MOST_MODEL, RECURRENT
 from .vec_env import rows_thrown
 
 COUNTS = ("num_timesteps", "_n_updates", "_episode_num")
@@ -44,6 +47,10 @@ MARKS: Final = {
     "a2c": "vf_coef",
 }
 """What a stored model of each algorithm or its policy has, and none of an algorithm after it; DDPG is a kind of TD3."""
+PARTS: Final = re.compile(r"data|[a-z_.]+\.pth|_stable_baselines3_version|system_info\.txt")
+"""Names in a model's file."""
+INNER: Final = re.compile(r"[\w.]+/(?:data\.pkl|data/\d+|version|byteorder|\.[\w./]+)")
+"""Names in a file of tensors."""
 
 
 @final
@@ -149,9 +156,10 @@ def load_tensors(
         UsageError: it is damaged, or of other settings.
     """
     try:
-        with ZipFile(file) as parts:
-            stored = json.loads(parts.read("data"))
-            tensors = {name: _tensors(parts.read(name)) for name in parts.namelist() if name.endswith(".pth")}
+        with archive(file, PARTS, MOST_MODEL) as (parts, infos):
+            stored = parsed_json(parts.read("data"))
+            names = [info.filename for info in infos if info.filename.endswith(".pth")]
+            tensors = {name: _tensors(parts.read(name)) for name in names}
         model: Any = _made(asked["algo"], env or _nowhere(stored, asked["num_envs"]), settings, asked["seed"])
         states, variables = model._get_torch_save_params()
         model.set_parameters({name: tensors[f"{name}.pth"] for name in states})
@@ -159,6 +167,9 @@ def load_tensors(
             getattr(model, name).data = tensors["pytorch_variables.pth"][name].data
         for name in COUNTS:
             setattr(model, name, int(stored.get(name, 0)))
+    except ReadError as error:
+        said = f"{file.name} is truncated or not a model of its run: {error}"
+        raise UsageError(f"{str(file)!r} is damaged: {said}") from error
     except PntGymError:
         raise
     except Exception as error:
@@ -171,6 +182,8 @@ def _nowhere(stored: Mapping[str, Any], count: int) -> VecEnv:
     nowhere: gym.Env[Any, Any] = gym.Env()
     seen, action = (tuple(stored[f"{name}_space"]["_shape"]) for name in ("observation", "action"))
     count_of = stored["action_space"].get("n")
+    if max(math.prod(seen), math.prod(action), int(count_of or 0)) > WIDEST:
+        raise ValueError("spaces of absurd sizes")
     nowhere.observation_space = Box(-np.inf, np.inf, seen)
     nowhere.action_space = Box(-1.0, 1.0, action) if count_of is None else Discrete(int(count_of))
     rows = DummyVecEnv([lambda: nowhere])
@@ -179,7 +192,7 @@ def _nowhere(stored: Mapping[str, Any], count: int) -> VecEnv:
 
 
 def _tensors(data: bytes) -> dict[str, Any]:
-    with warnings.catch_warnings():
+    with archive(BytesIO(data), INNER, MOST_MODEL), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # an error says what is wrong with a foreign file
         return torch.load(BytesIO(data), map_location="cpu", weights_only=True)
 

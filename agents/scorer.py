@@ -14,6 +14,7 @@ A file of it is a NumPy archive of numbers and one name:
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +27,7 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.line.observation import CHOICE_TABLE, ENTRIES, LINE_TABLE
 from pnt_gym.cells.line.state import CHOICES
 from pnt_gym.errors import one_sentence
+from pnt_gym.reading import arrays_of
 
 from .actor import ACTIVATIONS, Layers, layers_of, named, through
 from .cli import UsageError
@@ -55,6 +57,10 @@ def rule(patience: float) -> tuple[Floats, float]:
         weight[NAMES.index(name)] = factor * (one[name] - zero[name])
         constant += float(factor * zero[name])
     return weight, constant
+
+
+PARTS: Final = re.compile(r"(?:weight|bias)_\d{1,3}|activation|patience")
+"""Names of the arrays in a file."""
 
 
 @final
@@ -114,8 +120,7 @@ class Scorer:
         if not file.is_file():
             raise UsageError(f"scorer {str(file)!r} does not exist")
         try:
-            with np.load(file, allow_pickle=False) as parts:
-                found = {name: parts[name] for name in parts.files}
+            found = arrays_of(file, PARTS)
             scorer = cls(layers_of(found), float(found["patience"]), str(found["activation"]))
             _check(scorer)
         except Exception as error:

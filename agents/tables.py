@@ -24,6 +24,8 @@ from . import metrics
 Summary = Mapping[str, Any]
 FIGURE: Final = re.compile(r"[^\w`]*\d")
 """How a figure begins, whatever sign or bracket stands before it."""
+MARKUP: Final = re.compile(r"(\\*)(\||<(?=[A-Za-z/!?])|\](?=[(\[:]))")
+"""What begins a tag, ends a link's text or parts cells in Markdown, after backslashes that would escape an escape."""
 NONE: Final = ("-", "")
 """Where there is no figure."""
 SORTING: Final = {
@@ -102,8 +104,8 @@ def _are_figures(cells: Sequence[str]) -> bool:
 
 
 def markdown_text(text: str) -> str:
-    """Text on one line of Markdown in which nothing is a tag or parts cells of a table."""
-    return re.sub(r"\||<(?=[A-Za-z/!?])", r"\\\g<0>", " ".join(text.split()))
+    """Text on one line of Markdown in which nothing is a tag or a link, or parts cells of a table."""
+    return MARKUP.sub(lambda found: rf"{2 * found[1]}\{found[2]}", " ".join(text.split()))
 
 
 def html_text(text: str) -> str:

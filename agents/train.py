@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from . import runs
-from .cli import INTERRUPTED, UsageError, at_least, option, run
+from .cli import UsageError, at_least, option, run
 from .controllers import make_controller
 from .controllers.between import PLANNER, as_seen
 from .controllers.own import run_policy
@@ -24,6 +24,7 @@ from .line.evaluation import SHIFTS
 from .line.making import line_of
 from .places import module_name
 from .runs import ALGORITHMS, CHOOSING, Algorithm
+from .streams import destination
 from .tables import comparison_table, console, throws_bar
 from .throws import summary
 from .trained import own_environment
@@ -128,9 +129,9 @@ def main(arguments: Arguments) -> None:
                 ends.enter_context(held(folder))
                 ends.enter_context(runs.nothing_left(folder))
             learn(model, env, folder, asked, stop, quick=quick, tensorboard=arguments.tensorboard)
-        if stop.asked:
+        if stop.number is not None:
             say_how_to_resume(folder, asked["env"], model.num_timesteps)
-            sys.exit(INTERRUPTED)
+            sys.exit(128 + stop.number)
         if arguments.eval_picks != 0:
             compare(folder, model.num_timesteps, cell, asked, arguments.eval_picks)
 
@@ -213,9 +214,8 @@ def start(
         return arguments.resume, model
     model = build(asked["algo"], env, settings, asked["seed"])
     config = core_of(env.env).config
-    env_id = asked["env"].rpartition(":")[2]
-    name = f"{env_id}-{config.name}-{asked['algo']}-seed{asked['seed']}-{time.strftime('%Y%m%d-%H%M%S')}"
-    folder = arguments.out if arguments.out is not None else Path("runs") / name
+    name = f"{runs.name_of(asked, config.name)}-{time.strftime('%Y%m%d-%H%M%S')}"
+    folder = destination(Path("runs") / name if arguments.out is None else arguments.out)
     runs.create(folder, asked, settings, config, model)
     return folder, model
 

@@ -24,6 +24,8 @@ from typing import Any, Final, final
 
 import yaml
 
+from pnt_gym.reading import PlainLoader, ReadError, bytes_of, yaml_of
+
 from . import runs
 from .cli import UsageError
 
@@ -47,7 +49,7 @@ class Trained:
 
 
 @final
-class _ZooLoader(yaml.SafeLoader):
+class _ZooLoader(PlainLoader):
     """Reads YAML with ordered mappings, as RL-Zoo writes them, as data."""
 
 
@@ -90,9 +92,9 @@ def files_of(place: Path) -> dict[str, bytes]:
     if root.is_dir():
         kept += [path for pattern in ("*.y*ml", "*/args.yml", "*/config.yml") for path in root.glob(pattern)]
     try:
-        return {path.relative_to(root.parent).as_posix(): path.read_bytes() for path in kept}
-    except OSError as error:
-        raise UsageError(f"cannot read {error.filename!r}: {error.strerror}") from None
+        return {path.relative_to(root.parent).as_posix(): bytes_of(path, runs.MOST_MODEL) for path in kept}
+    except ReadError as error:
+        raise UsageError(f"cannot read the files of {str(place)!r}: {error}") from None
 
 
 def _zoo(place: Path, inner: Path) -> Trained:
@@ -112,8 +114,7 @@ def _zoo(place: Path, inner: Path) -> Trained:
 
 def _zoo_yaml(path: Path) -> dict[str, Any]:
     try:
-        found = yaml.load(path.read_text(encoding="utf-8"), _ZooLoader)
-        return dict(found)
+        return dict(yaml_of(path, loader=_ZooLoader))
     except Exception:  # see `agents.files`
         raise UsageError(f"{str(path)!r} cannot be read as RL-Zoo writes it") from None
 

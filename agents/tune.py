@@ -9,16 +9,17 @@ from typing import Annotated, Any, Final, Literal, get_args
 
 import numpy as np
 import tyro
-import yaml
 
 from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.reading import yaml_text
 
 from .cli import UsageError, at_least, option, run
 from .environments import stream_seed
-from .files import check_writable, read_yaml, write_json, write_text
+from .files import read_yaml
 from .line import tuning
 from .line.tuned import FILE, rate, settings
 from .line.tuning import Bench, Tried
+from .outputs import check_writable, deliver_json, deliver_text
 from .tables import console, throws_bar, tuned_table
 from .versions import versions
 
@@ -68,7 +69,7 @@ def main(arguments: Arguments) -> None:
     if enough:
         keep(place, known, level, told)
     if arguments.json is not None:
-        write_json(arguments.json, as_json(level, arguments, told))
+        deliver_json(arguments.json, as_json(level, arguments, told))
     console().print(
         tuned_table(f"level {level.name}, {arguments.shifts} shifts each, seed {arguments.seed}", rows(told))
     )
@@ -151,9 +152,7 @@ def keep(place: Path, known: dict[str, Any], level: LineConfig, told: dict[str, 
     if "atc" in told:
         own["rate"] = round(a_second(told["atc"]), 3)
     own |= {what: tuning.best(values).settings for what, values in told.items()}
-    write_text(
-        place, HEAD + yaml.safe_dump({**known, level.name: own}, sort_keys=False, default_flow_style=None, width=110)
-    )
+    deliver_text(place, HEAD + yaml_text({**known, level.name: own}, default_flow_style=None, width=110))
 
 
 def as_json(level: LineConfig, arguments: Arguments, told: dict[str, list[Tried]]) -> dict[str, Any]:

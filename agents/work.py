@@ -6,7 +6,6 @@ import hashlib
 import json
 import multiprocessing
 import os
-import signal
 import threading
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
@@ -19,8 +18,10 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple, Protocol, TypeAlias, final
 
 from .cli import UsageError
-from .files import check_writable, held, read_json, write_bytes
+from .files import held, read_json, write_bytes
+from .outputs import check_writable
 from .places import CODE, code_pattern
+from .signals import blocked
 from .tables import throws_bar
 from .versions import versions
 
@@ -151,9 +152,11 @@ def _side_by_side(count: int, jobs: Sequence[Job], folder: Path) -> Generator[It
     """
     os.environ["OMP_NUM_THREADS"] = "1"  # the workers inherit it: threads of theirs would fight for the cores
     spawning = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(min(count, len(jobs)), spawning, initializer=_end_with_parent)
+    with blocked():
+        # Python's keeper of semaphores starts here too.
+        pool = ProcessPoolExecutor(min(count, len(jobs)), spawning, initializer=_end_with_parent)
     try:
-        with _interrupts_wait():
+        with blocked():
             futures = {pool.submit(do, job, folder): job for job in jobs}
         yield ((futures[future], future.result()) for future in as_completed(futures))
     except BrokenProcessPool:
@@ -163,7 +166,7 @@ def _side_by_side(count: int, jobs: Sequence[Job], folder: Path) -> Generator[It
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
         for process in multiprocessing.active_children():
-            process.terminate()
+            process.kill()  # workers heed no other signal
 
 
 def do(job: Job, folder: Path) -> Done:
@@ -187,13 +190,3 @@ def _end_with_parent() -> None:
             os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
-
-
-@contextmanager
-def _interrupts_wait() -> Generator[None, None, None]:
-    """Ctrl-C reaches all processes: those started in the block never heed it, this one does when the block is over."""
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 from ..cli import at_least, option, run
 from ..cluster import Needs, pool
-from ..files import check_writable, write_json
+from ..outputs import check_writable, deliver_json
 from ..places import MADE, SHIPPED
 from ..tables import comparison_table, console, shifts_comparison
 from ..versions import versions
@@ -52,7 +52,7 @@ def main(arguments: Arguments) -> None:
     found = assemble(plan, results)
     head = {"plan": plan.model_dump(mode="json"), "versions": versions()}
     seconds = sum(part["seconds"] for part in parts)
-    write_json(out, {**head, "seconds": seconds, **found, "results": results}, indent=None)
+    deliver_json(out, {**head, "seconds": seconds, **found, "results": results}, indent=None)
     show(plan, found["table"])
     console().print(f"all figures and throws are in {out}")
 

@@ -15,6 +15,7 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.line.chances import needed, written
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.core import LineCore
+from pnt_gym.reading import MOST_NUMBERS, bytes_of
 
 from .. import metrics
 from ..cli import UsageError
@@ -102,7 +103,7 @@ def guides(name: str, levels: Sequence[LineConfig], options: Mapping[str, Any]) 
 def _learned(name: str) -> str:
     """Digest of what was learned."""
     place = at(name)
-    return hashlib.sha256((place / POLICY if place.is_dir() else place).read_bytes()).hexdigest()
+    return hashlib.sha256(bytes_of(place / POLICY if place.is_dir() else place, MOST_NUMBERS)).hexdigest()
 
 
 def effort(name: str, level: LineConfig, shifts: int, rows: int) -> int:

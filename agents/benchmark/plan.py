@@ -13,7 +13,7 @@ from typing import Annotated, Any, Self, final
 
 from pydantic import Field, ValidationError, model_validator
 
-from pnt_gym.cells.base.config import LevelConfig, Section, first_problem
+from pnt_gym.cells.base.config import FileName, LevelConfig, Section, first_problem
 from pnt_gym.cells.line.config import LineConfig
 
 from ..cli import UsageError
@@ -73,7 +73,7 @@ _CODE_OF_LINES = (
 class Plan(Section):
     """A benchmark; the defaults are what the paired comparison needs."""
 
-    name: str = Field(pattern=r"^[A-Za-z0-9_-]+$")
+    name: FileName = Field(pattern=r"^[A-Za-z0-9_-]+$")
     env: str = Field(
         "PnTRelease-v0",
         description="Its objects do not depend on the actions: throws, or shifts of a line, are paired.",

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from gymnasium import Space
@@ -15,10 +17,11 @@ from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.line.core import LineCore
 from pnt_gym.errors import one_sentence
+from pnt_gym.reading import AccessError, arrays_of
 
 from ..cli import UsageError
 from ..environments import Env, core_of
-from ..files import replace_file
+from ..outputs import deliver
 from ..places import ADAPTIVE
 from .adaptive import IN_CONTEXT, STATIC, Adaptive, is_told
 from .analytic import Analytic
@@ -35,6 +38,9 @@ from .regression import OnPolicyRegression
 from .ridge import Ridge
 from .trackers import Kalman, Known, Nothing, RecursiveRidge, RunningMean, Tracker
 
+MISSING: Final = os.strerror(errno.ENOENT)
+STATE: Final = re.compile(r"\w[\w .:-]*")
+"""Names of the arrays that a controller saves."""
 _ANY_ACTIONS: Mapping[str, Callable[..., Controller]] = {
     "analytic": lambda env: Analytic(_entries(env.single_action_space)),
     "random": lambda env: Random(_entries(env.single_action_space)),
@@ -167,7 +173,7 @@ def save_state(controller: Learner, path: Path) -> None:
         with temporary.open("wb") as file:  # given a name, numpy would append a suffix
             np.savez(file, controller=np.array(knowledge(controller)[0]), **controller.state())
 
-    replace_file(path, write)
+    deliver(path, write)
 
 
 def load_state(controller: Learner, path: Path) -> None:
@@ -202,10 +208,10 @@ def read_state(path: Path) -> tuple[str, dict[str, np.ndarray]]:
         UsageError: the file is missing or damaged.
     """
     try:
-        with np.load(path, allow_pickle=False) as file:
-            state: dict[str, np.ndarray] = {name: file[name] for name in file.files}
+        state = arrays_of(path, STATE)
         return str(state.pop("controller")), state
-    except FileNotFoundError:
-        raise UsageError(f"{str(path)!r} does not exist") from None
+    except AccessError as error:
+        said = f"holds no saved controller: {error}" if str(error) != MISSING else "does not exist"
+        raise UsageError(f"{str(path)!r} {said}") from None
     except Exception:  # there is no telling what a torn or foreign file upsets
         raise UsageError(f"{str(path)!r} holds no saved controller") from None

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from ..cli import UsageError, run
-from ..files import held, of_its_form, read_json, write_text
+from ..files import held, of_its_form, read_json
+from ..outputs import deliver_text
 from ..places import MADE
 from ..reproduce.grids import plain
 from ..tables import console
@@ -44,9 +45,9 @@ def main(arguments: Arguments) -> None:
     with held(arguments.results):
         for chapter in chapters:
             for name, text in chapter.figures.items():
-                write_text(arguments.results / "figures" / name, text)
-        write_text(arguments.results / "README.md", markdown_page(chapters))
-        write_text(arguments.results / "report.html", page(chapters))
+                deliver_text(arguments.results / "figures" / name, text)
+        deliver_text(arguments.results / "README.md", markdown_page(chapters))
+        deliver_text(arguments.results / "report.html", page(chapters))
         if arguments.readme.is_file():
             update_readme(arguments.readme, arguments.results)
     console().print(f"report of {len(chapters)} results in {arguments.results / 'report.html'}")

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from ..cli import UsageError
-from ..files import of_its_form, read_json, write_text
+from ..files import of_its_form, read_json
+from ..outputs import deliver_text
 from ..tables import Grid, markdown_text
 from .adaptation import camera_table, newcomers_table
 from .line import gains_table, learned_table, worked_table
@@ -83,7 +84,7 @@ def update_readme(readme: Path, results: Path) -> None:
     text = readme.read_text(encoding="utf-8")
     changed = with_blocks(text, results)
     if changed != text:
-        write_text(readme, changed)
+        deliver_text(readme, changed)
 
 
 def _table(name: str, results: Path) -> Grid:

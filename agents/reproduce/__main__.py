@@ -12,7 +12,7 @@ from typing import Annotated
 import tyro
 
 from ..cli import UsageError, at_least, option, run
-from ..files import check_writable, write_json, write_text
+from ..outputs import check_writable, deliver_json, deliver_text
 from ..places import MADE
 from ..tables import console
 from ..work import Job, do_missing, processes
@@ -56,11 +56,11 @@ def main(arguments: Arguments) -> None:
     for grid in headlines(record):
         console().print(grid.terminal())
     if arguments.json is not None:
-        write_json(arguments.json, record)
+        deliver_json(arguments.json, record)
         console().print(f"all {len(record['rows'])} figures are in {arguments.json}")
     if arguments.figures is not None:
         for name, text in drawings.items():
-            write_text(arguments.figures / name, text)
+            deliver_text(arguments.figures / name, text)
         console().print(f"{len(drawings)} drawings are in {arguments.figures}")
 
 

@@ -170,7 +170,8 @@ def test_train_explains_mistakes(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_ctrl_c_leaves_a_run_that_resume_continues(tmp_path: Path) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_leaves_a_run_that_resume_continues(number: signal.Signals, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "agents.train", "--num-envs", "8", "--steps", "5000", "--out", "run"]
     process = subprocess.Popen(
         command, cwd=tmp_path, env=environment(), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
@@ -179,9 +180,9 @@ def test_ctrl_c_leaves_a_run_that_resume_continues(tmp_path: Path) -> None:
     while not (tmp_path / "run" / "args.yml").exists() and time.monotonic() < deadline:
         time.sleep(0.05)
     time.sleep(1.0)
-    process.send_signal(signal.SIGINT)
+    process.send_signal(number)
     _, said = process.communicate(timeout=60)
-    assert process.returncode == 130, said
+    assert process.returncode == 128 + number, said
     assert "continue with: python -m agents.train --resume run" in said
     assert "Traceback" not in said
     done = runs.load_model(tmp_path / "run").num_timesteps

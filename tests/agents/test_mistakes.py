@@ -15,6 +15,7 @@ import yaml
 from agents.cli import explained
 from agents.places import POLICY
 from pnt_gym.errors import PhysicsError
+from pnt_gym.reading import yaml_text
 from tests.tools.commands import answered, refused
 from tests.tools.toy_cell import ToyVectorEnv, register_toy
 
@@ -38,15 +39,17 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 YAML = {
-    "date": ("bins: 2020-13-45", "month must be in 1..12"),
-    "int": ("bins: !!int abc", "invalid literal"),
-    "float": ("bins: !!float abc", "could not convert"),
+    "date": ("bins: 2020-13-45", ""),
+    "int": ("bins: !!int abc", "no decimal whole number"),
+    "float": ("bins: !!float abc", "no decimal number"),
     "bool": ("bins: !!bool abc", "'abc'"),
     "timestamp": ("bins: !!timestamp abc", "not valid YAML"),
-    "brackets": ("[" * 20_000, "recursion"),
+    "brackets": ("[" * 20_000, "too deep"),
     "digits": ("bins: " + "1" * 5000, "4300 digits"),
-    "latin-1": ("bins: é".encode("latin-1"), "utf-8"),
-    "binary": (bytes(range(256)), "utf-8"),
+    "latin-1": ("bins: é".encode("latin-1"), "not UTF-8"),
+    "binary": (bytes(range(256)), "not UTF-8"),
+    "twice": ("bins: 1\nbins: 2", "key 'bins' stands twice: line 2"),
+    "itself": ("bins: &a [*a]", "refers to itself"),
     "tab": ("bins:\n\t- a", "not valid YAML"),
     "list": ("[1, 2]", ""),
     "text": ("nothing", ""),
@@ -103,7 +106,7 @@ WRONG = [
     (("agents.train", *START[:-1], "file"), "exists already"),
     (("agents.train", *START[:-1], "file/run"), "cannot write run folder"),
     (("agents.train", *START[:-1], LONG), "File name too long"),
-    (("agents.train", *START, "--config", "folder"), "Is a directory"),
+    (("agents.train", *START, "--config", "folder"), "it is a folder"),
     (("agents.benchmark", "--config", "plan.yaml", "--work", "file", "--out", "o.json"), "cannot write"),
     (("agents.benchmark", "--config", "plan.yaml", "--work", "file/x", "--out", "o.json"), "cannot write"),
     (("agents.benchmark", "--config", "far.yaml", "--out", "o.json"), "picks is -1111111111"),
@@ -142,7 +145,9 @@ HYPERPARAMETERS = [
     ({"buffer_size": 0}, "hyperparameter buffer_size is 0; it must be a whole number from 1"),
     ({"buffer_size": 1e11}, "hyperparameter buffer_size is 100000000000.0"),
     ({"buffer_size": 10**11}, "hyperparameter buffer_size is 100000000000"),
-    ({"buffer_size": "1e11"}, "hyperparameter buffer_size is '1e11'"),
+    ({"buffer_size": "1e11"}, "whole number from 1 to 1000000000; write 1e11 without quotes"),
+    ({"gamma": "0.9"}, "hyperparameter gamma is '0.9'; it must be a number from 0 to 1; write 0.9 without quotes"),
+    ({"policy_kwargs": {"net_arch": [10**5, 10**5]}}, "net_arch asks for 10,000,000,000 weights"),
     ({"policy_kwargs": {"net_arch": [-1]}}, "hyperparameter net_arch is [-1]; it must be a list of whole numbers"),
     ({"policy_kwargs": {"net_arch": {"pi": [0], "qf": [8]}}}, "hyperparameter net_arch is"),
     ({"policy_kwargs": {"net_arch": 5}}, "hyperparameter net_arch is 5"),
@@ -171,7 +176,7 @@ HYPERPARAMETERS = [
 
 @pytest.mark.parametrize(("wrong", "said"), HYPERPARAMETERS, ids=str)
 def test_wrong_hyperparameters_leave_no_folder(here: Path, wrong: dict[Any, Any], said: str) -> None:
-    (here / "sac.yml").write_text(yaml.safe_dump({"default": {**SETTINGS, **wrong}}))
+    (here / "sac.yml").write_text(yaml_text({"default": {**SETTINGS, **wrong}}))
     assert said in refused("agents.train", *START, "--config", "sac.yml")
     assert [path.name for path in here.iterdir()] == ["sac.yml"]
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import io
+import re
 from html.parser import HTMLParser
 
 import pytest
+from markdown_it import MarkdownIt
 from rich.console import Console
 
 from agents.tables import Grid, comparison_table, html_text, markdown_text, settings_text
@@ -62,10 +64,25 @@ def test_names_of_columns_are_escaped_too() -> None:
         ("<!-- x -->", r"\<!-- x -->"),
         ("|", r"\|"),
         ("`code`", "`code`"),
+        ("x [1] y", "x [1] y"),
+        ("[a](javascript:alert(1))", r"[a\](javascript:alert(1))"),
     ],
 )
 def test_text_stays_one_line_of_text(text: str, written: str) -> None:
     assert markdown_text(text) == written
+
+
+TEXT = ("[a](javascript:alert(1))", "[a][b]", "[a]: b", "![a](b)", "<b>x", "<javascript:x>", "a|b", "a & b", "[a]")
+
+
+@pytest.mark.parametrize("escapes", ["", "\\", "\\\\", "\\\\\\"])
+@pytest.mark.parametrize("text", TEXT)
+def test_no_text_in_a_cell_is_a_link_a_picture_or_a_tag(text: str, escapes: str) -> None:
+    own = re.sub(r"([]|<])", lambda found: escapes + found[1], text)
+    page = Grid("", ("a", "b"), [(own, "1")]).markdown() + "\n\n[b]: javascript:x\n"
+    html = MarkdownIt("commonmark").enable("table").render(page)
+    assert not re.search(r"<(a|img|b|script)\b", html), html
+    assert html.count("<td") == 2
 
 
 def test_html_has_code_between_backticks_and_nothing_else() -> None:

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -92,17 +93,24 @@ def test_a_write_that_fails_leaves_what_was_there(tmp_path: Path, monkeypatch: p
     assert do_missing([job], tmp_path / "kept", processes(1)) == before
 
 
+@dataclass(frozen=True)
+class Nothing:
+    """Arguments of a command without any."""
+
+
 @pytest.fixture
 def working(tmp_path: Path) -> subprocess.Popen[bytes]:
     """A process whose two workers have done one job and are at others that take long."""
     code = (
         "import signal; from functools import partial; from pathlib import Path\n"
+        "from agents.cli import run\n"
         "from agents.work import Job, do_missing, processes\n"
-        "from tests.agents.test_work import noted, wait\n"
+        "from tests.agents.test_work import Nothing, noted, wait\n"
         "if __name__ == '__main__':\n"
         "    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs inherit deaf ears\n"
         "    waiting = [Job(f'w{n}', 'k', wait) for n in range(4)]\n"
-        "    do_missing([Job('a', 'k', partial(noted, 'a', Path('log')), 9), *waiting], Path('kept'), processes(2))\n"
+        "    work = [Job('a', 'k', partial(noted, 'a', Path('log')), 9), *waiting]\n"
+        "    run(lambda _: do_missing(work, Path('kept'), processes(2)), Nothing, 'work', [])\n"
     )
     (tmp_path / "script.py").write_text(code)
     command = [sys.executable, "script.py"]
@@ -126,22 +134,29 @@ def all_ended(group: int) -> bool:
     return False
 
 
-def test_ctrl_c_ends_all_processes_and_keeps_what_is_done(working: subprocess.Popen[bytes], tmp_path: Path) -> None:
-    os.killpg(working.pid, signal.SIGINT)
-    _, said = working.communicate(timeout=120)
-    assert said.decode().rstrip().endswith("KeyboardInterrupt")
-    assert said.decode().count("Traceback") == 1
+@pytest.mark.parametrize("whole_group", [True, False])
+@pytest.mark.parametrize(
+    ("number", "said"),
+    [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated"), (signal.SIGHUP, "hung up")],
+)
+def test_a_signal_ends_all_processes_and_keeps_what_is_done(
+    number: signal.Signals, said: str, whole_group: bool, working: subprocess.Popen[bytes], tmp_path: Path
+) -> None:
+    """Ctrl-C and a closed terminal reach the whole group, a scheduler may signal the first process alone."""
+    if whole_group:
+        os.killpg(working.pid, number)
+    else:
+        working.send_signal(number)
+    _, complaint = working.communicate(timeout=120)
+    assert (working.returncode, complaint.decode()) == (128 + number, f"{said}\n")
     assert all_ended(working.pid)
     assert files(tmp_path / "kept") == ["a-k.json"]
     assert json.loads((tmp_path / "kept" / "a-k.json").read_text())["name"] == "a"
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
-def test_workers_end_with_their_parent_however_it_ends(
-    working: subprocess.Popen[bytes], number: signal.Signals
-) -> None:
-    working.send_signal(number)
-    assert working.wait(timeout=120) == -number
+def test_workers_end_with_their_parent_when_that_is_killed(working: subprocess.Popen[bytes]) -> None:
+    working.kill()
+    assert working.wait(timeout=120) == -signal.SIGKILL
     assert all_ended(working.pid)
 
 

@@ -30,6 +30,7 @@ from unittest import mock
 from zipfile import ZipFile
 
 from agents.benchmark import plan
+from agents.files import LOCK
 from agents.reproduce import papers
 from tests.tools.commands import environment
 
@@ -242,11 +243,12 @@ def _timeless(data: Any) -> Any:
 
 
 def half_files(folder: Path) -> list[str]:
-    """Files that are there under their name and not whole; what bears a temporary name is nobody's."""
+    """Files that are there under their name and not whole; temporary files are nobody's, and a lock is empty."""
     found: list[str] = []
     for path in sorted(folder.rglob("*")):
         parts = path.relative_to(folder).parts
-        if not path.is_file() or any(part.startswith(".") and part.endswith(".tmp") for part in parts):
+        temporary = any(part.startswith(".") and part.endswith(".tmp") for part in parts)
+        if not path.is_file() or path.name == LOCK or temporary:
             continue
         try:
             if path.suffix in (".zip", ".npz"):

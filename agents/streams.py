@@ -1,0 +1,47 @@
+"""Which paths of a user's name an open stream of this process instead of a file."""
+
+from __future__ import annotations
+
+import errno
+import os
+from contextlib import suppress
+from pathlib import Path
+from typing import Final
+
+STANDARD: Final = {"-": 1, "/dev/stdout": 1, "/dev/stderr": 2}
+"""Descriptors by path."""
+MOST_LINKS: Final = 40
+"""As many as Linux follows."""
+
+
+def destination(path: Path) -> Path:
+    """The place that a path stands for: links are followed up to a file, a place without one, or an open stream.
+
+    The links of /dev and /proc name open streams. A stream may well be a file, but no other file may take its place.
+
+    Raises:
+        OSError: the links form a circle.
+    """
+    if str(path) in STANDARD:
+        return path
+    for _ in range(MOST_LINKS):
+        path = Path(os.path.realpath(path.parent)) / path.name
+        if not path.is_symlink() or stream_of(path) is not None:
+            return path
+        path = path.parent / path.readlink()
+    raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), str(path))
+
+
+def stream_of(place: Path) -> int | None:
+    """The descriptor of the open stream that a destination names; None for a file."""
+    if str(place) in STANDARD:
+        return STANDARD[str(place)]
+    own = place.parent == Path(f"/proc/{os.getpid()}/fd") and place.name.isdecimal()
+    return int(place.name) if own else None
+
+
+def is_printed(path: Path) -> bool:
+    """Whether what is written to a path goes to standard output."""
+    with suppress(OSError):  # told by who writes there
+        return stream_of(destination(path)) == 1
+    return False
