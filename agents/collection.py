@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import io
+import json
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass
@@ -17,10 +18,10 @@ from numpy.typing import NDArray
 
 from pnt_gym.cells.base.config import LevelConfig
 
-from .controllers import make_controller
 from .controllers.protocol import Controller, Learner, State
 from .environments import Env, Role, make_vector, stream_seed
 from .episodes import Episode, episode_seeds, episodes
+from .makers import controller_for
 from .parcel import own_code
 from .work import Job, code_digest, key
 
@@ -29,17 +30,26 @@ CHUNK: Final = 512
 _CODE: Final = (
     "pnt_gym/**/*.py",
     "pnt_gym/**/*.yaml",
+    "pnt_gym/**/*.json",
+    "configs/cells/**/*.yaml",
+    "configs/cells/**/*.json",
+    "configs/line_rules.yaml",
     "agents/actor.py",
     "agents/collection.py",
     "agents/controllers/**/*.py",
     "agents/environments.py",
     "agents/episodes.py",
+    "agents/line/*.py",
+    "agents/makers.py",
+    "agents/residual.py",
+    "agents/runs.py",
     "agents/sb3.py",
+    "agents/scorer.py",
     "agents/throws.py",
     "agents/vec_env.py",
     "agents/weights.py",
 )
-"""The code that decides what is thrown."""
+"""The code that decides what is thrown, and the levels, tables and settings that it reads."""
 
 
 @final
@@ -48,7 +58,7 @@ class Thrower:
     """Who throws, with all that it takes to make it anywhere.
 
     Attributes:
-        name: as `make_controller` takes it; of a trained policy that of its folder or file, which is among `files`.
+        name: as `controller_for` takes it; of a trained policy that of its folder or file, which is among `files`.
         files: contents by path, of a trained policy (see `agents.trained.files_of`).
         trust: run the code that may be in them.
         state: what it has learned, if it learns.
@@ -66,7 +76,7 @@ class Thrower:
                 (Path(folder) / path).parent.mkdir(parents=True, exist_ok=True)
                 (Path(folder) / path).write_bytes(content)
             name = str(Path(folder) / self.name) if self.files else self.name
-            controller = make_controller(name, env, trust=self.trust)
+            controller = controller_for(name, env, trust=self.trust)
         controller.reset(seed)
         if self.state is not None and isinstance(controller, Learner):
             controller.restore(self.state)
@@ -91,7 +101,7 @@ class Collection:
         level: a shipped one by its name, or all that it says.
         mode: of the actions.
         num_envs: most cells side by side.
-        episode: most throws in an episode.
+        episode: most throws in an episode, or about as many as there are.
         thrower: who throws.
         role: what the throws are for.
         seed: names them.
@@ -116,9 +126,11 @@ class Collection:
         ]
 
     def _key(self) -> str:
+        ships = isinstance(self.level, str)
         return key(
             env=self.env,
-            level=self.level if isinstance(self.level, str) else self.level.model_dump(mode="json"),
+            level=self.level if ships else self.level.model_dump(mode="json"),
+            files=[] if ships else [hashlib.sha256(file.read_bytes()).hexdigest() for file in self.level.files()],
             settings=[self.mode, self.num_envs, self.role, self.seed],
             thrower=self.thrower.digest(),
             code=code_digest(_CODE),
@@ -150,6 +162,7 @@ def packed(found: Iterable[Episode]) -> bytes:
         "actions": np.concatenate([one.actions for one in whole]),
         "rewards": np.concatenate([one.rewards for one in whole]),
         "lengths": np.array([len(one) for one in whole]),
+        "figures": np.array([json.dumps(one.figures) for one in whole]),
     }
     for name in ("observations", "told", "hidden"):
         arrays |= _joined(name, [getattr(one, name) for one in whole])
@@ -173,6 +186,7 @@ def unpacked(file: Path) -> Iterator[Episode]:
         arrays["terminated"].tolist(),
         _parted("told", arrays, seen, count),
         _parted("hidden", arrays, throws, count),
+        map(json.loads, arrays["figures"].tolist()),
     )
     return (Episode(*row) for row in zip(*columns, strict=True))
 

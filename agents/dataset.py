@@ -15,18 +15,18 @@ import numpy as np
 import tyro
 from rich.progress import Progress
 
-from pnt_gym.cells.base.core import Core
+from pnt_gym.cells.base.features import numbered
 
 from .cli import UsageError, at_least, option, run
 from .cluster import Needs, pool
 from .collection import Collection, Thrower, unpacked
-from .controllers import make_controller
 from .controllers.protocol import Controller, Learner
-from .environments import Env, Role, core_of, cores_of, make_single, make_vector
+from .environments import Env, Role, core_of, make_single, make_vector
 from .episodes import Episode
 from .evaluation import NUM_ENVS, practise, usual_practice
-from .places import MADE, POLICY
-from .tables import Grid, console, millimetres, throws_bar
+from .makers import controller_for, expert_for
+from .places import MADE, at
+from .tables import Grid, console, millimetres, percent, throws_bar
 from .trained import files_of, setting
 from .versions import git_state, versions
 from .work import keep_missing
@@ -36,10 +36,18 @@ if TYPE_CHECKING:
 
 EXPERT: Final = "expert"
 """Stands for what `--expert` names."""
-EXPERTS: Final = dict.fromkeys(("PnTConveyor-v0", "PnTRelease-v0"), str(POLICY))
-"""What scores 1 unless another is named, by environment; elsewhere the oracle does."""
 NEEDED: Final = ("pnt_gym", "mujoco", "gymnasium", "numpy", "scipy")
 """Packages on whose versions the bits of a throw depend."""
+SAID: Final = ("config", "cell", "item_names")
+"""What the core of an environment must have for a dataset to say what it is of."""
+SHOWN: Final[Mapping[str, tuple[str, Callable[[float], str]]]] = {
+    "is_success": ("success", percent),
+    "sorted": ("sorted", percent),
+    "landing_error": ("landing error, mean", millimetres),
+    "shift_value_per_min": ("value a minute, mean", "{:.1f}".format),
+    "shift_sorted_per_min": ("sorted a minute, mean", "{:.1f}".format),
+}
+"""What the last table shows the mean of, where the environment tells it: how it is called and written."""
 
 
 @dataclass(frozen=True)
@@ -51,9 +59,11 @@ class Arguments:
     """
 
     controller: Annotated[str, tyro.conf.arg(metavar="NAME|expert|RUN_DIR|MODULE:CLASS|MODEL.zip")] = "random"
-    """Who throws: a controller's name, the expert, the folder of a training run, a class of your own, or with --trust a
-    model of others."""
-    expert: Annotated[str | None, option("the policy that ships, off the conveyor oracle", "NAME|RUN_DIR|...")] = None
+    """Who throws: a controller's name, the expert, the folder of a training run, a class of your own, on a line a
+    scorer's FILE.npz, or with --trust a model of others."""
+    expert: Annotated[
+        str | None, option("the policy that ships, on a line guided_beam, elsewhere oracle", "NAME|RUN_DIR|...")
+    ] = None
     """Whose mean return is the score 1; the shipped policy needs the extra rl, any other controller will do."""
     trust: bool = False
     """Load a stable-baselines3 model or an RL-Zoo folder, which runs whatever code is in it. Run folders need no trust:
@@ -65,7 +75,7 @@ class Arguments:
     action_mode: Annotated[str | None, option("the environment's own, or that of the run folder", "MODE")] = None
     """What an action means: one of the environment's action modes."""
     throws: int = 10_000
-    """Throws to collect; the episode in which the last one falls is completed."""
+    """Throws to collect, on a line decisions; the episode in which the last one falls is completed."""
     seed: int = 0
     """Names the throws; no training, practice or evaluation with any seed sees them."""
     name: Annotated[str | None, option("pnt_gym/ENVIRONMENT/LEVEL-CONTROLLER-v0", "NAMESPACE/NAME-vN")] = None
@@ -75,7 +85,7 @@ class Arguments:
     practice: Annotated[int | None, option("120, or 0 for one that ships knowing", "N")] = None
     """Throws before for a controller that learns; others throw none."""
     score_throws: int = 1000
-    """Throws by which random actions and the expert are scored."""
+    """Throws by which random actions and the expert are scored, in whole episodes."""
     author: str = "anonymous"
     """Who makes the dataset."""
     author_email: Annotated[str | None, option("none", "EMAIL")] = None
@@ -107,6 +117,7 @@ def main(arguments: Arguments) -> None:
         home.check_free(name)
         whole = config.name if config.ships() else config.model_dump(mode="json")
         with closing(make_single(env_id, whole, mode)) as single, home.made(name):
+            offline.check_recoverable(single)
             thrown = Thrown(crew, arguments.work or MADE / "runs" / "dataset" / name)
             scores, tally = thrown.scores(), Tally()
             found = tally.counted(thrown.episodes())
@@ -137,14 +148,15 @@ class Crew:
         env_id: what it is called.
 
     Raises:
-        UsageError: no such controllers, or an environment of other making.
+        UsageError: no such controllers, or an environment that does not tell what a dataset says of it.
     """
 
     def __init__(self, arguments: Arguments, env: Env, env_id: str) -> None:
-        if not all(isinstance(core, Core) for core in cores_of(env)):
-            raise UsageError(f"environment {env_id!r} has no pnt_gym.cells.base.core.Core, which tells what is hidden")
+        missing = [part for part in SAID if not hasattr(core_of(env), part)]
+        if missing:
+            raise UsageError(f"environment {env_id!r} cannot be collected: its core has no {' and no '.join(missing)}")
         self.arguments, self.env, self.env_id = arguments, env, env_id
-        expert = arguments.expert or EXPERTS.get(env_id, "oracle")
+        expert = arguments.expert or expert_for(env_id, env)
         chosen = expert if arguments.controller == EXPERT else arguments.controller
         self.chosen = (expert, chosen)
         self.lowest, self.highest, self.thrower = (self._made(name) for name in ("random", expert, chosen))
@@ -160,7 +172,7 @@ class Crew:
             level=config.name if config.ships() else config,
             mode=core.action_mode,
             num_envs=self.env.num_envs,
-            episode=core.cell.episode,
+            episode=getattr(core.cell, "episode", 1),
             thrower=self._thrower(controller, given),
             role=role,
             seed=self.arguments.seed,
@@ -182,12 +194,13 @@ class Crew:
                 advance = partial(bar.advance, bar.add_task(f"practice of {controller.name}", total=practice))
                 practise(controller, self.env, practice, arguments.seed, progress=advance)
             state = controller.state()
-        is_trained = os.path.isdir(given) or given.endswith(".zip")
-        files = files_of(Path(given)) if is_trained else {}
+        place = at(given)
+        is_trained = os.path.isdir(place) or given.endswith((".zip", ".npz"))
+        files = files_of(place) if is_trained else {}
         return Thrower(Path(given).resolve().name if is_trained else given, files, arguments.trust, state)
 
     def _made(self, name: str) -> Controller:
-        return make_controller(name, self.env, trust=self.arguments.trust)
+        return controller_for(name, self.env, trust=self.arguments.trust)
 
 
 @final
@@ -219,9 +232,14 @@ class Thrown:
             yield episode
 
     def scores(self) -> Scores:
-        """What random actions and the expert are worth on the same throws, which are in no dataset."""
-        found = [[float(episode.rewards.sum()) for episode in self.episodes(name)] for name in ("random", "expert")]
-        return Scores(float(np.mean(found[0])), float(np.mean(found[1])), len(found[1]))
+        """What random actions and the expert are worth in the same episodes, which are in no dataset."""
+        lowest, highest = (
+            {episode.seed: float(episode.rewards.sum()) for episode in self.episodes(name)}
+            for name in ("random", "expert")
+        )
+        common = [seed for seed in lowest if seed in highest]
+        means = [float(np.mean([returns[seed] for seed in common])) for returns in (lowest, highest)]
+        return Scores(*means, len(common))
 
     def remove(self) -> None:
         """Forget it, now that it stands in a dataset."""
@@ -233,7 +251,7 @@ class Thrown:
 
 def _described(controller: Controller, given: str) -> str:
     """A controller by its name, and that of its folder, but not where that lies."""
-    return f"{controller.name} of {Path(given).name}" if os.path.isdir(given) else controller.name
+    return f"{controller.name} of {Path(given).name}" if os.path.isdir(at(given)) else controller.name
 
 
 @final
@@ -253,15 +271,18 @@ class Tally:
     """What the episodes of a dataset are worth, counted while they pass."""
 
     returns: list[float] = field(default_factory=list)
-    errors: list[float] = field(default_factory=list)
-    successes: list[float] = field(default_factory=list)
+    throws: int = 0
+    told: dict[str, list[float]] = field(default_factory=dict)
+    """Of throws and of whole episodes, by the names of `SHOWN`, as far as the environment tells."""
 
     def counted(self, found: Iterator[Episode]) -> Iterator[Episode]:
         """The same episodes."""
         for episode in found:
             self.returns.append(float(episode.rewards.sum()))
-            self.errors += episode.told["landing_error"][1:].tolist()
-            self.successes += episode.told["is_success"][1:].tolist()
+            self.throws += len(episode)
+            known = {**{name: values[1:] for name, values in episode.told.items()}, **episode.figures}
+            for name in known.keys() & SHOWN.keys():
+                self.told.setdefault(name, []).extend(np.ravel(known[name]).tolist())
             yield episode
 
     def table(self, name: str, scores: Scores) -> Grid:
@@ -269,13 +290,18 @@ class Tally:
         mean, span = float(np.mean(self.returns)), scores.highest - scores.lowest
         rows = [
             ("episodes", f"{len(self.returns)}"),
-            ("throws", f"{len(self.errors)}"),
-            ("success", f"{100 * np.mean(self.successes):.1f} %"),
-            ("landing error, mean", millimetres(float(np.nanmean(self.errors)))),
+            ("throws", f"{self.throws}"),
+            *((label, show(_mean(self.told[key]))) for key, (label, show) in SHOWN.items() if key in self.told),
             ("return of an episode, mean", f"{mean:.3f}"),
             ("score: 0 is random, 1 the expert", f"{(mean - scores.lowest) / span:.3f}" if span else "-"),
         ]
         return Grid(name, ("figure", "value"), rows)
+
+
+def _mean(values: Sequence[float]) -> float:
+    """Of the values that are known; NaN where none is."""
+    known = [value for value in values if np.isfinite(value)]
+    return float(np.mean(known)) if known else np.nan
 
 
 def packing(bar: Progress) -> Callable[[int, int], None]:
@@ -322,12 +348,14 @@ def facts_of(crew: Crew, scores: Scores, columns: Mapping[str, Sequence[str]]) -
 def description(crew: Crew, scores: Scores, columns: Mapping[str, Sequence[str]]) -> str:
     """The dataset in words."""
     core = core_of(crew.env)
-    hidden = "; ".join(f"{one.name} [{one.unit}], {one.meaning}" for one in core.cell.hidden)
+    quantities = numbered(getattr(core.cell, "hidden", ()))
+    hidden = "; ".join(f"{one.name} [{one.unit}], {one.meaning}" for one in quantities)
     parts = [
         f"Throws of {crew.env_id}, level {core.config.name}, action mode {core.action_mode}, by {crew.algorithm}.",
         "Reset the recovered environment with the seed of an episode and give it its actions: with the packages of "
         "`requirements`, observations and rewards are the same bit for bit.",
-        "In `infos`, entry k + 1 is of throw k, and entry 0, of the reset, NaN or False. `landing_error` is in metres.",
+        "In `infos`, entry k + 1 is of throw k, and entry 0, of the reset, NaN or False; what a reset tells too is of "
+        "the throw that follows: entry k belongs to observation k. `landing_error` is in metres.",
         f"Columns of `outcome`, as in the manual of the environment: {', '.join(columns['outcome'])}.",
         f"Columns of `hidden`, which no observation tells: {hidden}." if hidden else "",
         f"Score 0 is the mean return of random actions, score 1 that of {crew.expert}, on {scores.episodes} other "

@@ -25,6 +25,7 @@ from gymnasium.envs.registration import EnvSpec, load_env_creator
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
 import pnt_gym
+from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.cells.base.core import Core
 from pnt_gym.errors import one_sentence
@@ -188,6 +189,11 @@ def cores_of(env: Env) -> list[Core]:
     """All cells behind an environment: one core, or one of each row."""
     whole: Any = env.unwrapped
     return [one.unwrapped.core for one in whole.envs] if hasattr(whole, "envs") else [whole.core]
+
+
+def hidden_of(core: Any) -> dict[str, Floats]:
+    """What is true of the coming steps of N rows and no observation tells, by name (N,); nothing where none knows."""
+    return getattr(core, "hidden", dict)()
 
 
 def _checked(env: Env, name: str) -> Core:

@@ -25,6 +25,7 @@ import PIL  # noqa: F401 - Minari needs it and does not say so
 from minari.data_collector import EpisodeBuffer
 from minari.dataset.minari_dataset import DATASET_ID_RE, parse_dataset_id
 from minari.namespace import create_namespace, list_local_namespaces
+from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats
 from pnt_gym.errors import one_sentence
@@ -36,7 +37,7 @@ from .files import sweep, unfinished
 PLACE: Final = "MINARI_DATASETS_PATH"
 """Environment variable that tells Minari where datasets are."""
 ALONE: Final = ("landing_error", "is_success")
-"""What stands in `infos` by itself; every array of an episode costs space and time, so all else shares two."""
+"""Numbers that stand in `infos` by themselves; every array of an episode costs space and time, so others share two."""
 PIECE: Final = 1000
 """Episodes written at a time."""
 MAIN: Final = "main_data.hdf5"
@@ -116,6 +117,20 @@ def check_name(name: str) -> None:
         )
 
 
+def check_recoverable(env: gym.Env[Any, Any]) -> None:
+    """Make sure that a dataset can say in a file how its environment is made.
+
+    Raises:
+        UsageError: the environment is registered with a class or a function.
+    """
+    spec = env.spec
+    if spec is not None and callable(spec.entry_point):
+        raise UsageError(
+            f"environment {spec.id!r} is registered with an object, which no dataset can name; register it with "
+            "entry_point 'MODULE:CLASS'"
+        )
+
+
 def proper_name(env_id: str, level: str, label: str) -> str:
     """The name of a dataset by task, level and controller."""
     task = re.sub(r"-v\d+$", "", env_id.rpartition(":")[2]).removeprefix("PnT")
@@ -145,23 +160,44 @@ def write(
         facts: of the dataset.
         packed: told how many of all episodes are packed.
     """
-    pieces = _pieces(map(_buffer, episodes))
+    pieces = _pieces(episodes)
+    first = next(pieces)
     with warnings.catch_warnings():
         # Minari announces what it is not told, and Gymnasium bounds that are meant.
         warnings.simplefilter("ignore", UserWarning)
         dataset = minari.create_dataset_from_buffers(
-            name, next(pieces), env, env, data_format="hdf5", jpeg_encoding=False, **facts.minari
+            name, _buffers(first), env, env, data_format="hdf5", jpeg_encoding=False, **facts.minari
         )
+        _add_figures(dataset, first)
         for piece in pieces:
-            dataset.update_dataset_from_buffer(piece)
+            dataset.update_dataset_from_buffer(_buffers(piece))
+            _add_figures(dataset, piece)
     _pack(Path(dataset.storage.data_path) / MAIN, packed)
     dataset.storage.update_metadata({**facts.ours, "dataset_size": dataset.storage.get_size()})
 
 
 def columns(episode: Episode) -> dict[str, list[str]]:
     """What stands in the columns of the arrays of `infos` that have some."""
-    found = {"outcome": [name for name in episode.told if name not in ALONE], "hidden": list(episode.hidden)}
+    outcome = [name for name, values in episode.told.items() if not _alone(name, values)]
+    found = {"outcome": outcome, "hidden": list(episode.hidden)}
     return {name: names for name, names in found.items() if names}
+
+
+def _alone(name: str, values: NDArray[Any]) -> bool:
+    """Whether what is told stands in `infos` by itself; what is several numbers a throw does as well."""
+    return name in ALONE or values.ndim > 1
+
+
+def _buffers(episodes: Sequence[Episode]) -> list[EpisodeBuffer]:
+    return [_buffer(episode) for episode in episodes]
+
+
+def _add_figures(dataset: minari.MinariDataset, episodes: Sequence[Episode]) -> None:
+    """Let the metadata of the last episodes of a dataset tell what each came to as a whole."""
+    first = dataset.storage.total_episodes - len(episodes)
+    told = [(first + k, dict(episode.figures)) for k, episode in enumerate(episodes) if episode.figures]
+    if told:
+        dataset.storage.update_episode_metadata([figures for _, figures in told], [index for index, _ in told])
 
 
 def _buffer(episode: Episode) -> EpisodeBuffer:
@@ -178,19 +214,23 @@ def _buffer(episode: Episode) -> EpisodeBuffer:
         terminations=last & episode.terminated,
         truncations=last & (not episode.terminated),
         infos={
-            "landing_error": told["landing_error"],
-            "is_success": told["is_success"] == 1.0,
+            **{name: _flags(name, values) for name, values in told.items() if _alone(name, values)},
             **{name: _table(tables[name], names) for name, names in columns(episode).items()},
         },
     )
+
+
+def _flags(name: str, values: NDArray[Any]) -> NDArray[Any]:
+    """A success as a truth value; anything else as it is."""
+    return values == 1.0 if name == "is_success" else values
 
 
 def _table(values: Mapping[str, Floats], names: Sequence[str]) -> Floats:
     return np.stack([values[name] for name in names], axis=-1)
 
 
-def _pieces(buffers: Iterable[EpisodeBuffer]) -> Iterator[list[EpisodeBuffer]]:
-    rest = iter(buffers)
+def _pieces(episodes: Iterable[Episode]) -> Iterator[list[Episode]]:
+    rest = iter(episodes)
     while piece := list(islice(rest, PIECE)):
         yield piece
 

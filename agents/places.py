@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Final
 
@@ -18,7 +19,8 @@ POLICY: Final = SHIPPED / "results" / "policies" / "PnTRelease-v0-waste-sac-seed
 
 def at(path: str | Path) -> Path:
     """What lies at a path: in the working folder, else with what ships."""
-    return SHIPPED / path if (SHIPPED / path).exists() and not Path(path).exists() else Path(path)
+    # `os.path.exists` is False for a name too long to be a path, where `Path.exists` fails.
+    return SHIPPED / path if os.path.exists(SHIPPED / path) and not os.path.exists(path) else Path(path)
 
 
 def module_name(name: str) -> str:

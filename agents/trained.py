@@ -81,20 +81,26 @@ def find_trained(place: Path) -> Trained:
 
 
 def files_of(place: Path) -> dict[str, bytes]:
-    """Contents of the files that `find_trained` and who loads what it finds read, by path from beside the place.
+    """Contents of the files of a trained policy, or of a scorer (.npz), by path from beside the place.
 
     Raises:
         UsageError: there is no policy in it, or it cannot be read.
     """
     root = place.resolve()
-    found = find_trained(root)
-    kept = [found.model, *([] if found.statistics is None else [found.statistics])]
-    if root.is_dir():
-        kept += [path for pattern in ("*.y*ml", "*/args.yml", "*/config.yml") for path in root.glob(pattern)]
+    kept = [root] if root.suffix == ".npz" else _parts(root)
     try:
         return {path.relative_to(root.parent).as_posix(): bytes_of(path, runs.MOST_MODEL) for path in kept}
     except ReadError as error:
         raise UsageError(f"cannot read the files of {str(place)!r}: {error}") from None
+
+
+def _parts(place: Path) -> list[Path]:
+    """Files that `find_trained` reads, and those that are read of what it finds."""
+    found = find_trained(place)
+    kept = [found.model, *([] if found.statistics is None else [found.statistics])]
+    if place.is_dir():
+        kept += [path for pattern in ("*.y*ml", "*/args.yml", "*/config.yml") for path in place.glob(pattern)]
+    return kept
 
 
 def _zoo(place: Path, inner: Path) -> Trained:

@@ -7,6 +7,7 @@ from typing import Any
 import minari
 import numpy as np
 
+from agents.environments import hidden_of
 from agents.throws import LANDING
 from tests.tools.commands import answered
 
@@ -32,22 +33,34 @@ def replayed(dataset: minari.MinariDataset) -> list[tuple[bool, bool]]:
     for episode, told in zip(dataset.iterate_episodes(), known(dataset), strict=True):
         observation, info = env.reset(seed=told["seed"])
         assert np.array_equal(observation, episode.observations[0])
-        assert info["kind"] == episode.infos["outcome"][0, columns["outcome"].index("kind")]
+        entry = of_entry(columns, episode, 0)
+        np.testing.assert_equal({name: entry[name] for name in info}, info)
         for k, action in enumerate(episode.actions):
-            hidden = env.unwrapped.core.hidden()
+            hidden = hidden_of(env.unwrapped.core)
             observation, reward, terminated, truncated, info = env.step(action)
             assert np.array_equal(observation, episode.observations[k + 1])
             assert reward == episode.rewards[k]
             assert (terminated, truncated) == (episode.terminations[k], episode.truncations[k])
-            found = dict(zip(columns["outcome"], episode.infos["outcome"][k + 1], strict=True))
-            found |= {name: episode.infos[name][k + 1] for name in ("landing_error", "is_success")}
-            assert found.keys() == info.keys()
+            figures = {name: info.pop(name) for name in [*info] if name.startswith("shift_")}
             if info.get("dropped"):  # its landing is no throw's
                 info |= dict.fromkeys(LANDING, np.nan)
-            np.testing.assert_array_equal([*found.values()], [float(info[name]) for name in found])
+            np.testing.assert_equal(of_entry(columns, episode, k + 1), info)
             if hidden:
                 np.testing.assert_array_equal(episode.infos["hidden"][k + 1], np.concatenate([*hidden.values()]))
                 assert [*hidden] == columns["hidden"]
+        np.testing.assert_equal({name: told[name] for name in told if name.startswith("shift_")}, figures)
         assert len(episode) == told["total_steps"] == len(episode.observations) - 1
         ends.append((bool(terminated), bool(truncated)))
     return ends
+
+
+def of_entry(columns: dict[str, list[str]], episode: minari.EpisodeData, k: int) -> dict[str, Any]:
+    """What `infos` tell in one entry, but for what is hidden, by the keys of the environment's info."""
+    found = dict(zip(columns["outcome"], episode.infos["outcome"][k], strict=True))
+    return found | {name: values[k] for name, values in episode.infos.items() if name not in columns}
+
+
+def column(dataset: minari.MinariDataset, which: str, name: str) -> np.ndarray:
+    """A column of `outcome` or `hidden`, of all throws of all episodes."""
+    at = dataset.storage.metadata["columns"][which].index(name)
+    return np.concatenate([episode.infos[which][1:, at] for episode in dataset.iterate_episodes()])

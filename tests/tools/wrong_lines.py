@@ -239,7 +239,7 @@ dataset --expert nobody | 'nobody' is neither a controller
 dataset --expert virtual_goal --action-mode release_xyz | controller 'virtual_goal' shifts the landing and needs an act
 dataset --env Nowhere-v0 | unknown environment 'Nowhere-v0'; known are PnTConveyor-v0,
 dataset --env CartPole-v1 | environment 'CartPole-v1' has no core, so it is none of a ce
-dataset --env ToyThrow-v0 | environment 'ToyThrow-v0' has no pnt_gym.cells.base.core.Core
+dataset --env ToyThrow-v0 | environment 'ToyThrow-v0' cannot be collected: its core has no cell
 dataset --env OneJointThrow-v0 --level waste | unknown level 'waste'; shipped levels are contac
 dataset --level nowhere | unknown level 'nowhere'; shipped levels are day, day_far, dense, drift_mix
 dataset --level day | level 'day' drifts, and nothing in this environment tells

@@ -186,6 +186,10 @@ class LevelConfig(Section):
         """Whether it is a shipped level, unchanged."""
         return self.name in self.level_names() and self == self.load(self.name)
 
+    def files(self) -> tuple[Path, ...]:
+        """Files that the level names, on whose contents results depend."""
+        return ()
+
     @classmethod
     def level_names(cls) -> tuple[str, ...]:
         """Names of the shipped levels."""

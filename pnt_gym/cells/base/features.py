@@ -5,8 +5,9 @@ What no observation tells of a throw has its names and units here too.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final, final
 
 import numpy as np
@@ -42,6 +43,15 @@ class Quantity:
     meaning: str
     value: Callable[[Any], Floats]
     """Its value (N,) from the coming throws."""
+
+
+def numbered(quantities: Sequence[Quantity]) -> list[Quantity]:
+    """Quantities as a table lists them: those whose names differ in a last number alone once, with K for the number."""
+    listed: dict[str, Quantity] = {}
+    for quantity in quantities:
+        name = re.sub(r"_\d+$", "_K", quantity.name)
+        listed.setdefault(name, replace(quantity, name=name))
+    return [*listed.values()]
 
 
 @final

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final, final
 
@@ -9,13 +10,16 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, replaced, take
 from pnt_gym.cells.base.core import Generators
+from pnt_gym.cells.base.features import Quantity
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.objects import Objects
 from pnt_gym.cells.conveyor.tracking import brought_to_rest
 from pnt_gym.cells.line.acts import Act, Acts, Decision, act
 from pnt_gym.cells.line.chances import Chances, needed
 from pnt_gym.cells.line.choosing import IDLE, Chooser
 from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.cells.line.hidden import BY_TABLE, SIMULATED, Truth
 from pnt_gym.cells.line.state import Fate, Shift
 from pnt_gym.cells.line.stream import Arriving, turned
 from pnt_gym.cells.line.throws import Made, TableThrows, Thrower, ThrownThrows
@@ -23,6 +27,8 @@ from pnt_gym.errors import ConfigError, OrderError
 
 MOST_LOOKS: Final = 100_000
 """Looks in a row that find nothing before a line is declared impossible."""
+USUAL_CYCLE: Final = 0.9
+"""About what a decision takes a robot, from 0.75 by good planners to 1.4 at random on the shipped levels [s]."""
 
 
 @final
@@ -127,6 +133,31 @@ class LineCell:
     @context.setter
     def context(self, state: Shift) -> None:
         self.state = state
+
+    @property
+    def episode(self) -> int:
+        """About as many decisions as a shift has: objects that come, or what the robots have time for."""
+        config = self.config
+        coming = config.arrivals.rate * config.duration
+        return max(1, round(min(coming, len(config.robots) * config.duration / USUAL_CYCLE)))
+
+    @property
+    def hidden(self) -> Sequence[Quantity]:
+        """What no observation tells of the coming decisions, each as a value of `truth`."""
+        return BY_TABLE if isinstance(self.throws, TableThrows) else SIMULATED
+
+    def truth(self) -> Truth:
+        """What the coming choices truly are, and what would become of each where a table tells."""
+        state, stream, choices = self.state, self.stream, self.state.choices
+        at = np.arange(self.count)[:, None], choices.index
+        objects, worth = replace(take(stream.objects, at), percent=choices.percent), stream.worth[at]
+        drawn, luck = _tried_again(objects, state.attempts[at]), turned(stream.luck[at], state.attempts[at])
+        distance = np.sqrt(choices.away[..., 0] ** 2 + choices.away[..., 1] ** 2)
+        made = self.throws.foretold(state.robot[:, None], choices.bin, drawn, distance, luck)
+        if made is None:
+            return Truth(choices.real, objects, worth, None, np.full_like(worth, np.nan))
+        in_time = state.clock[:, None] + choices.cycle <= self.config.duration
+        return Truth(choices.real, objects, worth, made, np.where(made.sorted & in_time, worth, 0.0))
 
     @property
     def over(self) -> Bools:
@@ -275,8 +306,12 @@ class LineCell:
 
 def tried_again(context: Context, attempt: Ints) -> Context:
     """Picks of objects that were tried before: whether the cup seals is drawn anew."""
-    objects = context.objects
-    return replace(context, objects=replace(objects, pick_draw=turned(objects.pick_draw, attempt)))
+    return replace(context, objects=_tried_again(context.objects, attempt))
+
+
+def _tried_again(objects: Objects, attempt: Ints) -> Objects:
+    """Objects that were tried before, S: whether the cup seals is drawn anew."""
+    return replace(objects, pick_draw=turned(objects.pick_draw, attempt))
 
 
 def _closed(state: Shift, duration: float) -> Shift:

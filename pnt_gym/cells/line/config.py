@@ -206,6 +206,10 @@ class LineConfig(LevelConfig):
         if name not in self.cell.items:
             raise ValueError(f"{where} tells of {name!r}, which is not among the cell's items {self.cell.items}")
 
+    def files(self) -> tuple[Path, ...]:
+        """The table of throws, if the level names one."""
+        return () if self.chances is None else (Path(self.chances),)
+
     def cell_of(self, index: int) -> ConveyorConfig:
         """One robot as a conveyor cell of its own."""
         robot, cell = self.robots[index], self.cell

@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium.spaces import Box, Discrete
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Ints
+from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.core import MOST_CELLS, MOST_THREADS, Generators, Step, whole_number
 from pnt_gym.cells.base.features import CLIP
 from pnt_gym.cells.base.request import ANYTHING, Request
@@ -96,6 +96,11 @@ class LineCore:
         """`action_mask`, the choices that there are (N, CHOICES), and `robot`, whose turn it is (N,)."""
         state = self.cell.state
         return {"action_mask": state.choices.real.copy(), "robot": state.robot.copy()}
+
+    def hidden(self) -> dict[str, Floats]:
+        """What no observation tells of the coming decisions, by the names of the cell's `hidden`, (N,) each."""
+        truth = self.cell.truth()
+        return {one.name: np.array(one.value(truth), dtype=np.float64) for one in self.cell.hidden}
 
     def masks(self) -> Bools:
         """The choices that there are (N, CHOICES)."""

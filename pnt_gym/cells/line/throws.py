@@ -16,6 +16,7 @@ from pnt_gym.cells.base.plant import Recording
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.objects import Objects
 from pnt_gym.cells.line.chances import Chances
 from pnt_gym.cells.line.config import alike
 
@@ -67,6 +68,18 @@ class Thrower(ABC):
             luck: uniform draws that decide about the throws where nothing is simulated.
         """
 
+    def foretold(self, robots: Ints, bins: Ints, objects: Objects, distance: Floats, luck: Floats) -> Made | None:
+        """What would become of throws, S; None where only a simulation can tell.
+
+        Args:
+            robots: who throws.
+            bins: into which of the robot's bins.
+            objects: what is thrown, each at its speed setting.
+            distance: horizontal, from the pick to the middle of the bin [m].
+            luck: as for `made`.
+        """
+        return None
+
 
 @final
 class TableThrows(Thrower):
@@ -87,13 +100,15 @@ class TableThrows(Thrower):
 
     def made(self, rows: Ints, robots: Ints, thrown: Context, luck: Floats) -> Made:
         """By the objects' own draws: a throw of the same object that is as likely ends alike."""
-        objects = thrown.objects
+        return self.foretold(robots, thrown.bin, thrown.objects, thrown.distance, luck)
+
+    def foretold(self, robots: Ints, bins: Ints, objects: Objects, distance: Floats, luck: Floats) -> Made:
+        """What becomes of throws, S."""
         picked = objects.pick_draw >= 1.0 - self._chances.picked[objects.kind]
-        chance = self._chances.land(objects.kind, objects.percent, thrown.distance)
-        success = picked & (luck < chance)
-        takes = self._accepts[robots, objects.kind, thrown.bin]
-        nan = np.full(len(luck), np.nan)
-        return Made(picked, success, success & takes, np.where(success, thrown.bin, -1), nan, nan.copy())
+        success = picked & (luck < self._chances.land(objects.kind, objects.percent, distance))
+        takes = self._accepts[robots, objects.kind, bins]
+        nan = np.full(luck.shape, np.nan)
+        return Made(picked, success, success & takes, np.where(success, bins, -1), nan, nan.copy())
 
 
 @final

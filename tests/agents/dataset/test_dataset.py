@@ -130,16 +130,47 @@ CELLS = {
     "learner": ("virtual_goal", "--env", "OneJointSort-v0", "--practice", "16", "--throws", "5"),
     "mode": ("random", "--env", "GripperToss-v0", "--action-mode", "release_point", "--throws", "4"),
     "alone": ("random", "--env", "alone:ReleaseAlone-v0", "--throws", "6"),
+    "open": ("random", "--env", "alone:ReleaseOpen-v0", "--throws", "6"),
+    "silent": ("random", "--env", "alone:ReleaseSilent-v0", "--throws", "6"),
 }
+ALONE = """
+import gymnasium as gym
+from pnt_gym.envs.conveyor import PnTReleaseEnv
+
+class Silent:
+    def __init__(self, core):
+        self.__dict__["inner"] = core
+    def __getattr__(self, name):
+        if name in ("hidden", "inner"):
+            raise AttributeError(name)
+        return getattr(self.inner, name)
+
+class OpenEnv(PnTReleaseEnv):
+    @classmethod
+    def make_cell(cls, *arguments):
+        cell = super().make_cell(*arguments)
+        cell.hidden = ()
+        return cell
+
+class SilentEnv(PnTReleaseEnv):
+    @classmethod
+    def make_core(cls, *arguments):
+        return Silent(super().make_core(*arguments))
+
+gym.register("ReleaseAlone-v0", entry_point="pnt_gym.envs.conveyor:PnTReleaseEnv")
+gym.register("ReleaseOpen-v0", entry_point="alone:OpenEnv")
+gym.register("ReleaseSilent-v0", entry_point="alone:SilentEnv")
+gym.register("ReleaseClass-v0", entry_point=PnTReleaseEnv)
+"""
 
 
 @pytest.fixture
 def alone(here: Path) -> Iterator[None]:
-    """An environment of the user's without a vector form of its own."""
-    entry = "gym.register('ReleaseAlone-v0', entry_point='pnt_gym.envs.conveyor:PnTReleaseEnv')"
-    (here / "alone.py").write_text(f"import gymnasium as gym\n{entry}\n")
+    """Environments of the user's without a vector form, where nothing is hidden, or nothing tells what is."""
+    (here / "alone.py").write_text(ALONE)
     yield
-    gym.registry.pop("ReleaseAlone-v0", None)
+    for name in ("Alone", "Open", "Silent", "Class"):
+        gym.registry.pop(f"Release{name}-v0", None)
     sys.modules.pop("alone", None)
 
 
@@ -164,6 +195,14 @@ def test_any_task_and_controller(here: Path, which: str) -> None:
     if which == "assembly":
         assert {*lengths} == {1, 2}
     assert dataset.storage.metadata["pnt_gym"]["practice"] == (16 if which == "learner" else 0)
+    assert ("hidden" in dataset.storage.metadata["columns"]) == (which not in ("open", "silent"))
+
+
+@pytest.mark.usefixtures("alone")
+def test_an_environment_that_no_file_can_name_is_refused_before_anything_is_thrown(here: Path) -> None:
+    words = refused(*SMALL, "--env", "alone:ReleaseClass-v0", "--throws", "4")
+    assert "register it with entry_point 'MODULE:CLASS'" in words
+    assert not (here / "kept").exists()
 
 
 def test_nothing_is_fetched_or_sent(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -215,7 +254,7 @@ def test_a_cluster_without_ray_is_one_sentence(here: Path, monkeypatch: pytest.M
     assert not [path for path in here.rglob("*") if path.is_file()]
 
 
-@pytest.mark.parametrize("block", BLOCKS, ids=["replay", "learn"])
+@pytest.mark.parametrize("block", BLOCKS[:2], ids=["replay", "learn"])
 def test_the_page_does_what_it_says(sets: Path, block: str, capsys: pytest.CaptureFixture[str]) -> None:
     for many, few in (("steps=4000", "steps=4"), ("steps=2000", "steps=4"), ("picks=500", "picks=16")):
         block = block.replace(many, few)
