@@ -1,0 +1,95 @@
+"""Run folders that a stranger made to cost memory or to hang: one sentence, before anything is unpacked."""
+
+from __future__ import annotations
+
+import io
+import os
+import shutil
+import subprocess
+import sys
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import pytest
+
+from agents.places import POLICY
+from tests.tools.commands import environment
+
+MOST: Final = 600
+"""Of memory [MB]; a command that throws takes some 250."""
+PATIENCE: Final = 120
+"""A command that takes longer hangs [s]."""
+ALIASES: Final = "a: &a [0,0,0,0,0,0,0,0,0,0]\n" + "".join(
+    f"{after}: &{after} [{','.join([f'*{before}'] * 10)}]\n"
+    for before, after in zip("abcdefgh", "bcdefghi", strict=True)
+)
+
+
+PEAK: Final = """\
+import resource, subprocess, sys
+code = subprocess.run(sys.argv[1:]).returncode
+print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
+sys.exit(code)
+"""
+"""Runs a command, and prints the most memory that it took [kB]."""
+
+
+def zeros(file: Path, name: str, numbers: int, count: int = 1) -> None:
+    """Arrays of zeros, packed a thousand times smaller."""
+    header = io.BytesIO()
+    np.lib.format.write_array_header_1_0(header, {"descr": "<f4", "fortran_order": False, "shape": (numbers, 1)})
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as parts:
+        for k in range(count):
+            with parts.open(f"{name}_{k}.npy", "w", force_zip64=True) as part:
+                part.write(header.getvalue())
+                for _ in range(numbers // 2**20):
+                    part.write(bytes(2**22))
+
+
+def text(name: str, content: str) -> Callable[[Path], object]:
+    return lambda folder: (folder / name).write_text(content)
+
+
+def sparse(name: str) -> Callable[[Path], object]:
+    """A file of a terabyte, of which the disk holds nothing."""
+    return lambda folder: os.truncate(folder / name, 2**40)
+
+
+def endless(folder: Path) -> None:
+    (folder / "policy.npz").unlink()
+    (folder / "policy.npz").symlink_to("/dev/zero")
+
+
+def pipe(folder: Path) -> None:
+    (folder / "args.yml").unlink()
+    os.mkfifo(folder / "args.yml")
+
+
+FOLDERS: Final[dict[str, Callable[[Path], object]]] = {
+    "one large array": lambda folder: zeros(folder / "policy.npz", "weight", 2**28),
+    "many arrays": lambda folder: zeros(folder / "policy.npz", "weight", 2**20, 200),
+    "policy without an end": endless,
+    "arguments are a pipe": pipe,
+    "arguments repeat": text("args.yml", ALIASES),
+    "large level": sparse("env.yaml"),
+    "level repeats": text("env.yaml", f"{ALIASES}bins: *i\n"),
+    "base without an end": text("env.yaml", "base: /dev/zero.yaml\n"),
+}
+"""What makes an honest folder another one, by what is wrong with it; for other files see `tests/test_reading.py`."""
+
+
+@pytest.mark.parametrize("kind", FOLDERS)
+def test_a_folder_that_would_cost_memory_is_refused_in_a_sentence(kind: str, tmp_path: Path) -> None:
+    shutil.copytree(POLICY, tmp_path / "run", ignore=shutil.ignore_patterns("*.mp4", "*.zip", "*.onnx"))
+    FOLDERS[kind](tmp_path / "run")
+    limit = [sys.executable, "-c", PEAK, sys.executable, "-m", "agents.evaluate", "--controller", "run", "--picks", "8"]
+    done = subprocess.run(
+        limit, cwd=tmp_path, env=environment(), capture_output=True, text=True, timeout=PATIENCE, check=False
+    )
+    assert done.returncode == 2, done.stderr
+    assert done.stderr.startswith("error: "), done.stderr
+    assert done.stderr.count("\n") == 1, done.stderr
+    assert int(done.stdout.split()[-1]) < MOST * 1024
