@@ -93,7 +93,10 @@ def bytes_of(path: str | Path, most: int) -> bytes:
         AccessError: there is no such file, or it is too large.
     """
     with opened(path, most) as file:
-        data = file.read(most + 1)  # files of /proc have size 0
+        try:
+            data = file.read(most + 1)  # files of /proc have size 0
+        except OSError as error:
+            raise AccessError(error.strerror or str(error)) from None
     _check_size("it", len(data), most)
     return data
 

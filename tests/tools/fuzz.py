@@ -23,7 +23,9 @@ import pnt_gym
 from pnt_gym.envs import conveyor, gripper, line, one_joint
 from pnt_gym.errors import ActionError
 from tests.tools.fuzz_basis import JUNK, Find, Random, Refused, finite, pick, refusable
-from tests.tools.fuzz_levels import level_case
+from tests.tools.fuzz_files import file_case, output_case
+from tests.tools.fuzz_infos import infos_case
+from tests.tools.fuzz_levels import hours_case, level_case
 from tests.tools.fuzz_lines import tried_line
 
 MODES: Final = {
@@ -205,6 +207,12 @@ KINDS: Final[dict[str, Callable[[Random], str]]] = {
     "action": action_case,
     "calls": calls_case,
     "line": line_case,
+    "hours": hours_case,
+    "file": file_case,
+    "output": output_case,
+    "infos": infos_case,
 }
-SHARES: Final = {"level": 0.35, "action": 0.40, "calls": 0.15, "line": 0.10}
+SHARES: Final = {
+    "level": 0.30, "action": 0.33, "calls": 0.12, "line": 0.08, "hours": 0.03, "file": 0.10, "output": 0.01, "infos": 0.03,
+}  # fmt: skip
 """Of the cases of a whole."""

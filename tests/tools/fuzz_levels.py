@@ -12,6 +12,7 @@ from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 import gymnasium as gym
+import numpy as np
 import yaml
 
 import pnt_gym
@@ -68,6 +69,34 @@ def level_case(random: Random) -> str:
             raise Find(f"{what}: taken, then {type(error).__name__}: {error}") from error
         finally:
             env.close()
+    return what
+
+
+def hours_case(random: Random) -> str:
+    """A line whose shift takes hours, with robots far from the origin, or so far that it must be refused."""
+    base = pick(random, LineConfig.level_names())
+    robots, count = LineConfig.load(base).model_dump(mode="json")["robots"], 0
+    where = float(pick(random, (-1.0, 1.0)) * 10.0 ** random.uniform(0.0, 5.0))
+    apart = float(10.0 ** random.uniform(0.3, 5.5))
+    places = [where + k * apart for k in range(len(robots))]
+    level = {
+        "base": base,
+        "name": "hours",
+        "duration": float(random.uniform(60.0, 4 * 3600.0)),
+        "robots": [{**robot, "x": x} for robot, x in zip(robots, places, strict=True)],
+        "arrivals": {"rate": float(pick(random, (0.01, 0.3, 1.5)))},
+    }
+    what = f"PnTLine-v0 {base} duration {level['duration']} x {places} {level['arrivals']}"
+    with contextlib.suppress(Refused), refusable(what):
+        env = gym.make("PnTLine-v0", level=level)
+        finite(what, env.reset(seed=int(random.integers(1000)))[0])
+        over = False
+        while count < 20 and not over:
+            choices = np.flatnonzero(env.unwrapped.action_masks())
+            observation, reward, _, over, _ = env.step(int(pick(random, choices)) if choices.size else 0)
+            finite(what, observation, reward)
+            count += 1
+        env.close()
     return what
 
 

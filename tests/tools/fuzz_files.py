@@ -1,0 +1,189 @@
+"""Files that a stranger may have made, and places to write to that are no plain files."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import stat
+import zipfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Final
+
+import numpy as np
+
+from agents.actor import Actor
+from agents.benchmark.plan import read_plan
+from agents.controllers import read_state
+from agents.files import read_json
+from agents.hyperparameters import hyperparameters
+from agents.runs import read_arguments
+from agents.scorer import Scorer
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.gripper.config import GripperConfig
+from pnt_gym.cells.line.chances import read as read_chances
+from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.cells.one_joint.config import OneJointConfig
+from tests.tools.commands import call_here
+from tests.tools.fuzz_basis import Find, Random, Refused, pick, refusable
+
+READERS: Final[dict[str, Callable[[Path], Any]]] = {
+    "level.yaml": ConveyorConfig.load,
+    "one_joint.yaml": OneJointConfig.load,
+    "gripper.yaml": GripperConfig.load,
+    "line.yaml": LineConfig.load,
+    "plan.yaml": read_plan,
+    "sac.yml": lambda path: hyperparameters("sac", "PnTRelease-v0", path),
+    "table.json": lambda path: read_chances(LineConfig.load({"base": "single", "chances": str(path)})),
+    "results.json": read_json,
+    "state.npz": read_state,
+    "policy.npz": Actor.load,
+    "scorer.npz": Scorer.load,
+    "args.yml": lambda path: read_arguments(path.parent),
+}
+"""What reads a file, by the file's name."""
+LARGEST: Final = 2**28
+"""Bytes of arrays that no reader may unpack."""
+
+
+def file_case(random: Random) -> str:
+    """A file that no reader may take."""
+    name, kind = pick(random, READERS), pick(random, FILES)
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / name
+        what = f"{name} {kind}: {FILES[kind](random, path)!r}"
+        with contextlib.suppress(Refused), refusable(what):
+            READERS[name](path)
+            if kind != "plain":
+                raise Find(f"{what}: taken")
+    return what
+
+
+def _twice(random: Random, path: Path) -> str:
+    """A key given twice, at any depth."""
+    key, value = pick(random, ("name", "belt", "mismatch", "env", "a")), pick(random, ("1", "{x: 1}", "waste", "null"))
+    lines = pick(random, ((f"{key}: {value}", f"{key}: {value}"), ("b:", f"  {key}: {value}", f"  {key}: 2")))
+    text = "\n".join(lines)
+    if path.suffix == ".json":
+        text = f'{{"{key}": 1, "b": {{"{key}": 1, "{key}": 2}}}}'
+    path.write_text(text)
+    return text
+
+
+def _path_name(random: Random, path: Path) -> str:
+    """A name that is a path, or no line of text."""
+    name = pick(random, ("a/b", "../x", "..", ".", "/etc/x", "a\\\\b", "a\\nb", "\\u202ea", "x" * 200))
+    path.write_text(f'name: "{name}"\nlabel: "{name}"\nPnTRelease-v0: 1\n')
+    return name
+
+
+def _fifo(_: Random, path: Path) -> str:
+    os.mkfifo(path)
+    return "FIFO"
+
+
+def _link(random: Random, path: Path) -> str:
+    target = pick(random, ("/dev/zero", "/dev/full", "/dev/tty", "/dev/random", "/", "/proc/self/mem", path.name))
+    path.symlink_to(target)
+    return target
+
+
+def _sparse(random: Random, path: Path) -> str:
+    """A file of which the disk holds nothing."""
+    size = 2 ** int(random.integers(33, 43))
+    path.touch()
+    os.truncate(path, size)
+    return f"{size} bytes"
+
+
+def _deep(random: Random, path: Path) -> str:
+    bracket = pick(random, ("[", "{a: ", '{"a": ', "- ", "? "))
+    path.write_text(bracket * 10_000)
+    return f"{bracket} x 10000"
+
+
+def _aliases(random: Random, path: Path) -> str:
+    """Aliases of aliases, or of themselves."""
+    if random.random() < 0.3:
+        path.write_text("name: &a [*a]\nenv: {b: *a}")
+        return "itself"
+    levels = int(random.integers(5, 12))
+    lines = ["a0: &a0 [0]"]
+    lines += [f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 10)}]" for k in range(1, levels)]
+    path.write_text("\n".join([*lines, f"bins: *a{levels - 1}", f"items: *a{levels - 1}"]))
+    return f"{levels} levels"
+
+
+def _zip(random: Random, path: Path) -> str:
+    """An archive of zeros that is large when it is unpacked, or promises to be."""
+    member = pick(random, ("weight_0.npy", "x.npy", "controller.npy", "../up.npy", "weight_0.pkl"))
+    promise, size = int(random.choice([0, 10**6, 10**12, -1])), 0 if random.random() < 0.5 else LARGEST
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as parts, parts.open(member, "w") as part:
+        head = {"descr": "<f4", "fortran_order": False, "shape": (promise or size // 4,)}
+        np.lib.format.write_array_header_1_0(part, head)
+        for _ in range(size // 2**22):
+            part.write(bytes(2**22))
+    return f"{member} of {size} bytes, promises {promise}"
+
+
+FILES: Final[dict[str, Callable[[Random, Path], str]]] = {
+    "twice": _twice,
+    "named as a path": _path_name,
+    "fifo": _fifo,
+    "link": _link,
+    "sparse": _sparse,
+    "deep": _deep,
+    "aliases": _aliases,
+    "zip": _zip,
+}
+
+
+def output_case(random: Random) -> str:
+    """A table of a command that goes through links, to a device or to a pipe, and leaves them what they are."""
+    with TemporaryDirectory() as folder:
+        place, content = PLACES[pick(random, PLACES)](Path(folder))
+        what = f"evaluate --json {place}"
+        before = os.lstat(place) if os.path.lexists(place) else None
+        with content as written:
+            command = ("--env", "ToyThrow-v0", "--controller", "analytic", "--picks", "4", "--num-envs", "4")
+            done = call_here("agents.evaluate", *command, "--json", place, folder=Path(folder))
+            if before is not None and stat.S_IFMT(os.lstat(place).st_mode) != stat.S_IFMT(before.st_mode):
+                raise Find(f"{what}: replaced")
+        if done.returncode == 0 and b'"throws"' not in written():
+            raise Find(f"{what}: nothing is written")
+        if done.returncode not in (0, 2) or "Traceback" in done.stderr:
+            raise Find(f"{what}: exit code {done.returncode}, {done.stderr[-200:]!r}")
+    return what
+
+
+Place = tuple[Path, contextlib.AbstractContextManager[Callable[[], bytes]]]
+
+
+def _links(folder: Path) -> Place:
+    (folder / "disk").mkdir()
+    (folder / "disk" / "old").write_text("old")
+    (folder / "inner").symlink_to("disk/old")
+    (folder / "link").symlink_to(folder / "inner")
+    return folder / "link", contextlib.nullcontext((folder / "disk" / "old").read_bytes)
+
+
+def _device(folder: Path) -> Place:
+    (folder / "link").symlink_to("/dev/null")
+    return folder / "link", contextlib.nullcontext(lambda: b'"throws"')
+
+
+def _stream(folder: Path) -> Place:
+    """An open file by its descriptor."""
+
+    descriptor = os.open(folder / "open", os.O_WRONLY | os.O_CREAT)
+    return Path(f"/dev/fd/{descriptor}"), _open(descriptor, (folder / "open").read_bytes)
+
+
+@contextlib.contextmanager
+def _open(descriptor: int, read: Callable[[], bytes]) -> Iterator[Callable[[], bytes]]:
+    yield read
+    os.close(descriptor)
+
+
+PLACES: Final[dict[str, Callable[[Path], Place]]] = {"links": _links, "device": _device, "stream": _stream}

@@ -1,0 +1,73 @@
+"""Masks and values of vector infos, compared with Gymnasium's own vector environment."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any, Final
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+
+import pnt_gym
+from tests.tools.fuzz_basis import Find, Random, pick
+
+SHORT: Final = {"picks_per_shift": 2}
+LEVELS: Final[dict[str, Any]] = {
+    "PnTConveyor-v0": {"base": "waste", **SHORT},
+    "PnTAdapt-v0": {"base": "drift_mix", **SHORT},
+    "PnTRelease-v0": {"base": "waste", **SHORT},
+    "OneJointThrow-v0": "late",
+    "OneJointSort-v0": "late",
+    "OneJointAssembly-v0": "ideal",
+    "GripperToss-v0": "late",
+    "PnTLine-v0": {"base": "skills3", "duration": 4.0},
+}
+"""Levels whose episodes are short."""
+ROWS: Final = 2
+STEPS: Final = 12
+
+
+def infos_case(random: Random) -> str:
+    """Steps of both forms of an environment in an autoreset mode, with the same seeds and actions."""
+    env_id, mode = pick(random, pnt_gym.ENV_IDS), pick(random, AutoresetMode)
+    limit = pick(random, (None, None, 1, 3))
+    makers = [partial(gym.make, env_id, level=LEVELS[env_id], max_episode_steps=limit) for _ in range(ROWS)]
+    ours = gym.make_vec(env_id, num_envs=ROWS, level=LEVELS[env_id], autoreset_mode=mode, max_episode_steps=limit)
+    theirs = SyncVectorEnv(makers, autoreset_mode=mode)
+    seed = int(random.integers(10**6))
+    what = f"{env_id} {mode} limit {limit} seed {seed}"
+    compare(f"{what} reset", ours.reset(seed=seed)[1], theirs.reset(seed=seed)[1])
+    for step in range(STEPS):
+        actions = (
+            ours.action_space.sample() if env_id == "PnTLine-v0" else random.uniform(-1, 1, ours.action_space.shape)
+        )
+        (*mine, info), (*other, known) = ours.step(actions), theirs.step(actions)
+        compare(f"{what} step {step}", info, known)
+        over = mine[2] | mine[3]
+        if not all(np.array_equal(a, b) for a, b in zip(mine, other, strict=True)):
+            raise Find(f"{what} step {step}: observations, rewards or ends differ")
+        if mode is AutoresetMode.DISABLED and over.any():
+            options = {"reset_mask": over}
+            compare(f"{what} reset {step}", *(env.reset(options=dict(options))[1] for env in (ours, theirs)))
+    ours.close()
+    theirs.close()
+    return what
+
+
+def compare(what: str, ours: dict[str, Any], theirs: dict[str, Any]) -> None:
+    """Make sure that masks are the same, and values where a mask holds; ours may have values that no mask holds for."""
+    if missing := theirs.keys() - ours.keys():
+        raise Find(f"{what}: {sorted(missing)} are missing")
+    for name in ours:
+        if name.startswith("_"):
+            continue
+        masks = [np.asarray(info.get(f"_{name}", np.zeros(ROWS, dtype=np.bool_))) for info in (ours, theirs)]
+        if not np.array_equal(*masks):
+            raise Find(f"{what}: mask of {name} is {masks[0]}, Gymnasium's is {masks[1]}")
+        if name == "final_info" and masks[0].any():
+            compare(f"{what} final_info", ours[name], theirs[name])
+        elif name != "final_info" and masks[0].any():
+            rows = np.flatnonzero(masks[0])
+            if not all(np.array_equal(ours[name][row], theirs[name][row], equal_nan=True) for row in rows):
+                raise Find(f"{what}: {name} is {ours[name]}, Gymnasium's is {theirs[name]}")
