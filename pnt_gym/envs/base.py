@@ -15,7 +15,7 @@ from gymnasium.utils import seeding
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Ints
-from pnt_gym.cells.base.canvas import FPS, RENDER_MODES, SIZE, Picture
+from pnt_gym.cells.base.canvas import DRAWING, FPS, RENDER_MODES, SIZE, Picture
 from pnt_gym.cells.base.config import Level, describes_a_cell, written
 from pnt_gym.cells.base.core import Cell, Core, Generators, Step
 from pnt_gym.cells.base.request import ANYTHING, ASKED, Request, requested
@@ -170,16 +170,18 @@ class Facade:
         return {**self.__dict__, "_view": None}
 
     def _opened_view(self) -> View:
-        if self._view is None:
-            self._view = self.core.view()
-            if self._picture != Picture():
-                self._view.aim(self._picture)
-        return self._view
+        with DRAWING:
+            if self._view is None:
+                self._view = self.core.view()
+                if self._picture != Picture():
+                    self._view.aim(self._picture)
+            return self._view
 
     def _close_view(self) -> None:
-        if self._view is not None:
-            self._view.close()
-            self._view = None
+        with DRAWING:
+            if self._view is not None:
+                self._view.close()
+                self._view = None
 
 
 class CoreEnv(Facade, gym.Env[Observation, NDArray[Any]]):  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -275,7 +277,8 @@ class CoreEnv(Facade, gym.Env[Observation, NDArray[Any]]):  # pyright: ignore[re
         """A frame of the coming pick (rgb_array), or the frames of the last throw (rgb_array_list)."""
         if self.render_mode is None or self.render_mode == "human":
             return None
-        return self._opened_view().render(self.render_mode)
+        with DRAWING:  # a view poses one model for all who ask
+            return self._opened_view().render(self.render_mode)
 
     def close(self) -> None:
         """Free the renderer and its window; safe to call twice."""

@@ -13,7 +13,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, replaced, take
-from pnt_gym.cells.base.canvas import FPS, SIZE, Picture
+from pnt_gym.cells.base.canvas import DRAWING, FPS, SIZE, Picture
 from pnt_gym.cells.base.config import Level
 from pnt_gym.envs.base import CoreEnv, Facade, Observation, request_of, seed_of
 from pnt_gym.errors import ConfigError, OrderError, one_sentence
@@ -146,7 +146,8 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         """One frame of every cell's coming pick."""
         if self.render_mode is None:
             return None
-        return tuple(self._opened_view().frame(row) for row in range(self.num_envs))
+        with DRAWING:  # a view poses one model for all who ask
+            return tuple(self._opened_view().frame(row) for row in range(self.num_envs))
 
     def close_extras(self, **kwargs: Any) -> None:
         """Free the renderer."""
