@@ -6,6 +6,7 @@ import inspect
 from abc import abstractmethod
 from collections.abc import Mapping
 from numbers import Integral
+from types import MappingProxyType
 from typing import Any, ClassVar, Final, Protocol, cast
 
 import gymnasium as gym
@@ -48,6 +49,7 @@ ARGUMENTS: Final = """\
 one. It is drawn until it is that; later throws come as always. In the vector form it is asked of every cell that is
 reset; the option `reset_mask`, a boolean array, says which."""
 """Rows that the table of arguments has in every manual, and what can be asked of a reset."""
+NOTHING: Final[Mapping[str, Any]] = MappingProxyType({})
 
 
 class Behind(Protocol):
@@ -70,8 +72,8 @@ class Behind(Protocol):
         """What the info tells of coming steps, (N, ...) each."""
         ...
 
-    def step(self, actions: object) -> Step:
-        """One step in every row."""
+    def step(self, actions: object, waiting: Bools | None = None) -> Step:
+        """One step in every row; the step takes back what rows that wait (N,) do in it."""
         ...
 
     def view(self) -> View:
@@ -270,7 +272,7 @@ class CoreEnv(Facade, gym.Env[Observation, NDArray[Any]]):  # pyright: ignore[re
             float(result.reward[0]),
             over and terminates,
             over and not terminates,
-            scalars(result.info, 0),
+            scalars(result.info, 0, result.partial),
         )
 
     def render(self) -> Any:
@@ -307,9 +309,16 @@ class ThrowEnv(CoreEnv):
             return Core(cls.make_cell(level, count, threads), action_mode)
 
 
-def scalars(info: dict[str, NDArray[Any]], row: int) -> dict[str, Any]:
-    """One row of a step's info as plain Python values; what is several numbers there stays an array."""
+def scalars(info: Mapping[str, NDArray[Any]], row: int, partial: Mapping[str, Bools] = NOTHING) -> dict[str, Any]:
+    """One row of a step's info as plain Python values; what is several numbers there stays an array.
+
+    Args:
+        info: named results of N rows.
+        row: which one.
+        partial: rows (N,) that have a result, of results that only some rows have.
+    """
     told: dict[str, Any] = {}
     for name, values in info.items():
-        told[name] = values[row].item() if values.ndim == 1 else values[row].copy()
+        if name not in partial or partial[name][row]:
+            told[name] = values[row].item() if values.ndim == 1 else values[row].copy()
     return told
