@@ -44,6 +44,8 @@ ARGUMENTS: Final = """\
 | `camera` | mapping or None | None | `lookat` (x, y, z) [m], `distance` [m], `azimuth`, `elevation` [deg] to change |
 | `num_envs` | int | 1 | only of the vector form, `gymnasium.make_vec` |
 | `autoreset_mode` | str or AutoresetMode | `"SameStep"` | of the vector form: `SameStep`, `NextStep` or `Disabled` |
+| `max_episode_steps` | int or None | None | of the vector form: an episode's steps; `gymnasium.make` has a TimeLimit |
+| `disable_env_checker` | bool or None | None | of the vector form, which has no checker: True or None |
 
 `reset(options={"item": ..., "target": ...})` asks for the first throw of an episode: a name or an index of each, or of
 one. It is drawn until it is that; later throws come as always. In the vector form it is asked of every cell that is

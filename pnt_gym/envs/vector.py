@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from numbers import Integral
 from typing import Any, ClassVar
 
 import numpy as np
@@ -34,9 +35,13 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         width, height, camera: see `Picture`.
         autoreset_mode: when a cell whose episode is over begins anew: in the same step, in the next one, which throws
             nothing there, or never by itself.
+        max_episode_steps: steps after which an episode is truncated, by the name that Gymnasium has for them; None for
+            no limit but the cells' own.
+        disable_env_checker: True or None, which `gymnasium.make` takes, too; nothing checks a vector environment.
 
     Raises:
-        ConfigError: an unknown action, render or autoreset mode, no working cells, or no picture.
+        ConfigError: an unknown action, render or autoreset mode, no working cells, no picture, no number of steps, or
+            a checker is asked for.
     """
 
     single: ClassVar[type[CoreEnv]]
@@ -59,8 +64,11 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         height: int = SIZE[0],
         camera: Mapping[str, Any] | None = None,
         autoreset_mode: str | AutoresetMode = "SameStep",
+        max_episode_steps: int | None = None,
+        disable_env_checker: bool | None = None,
     ) -> None:
-        self._autoreset = self._checked(render_mode, autoreset_mode)
+        self._autoreset = self._checked(render_mode, autoreset_mode, disable_env_checker)
+        self._limit = _steps_of(max_episode_steps)
         vars(self)["metadata"] = {**self.metadata, "autoreset_mode": self._autoreset}
         self._picture = Picture.of(width, height, camera)
         self.core = self.single.make_core(level, action_mode, num_envs, threads)
@@ -74,6 +82,8 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         self._begun = False
         self._over = np.zeros(num_envs, dtype=np.bool_)
         """Cells that wait for a reset."""
+        self._steps = np.zeros(num_envs, dtype=np.int64)
+        """Steps that each cell has taken in its episode."""
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -101,6 +111,7 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         for row, generator in zip(rows, generators, strict=True):
             self._generators[row] = generator
         self._begun, self._over = True, self._over & ~mask
+        self._steps[mask] = 0
         return self.core.observe(), masked(self.core.kinds(), mask, every=True)
 
     def step(
@@ -121,7 +132,7 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         self._check_order()
         waiting, same = self._over, self._autoreset is AutoresetMode.SAME_STEP
         result = self._throw(actions, waiting)
-        terminated, truncated = self._ends(result.ended)
+        terminated, truncated = self._ends(result.ended, ~waiting)
         over = terminated | truncated
         renewed = over if same else waiting
         info = masked(result.info, ~renewed, result.partial, every=same)
@@ -143,7 +154,7 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         """Free the renderer."""
         self._close_view()
 
-    def _checked(self, render_mode: Any, autoreset_mode: Any) -> AutoresetMode:
+    def _checked(self, render_mode: Any, autoreset_mode: Any, disable_env_checker: Any) -> AutoresetMode:
         """The autoreset mode, if that and other settings are among those that there are.
 
         Raises:
@@ -156,6 +167,9 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         if autoreset_mode not in [*AutoresetMode, *(mode.value for mode in AutoresetMode)]:
             known = ", ".join(mode.value for mode in AutoresetMode)
             raise ConfigError(f"autoreset_mode is {one_sentence(repr(autoreset_mode), 80)}; it must be one of {known}")
+        if disable_env_checker is not None and disable_env_checker is not True:
+            said = one_sentence(repr(disable_env_checker), 80)
+            raise ConfigError(f"disable_env_checker is {said}; nothing checks a vector environment: True or None")
         return AutoresetMode(autoreset_mode)
 
     def _check_order(self) -> None:
@@ -185,15 +199,18 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
             result.partial,
         )
 
-    def _ends(self, ended: Bools) -> tuple[Bools, Bools]:
-        """Episodes that terminate and that are truncated (N,) each."""
+    def _ends(self, ended: Bools, thrown: Bools) -> tuple[Bools, Bools]:
+        """Episodes that terminate and that are truncated, after a step of the cells that have thrown (N,) each."""
+        self._steps += thrown
         none = np.zeros(self.num_envs, dtype=np.bool_)
-        return (ended, none) if self.core.terminates else (none, ended)
+        cut = none if self._limit is None else thrown & (self._steps >= self._limit)
+        return (ended, cut) if self.core.terminates else (none, ended | cut)
 
     def _renew(self, over: Bools, info: dict[str, Any]) -> Observation:
         """Begin anew in some cells; what is seen of all."""
         rows = np.flatnonzero(over)
         self.core.reset(rows, [self._generators[row] for row in rows], seeded=False)
+        self._steps[rows] = 0
         info |= masked(self.core.kinds(), np.ones(self.num_envs, dtype=np.bool_))
         return self.core.observe()
 
@@ -254,6 +271,20 @@ def _without(values: NDArray[Any], rows: Bools) -> NDArray[Any]:
     blank = values.copy()
     blank[rows] = np.nan if values.dtype.kind == "f" else 0
     return blank
+
+
+def _steps_of(value: Any) -> int | None:
+    """The most steps of an episode, None for no limit.
+
+    Raises:
+        ConfigError: no whole number from 1 on.
+    """
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, Integral) or int(value) < 1:
+        said = one_sentence(repr(value), 80)
+        raise ConfigError(f"max_episode_steps is {said}; it must be a whole number, at least 1, or None")
+    return int(value)
 
 
 def vector_form(single: type[CoreEnv], pictured: bool = True) -> type[ThrowVectorEnv]:
