@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Ints
 
+from ..cli import UsageError
 from ..controllers.protocol import Observation
 from ..environments import Env
 from .making import the_line
@@ -47,6 +48,9 @@ def worked_by(act: Act, env: Env, seed: int | list[int], each: int) -> Iterator[
         env: lines.
         seed: of the environment, or one of each line's stream.
         each: shifts of every line.
+
+    Raises:
+        UsageError: the environment ends shifts before they are over.
     """
     shift = np.zeros(env.num_envs, dtype=np.int64)
     features, _ = env.reset(seed=seed)
@@ -56,6 +60,7 @@ def worked_by(act: Act, env: Env, seed: int | list[int], each: int) -> Iterator[
         action = act(seen)
         seconds = time.perf_counter() - begin
         features, _, _, over, info = env.step(action)
+        _check_whole(over, info)
         yield Decided(seen, shift, over, info, seconds)
         shift = shift + over
 
@@ -77,3 +82,10 @@ def single_shifts(act: Act, env: Env, seeds: Ints, progress: Progress | None = N
             gone = float(np.where(working, core.cell.state.clock / core.config.duration, 1.0).sum())
             progress(gone - before)
             before = gone
+
+
+def _check_whole(over: Bools, info: Mapping[str, Any]) -> None:
+    """Make sure that shifts have figures where they are over (N,)."""
+    figures = info.get("final_info", {}).get("_shift_value_per_min", np.zeros(len(over), dtype=np.bool_))
+    if (over & ~figures).any():
+        raise UsageError("the environment cuts shifts short of their end; leave max_episode_steps out")

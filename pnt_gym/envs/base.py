@@ -6,6 +6,7 @@ import inspect
 from abc import abstractmethod
 from collections.abc import Mapping
 from numbers import Integral
+from types import MappingProxyType
 from typing import Any, ClassVar, Final, Protocol, cast
 
 import gymnasium as gym
@@ -15,7 +16,7 @@ from gymnasium.utils import seeding
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Ints
-from pnt_gym.cells.base.canvas import FPS, RENDER_MODES, SIZE, Picture
+from pnt_gym.cells.base.canvas import DRAWING, FPS, RENDER_MODES, SIZE, Picture
 from pnt_gym.cells.base.config import Level, describes_a_cell, written
 from pnt_gym.cells.base.core import Cell, Core, Generators, Step
 from pnt_gym.cells.base.request import ANYTHING, ASKED, Request, requested
@@ -43,11 +44,14 @@ ARGUMENTS: Final = """\
 | `camera` | mapping or None | None | `lookat` (x, y, z) [m], `distance` [m], `azimuth`, `elevation` [deg] to change |
 | `num_envs` | int | 1 | only of the vector form, `gymnasium.make_vec` |
 | `autoreset_mode` | str or AutoresetMode | `"SameStep"` | of the vector form: `SameStep`, `NextStep` or `Disabled` |
+| `max_episode_steps` | int or None | None | of the vector form: an episode's steps; `gymnasium.make` has a TimeLimit |
+| `disable_env_checker` | bool or None | None | of the vector form, which has no checker: True or None |
 
 `reset(options={"item": ..., "target": ...})` asks for the first throw of an episode: a name or an index of each, or of
 one. It is drawn until it is that; later throws come as always. In the vector form it is asked of every cell that is
 reset; the option `reset_mask`, a boolean array, says which."""
 """Rows that the table of arguments has in every manual, and what can be asked of a reset."""
+NOTHING: Final[Mapping[str, Any]] = MappingProxyType({})
 
 
 class Behind(Protocol):
@@ -70,8 +74,8 @@ class Behind(Protocol):
         """What the info tells of coming steps, (N, ...) each."""
         ...
 
-    def step(self, actions: object) -> Step:
-        """One step in every row."""
+    def step(self, actions: object, waiting: Bools | None = None) -> Step:
+        """One step in every row; the step takes back what rows that wait (N,) do in it."""
         ...
 
     def view(self) -> View:
@@ -170,16 +174,18 @@ class Facade:
         return {**self.__dict__, "_view": None}
 
     def _opened_view(self) -> View:
-        if self._view is None:
-            self._view = self.core.view()
-            if self._picture != Picture():
-                self._view.aim(self._picture)
-        return self._view
+        with DRAWING:
+            if self._view is None:
+                self._view = self.core.view()
+                if self._picture != Picture():
+                    self._view.aim(self._picture)
+            return self._view
 
     def _close_view(self) -> None:
-        if self._view is not None:
-            self._view.close()
-            self._view = None
+        with DRAWING:
+            if self._view is not None:
+                self._view.close()
+                self._view = None
 
 
 class CoreEnv(Facade, gym.Env[Observation, NDArray[Any]]):  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -268,14 +274,15 @@ class CoreEnv(Facade, gym.Env[Observation, NDArray[Any]]):  # pyright: ignore[re
             float(result.reward[0]),
             over and terminates,
             over and not terminates,
-            scalars(result.info, 0),
+            scalars(result.info, 0, result.partial),
         )
 
     def render(self) -> Any:
         """A frame of the coming pick (rgb_array), or the frames of the last throw (rgb_array_list)."""
         if self.render_mode is None or self.render_mode == "human":
             return None
-        return self._opened_view().render(self.render_mode)
+        with DRAWING:  # a view poses one model for all who ask
+            return self._opened_view().render(self.render_mode)
 
     def close(self) -> None:
         """Free the renderer and its window; safe to call twice."""
@@ -304,9 +311,16 @@ class ThrowEnv(CoreEnv):
             return Core(cls.make_cell(level, count, threads), action_mode)
 
 
-def scalars(info: dict[str, NDArray[Any]], row: int) -> dict[str, Any]:
-    """One row of a step's info as plain Python values; what is several numbers there stays an array."""
+def scalars(info: Mapping[str, NDArray[Any]], row: int, partial: Mapping[str, Bools] = NOTHING) -> dict[str, Any]:
+    """One row of a step's info as plain Python values; what is several numbers there stays an array.
+
+    Args:
+        info: named results of N rows.
+        row: which one.
+        partial: rows (N,) that have a result, of results that only some rows have.
+    """
     told: dict[str, Any] = {}
     for name, values in info.items():
-        told[name] = values[row].item() if values.ndim == 1 else values[row].copy()
+        if name not in partial or partial[name][row]:
+            told[name] = values[row].item() if values.ndim == 1 else values[row].copy()
     return told

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from numbers import Integral
 from typing import Any, ClassVar
 
 import numpy as np
@@ -12,10 +13,11 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, replaced, take
-from pnt_gym.cells.base.canvas import FPS, SIZE, Picture
+from pnt_gym.arrays import Bools
+from pnt_gym.cells.base.canvas import DRAWING, FPS, SIZE, Picture
 from pnt_gym.cells.base.config import Level
-from pnt_gym.envs.base import CoreEnv, Facade, Observation, request_of, seed_of
+from pnt_gym.cells.base.core import Step
+from pnt_gym.envs.base import NOTHING, CoreEnv, Facade, Observation, request_of, seed_of
 from pnt_gym.errors import ConfigError, OrderError, one_sentence
 
 
@@ -33,9 +35,13 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         width, height, camera: see `Picture`.
         autoreset_mode: when a cell whose episode is over begins anew: in the same step, in the next one, which throws
             nothing there, or never by itself.
+        max_episode_steps: steps after which an episode is truncated, by the name that Gymnasium has for them; None for
+            no limit but the cells' own.
+        disable_env_checker: True or None, which `gymnasium.make` takes, too; nothing checks a vector environment.
 
     Raises:
-        ConfigError: an unknown action, render or autoreset mode, no working cells, or no picture.
+        ConfigError: an unknown action, render or autoreset mode, no working cells, no picture, no number of steps, or
+            a checker is asked for.
     """
 
     single: ClassVar[type[CoreEnv]]
@@ -58,15 +64,11 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         height: int = SIZE[0],
         camera: Mapping[str, Any] | None = None,
         autoreset_mode: str | AutoresetMode = "SameStep",
+        max_episode_steps: int | None = None,
+        disable_env_checker: bool | None = None,
     ) -> None:
-        offered: list[str] = type(self).metadata["render_modes"]
-        if render_mode is not None and render_mode not in offered:
-            said = " or ".join([*map(repr, offered), "None"])
-            raise ConfigError(f"render_mode is {render_mode!r}; a vector environment takes {said}")
-        if autoreset_mode not in [*AutoresetMode, *(mode.value for mode in AutoresetMode)]:
-            known = ", ".join(mode.value for mode in AutoresetMode)
-            raise ConfigError(f"autoreset_mode is {one_sentence(repr(autoreset_mode), 80)}; it must be one of {known}")
-        self._autoreset = AutoresetMode(autoreset_mode)
+        self._autoreset = self._checked(render_mode, autoreset_mode, disable_env_checker)
+        self._limit = _steps_of(max_episode_steps)
         vars(self)["metadata"] = {**self.metadata, "autoreset_mode": self._autoreset}
         self._picture = Picture.of(width, height, camera)
         self.core = self.single.make_core(level, action_mode, num_envs, threads)
@@ -80,6 +82,8 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         self._begun = False
         self._over = np.zeros(num_envs, dtype=np.bool_)
         """Cells that wait for a reset."""
+        self._steps = np.zeros(num_envs, dtype=np.int64)
+        """Steps that each cell has taken in its episode."""
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -88,8 +92,9 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
 
         Args:
             seed: one number, one per cell, or None to go on with the generators as they are.
-            options: "reset_mask", a boolean array (num_envs,), restarts only the chosen cells; "item" and "target" are
-                what the first throw of each has to be, as in the single environment.
+            options: "reset_mask", a boolean array (num_envs,), restarts only the chosen cells, and the masks of the
+                info hold for these; "item" and "target" are what the first throw of each has to be, as in the single
+                environment.
 
         Raises:
             ConfigError: seeds that are no whole numbers, a list of them or a mask whose length is not the number of
@@ -106,80 +111,107 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         for row, generator in zip(rows, generators, strict=True):
             self._generators[row] = generator
         self._begun, self._over = True, self._over & ~mask
-        return self.core.observe(), self._masked(self.core.kinds())
+        self._steps[mask] = 0
+        return self.core.observe(), masked(self.core.kinds(), mask, every=True)
 
     def step(
         self, actions: NDArray[np.floating]
     ) -> tuple[Observation, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
         """Throw in every cell; cells whose episode is over begin the next one as the autoreset mode says.
 
-        The results of the throw stand in `info` for every cell; for cells that begin anew in the same step they are in
-        `final_info` too, with the last observation in `final_obs`, as Gymnasium's own vector environments have them.
+        A mask `_name` says for which cells `info[name]` holds, as in Gymnasium's own vector environments: for a cell
+        that has begun anew in this step only what a reset tells. In the same step its results are in `final_info`,
+        with their masks, and its last observation is in `final_obs`. The arrays of `info` have the results of the
+        throw for every cell then too, so that `info["landing_error"]` can be read as it stands; the masks leave
+        the cells out that are over. In other modes an array has NaN (or 0) for cells that did not throw.
 
         Raises:
             ActionError: wrong shape, NaN or infinite values.
             OrderError: the environment was not reset, or is closed; or cells are over that nothing resets.
         """
-        if self.closed or not self._begun:
-            state = "is closed; make another one" if self.closed else "was not reset; call reset before step"
-            raise OrderError(f"the environment {state}")
-        if self._over.any():
-            observation, reward, over, info = self._step_and_renew(actions)
-        else:
-            result = self.core.step(actions)
-            observation, reward, over, info = result.observation, result.reward, result.ended, self._masked(result.info)
-        none = np.zeros(self.num_envs, dtype=np.bool_)
-        if self._autoreset is not AutoresetMode.SAME_STEP:
-            self._over = over.copy()
-        elif over.any():
-            last = np.full(self.num_envs, None, dtype=object)
-            for row in np.flatnonzero(over):
-                last[row] = observation[row].copy()
-            final = self._masked({name: info[name] for name in info if not name.startswith("_")}, over)
-            info |= {"final_obs": last, "_final_obs": over.copy()}
-            info |= {"final_info": final, "_final_info": over.copy()}
-            observation = self._renew(over, info)
-        terminates = self.core.terminates
-        return observation, reward, over if terminates else none, none if terminates else over, info
+        self._check_order()
+        waiting, same = self._over, self._autoreset is AutoresetMode.SAME_STEP
+        result = self._throw(actions, waiting)
+        terminated, truncated = self._ends(result.ended, ~waiting)
+        over = terminated | truncated
+        renewed = over if same else waiting
+        info = masked(result.info, ~renewed, result.partial, every=same)
+        if same and over.any():
+            info |= _final(result, over)
+        if not same:
+            self._over = over
+        observation = self._renew(renewed, info) if renewed.any() else result.observation
+        return observation, result.reward, terminated, truncated, info
 
     def render(self) -> tuple[Any, ...] | None:
         """One frame of every cell's coming pick."""
         if self.render_mode is None:
             return None
-        return tuple(self._opened_view().frame(row) for row in range(self.num_envs))
+        with DRAWING:  # a view poses one model for all who ask
+            return tuple(self._opened_view().frame(row) for row in range(self.num_envs))
 
     def close_extras(self, **kwargs: Any) -> None:
         """Free the renderer."""
         self._close_view()
 
-    def _step_and_renew(self, actions: NDArray[np.floating]) -> tuple[Observation, Floats, Bools, dict[str, Any]]:
-        """Begin anew where an episode is over, and throw elsewhere; observation, reward, ends and info."""
-        over, cell = self._over, self.core.cell
-        if self._autoreset is AutoresetMode.DISABLED:
-            cells = ", ".join(map(str, np.flatnonzero(over)))
+    def _checked(self, render_mode: Any, autoreset_mode: Any, disable_env_checker: Any) -> AutoresetMode:
+        """The autoreset mode, if that and other settings are among those that there are.
+
+        Raises:
+            ConfigError: one is not.
+        """
+        offered: list[str] = type(self).metadata["render_modes"]
+        if render_mode is not None and render_mode not in offered:
+            said = " or ".join([*map(repr, offered), "None"])
+            raise ConfigError(f"render_mode is {render_mode!r}; a vector environment takes {said}")
+        if autoreset_mode not in [*AutoresetMode, *(mode.value for mode in AutoresetMode)]:
+            known = ", ".join(mode.value for mode in AutoresetMode)
+            raise ConfigError(f"autoreset_mode is {one_sentence(repr(autoreset_mode), 80)}; it must be one of {known}")
+        if disable_env_checker is not None and disable_env_checker is not True:
+            said = one_sentence(repr(disable_env_checker), 80)
+            raise ConfigError(f"disable_env_checker is {said}; nothing checks a vector environment: True or None")
+        return AutoresetMode(autoreset_mode)
+
+    def _check_order(self) -> None:
+        """Make sure that every cell can step, or is reset in this step."""
+        if self.closed or not self._begun:
+            state = "is closed; make another one" if self.closed else "was not reset; call reset before step"
+            raise OrderError(f"the environment {state}")
+        if self._autoreset is AutoresetMode.DISABLED and self._over.any():
+            cells = ", ".join(map(str, np.flatnonzero(self._over)))
             raise OrderError(f"the episodes of cells {cells} are over; reset them with the option 'reset_mask'")
-        info: dict[str, Any] = {}
-        reward, ended = np.zeros(self.num_envs), np.zeros(self.num_envs, dtype=np.bool_)
-        if not over.all():
-            # Every cell throws in a rollout; what these do is taken back, their random numbers included.
-            context, waiting = cell.context, [self._generators[row] for row in np.flatnonzero(over)]
-            states = [generator.bit_generator.state for generator in waiting]
-            actions = np.array(actions)
-            if actions.shape == (self.num_envs, *(self.core.action_space.shape or ())):
-                actions[over] = 0.0
-            result = self.core.step(actions)
-            cell.context = replaced(cell.context, over, take(context, over))
-            for generator, state in zip(waiting, states, strict=True):
-                generator.bit_generator.state = state
-            reward, ended = np.where(over, 0.0, result.reward), result.ended & ~over
-            info = self._masked(result.info, ~over)
-        return self._renew(over, info), reward, ended, info
+
+    def _throw(self, actions: NDArray[np.floating], waiting: Bools) -> Step:
+        """Throw in the cells that do not wait for a reset; a rollout has all cells, so the core takes the rest back."""
+        if not waiting.any():
+            return self.core.step(actions)
+        if waiting.all():
+            return Step(self.core.observe(), np.zeros(self.num_envs), np.zeros(self.num_envs, dtype=np.bool_), {})
+        actions = np.array(actions)
+        if actions.shape == (self.num_envs, *(self.core.action_space.shape or ())):
+            actions[waiting] = 0
+        result = self.core.step(actions, waiting)
+        return Step(
+            result.observation,
+            np.where(waiting, 0.0, result.reward),
+            result.ended & ~waiting,
+            {name: _without(values, waiting) for name, values in result.info.items()},
+            result.partial,
+        )
+
+    def _ends(self, ended: Bools, thrown: Bools) -> tuple[Bools, Bools]:
+        """Episodes that terminate and that are truncated, after a step of the cells that have thrown (N,) each."""
+        self._steps += thrown
+        none = np.zeros(self.num_envs, dtype=np.bool_)
+        cut = none if self._limit is None else thrown & (self._steps >= self._limit)
+        return (ended, cut) if self.core.terminates else (none, ended | cut)
 
     def _renew(self, over: Bools, info: dict[str, Any]) -> Observation:
         """Begin anew in some cells; what is seen of all."""
         rows = np.flatnonzero(over)
         self.core.reset(rows, [self._generators[row] for row in rows], seeded=False)
-        info |= self._masked(self.core.kinds())
+        self._steps[rows] = 0
+        info |= masked(self.core.kinds(), np.ones(self.num_envs, dtype=np.bool_))
         return self.core.observe()
 
     def _mask(self, options: dict[str, Any] | None) -> NDArray[np.bool_]:
@@ -205,10 +237,54 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
             raise ConfigError(f"seed has {len(seeds)} entries; this environment has {self.num_envs} cells")
         return seeds
 
-    def _masked(self, info: dict[str, NDArray[Any]], rows: Bools | bool = True) -> dict[str, Any]:
-        """Gymnasium's form of a vector info: every value with a mask of the rows it holds for."""
-        mask = np.full(self.num_envs, rows)
-        return {key: value for name, values in info.items() for key, value in ((name, values), (f"_{name}", mask))}
+
+def masked(
+    info: Mapping[str, NDArray[Any]], rows: Bools, partial: Mapping[str, Bools] = NOTHING, every: bool = False
+) -> dict[str, Any]:
+    """Gymnasium's form of a vector info: every value with a mask of the rows it holds for.
+
+    Args:
+        info: named results, (N, ...) each.
+        rows: which rows have results (N,).
+        partial: which rows do (N,), of results that only some rows have.
+        every: whether results that no row has stay, with masks that are False.
+    """
+    told: dict[str, Any] = {}
+    for name, values in info.items():
+        mask = rows & partial.get(name, True)
+        if every or mask.any():
+            told |= {name: values, f"_{name}": mask}
+    return told
+
+
+def _final(result: Step, over: Bools) -> dict[str, Any]:
+    """What Gymnasium's form of a vector info has of the episodes that are over (N,)."""
+    last = np.full(len(over), None, dtype=object)
+    for row in np.flatnonzero(over):
+        last[row] = result.observation[row].copy()
+    final = masked(result.info, over, result.partial)
+    return {"final_obs": last, "_final_obs": over.copy(), "final_info": final, "_final_info": over.copy()}
+
+
+def _without(values: NDArray[Any], rows: Bools) -> NDArray[Any]:
+    """A copy of values (N, ...) with NaN in some rows, or 0 where values are no floating numbers."""
+    blank = values.copy()
+    blank[rows] = np.nan if values.dtype.kind == "f" else 0
+    return blank
+
+
+def _steps_of(value: Any) -> int | None:
+    """The most steps of an episode, None for no limit.
+
+    Raises:
+        ConfigError: no whole number from 1 on.
+    """
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, Integral) or int(value) < 1:
+        said = one_sentence(repr(value), 80)
+        raise ConfigError(f"max_episode_steps is {said}; it must be a whole number, at least 1, or None")
+    return int(value)
 
 
 def vector_form(single: type[CoreEnv], pictured: bool = True) -> type[ThrowVectorEnv]:

@@ -275,7 +275,7 @@ def test_the_infos_are_the_written_ones(throws):
 def test_the_arguments_are_those_of_the_constructor():
     rows = {row[0].strip("`"): row for row in tables("Arguments")[0]}
     single = set(inspect.signature(PnTLineEnv.__init__).parameters) - {"self"}
-    assert set(rows) == single | {"num_envs", "autoreset_mode"}
+    assert set(rows) == single | {"num_envs", "autoreset_mode", "max_episode_steps", "disable_env_checker"}
     levels = LineConfig.load("single")
     assert f"{levels.duration:g} s unless the level says otherwise" in words(PnTLineEnv, "Episode End")
     assert f"lifted within {levels.horizon:g} s" in words(PnTLineEnv, "Action Space")

@@ -1,7 +1,6 @@
 """The vector form: N cells that behave, row by row, as N single environments under Gymnasium's own vectorizer."""
 
 import warnings
-from functools import partial
 
 import gymnasium as gym
 import numpy as np
@@ -10,36 +9,11 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 import pnt_gym
 from pnt_gym.errors import ConfigError, OrderError
-from tests.tools.throws import (
-    CONVEYOR,
-    FEATURES,
-    GRIPPER,
-    LINE,
-    MODES,
-    ONE_JOINT,
-    SHORT_LINE,
-    THROWS,
-    same_bits,
-    some_actions,
-    vary,
-    zeros,
-)
+from tests.tools.throws import CONVEYOR, FEATURES, GRIPPER, LINE, MODES, THROWS, same_bits, zeros
+from tests.tools.vectors import LEVELS, N, actions
 
-N, SEED = 3, 21
+SEED = 21
 STEPS = dict.fromkeys(THROWS, 5) | dict.fromkeys(LINE, 30)
-MOST_STEPS = dict.fromkeys(THROWS, 8) | dict.fromkeys(LINE, 30)
-SHIFT = vary("waste", picks_per_shift=2)
-LEVELS = dict.fromkeys(CONVEYOR, SHIFT) | dict.fromkeys((*ONE_JOINT, *GRIPPER), "late")
-LEVELS["PnTLine-v0"] = SHORT_LINE
-LEVELS["PnTAdapt-v0"] = vary("drift_mix", picks_per_shift=2)
-LEVELS["OneJointAssembly-v0"] = "ideal"
-"""An assembly goes on to its second throw only if the first succeeds."""
-SMALL = {"OneJointAssembly-v0": 0.005}
-"""Share of the whole range that actions take up, where it is not all."""
-
-
-def actions(env_id):
-    return some_actions(env_id, np.random.default_rng(0), MOST_STEPS[env_id], 8, share=SMALL.get(env_id, 1.0))
 
 
 def rollout(env_id, env, count, steps=None, seed=SEED):
@@ -56,13 +30,6 @@ def env_id(request):
 @pytest.fixture(scope="module")
 def ours(env_id):
     return rollout(env_id, gym.make_vec(env_id, num_envs=N, level=LEVELS[env_id]), N)
-
-
-@pytest.fixture(scope="module")
-def theirs(env_id):
-    """The same throws by Gymnasium's loop over single environments."""
-    makers = [partial(gym.make, env_id, level=LEVELS[env_id], disable_env_checker=True) for _ in range(N)]
-    return rollout(env_id, SyncVectorEnv(makers, autoreset_mode=AutoresetMode.SAME_STEP), N)
 
 
 @pytest.mark.parametrize("env_id", THROWS)
@@ -97,47 +64,7 @@ def test_make_vec_gives_the_batched_form_without_a_warning(env_id):
     assert env.spec.id == env_id
 
 
-def test_observations_rewards_and_ends_are_those_of_gymnasiums_vectorizer(ours, theirs):
-    assert same_bits(ours[0][0], theirs[0][0])
-    ended = 0
-    for (obs, reward, term, trunc, _), (obs2, reward2, term2, trunc2, _) in zip(ours[1], theirs[1], strict=True):
-        assert same_bits(obs, obs2)
-        assert same_bits(reward, reward2)
-        assert same_bits(term, term2)
-        assert same_bits(trunc, trunc2)
-        ended += int((term | trunc).sum())
-    assert ended >= 2 * N  # across several autoresets
-
-
-def test_these_throws_hold_picks_that_failed(env_id, ours):
-    """So that what is compared here is compared of them too."""
-    found = [info.get("final_info", info) for *_, info in ours[1]]
-    unpicked = [~info["picked"] for info in found if "picked" in info]
-    assert np.any(unpicked) == (env_id in (*CONVEYOR, *LINE))
-
-
 NEXT, NEVER = AutoresetMode.NEXT_STEP, AutoresetMode.DISABLED
-
-
-@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
-def test_cells_begin_anew_in_the_next_step_as_gymnasiums_do(env_id):
-    makers = [partial(gym.make, env_id, level=LEVELS[env_id], disable_env_checker=True) for _ in range(N)]
-    ours = gym.make_vec(env_id, num_envs=N, level=LEVELS[env_id], autoreset_mode="NextStep")
-    theirs = SyncVectorEnv(makers, autoreset_mode=NEXT)
-    assert same_bits(ours.reset(seed=SEED)[0], theirs.reset(seed=SEED)[0])
-    waited = []
-    for k in range(MOST_STEPS[env_id]):
-        (*mine, info), (*other, info2) = (env.step(actions(env_id)[k, :N]) for env in (ours, theirs))
-        for one, two in zip(mine, other, strict=True):
-            assert same_bits(one, two)
-        assert_same_info(info, info2)
-        waited.append(mine[2] | mine[3])
-        if k == 0:  # from here on the cells are not in step
-            begun = [env.reset(options={"reset_mask": np.array([True, False, False])})[0] for env in (ours, theirs)]
-            assert same_bits(begun[0][0], begun[1][0])
-            waited[0][0] = False
-    assert np.sum(waited) >= 2 * N
-    assert any(over.any() and not over.all() for over in waited)
 
 
 def test_without_autoreset_a_cell_that_is_over_must_be_reset():
@@ -163,38 +90,6 @@ def test_gymnasium_normalises_observations_of_the_next_step():
 def test_no_autoreset_mode(mode):
     with pytest.raises(ConfigError, match=r"autoreset_mode is .*NextStep, SameStep, Disabled"):
         gym.make_vec("PnTRelease-v0", num_envs=2, autoreset_mode=mode)
-
-
-def assert_same_info(mine, other, over=None):
-    """Every key of `other` is in `mine` with the same mask and, where the mask holds, the same values.
-
-    Of rows that are over and begin anew in the same step, `mine` tells in its first layer, too, what the step gave.
-    Figures of shifts are NaN for rows whose shift goes on.
-    """
-    for key, value in other.items():
-        assert key in mine, key
-        if key.startswith("_shift_"):
-            number = ~np.isnan(mine[key[1:]]).reshape(N, -1).all(axis=1)
-            assert not (number & mine[key] & ~value).any()
-        elif key.startswith("_"):
-            more = np.zeros(N, dtype=bool) if over is None else over & mine[key]
-            assert same_bits(mine[key], value | more), key
-        elif isinstance(value, dict):
-            assert set(mine[key]) == set(value)
-            assert_same_info(mine[key], value)
-        else:
-            mask = other[f"_{key}"]
-            np.testing.assert_array_equal(np.stack(mine[key][mask]), np.stack(value[mask]), err_msg=key)
-            assert np.asarray(mine[key]).dtype == np.asarray(value).dtype, key
-
-
-def test_infos_have_gymnasiums_layout(ours, theirs):
-    assert set(ours[0][1]) == set(theirs[0][1])
-    assert_same_info(ours[0][1], theirs[0][1])
-    for (*_, mine), (*_, other) in zip(ours[1], theirs[1], strict=True):
-        assert_same_info(mine, other, mine.get("_final_info"))
-        assert ("final_obs" in mine) == ("final_obs" in other)
-        assert ("final_info" in mine) == ("final_info" in other)
 
 
 def test_final_observations_belong_to_rows_that_ended(env_id, ours):

@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Final, Self, final
 
 import numpy as np
@@ -30,6 +31,10 @@ _LIBRARIES: Final = (
     "rendering needs an OpenGL library: install EGL (Debian and Ubuntu: apt-get install libegl1 libgl1-mesa-dri), "
     "or set MUJOCO_GL=osmesa with libosmesa6"
 )
+_BOUND: Final = ("mujoco.cgl",)
+"""MuJoCo's OpenGL libraries that lock a context for the thread that draws first, until it is freed."""
+DRAWING: Final = threading.RLock()
+"""Held while something is drawn, opened for it or closed: threads that draw at the same time wait for each other."""
 
 
 @final
@@ -98,7 +103,7 @@ class Marker:
 
 @final
 class Canvas:
-    """Offscreen pictures of models that share one layout.
+    """Offscreen pictures of models that share one layout; any thread may draw and close, one at a time.
 
     Args:
         camera: MuJoCo's camera.
@@ -109,32 +114,49 @@ class Canvas:
         self.camera = camera
         self.size = size
         self._renderer: Any = None
+        self._thread = 0
+        """Identifier of the thread that opened the renderer."""
 
     def draw(self, model: MjModel, data: MjData, markers: Iterable[Marker]) -> Frame:
         """A picture (height, width, 3).
 
         Raises:
-            ConfigError: no OpenGL library could be loaded.
+            ConfigError: no OpenGL library could be loaded, or the one there is draws in another thread only.
         """
-        renderer = self._opened(model)
-        renderer.update_scene(data, self.camera)
-        for marker in markers:
-            marker.add_to(renderer.scene)
-        return renderer.render().copy()
+        with DRAWING:
+            renderer = self._opened(model)
+            renderer.update_scene(data, self.camera)
+            for marker in markers:
+                marker.add_to(renderer.scene)
+            with renderer._gl_context.as_current():  # current for this picture only: other threads draw, too
+                return renderer.render().copy()
 
     def close(self) -> None:
-        """Free the renderer; safe to call twice."""
-        if self._renderer is not None:
-            self._renderer.close()
-            self._renderer = None
+        """Free the renderer; safe to call twice.
+
+        Raises:
+            ConfigError: the OpenGL library closes it in another thread only.
+        """
+        with DRAWING:
+            if self._renderer is not None:
+                self._check_thread()
+                self._renderer.close()
+                self._renderer = None
 
     def _opened(self, model: MjModel) -> Any:
         """The renderer for this model; every simulation's model has the same layout and is drawn by the same one."""
         if self._renderer is None:
-            self._renderer = _new_renderer(model, self.size)
+            self._renderer, self._thread = _new_renderer(model, self.size), threading.get_ident()
             self._renderer._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = 0
+        self._check_thread()
         self._renderer._model = model
         return self._renderer
+
+    def _check_thread(self) -> None:
+        """Make sure that this thread can use the renderer."""
+        library = mujoco.GLContext.__module__
+        if library in _BOUND and threading.get_ident() != self._thread:
+            raise ConfigError(f"{library} draws and closes pictures only in the thread that asked for the first one")
 
 
 @final
@@ -188,7 +210,7 @@ def rendering_problem() -> str | None:
 
 
 def _new_renderer(model: MjModel, size: tuple[int, int]) -> Any:
-    """An offscreen renderer.
+    """An offscreen renderer whose OpenGL context is not current in any thread.
 
     Raises:
         ConfigError: no OpenGL library could be loaded.
@@ -196,9 +218,19 @@ def _new_renderer(model: MjModel, size: tuple[int, int]) -> Any:
     if not has_display() and os.environ.get("MUJOCO_GL", "glfw") == "glfw":
         raise ConfigError(_LIBRARIES)  # asking GLFW here would abort the process
     try:
-        return mujoco.Renderer(model, *size)
+        return _idle(partial(mujoco.Renderer, model, *size))
     except Exception as error:
         raise ConfigError(f"{_LIBRARIES} ({type(error).__name__}: {error})") from None
+
+
+def _idle(make: Callable[[], Any]) -> Any:
+    """What a function makes, and in this thread the same OpenGL context current as before, or none."""
+    other = mujoco.GLContext(1, 1)
+    try:
+        with other.as_current():  # at its end MuJoCo makes current what was before, whichever is current by then
+            return make()
+    finally:
+        other.free()
 
 
 def _open_window(model: MjModel, data: MjData) -> Any:

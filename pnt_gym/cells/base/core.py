@@ -8,7 +8,7 @@ from __future__ import annotations
 import copy
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from numbers import Integral
 from typing import Any, ClassVar, Final, Generic, Protocol, Self, TypeVar, final
 
@@ -22,6 +22,7 @@ from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.cells.base.episodes import Episodes
 from pnt_gym.cells.base.features import CLIP, FeatureTable, Quantity
 from pnt_gym.cells.base.request import ANYTHING, Request, lead
+from pnt_gym.cells.base.restoring import restoring
 from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.engine import unheard
 from pnt_gym.errors import ConfigError, PhysicsError, one_sentence
@@ -212,6 +213,8 @@ class Step:
     """Episodes that are over (N,)."""
     info: dict[str, NDArray[Any]]
     """Named results, (N,) each: `COMMON_INFO`, the reward's terms, and what the cell adds."""
+    partial: Mapping[str, Bools] = field(default_factory=dict[str, Bools])
+    """Of results that only some rows have, by name: which rows these are (N,). All rows have every other result."""
 
 
 @final
@@ -300,15 +303,22 @@ class Core:
         limited = limited_actions(actions, self.count, len(mode.numbers), mode.name)
         return corrected(mode, cell.planner, cell.context, limited, self._scale)
 
-    def step(self, actions: object) -> Step:
+    def step(self, actions: object, waiting: Bools | None = None) -> Step:
         """Throw in every cell.
 
         Args:
             actions: (N, A) within [-1, 1]; values outside are clipped.
+            waiting: cells that only fill the batch (N,): the step takes their throws back, and their results mean
+                nothing; None for none.
 
         Raises:
             ActionError: wrong shape, NaN or infinite values.
         """
+        with restoring(self.cell, waiting):
+            return self._step(actions, waiting)
+
+    def _step(self, actions: object, waiting: Bools | None) -> Step:
+        """Throw in every cell, those that wait included."""
         cell, thrown = self.cell, self.cell.context
         plans, clipped = self.plan(actions)
         outcome = cell.throw(plans)
@@ -324,7 +334,7 @@ class Core:
         for name, term in terms.items():
             info[f"reward_{name}"] = term
         info["kind"] = cell.context.kind.copy()
-        ended = self._episodes.thrown(cell.ended(outcome, thrown))
+        ended = self._episodes.thrown(cell.ended(outcome, thrown), waiting)
         return Step(cell.observe(), sum(terms.values(), np.zeros(self.count)), ended, info)
 
     def preview(self, actions: object, jitter: bool = False) -> Any:

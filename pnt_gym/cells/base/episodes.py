@@ -31,15 +31,17 @@ class Episodes:
         self._fresh[rows] = False
         return np.flatnonzero(draw)
 
-    def thrown(self, early: Bools | None = None) -> Bools:
+    def thrown(self, early: Bools | None = None, waiting: Bools | None = None) -> Bools:
         """Count one throw in every cell; returns the episodes that are over (N,).
 
         Args:
             early: episodes that this throw ends before their length (N,); None for none.
+            waiting: cells whose throw does not count (N,); None for none.
         """
-        self._throws += 1
+        counted = np.ones_like(self._fresh) if waiting is None else ~waiting
+        self._throws += counted
         ended = self._throws >= self._length
         if early is not None:
             ended = ended | early
-        self._fresh = ended & self._drawn
+        self._fresh = np.where(counted, ended & self._drawn, self._fresh)
         return ended

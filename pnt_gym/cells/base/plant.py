@@ -141,9 +141,10 @@ def step_counts(seconds: Floats, step: float) -> Ints:
 def staged_rollout(
     batch: Any, control: Floats, steps: Ints, names: Sequence[str], ids: Ints | None = None
 ) -> dict[str, Floats]:
-    """Roll out every simulation for its own number of steps; what is recorded after them does not count.
+    """Roll out every simulation for its own number of steps; its record has zeros after them.
 
-    The batch runs in stages, each with the throws that are not over yet, which saves steps and changes no result.
+    The batch runs in stages, each with the throws that are not over yet, which saves steps. A throw that is over
+    before its stage is simulated on with the others, but that is not recorded: a record does not depend on them.
 
     Args:
         batch: N simulations.
@@ -170,6 +171,8 @@ def staged_rollout(
         for name in names:
             whole = record.setdefault(name, np.zeros((*control.shape[:2], part[name].shape[-1])))
             whole[rows, start:end] = part[name]
+            for row in rows[steps[rows] < end]:
+                whole[row, steps[row] : end] = 0.0
         start = int(end)
     check_warnings(batch)
     return record

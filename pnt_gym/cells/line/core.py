@@ -14,6 +14,7 @@ from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.core import MOST_CELLS, MOST_THREADS, Generators, Step, whole_number
 from pnt_gym.cells.base.features import CLIP
 from pnt_gym.cells.base.request import ANYTHING, Request
+from pnt_gym.cells.base.restoring import restoring
 from pnt_gym.cells.line.cell import LineCell, Taken
 from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig
 from pnt_gym.cells.line.observation import ENTRIES, Glance, encoded
@@ -106,21 +107,24 @@ class LineCore:
         """The choices that there are (N, CHOICES)."""
         return self.cell.state.choices.real.copy()
 
-    def step(self, actions: object) -> Step:
+    def step(self, actions: object, waiting: Bools | None = None) -> Step:
         """One decision in every line.
 
         Args:
             actions: which of the choices (N,).
+            waiting: lines that only fill the batch (N,): the step takes their decisions back, and their results mean
+                nothing; None for none.
 
         Raises:
             ActionError: no whole numbers from 0 to `CHOICES` - 1.
         """
-        cell = self.cell
-        taken = cell.take(_choices(actions, self.count))
-        reward = taken.value - self.config.price_of_time * taken.elapsed
-        ended = cell.over
-        info = {**_told(taken), **self._measured(taken), **self._shifts(ended), **self.kinds()}
-        return Step(self.observe(), reward, ended, info)
+        with restoring(self.cell, waiting):
+            taken = self.cell.take(_choices(actions, self.count))
+            reward = taken.value - self.config.price_of_time * taken.elapsed
+            ended = self.cell.over
+            shifts = self._shifts(ended)
+            info = {**_told(taken), **self._measured(taken), **shifts, **self.kinds()}
+            return Step(self.observe(), reward, ended, info, dict.fromkeys(shifts, ended))
 
     def view(self) -> LineView:
         """Pictures of the line, whose robots are watched from now on.

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from io import StringIO
 
+import gymnasium as gym
 import numpy as np
 import pytest
 from rich.console import Console
 
+from agents.cli import UsageError
 from agents.environments import make_vector
 from agents.evaluation import evaluate
 from agents.line.evaluation import Shifts, judged, summary, worked
@@ -219,3 +221,9 @@ def test_from_python_by_name_and_by_function():
     first = evaluate(lambda observations: np.zeros(len(observations)), "PnTLine-v0", 3, **how)
     assert first["controller"] == "function"
     assert first["invalid_actions"] == 0
+
+
+def test_shifts_that_are_cut_short_are_no_shifts():
+    env = gym.make_vec("PnTLine-v0", num_envs=2, level="value", max_episode_steps=5)
+    with pytest.raises(UsageError, match="cuts shifts short of their end; leave max_episode_steps out"):
+        evaluate("value_rate", env, picks=2)

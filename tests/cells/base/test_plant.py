@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pnt_gym.cells.base.plant import ObjectFlight, touching
+from pnt_gym.cells.base.plant import ObjectFlight, staged_rollout, touching
+from pnt_gym.engine import Batch, mujoco
 from pnt_gym.planning.motion.ballistics import landing_point
 
 STEP, STEPS, RELEASE, GRAVITY, RIM = 1e-3, 400, 50, 9.81, -0.85
@@ -120,3 +121,16 @@ def test_a_flight_lies_where_its_last_step_says():
         flight().touchdown(np.array([RIM])).lies_in(np.array([[0.3, 0.4]]), np.array([[0.22, 0.22]]), RIM, RIM - 0.30)
     )
     assert lies.tolist() == [False]
+
+
+def test_a_record_depends_on_no_other_row_and_has_zeros_after_its_own_steps():
+    model = mujoco.MjModel.from_xml_string(
+        "<mujoco><worldbody><body><joint type='slide' axis='0 0 1'/><geom size='0.1'/></body></worldbody></mujoco>"
+    )
+    steps = np.arange(3, 40, 3)
+    many = staged_rollout(Batch(model, nsim=len(steps)), np.zeros((len(steps), 39, 0)), steps, ("qpos",))["qpos"]
+    for row, own in enumerate(steps):
+        one = staged_rollout(Batch(model, nsim=1), np.zeros((1, own, 0)), steps[row : row + 1], ("qpos",))["qpos"]
+        assert (one < 0.0).all()
+        np.testing.assert_array_equal(many[row, :own], one[0])
+        assert not many[row, own:].any()

@@ -1,0 +1,86 @@
+"""Vector environments, ours beside Gymnasium's loop over single ones: short episodes, and the comparison of infos."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Mapping
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+from tests.tools.throws import CONVEYOR, GRIPPER, LINE, ONE_JOINT, SHORT_LINE, THROWS, same_bits, some_actions, vary
+
+N = 3
+STEPS = dict.fromkeys(THROWS, 6) | dict.fromkeys(LINE, 40)
+SHIFT = vary("waste", picks_per_shift=2)
+LEVELS: dict[str, Any] = dict.fromkeys(CONVEYOR, SHIFT) | dict.fromkeys((*ONE_JOINT, *GRIPPER), "late")
+LEVELS["PnTLine-v0"] = SHORT_LINE
+LEVELS["PnTAdapt-v0"] = vary("drift_mix", picks_per_shift=2)
+LEVELS["OneJointAssembly-v0"] = "ideal"
+"""An assembly goes on to its second throw only if the first succeeds."""
+SMALL = {"OneJointAssembly-v0": 0.005}
+"""Share of the whole range that actions take up, where it is not all."""
+
+
+def actions(env_id: str, steps: int | None = None) -> np.ndarray:
+    """Random actions (steps, 8, ...), the same in every call."""
+    share = SMALL.get(env_id, 1.0)
+    return some_actions(env_id, np.random.default_rng(0), steps or STEPS[env_id], 8, share=share)
+
+
+def both(env_id: str, mode: str, **given: Any) -> tuple[Any, Any]:
+    """The vector form of N cells, and Gymnasium's loop over N single ones."""
+    given = {"level": LEVELS[env_id], **given}
+    ours = gym.make_vec(env_id, num_envs=N, autoreset_mode=mode, **given)
+    how = {"autoreset_mode": mode}
+    theirs = gym.make_vec(env_id, num_envs=N, vectorization_mode="sync", vector_kwargs=how, **given)
+    return ours, theirs
+
+
+def assert_same_info(mine: Mapping[str, Any], other: Mapping[str, Any], more: Container[str] = ()) -> None:
+    """Two infos have the same keys, masks and, where masks hold, values.
+
+    Args:
+        mine: of the vector form; it may have results of which `other` has none, with masks that are False.
+        other: of Gymnasium's loop.
+        more: which these results are.
+    """
+    assert not set(other) - set(mine)
+    for name in (key.removeprefix("_") for key in set(mine) - set(other)):
+        assert name in more and not mine[f"_{name}"].any(), name
+    for key, value in other.items():
+        if isinstance(value, dict):
+            assert_same_info(mine[key], value)
+        elif key.startswith("_"):
+            assert same_bits(mine[key], value), key
+        else:
+            where = other[f"_{key}"]
+            assert mine[key].dtype == value.dtype, key
+            assert same_bits(np.stack(mine[key][where]), np.stack(value[where])), key
+
+
+def assert_same_steps(ours: Any, theirs: Any, actions: np.ndarray, seed: int) -> list[Any]:
+    """Two vector environments give the same in every step; each row is reset once more, so that they are out of step.
+
+    Returns:
+        What each step gave: observation, reward, terminated, truncated and info.
+    """
+    assert_same_reset(ours, theirs, seed=seed)
+    disabled = ours.metadata["autoreset_mode"].value == "Disabled"
+    steps = list[Any]()
+    for number, action in enumerate(actions):
+        (*mine, info), (*other, info2) = (env.step(action[:N]) for env in (ours, theirs))
+        assert all(same_bits(one, two) for one, two in zip(mine, other, strict=True))
+        assert_same_info(info, info2, info.get("final_info", ()))
+        steps.append((*mine, info))
+        anew = ((mine[2] | mine[3]) & disabled) | (number == np.arange(N))
+        if anew.any():
+            assert_same_reset(ours, theirs, options={"reset_mask": anew})
+    return steps
+
+
+def assert_same_reset(ours: Any, theirs: Any, seed: int | None = None, options: Any = None) -> None:
+    """A reset gives the same in both; Gymnasium's takes the mask out of the options."""
+    (mine, info), (other, info2) = (env.reset(seed=seed, options=options and {**options}) for env in (ours, theirs))
+    assert same_bits(mine, other)
+    assert_same_info(info, info2)
