@@ -8,7 +8,7 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, replaced, take
-from pnt_gym.cells.base.core import Generators
+from pnt_gym.cells.base.core import MOST_CELLS, Generators, whole_number
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.tracking import brought_to_rest
@@ -313,6 +313,7 @@ def _recorded(state: Shift, valid: Bools, index: Ints, made: Made, lift: Floats,
 
 
 def _check_room(config: LineConfig, count: int, objects: int) -> None:
+    whole_number("num_envs", count, MOST_CELLS)
     if count * objects > MOST_OBJECTS:
         raise ConfigError(
             f"num_envs is {count}; a shift of level {config.name!r} takes {objects} objects, and there is room for "
