@@ -107,8 +107,9 @@ kill: dev ## kill the commands at every change of a file and at random: is anyth
 fuzz: dev ## 10,000 levels, actions, calls and command lines that nobody thought of (minutes)
 	$(BIN)/python benchmarks/fuzz.py
 
-soak: dev ## 100,000 throws in all environments: flat memory, numbers, nothing through a wall (half an hour; resumes)
+soak: dev ## 100,000 throws in all environments, 100,000 decisions at lines: flat memory, numbers, no walls crossed (an hour)
 	$(BIN)/python benchmarks/soak.py
+	$(BIN)/python -m benchmarks.soak_line
 
 package: dev ## build the wheel into dist/ and try it in an environment of its own, outside of the checkout
 	rm -rf dist && $(BIN)/python -m pip wheel -q --no-deps -w dist .

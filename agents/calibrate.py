@@ -14,13 +14,15 @@ from pnt_gym.cells.line.cell import LineCell, Taken
 from pnt_gym.cells.line.chances import Chances, digest, place_of, written
 from pnt_gym.cells.line.config import LineConfig
 
-from .cli import at_least, option, run
+from .cli import UsageError, at_least, option, run
 from .environments import stream_seed
 from .outputs import check_writable, deliver_text
 from .tables import console, throws_bar
 from .versions import versions
 
 NUM_ENVS = 32
+MOST_EMPTY = 200
+"""Shifts in a row without a throw after which none is waited for: throws in one shift of ten pass once in a billion."""
 
 
 @dataclass(frozen=True)
@@ -67,22 +69,36 @@ def calibrated(
 
 
 def thrown(config: LineConfig, throws: int, seed: int, num_envs: int, threads: int) -> Iterator[dict[str, Any]]:
-    """Throws of robots that choose at random, batch by batch."""
+    """Throws of robots that choose at random, batch by batch.
+
+    Raises:
+        UsageError: nobody throws, shift after shift.
+    """
     first = stream_seed("practice", seed)
     cell, generator = LineCell(config, num_envs, threads), np.random.default_rng(first)
     cell.reset(np.arange(num_envs), [np.random.default_rng(first + row) for row in range(num_envs)])
     with throws_bar() as bar:
         task = bar.add_task("throws", total=throws)
-        count = 0
+        count = empty = 0
         while count < throws:
             real = cell.state.choices.real
             taken = cell.take(np.where(real, generator.random(real.shape), -1.0).argmax(axis=1))
             yield _counted(taken)
-            count += int(taken.valid.sum())
-            bar.advance(task, int(taken.valid.sum()))
-            over = np.flatnonzero(cell.over)
+            thrown_now, over = int(taken.valid.sum()), np.flatnonzero(cell.over)
+            count += thrown_now
+            bar.advance(task, thrown_now)
+            empty = empty + over.size if thrown_now == 0 else 0
+            if empty >= MOST_EMPTY:
+                raise UsageError(_nothing(config, empty))
             if over.size > 0:
                 cell.reset(over, [cell.generators[row] for row in over])
+
+
+def _nothing(config: LineConfig, shifts: int) -> str:
+    return (
+        f"level {config.name!r}: nobody threw anything in {shifts} shifts of {config.duration:g} s; arrivals.rate is "
+        f"{config.arrivals.rate:g} objects a second, so that {config.arrivals.rate * config.duration:.3g} come in one"
+    )
 
 
 def _counted(taken: Taken) -> dict[str, Any]:

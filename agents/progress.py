@@ -121,8 +121,8 @@ class ShiftProgress(ProgressCallback):
         names = ("is_success", "value", "dt")
         sums = (float(sum(info[name] for info in infos)) for name in names)
         self._steps.append((len(infos), float(np.sum(rewards)), *sums))
-        while sum(step[0] for step in self._steps) > MANY:
-            self._steps.popleft()
+        while len(self._steps) > 1 and sum(step[0] for step in self._steps) > MANY:
+            self._steps.popleft()  # the last step stays, however many lines took part in it
         count, reward, success, value, seconds = map(sum, zip(*self._steps, strict=True))
         return success / count, 60.0 * value / seconds if seconds > 0.0 else np.nan, reward / count
 

@@ -22,20 +22,10 @@ from pnt_gym.errors import ConfigError, PhysicsError
 from tests.tools.fuzz import KINDS, SHARES, tried
 from tests.tools.toy_cell import ToyVectorEnv
 
+SAMPLE = {"level": 40, "action": 80, "calls": 30, "line": 25, "file": 60, "output": 3, "infos": 8, "hours": 6}
 
-@pytest.mark.parametrize(
-    ("kind", "count"),
-    [
-        ("level", 40),
-        ("action", 80),
-        ("calls", 30),
-        ("line", 25),
-        ("file", 60),
-        ("output", 3),
-        ("infos", 8),
-        ("hours", 6),
-    ],
-)
+
+@pytest.mark.parametrize(("kind", "count"), SAMPLE.items())
 def test_no_case_of_a_sample_is_a_find(kind: str, count: int) -> None:
     assert {n: said for n in range(count) if (said := tried(kind, n)) is not None} == {}
 

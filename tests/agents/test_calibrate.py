@@ -117,3 +117,11 @@ def test_a_wrong_line_is_one_sentence(tmp_path: Path, monkeypatch: pytest.Monkey
     out = () if "--out" in given else ("--out", "table.json")
     assert refused("agents.calibrate", "--num-envs", "2", *given, *out).startswith(f"error: {said}")
     assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_a_line_on_which_nothing_comes_is_said_to_have_no_throws(tmp_path):
+    empty = {"name": "empty", "base": "single", "arrivals": {"rate": 1e-9}, "duration": 5}
+    level = tmp_path / "empty.yaml"
+    level.write_text(yaml.safe_dump(empty))
+    said = "level 'empty': nobody threw anything in 224 shifts of 5 s; arrivals.rate is 1e-09 objects a second"
+    assert said in refused("agents.calibrate", "--level", level, "--out", tmp_path / "table.json")

@@ -11,6 +11,7 @@ import torch
 import pnt_gym
 from agents.cli import UsageError
 from agents.hyperparameters import hyperparameters, policy_arguments
+from agents.progress import MANY, ShiftProgress, Stop
 from agents.runs import ALGORITHMS
 from agents.sb3 import build
 from agents.vec_env import SameStepVecEnv
@@ -61,3 +62,12 @@ def test_policy_arguments_are_read_and_never_run():
     for text in ("__import__('os')", "dict(a=open('x'))", "dict(", "dict(a=nn.NoSuchLayer)"):
         with pytest.raises(UsageError, match="policy_kwargs"):
             policy_arguments(text)
+
+
+@pytest.mark.parametrize("lines", [1, MANY, MANY + 1])
+def test_progress_is_told_however_many_lines_decide_at_once(tmp_path: Path, lines: int) -> None:
+    told = ShiftProgress(tmp_path / "progress.csv", 0, Stop(), lambda *_: None)
+    told._on_training_start()
+    infos = [{"is_success": True, "value": 0.5, "dt": 2.0}] * lines
+    for _ in range(3):
+        assert told._told(infos, [1.0] * lines) == (1.0, 15.0, 1.0)

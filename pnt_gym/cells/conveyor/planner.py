@@ -99,7 +99,16 @@ class PickPlanner:
 
     def pick_height(self, objects: Objects) -> Floats:
         """The height of that [m]."""
-        return self.config.belt.height + objects.size[..., 2] + LIP_GAP - objects.known_depth
+        return self.height(objects.size, objects.known_depth)
+
+    def height(self, size: Floats, depth: Floats) -> Floats:
+        """The height at which objects S are picked [m].
+
+        Args:
+            size: their extents, S + (3,) [m].
+            depth: what is known of their centre of mass below the cup, S [m].
+        """
+        return self.config.belt.height + size[..., 2] + LIP_GAP - depth
 
     def checked(self, context: Context, release: ReleaseBatch) -> ReleaseBatch:
         """The releases, of which only those that the robot can execute are called feasible."""

@@ -29,6 +29,10 @@ LOOK: Final = 0.004
 """Hands and objects are looked at this often, and interpolated in between [s]."""
 
 
+MOST_SEEN: Final = 400
+"""Acts that are kept, the latest ones: in a long shift bins are emptied now and then."""
+
+
 class Track(NamedTuple):
     """A way through space: K moments."""
 
@@ -214,7 +218,7 @@ class Acts:
 
     def then(self, since: float, more: Act | None) -> Acts:
         """The next decision comes; what was over before this one is kept as it ended."""
-        kept = tuple(one.onward(since) for one in self.made)
+        kept = tuple(one.onward(since) for one in _latest(self.made))
         return replace(self, since=since, made=kept if more is None else (*kept, more))
 
     def tips(self, time: float) -> Floats:
@@ -224,3 +228,11 @@ class Acts:
             if one.start <= time:
                 found[one.robot] = one.hand.at(time)
         return found
+
+
+def _latest(acts: tuple[Act, ...]) -> tuple[Act, ...]:
+    """The acts that are kept: the latest ones, and the last one of every robot, where its hand is."""
+    if len(acts) <= MOST_SEEN:
+        return acts
+    last = {one.robot: number for number, one in enumerate(acts)}.values()
+    return tuple(one for number, one in enumerate(acts) if number >= len(acts) - MOST_SEEN or number in last)

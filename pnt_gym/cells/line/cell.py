@@ -9,13 +9,14 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, replaced, take
-from pnt_gym.cells.base.core import Generators
+from pnt_gym.cells.base.core import MOST_CELLS, Generators, whole_number
 from pnt_gym.cells.base.features import Quantity
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.objects import Objects
 from pnt_gym.cells.conveyor.tracking import brought_to_rest
 from pnt_gym.cells.line.acts import Act, Acts, Decision, act
+from pnt_gym.cells.line.books import Entries
 from pnt_gym.cells.line.chances import Chances, needed
 from pnt_gym.cells.line.choosing import IDLE, Chooser
 from pnt_gym.cells.line.config import LineConfig
@@ -29,6 +30,10 @@ MOST_LOOKS: Final = 100_000
 """Looks in a row that find nothing before a line is declared impossible."""
 USUAL_CYCLE: Final = 0.9
 """About what a decision takes a robot, from 0.75 by good planners to 1.4 at random on the shipped levels [s]."""
+
+
+MOST_OBJECTS: Final = 5_000_000
+"""Objects of all lines together at most: some 5 GB."""
 
 
 @final
@@ -68,7 +73,8 @@ class LineCell:
         threads: of the physics; results do not depend on it.
 
     Raises:
-        ConfigError: throws by a table that nobody has made, or robots that find nothing to do.
+        ConfigError: throws by a table that nobody has made, robots that find nothing to do, or more objects than there
+            is memory for.
     """
 
     target_names: tuple[str, ...] = ()
@@ -80,6 +86,7 @@ class LineCell:
         self.chances: Chances = needed(config)
         self.chooser = Chooser(config, cells, self.chances)
         self.arriving = Arriving(config, self.chooser.planner)
+        _check_room(config, count, self.arriving.length)
         self.throws: Thrower = _throws(config, cells, self.chances, count, threads)
         self.generators: Generators = [np.random.default_rng(0) for _ in range(count)]
         self.watched: Acts | None = None
@@ -99,8 +106,9 @@ class LineCell:
         for row, generator in zip(rows, generators, strict=True):
             self.generators[int(row)] = generator
         self.stream = self.arriving.drawn(self.stream, rows, generators)
-        self.state = replaced(self.state, rows, self._begun(len(rows)))
-        self.state = self._on(self.state, rows)
+        begun, before = self._begun(len(rows)), self.state
+        books = before.books.write(rows, begun.books.whole())
+        self.state = self._on(replace(replaced(before, rows, begun), books=books), rows)
         if self.watched is not None and (rows == 0).any():
             self.watched = Acts(self._begun(1).hand[0])
 
@@ -245,7 +253,8 @@ class LineCell:
         made = Made.nothing(self.count)
         if rows.size == 0:
             return made
-        luck, attempt = self.stream.luck[rows, index[rows]], self.state.attempts[rows, index[rows]]
+        at = rows, index[rows]
+        luck, attempt = self.stream.luck[at], self.state.books.at(at).attempts
         thrown, luck = tried_again(take(context, rows), attempt), turned(luck, attempt)
         return replaced(made, rows, self.throws.made(rows, self.state.robot[rows], thrown, luck))
 
@@ -325,16 +334,26 @@ def _closed(state: Shift, duration: float) -> Shift:
 def _recorded(state: Shift, valid: Bools, index: Ints, made: Made, lift: Floats, in_time: Bools) -> Shift:
     """What is known of objects after attempts to throw one in each line."""
     rows = np.flatnonzero(valid)
-    at, picked = (rows, index[rows]), made.picked[rows]
-    since, fate = state.since.copy(), state.fate.copy()
-    attempts, taker, ended_in = state.attempts.copy(), state.taker.copy(), state.ended_in.copy()
-    since[at] = np.where(picked, np.inf, lift[rows])
-    attempts[at] += 1
+    at, picked, counts = (rows, index[rows]), made.picked[rows], (made.picked & in_time)[rows]
+    before = state.books.at(at)
     ended = np.where(made.sorted, Fate.SORTED, np.where(made.ended_in >= 0, Fate.MISPLACED, Fate.FLOOR))
-    fate[at] = np.where(picked, np.where(in_time[rows], ended[rows], Fate.HELD), fate[at])
-    taker[at] = np.where(picked, state.robot[rows], taker[at])
-    ended_in[at] = np.where(picked & in_time[rows], made.ended_in[rows], ended_in[at])
-    return replace(state, since=since, fate=fate, attempts=attempts, taker=taker, ended_in=ended_in)
+    after = Entries(
+        since=np.where(picked, np.inf, lift[rows]),
+        attempts=before.attempts + 1,
+        fate=np.where(picked, np.where(in_time[rows], ended[rows], Fate.HELD), before.fate),
+        taker=np.where(picked, state.robot[rows], before.taker),
+        ended_in=np.where(counts, made.ended_in[rows], before.ended_in),
+    )
+    return replace(state, books=state.books.write(at, after))
+
+
+def _check_room(config: LineConfig, count: int, objects: int) -> None:
+    whole_number("num_envs", count, MOST_CELLS)
+    if count * objects > MOST_OBJECTS:
+        raise ConfigError(
+            f"num_envs is {count}; a shift of level {config.name!r} takes {objects} objects, and there is room for "
+            f"{MOST_OBJECTS} together: make it at most {MOST_OBJECTS // objects}, or the shift shorter"
+        )
 
 
 def _throws(config: LineConfig, cells: list[ConveyorConfig], chances: Chances, count: int, threads: int) -> Thrower:

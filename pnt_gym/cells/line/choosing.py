@@ -41,7 +41,9 @@ class Chooser:
     """
 
     def __init__(self, config: LineConfig, cells: list[ConveyorConfig], chances: Chances) -> None:
-        self._config, self._chances = config, chances
+        from pnt_gym.cells.line.lie import in_sight  # noqa: PLC0415 - numba takes a while
+
+        self._config, self._chances, self._in_sight = config, chances, in_sight
         different, self._kind_of = alike(cells)
         self._kinds = [Robots(cell, config.horizon) for cell in different]
         self._able, self._places = config.able(), config.places()
@@ -97,14 +99,15 @@ class Chooser:
 
     def sight(self, state: Shift, stream: Stream, lines: Ints) -> Sight:
         """What is known of some lines (K,) now."""
-        x, (low, high) = stream.x[lines] + self._config.cell.belt.speed * state.clock[lines, None], self._config.reach
+        ride, ends = self._config.cell.belt.speed * state.clock[lines], np.empty((len(lines), 2), dtype=np.int64)
         # Objects stand in the order of x, so that those in sight follow each other.
-        first, last = (x > high).sum(axis=1), (x >= low).sum(axis=1)
+        self._in_sight(stream.x, lines, ride, *self._config.reach, ends)
+        first, last = ends.T
         index = first[:, None] + np.arange(max(int((last - first).max(initial=1)), 1))
-        there, index = index < last[:, None], np.minimum(index, x.shape[1] - 1)
+        there, index = index < last[:, None], np.minimum(index, stream.x.shape[1] - 1)
         at = lines[:, None], index
-        there &= state.since[at] <= state.clock[lines, None]
-        found = np.where(there, np.take_along_axis(x, index, axis=1), AWAY)
+        there &= state.books.since(at) <= state.clock[lines, None]
+        found = np.where(there, stream.x[at] + ride[:, None], AWAY)
         return Sight(lines, index, found, stream.objects.seen[at])
 
     def pause(self, robot: Ints, sight: Sight) -> Floats:

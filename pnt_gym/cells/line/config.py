@@ -18,6 +18,12 @@ from pnt_gym.errors import ConfigError
 MOST_ROBOTS: Final = 4
 FULLEST: Final = 0.5
 """Share of the belt's lanes that objects may cover; poured more densely they would lie on each other."""
+SPARE: Final = 6.0
+"""As many standard deviations of the objects' number are drawn beyond the mean, so that no belt runs empty."""
+MOST_OBJECTS: Final = 400_000
+"""Objects that are drawn for a shift at most: four hours of 20 a second are 300,000, some 250 MB."""
+FARTHEST: Final = 2e5
+"""Robots stand no farther from the origin along the belt, where doubles still tell 3e-11 m apart [m]."""
 Percents = tuple[Annotated[float, Field(ge=1, le=100)], ...]
 
 
@@ -26,7 +32,9 @@ class Robot(Section):
     """One robot of the line."""
 
     name: Label
-    x: Finite = Field(description="Where its base stands along the belt, downstream positive [m].")
+    x: Finite = Field(
+        ge=-FARTHEST, le=FARTHEST, description="Where its base stands along the belt, downstream positive [m]."
+    )
     skills: tuple[str, ...] = Field(
         default=(), description="Items that it takes, as the classifier sees them; empty: all that its bins take."
     )
@@ -99,7 +107,7 @@ class LineConfig(LevelConfig):
     camera: Positive = Field(
         default=1.0, le=20, description="The camera stands so far upstream of the first robot's window [m]."
     )
-    duration: Annotated[float, Field(ge=5, le=3600)] = Field(default=120.0, description="Of a shift [s].")
+    duration: Annotated[float, Field(ge=5, le=14400)] = Field(default=120.0, description="Of a shift [s].")
     horizon: Annotated[float, Field(gt=0, le=10)] = Field(
         default=3.0, description="Objects that can be taken within this time are candidates [s]."
     )
@@ -135,6 +143,7 @@ class LineConfig(LevelConfig):
     def _check(self) -> Self:
         self._check_cell()
         self._check_robots()
+        self._check_objects()
         self._check_skills()
         for name in self.value.of:
             self._known(name, "value.of")
@@ -185,6 +194,15 @@ class LineConfig(LevelConfig):
                     f"robots {before.name!r} at x {before.x:g} m and {robot.name!r} at {robot.x:g} m have windows that "
                     f"overlap; each reaches from {low:g} to {high:g} m, upstream robots come first"
                 )
+
+    def _check_objects(self) -> None:
+        if not self.objects <= MOST_OBJECTS:
+            low, high = self.reach
+            raise ValueError(
+                f"a shift of {self.duration:g} s with arrivals.rate {self.arrivals.rate:g} and {high - low:g} m of a "
+                f"belt that runs {self.cell.belt.speed:g} m/s takes {self.objects:.3g} objects; at most "
+                f"{MOST_OBJECTS} are drawn: shorten it, or move the robots closer together"
+            )
 
     def _check_skills(self) -> None:
         for robot in self.robots:
@@ -246,6 +264,14 @@ class LineConfig(LevelConfig):
         """Where objects are known and can still be taken: from the camera to the end of the last window [m]."""
         low, high = self.cell.belt.pick_x
         return self.robots[0].x + low - self.camera, self.robots[-1].x + high
+
+    @property
+    def objects(self) -> float:
+        """Objects that are drawn for a shift; all but certainly the last one never comes into sight."""
+        upstream, downstream = self.reach
+        belt = (downstream - upstream) / self.cell.belt.speed + self.duration + self.horizon
+        mean = self.arrivals.rate * belt
+        return float(np.ceil(mean + SPARE * np.sqrt(mean / self.arrivals.regularity)) + 1)
 
     def standstills(self) -> tuple[Ints, Floats, Floats]:
         """Robots that stand still, from when and until when, (D,) each."""

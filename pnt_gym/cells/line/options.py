@@ -98,8 +98,9 @@ class Robots:
     def _planned(self, turn: Turn, at: tuple[Ints, Ints], objects: Objects, bins: Ints, percent: Floats) -> Options:
         """Those of candidates (C,) that can be met in time and thrown."""
         belt, mover, sight = self._config.belt, self.planner.mover, turn.sight
-        which, height = (sight.line[at[0]], sight.which[at]), self.planner.pick_height(objects)
-        place = np.stack([sight.x[at], objects.lane_y[which], height[which]], axis=-1)
+        which = sight.line[at[0]], sight.which[at]
+        height = self.planner.height(objects.size[which], objects.known_depth[which])
+        place = np.stack([sight.x[at], objects.lane_y[which], height], axis=-1)
         meeting = mover.reach(ThrowMotion.resting(turn.hand[at[0]]), place, LimitRows.t3kr(percent))
         met = np.flatnonzero(meeting.feasible & (meeting.time <= self._horizon))
         thrown = replace(take(objects, (which[0][met], which[1][met])), percent=percent[met])

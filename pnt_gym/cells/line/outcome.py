@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Floats, Ints, take
+from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.state import Fate, Shift
 from pnt_gym.cells.line.stream import Stream
@@ -19,28 +19,28 @@ def told(config: LineConfig, state: Shift, stream: Stream, rows: Ints) -> dict[s
     An object has come when it was lifted, or has passed the last window before the end of the shift: those that are
     still on their way, and those that somebody holds, are nobody's success or failure.
     """
-    state, objects = take(state, rows), take(stream.objects, rows)
-    worth, x = stream.worth[rows], stream.x[rows]
-    end = np.minimum(state.clock, config.duration)
+    books, kind = state.books.at(rows), stream.objects.kind[rows]
+    worth, x, fate = stream.worth[rows], stream.x[rows], books.fate
+    end = np.minimum(state.clock[rows], config.duration)
     gone = x + config.cell.belt.speed * end[:, None] > config.reach[1]
-    on_belt = state.fate == Fate.RIDES
-    sorted_, binned = state.fate == Fate.SORTED, (state.fate == Fate.SORTED) | (state.fate == Fate.MISPLACED)
+    on_belt = fate == Fate.RIDES
+    sorted_, binned = fate == Fate.SORTED, (fate == Fate.SORTED) | (fate == Fate.MISPLACED)
     # What lay downstream of the last window when the shift began is none of its business.
-    passed, came = on_belt & gone, (on_belt & gone) | binned | (state.fate == Fate.FLOOR)
+    passed, came = on_belt & gone, (on_belt & gone) | binned | (fate == Fate.FLOOR)
     minutes = end / 60.0
     gained = np.where(sorted_, worth, 0.0).sum(axis=1)
     items = np.arange(len(config.cell.items))
-    of_item = objects.kind[..., None] == items
+    of_item = kind[..., None] == items
     robots = np.arange(len(config.robots))
-    by = (state.taker[..., None] == robots) & (state.fate != Fate.HELD)[..., None]
+    by = (books.taker[..., None] == robots) & (fate != Fate.HELD)[..., None]
     return {
         "shift_value_per_min": gained / minutes,
         "shift_sorted_per_min": sorted_.sum(axis=1) / minutes,
-        "shift_attempts": state.attempts.sum(axis=1),
+        "shift_attempts": books.attempts.sum(axis=1),
         "shift_objects": came.sum(axis=1),
         "shift_sorted": sorted_.sum(axis=1),
         "shift_misplaced": (binned & ~sorted_).sum(axis=1),
-        "shift_on_floor": (state.fate == Fate.FLOOR).sum(axis=1),
+        "shift_on_floor": (fate == Fate.FLOOR).sum(axis=1),
         "shift_passed": passed.sum(axis=1),
         "shift_recovery": _share(sorted_, came),
         "shift_value_recovery": _share(sorted_ * worth, came * worth),
@@ -48,9 +48,9 @@ def told(config: LineConfig, state: Shift, stream: Stream, rows: Ints) -> dict[s
         "shift_recovery_by_item": _share(sorted_[..., None] & of_item, came[..., None] & of_item),
         "shift_passed_by_item": (passed[..., None] & of_item).sum(axis=1),
         "shift_passed_value_per_min": np.where(passed, worth, 0.0).sum(axis=1) / minutes,
-        "shift_passed_tried": _share(passed & (state.attempts > 0), passed),
+        "shift_passed_tried": _share(passed & (books.attempts > 0), passed),
         "shift_picks_by_robot": by.sum(axis=1),
-        "shift_utilisation": np.minimum(state.busy / end[:, None], 1.0),
+        "shift_utilisation": np.minimum(state.busy[rows] / end[:, None], 1.0),
     }
 
 

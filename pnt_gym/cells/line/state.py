@@ -10,6 +10,7 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.cells.line.books import Books, Entries
 
 CHOICES: Final = 16
 """Things that a robot can choose between."""
@@ -101,37 +102,49 @@ class Shift:
     """When it was to be when it began; a cup that does not seal is earlier (N, R) [s]."""
     hand: Floats
     """Where hands stand then, from the bases (N, R, 3) [m]."""
-    since: Floats
-    """From when on objects may be taken; infinity for those that are gone (N, M) [s]."""
-    attempts: Ints
-    """How often each has been tried (N, M)."""
-    fate: Ints
-    """See `Fate` (N, M)."""
-    taker: Ints
-    """Robot that took each, -1 for none (N, M)."""
-    ended_in: Ints
-    """Bin in which each lies, of the robot that took it; -1 for none (N, M)."""
     busy: Floats
     """How long each robot has worked, waiting above the belt not included (N, R) [s]."""
     choices: Choices
     """What the robot whose turn it is can do."""
+    books: Books
+    """What has become of every object (N, M)."""
 
     @classmethod
     def begin(cls, count: int, robots: int, objects: int, hand: Floats, choices: Choices) -> Shift:
         """Shifts begin; no choice is looked for yet."""
-        clear, nobody = np.zeros((count, robots)), np.full((count, objects), -1)
-        never = np.zeros((count, objects), dtype=np.int64)
+        clear = np.zeros((count, robots))
         return cls(
             clock=np.zeros(count),
             robot=np.zeros(count, dtype=np.int64),
             free=clear,
             expected=clear.copy(),
             hand=np.tile(hand, (count, robots, 1)),
-            since=np.zeros((count, objects)),
-            attempts=never,
-            fate=never.copy(),
-            taker=nobody,
-            ended_in=nobody.copy(),
             busy=clear.copy(),
             choices=choices,
+            books=Books(Entries.fresh(count, objects)),
         )
+
+    @property
+    def since(self) -> Floats:
+        """A copy of when objects may be taken from on; infinity for those that are gone (N, M) [s]."""
+        return self.books.whole().since
+
+    @property
+    def attempts(self) -> Ints:
+        """A copy of how often each object has been tried (N, M)."""
+        return self.books.whole().attempts
+
+    @property
+    def fate(self) -> Ints:
+        """A copy of what has become of each object, see `Fate` (N, M)."""
+        return self.books.whole().fate
+
+    @property
+    def taker(self) -> Ints:
+        """A copy of which robot took each object, -1 for none (N, M)."""
+        return self.books.whole().taker
+
+    @property
+    def ended_in(self) -> Ints:
+        """A copy of the bin in which each object lies, of the robot that took it; -1 for none (N, M)."""
+        return self.books.whole().ended_in

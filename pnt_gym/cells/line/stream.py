@@ -14,9 +14,8 @@ from pnt_gym.cells.conveyor.objects import Objects
 from pnt_gym.cells.conveyor.outline import half_extent
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.errors import ConfigError
 
-SPARE: Final = 6.0
-"""As many standard deviations of the objects' number are drawn beyond the mean, so that no belt runs empty."""
 STRETCH: Final = 1000.0 + (np.sqrt(5.0) - 1.0) / 2.0
 """Where a uniform draw comes to lie that is stretched by this and wound up on [0, 1) tells nothing of where it lay."""
 
@@ -45,10 +44,7 @@ def turned(draws: Floats, attempt: Ints) -> Floats:
 
 def length(config: LineConfig) -> int:
     """Objects M that are drawn for a shift."""
-    upstream, downstream = config.reach
-    belt = (downstream - upstream) / config.cell.belt.speed + config.duration + config.horizon
-    mean = config.arrivals.rate * belt
-    return int(np.ceil(mean + SPARE * np.sqrt(mean / config.arrivals.regularity)) + 1)
+    return int(config.objects)
 
 
 @final
@@ -58,12 +54,15 @@ class Arriving:
     Args:
         config: the line.
         planner: draws objects.
+
+    Raises:
+        ConfigError: objects come faster than they find room; so do the methods.
     """
 
     def __init__(self, config: LineConfig, planner: PickPlanner) -> None:
-        from pnt_gym.cells.line.lie import apart  # noqa: PLC0415 - numba takes a while
+        from pnt_gym.cells.line.lie import Jam, apart  # noqa: PLC0415 - numba takes a while
 
-        self._config, self._planner, self._apart = config, planner, apart
+        self._config, self._planner, self._apart, self._jam = config, planner, apart, Jam
         self.length = length(config)
 
     def nothing(self, count: int) -> Stream:
@@ -72,7 +71,9 @@ class Arriving:
 
     def drawn(self, streams: Stream, rows: Ints, generators: Generators) -> Stream:
         """The streams with new ones in some rows."""
-        return replaced(streams, rows, self._drawn(generators))
+        fresh = self._drawn(generators)
+        # Where all are new, memory need not hold the old ones twice.
+        return fresh if np.array_equal(rows, np.arange(len(streams.x))) else replaced(streams, rows, fresh)
 
     def _drawn(self, generators: Generators) -> Stream:
         """New streams, one from each of K generators (K, M)."""
@@ -84,10 +85,7 @@ class Arriving:
             worth[place], luck[place] = beside.standard_normal(self.length), beside.random(self.length)
         objects = self._planner.draw(generators, np.arange(count), self.length)
         way = config.cell.belt.speed / config.arrivals.rate * np.cumsum(gaps, axis=1)
-        come, gap = config.reach[1] - way, config.arrivals.gap
-        sides = objects.lane_y, half_extent(objects), half_extent(objects, np.pi / 2)
-        lane, along, across = (np.ascontiguousarray(one) for one in sides)
-        x = np.stack([self._apart(come[k], lane[k], along[k], across[k], gap) for k in range(count)])
+        x = self._lying(config.reach[1] - way, objects)
         # Whoever gave way may lie behind one that came later.
         order = np.arange(count)[:, None], np.argsort(-x, axis=1, kind="stable")
         spread = config.value.spread
@@ -98,3 +96,20 @@ class Arriving:
             worth=(config.values()[objects.kind] * factor)[order],
             luck=luck[order],
         )
+
+    def _lying(self, come: Floats, objects: Objects) -> Floats:
+        """Where objects lie that come in somewhere along the belt, both (K, M) [m].
+
+        Raises:
+            ConfigError: they come faster than they find room.
+        """
+        arrivals, speed = self._config.arrivals, self._config.cell.belt.speed
+        sides = objects.lane_y, half_extent(objects), half_extent(objects, np.pi / 2)
+        belts = zip(come, *sides, strict=True)
+        try:
+            return np.stack([self._apart(*belt, arrivals.gap) for belt in belts])
+        except self._jam as jam:
+            raise ConfigError(
+                f"level {self._config.name!r}: arrivals.rate is {arrivals.rate:g} objects a second; with arrivals.gap "
+                f"{arrivals.gap:g} m about {jam.room * speed:.3g} a second find room on the belt"
+            ) from None

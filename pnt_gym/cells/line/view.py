@@ -36,9 +36,16 @@ def camera(config: LineConfig) -> Any:
     return view
 
 
+def _at_the_origin(config: LineConfig) -> LineConfig:
+    """The line with its first robot at x 0: pictures are drawn in single precision, which is sharp near there."""
+    origin = config.robots[0].x
+    robots = tuple(robot.model_copy(update={"x": robot.x - origin}) for robot in config.robots)
+    return config.model_copy(update={"robots": robots})
+
+
 @final
 class LineView:
-    """Offscreen pictures of one line.
+    """Offscreen pictures of one line, with its first robot at x 0.
 
     Args:
         cell: one line; what its robots do is kept from now on.
@@ -52,9 +59,10 @@ class LineView:
         if cell.count != 1:
             raise ConfigError(f"pictures are of one line, and there are {cell.count}; set num_envs to 1")
         cell.watch()
-        self._cell = cell
-        self._scene = build_scene(cell.config)
-        self._canvas = Canvas(camera(cell.config), size)
+        self._cell, self._origin = cell, cell.config.robots[0].x
+        near = _at_the_origin(cell.config)
+        self._scene = build_scene(near)
+        self._canvas = Canvas(camera(near), size)
 
     def aim(self, picture: Picture) -> None:
         """Picture the line otherwise from now on."""
@@ -113,11 +121,12 @@ class LineView:
         """Objects on the belt."""
         cell, (low, high) = self._cell, self._scene.belt
         stream, belt = cell.stream, cell.config.cell.belt
-        until = np.where(np.isinf(cell.state.since[0]), -np.inf, time)
+        until = np.where(np.isinf(cell.state.books.since(np.s_[0])), -np.inf, time)
         for one in cell.acts.made:
             if one.thing is not None:
                 until[one.number] = min(time, one.taken) if time < one.lift else -np.inf
-        x = stream.x[0] + belt.speed * np.where(np.isinf(until), 0.0, until) + stream.objects.grasp[0, :, 0]
+        way = belt.speed * np.where(np.isinf(until), 0.0, until) - self._origin
+        x = stream.x[0] + way + stream.objects.grasp[0, :, 0]
         which = np.flatnonzero(np.isfinite(until) & (x >= low) & (x <= high))
         objects = take(stream.objects, (0, which))
         y, high = objects.lane_y + objects.grasp[:, 1], lying_size(objects.shape, objects.size)[:, 2]
@@ -130,13 +139,13 @@ class LineView:
             return []
         which: Ints = np.array([one.number for one, _ in shown])
         poses: Floats = np.stack([pose for _, pose in shown])
-        places = self._cell.config.places()[[one.robot for one, _ in shown]]
+        places = self._places()[[one.robot for one, _ in shown]]
         poses[:, 0] += places
         return drawn(take(self._cell.stream.objects, (0, which)), poses[:, :3], poses[:, 3:])
 
     def _trails(self, time: float) -> list[Marker]:
         """Where objects that are in hands or in the air have been since they were lifted."""
-        places, dots = self._cell.config.places(), list[Marker]()
+        places, dots = self._places(), list[Marker]()
         for one in self._cell.acts.made:
             if one.thing is None or not one.lift <= time < one.thing.time[-1]:
                 continue
@@ -144,6 +153,10 @@ class LineView:
                 middle = one.thing.at(moment)[:3] + np.array([places[one.robot], 0.0, 0.0])
                 dots.append(Marker.dot(middle, FLOWN, 0.011))
         return dots
+
+    def _places(self) -> Floats:
+        """Where the robots stand along the belt in the picture (R,) [m]."""
+        return self._cell.config.places() - self._origin
 
     def _slats(self, time: float) -> list[Marker]:
         """Marks that run with the belt."""

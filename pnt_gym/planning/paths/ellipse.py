@@ -22,6 +22,10 @@ from pnt_gym.planning.paths.curves import EllipseArc, Vector
 # A critical angle this close to a whole degree [deg] counts as one: the ellipse would be a line.
 WHOLE_DEGREE = 1e-9
 MOST_NODES = 100_000
+SIZES = (1e-30, 1e30)
+"""Lengths that an ellipse may have [m]: powers of lengths beyond would be rounded to 0 or infinity."""
+AXES = (1e-100, 1e100)
+"""Semi-axes of which the circumference is computed [m], for the same reason; a flat ellipse has a short one."""
 
 
 @final
@@ -54,7 +58,7 @@ class EllipsePath:
         top_height: Y, greatest height above the centre [m].
 
     Raises:
-        ValueError: if half_width or top_height is not positive and finite, or |half_rise| is not below top_height.
+        ValueError: if half_width or top_height is not from 1e-30 to 1e30 m, or |half_rise| is not below top_height.
     """
 
     half_width: float
@@ -62,9 +66,9 @@ class EllipsePath:
     top_height: float
 
     def __post_init__(self) -> None:
-        _positive(self.half_width, "half_width")
+        _within(self.half_width, SIZES, "half_width")
         _finite(self.half_rise, "half_rise")
-        _positive(self.top_height, "top")
+        _within(self.top_height, SIZES, "top")
         if not abs(self.half_rise) < self.top_height:
             raise PlanningError(
                 f"top must lie above both ends, more than |half_rise| = {abs(self.half_rise)} m above the centre, "
@@ -87,13 +91,14 @@ class EllipsePath:
         """Return the ellipse whose major axis is inclined by ``angle`` [rad] (Eqs. 21, 23).
 
         Raises:
-            ValueError: if half_width is not positive and finite, half_rise is zero (every angle but 0 and 90
-                degrees then gives the same circle), or the angle does not lie between arctan(h / l) and 90 degrees.
+            ValueError: if half_width or |half_rise| is not from 1e-30 to 1e30 m (with a rise of 0 every angle but 0
+                and 90 degrees gives the same circle), or the angle does not lie between arctan(h / l) and 90 degrees.
         """
-        _positive(half_width, "half_width")
+        _within(half_width, SIZES, "half_width")
         _finite(half_rise, "half_rise")
         if half_rise == 0.0:
             raise PlanningError("half_rise must not be 0: the angle does not choose a level ellipse; use with_top")
+        _within(abs(half_rise), SIZES, "|half_rise|")
         critical = math.atan(half_rise / half_width)
         if not abs(critical) < angle * math.copysign(1.0, half_rise) < 0.5 * math.pi:
             low, high = sorted((math.degrees(critical), math.copysign(90.0, half_rise)))
@@ -112,10 +117,10 @@ class EllipsePath:
         the rule gives no ellipse.
 
         Raises:
-            ValueError: if half_width or half_rise is not positive and finite, or arctan(h / l) is a whole degree
-                or above 89 degrees.
+            ValueError: if half_width is not from 1e-30 to 1e30 m, half_rise not positive and finite, or arctan(h / l)
+                a whole degree or above 89 degrees.
         """
-        _positive(half_width, "half_width")
+        _within(half_width, SIZES, "half_width")
         if not (math.isfinite(half_rise) and half_rise > 0.0):
             raise PlanningError(f"the paper's rule needs a half_rise above 0 [m], got {half_rise}; use with_top")
         critical = math.degrees(math.atan(half_rise / half_width))
@@ -208,9 +213,10 @@ class EllipsePath:
             ValueError: if the rate is not positive and finite, or so small that more than 100 000 nodes result.
         """
         _positive(rate, "rate")
-        least = rate * self.semi_minor**2 / self.semi_major
-        if math.pi / least > MOST_NODES:
-            raise PlanningError(f"rate must be at least {rate * math.pi / least / MOST_NODES:.3g} rad/m, got {rate}")
+        # No radius of curvature is smaller than b^2 / a, so that each step turns by a part of pi that counts.
+        slowest = math.pi / MOST_NODES * self.semi_major / self.semi_minor**2
+        if rate < slowest:
+            raise PlanningError(f"rate must be at least {slowest:.3g} rad/m, got {rate}")
         end = self.theta_t2
         theta = [self.theta_t1]
         while theta[-1] > end:
@@ -230,13 +236,13 @@ def half_circumference(semi_major: float, semi_minor: float) -> float:
     """Return half the circumference of an ellipse [m], exact, by the arithmetic-geometric mean of Gauss.
 
     Raises:
-        ValueError: if an axis is not positive and finite.
+        ValueError: if an axis is not from 1e-100 to 1e100 m.
     """
-    _positive(semi_major, "semi_major")
-    _positive(semi_minor, "semi_minor")
+    _within(semi_major, AXES, "semi_major")
+    _within(semi_minor, AXES, "semi_minor")
     a, b, weight = semi_major, semi_minor, 1.0
     rest = 0.5 * (a * a + b * b)
-    # Each step doubles the number of right digits; the gap may end one rounding apart.
+    # Each step more than halves the gap, and doubles the number of right digits; it may end one rounding apart.
     while abs(a - b) > 4.0 * math.ulp(a):
         gap = 0.5 * (a - b)
         a, b = 0.5 * (a + b), math.sqrt(a * b)
@@ -254,6 +260,12 @@ def approximate_half_circumference(semi_major: ArrayLike, semi_minor: ArrayLike)
 def _positive(value: float, name: str) -> None:
     if not (math.isfinite(value) and value > 0.0):
         raise PlanningError(f"{name} must be positive and finite, got {value}")
+
+
+def _within(value: float, bounds: tuple[float, float], name: str) -> None:
+    _positive(value, name)
+    if not bounds[0] <= value <= bounds[1]:
+        raise PlanningError(f"{name} must be from {bounds[0]:g} to {bounds[1]:g} m, got {value}")
 
 
 def _finite(value: float, name: str) -> None:

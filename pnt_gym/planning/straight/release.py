@@ -37,6 +37,8 @@ class _Found(NamedTuple):
     reason: Ints
 
 
+PIECE: Final = 20_000
+"""Throws that one call of machine code plans, which no Ctrl-C interrupts: a tenth of a second."""
 _OPEN: Final = (0.0, math.inf, -math.inf, math.inf)
 """Line bounds without a workspace."""
 
@@ -208,8 +210,9 @@ def _thrown(given: Floats, *, walled: bool = False, slope: Floats | None = None)
     count = given.shape[1]
     moved, reason = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.int64)
     slopes = np.empty(count) if slope is None else slope
-    if slope is None:
-        choose_slopes(given, walled, slopes, moved, reason)
+    for begin in range(0, count if slope is None else 0, PIECE):
+        own = slice(begin, begin + PIECE)
+        choose_slopes(np.ascontiguousarray(given[:, own]), walled, slopes[own], moved[own], reason[own])
     found = _Found(np.empty((3, count, 3)), np.empty((7, count)), np.empty((2, count), dtype=np.bool_), reason)
     release_rows(given, walled, slopes, moved, reason, *found[:3])
     return found

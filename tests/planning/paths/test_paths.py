@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.special import ellipe
 
+from pnt_gym.errors import PlanningError
 from pnt_gym.planning.paths import (
     EllipseArc,
     EllipsePath,
@@ -20,6 +21,7 @@ from pnt_gym.planning.paths import (
     line_ellipse_line,
     rectangle,
 )
+from pnt_gym.planning.paths.ellipse import MOST_NODES
 
 # No limit of time: how long an example takes depends on what else the machine does, not on the paths.
 untimed = settings(deadline=None)
@@ -289,3 +291,32 @@ def test_a_path_between_two_points_in_space():
     for bad in ((0.4, 0.2, -0.8), (0.1, -0.2, -0.9), (np.nan, 0.0, 0.0)):
         with pytest.raises(ValueError, match=r"apart|straight above|finite"):
             SpacePath.between(path, pick, bad)
+
+
+SIZES = st.floats(1e-30, 1e30)
+
+
+@settings(deadline=None, max_examples=50)
+@given(width=SIZES, top=SIZES, share=st.floats(-0.999, 0.999), rate=st.floats(1e3, 1e9))
+def test_ellipses_of_any_size_have_a_length_and_nodes_that_end(width, top, share, rate):
+    """Half the circumference lies between the major axis and half the box around the ellipse."""
+    e = EllipsePath.with_top(width, share * top, top)
+    assert 2.0 * e.semi_major <= e.length * (1 + 1e-12) <= 2.0 * (e.semi_major + e.semi_minor) * (1 + 3e-12)
+    slowest = np.pi / MOST_NODES * e.semi_major / e.semi_minor**2
+    assert 2 <= len(e.nodes(slowest * rate).theta) <= MOST_NODES + 2
+
+
+@pytest.mark.parametrize("size", [5e-324, 1e-300, 1e-31, 1.1e30, 1e155, 1.7e308])
+def test_ellipses_whose_powers_no_number_holds_are_one_sentence(size):
+    makes = (
+        lambda: EllipsePath.with_top(size, 0.0, 0.1),
+        lambda: EllipsePath.with_top(0.1, 0.0, size),
+        lambda: EllipsePath.with_angle(size, 0.5 * size, 0.6),
+        lambda: EllipsePath.with_angle(1.0, size, 1.5707963),
+        lambda: EllipsePath.paper(size, 0.3 * size),
+    )
+    for make in makes:
+        with pytest.raises(PlanningError, match=r"must be from 1e-30 to 1e\+30 m, got"):
+            make().nodes(1e300)
+    with pytest.raises(PlanningError, match=r"semi_minor must be from 1e-100 to 1e\+100 m"):
+        half_circumference(1.0, max(size * 1e-80, 5e-324) if size < 1.0 else 1e101)

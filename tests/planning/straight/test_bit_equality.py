@@ -20,7 +20,9 @@ from pnt_gym.planning import (
     release_at_point,
     rest_to_rest,
 )
+from pnt_gym.planning.straight import kernel, release
 from tests.tools.planning import random_throws
+from tests.tools.throws import same_bits
 
 COUNT = 1000
 PICKS, TARGETS, NUMBERS = random_throws(COUNT, seed=41)
@@ -89,3 +91,19 @@ def test_sampled_path_does_not_depend_on_its_batch():
     for rows in (np.array([7]), np.arange(64), np.arange(5, 200)):
         for part, full in zip(sample(rows), whole, strict=True):
             np.testing.assert_array_equal(part, full[rows])
+
+
+@pytest.mark.parametrize("plan", [free, ceiling, workspace])
+def test_a_batch_is_planned_in_pieces_that_ctrl_c_gets_in_between_of(monkeypatch, plan):
+    whole, rows, sizes = plan(np.arange(COUNT)), kernel.choose_slopes, []
+
+    def counted(given, *others):
+        sizes.append(given.shape[1])
+        rows(given, *others)
+
+    monkeypatch.setattr(kernel, "choose_slopes", counted)
+    monkeypatch.setattr(release, "PIECE", 300)
+    pieces = plan(np.arange(COUNT))
+    assert sizes[-4:] == [300, 300, 300, 100]
+    for field in dataclasses.fields(whole):
+        assert same_bits(getattr(pieces, field.name), getattr(whole, field.name))
