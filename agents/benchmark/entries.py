@@ -8,7 +8,7 @@ from typing import Annotated, Any, Final, Literal, Self, final
 
 from pydantic import Field, model_validator
 
-from pnt_gym.cells.base.config import Section
+from pnt_gym.cells.base.config import FileWord, Section
 
 from ..controllers import NAMES
 from ..controllers.adaptive import READY
@@ -30,7 +30,7 @@ EACH: Final = "each"
 class Entry(Section):
     """One line of the benchmark."""
 
-    label: str = Field(min_length=1)
+    label: FileWord
     controller: str = Field(
         description="A controller's name or MODULE:CLASS, or an algorithm of agents.train; of a line also a scorer's "
         ".npz file or the path of a run folder, from the working folder or from where what ships lies."

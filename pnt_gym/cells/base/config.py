@@ -15,7 +15,7 @@ from typing import Annotated, Any, ClassVar, Final, Self, TypeAlias, cast, get_a
 
 import numpy as np
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError, to_jsonable_python
 
 from pnt_gym.errors import ConfigError, PntGymError, one_sentence
@@ -31,6 +31,21 @@ Share = Annotated[float, Field(gt=0, le=1)]
 Range = tuple[Finite, Finite]
 Level: TypeAlias = str | Path | BaseModel | Mapping[str, Any]
 """A shipped level's name, a YAML file, a mapping in the file's form, or a config as it is."""
+
+
+def file_word(text: str) -> str:
+    """Check that a text can be part of a file's name and leads to no other folder.
+
+    Raises:
+        PydanticCustomError: the text has a slash, a backslash or a character that does not print.
+    """
+    if not text.isprintable() or "/" in text or "\\" in text:
+        raise PydanticCustomError("file_word", "it names files, so it must be printable, without / and \\")
+    return text
+
+
+FileWord = Annotated[str, Field(min_length=1), AfterValidator(file_word)]
+"""What something is called and its files are named after, so that a name leads to no other folder."""
 
 ROOT: Final = "nominal"
 """The level that all others of a family differ from."""
@@ -80,7 +95,7 @@ class LevelConfig(Section):
     alternatives: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     """Keys of a section that exclude each other: a level that gives one of them drops those of its base."""
 
-    name: str = Field(default="custom", min_length=1)
+    name: FileWord = "custom"
     mismatch: Annotated[float, Field(ge=0, le=3)] = Field(
         default=1.0,
         description="The dial m: 0 is the planner's own world, 1 is realistic; scales every unmodelled effect.",

@@ -247,3 +247,11 @@ def test_true_is_no_number(level, key):
     with pytest.raises(ConfigError, match=rf"{key} is (True|False): input should be a number"):
         ConveyorConfig.load(level)
     assert not ConveyorConfig.load({"grip": {"limit": False}}).grip.limit
+
+
+@pytest.mark.parametrize("name", ["x/../../up", "/etc/up", "..\\up", "two\nlines", "a\0b", ""])
+def test_a_levels_name_leads_to_no_other_folder(name):
+    """Files and folders are named after a level, a stranger's too."""
+    with pytest.raises(ConfigError, match=r"^config: name is "):
+        ConveyorConfig.load({"base": "waste", "name": name})
+    assert ConveyorConfig.load({"base": "waste", "name": "Müll, 2. Schicht"}).name == "Müll, 2. Schicht"
