@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self, final
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
-from pnt_gym.cells.base.config import FileWord, Section
+from pnt_gym.cells.base.config import Section, file_word
 
 from ..controllers import NAMES
 from ..controllers.adaptive import READY
@@ -30,7 +30,7 @@ EACH: Final = "each"
 class Entry(Section):
     """One line of the benchmark."""
 
-    label: FileWord
+    label: str = Field(min_length=1)
     controller: str = Field(
         description="A controller's name or MODULE:CLASS, or an algorithm of agents.train; of a line also a scorer's "
         ".npz file or the path of a run folder, from the working folder or from where what ships lies."
@@ -56,6 +56,11 @@ class Entry(Section):
     fidelity: Literal["full", "flight"] = Field(
         "full", description="Of an algorithm: what is simulated to learn from; it is judged in the level's own."
     )
+
+    @field_validator("label")
+    @classmethod
+    def _check_label(cls, label: str) -> str:
+        return file_word(label)
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -15,7 +15,7 @@ from typing import Annotated, Any, ClassVar, Final, Self, TypeAlias, cast, get_a
 
 import numpy as np
 import yaml
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError, to_jsonable_python
 
 from pnt_gym.errors import ConfigError, PntGymError, one_sentence
@@ -43,9 +43,6 @@ def file_word(text: str) -> str:
         raise PydanticCustomError("file_word", "it names files, so it must be printable, without / and \\")
     return text
 
-
-FileWord = Annotated[str, Field(min_length=1), AfterValidator(file_word)]
-"""What something is called and its files are named after, so that a name leads to no other folder."""
 
 ROOT: Final = "nominal"
 """The level that all others of a family differ from."""
@@ -95,11 +92,16 @@ class LevelConfig(Section):
     alternatives: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     """Keys of a section that exclude each other: a level that gives one of them drops those of its base."""
 
-    name: FileWord = "custom"
+    name: str = Field(default="custom", min_length=1)
     mismatch: Annotated[float, Field(ge=0, le=3)] = Field(
         default=1.0,
         description="The dial m: 0 is the planner's own world, 1 is realistic; scales every unmodelled effect.",
     )
+
+    @field_validator("name")
+    @classmethod
+    def _check_name(cls, name: str) -> str:
+        return file_word(name)
 
     @classmethod
     def load(cls, level: Level = ROOT, **changes: Any) -> Self:
