@@ -5,11 +5,12 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 DEV := $(VENV)/.installed-dev
 CLUSTER := $(VENV)/.installed-cluster
+TOOLS := $(VENV)/tools/.installed
 PIP_OPTIONS ?=
 export OMP_NUM_THREADS ?= 1
 
 .PHONY: help setup dev train test test-cluster lint format docs bench bench-quick perf reproduce pictures report studies kill \
-	fuzz soak package clean
+	fuzz soak lock audit wheel package clean
 
 help: ## show this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -111,11 +112,27 @@ soak: dev ## 100,000 throws in all environments, 100,000 decisions at lines: fla
 	$(BIN)/python benchmarks/soak.py
 	$(BIN)/python -m benchmarks.soak_line
 
-package: dev ## build the wheel into dist/ and try it in an environment of its own, outside of the checkout
-	rm -rf dist && $(BIN)/python -m pip wheel -q --no-deps -w dist .
-	$(PYTHON) -m venv dist/venv
+lock: $(TOOLS) ## write constraints.txt and sbom.cdx.json anew, with the newest versions (asks the package index)
+	$(VENV)/tools/bin/uv pip compile -q --config-file .ci/lock.toml pyproject.toml .ci/tools.txt -o constraints.txt
+	$(VENV)/tools/bin/python .ci/sbom.py
+
+audit: $(TOOLS) ## known faults of the versions in constraints.txt and of the workflows (asks databases of them)
+	$(VENV)/tools/bin/zizmor --persona pedantic .github
+	$(VENV)/tools/bin/pip-audit --strict --no-deps --disable-pip --progress-spinner off -r constraints.txt
+
+$(TOOLS): .ci/tools.txt
+	$(PYTHON) -m venv $(VENV)/tools
+	$(VENV)/tools/bin/python -m pip install -q $(PIP_OPTIONS) -c constraints.txt -r .ci/tools.txt
+	@touch $(TOOLS)
+
+wheel: ## build the wheel into dist/ and try it in an environment of its own, outside of the checkout
+	rm -rf dist && $(PYTHON) -m venv dist/venv
+	dist/venv/bin/python -m pip wheel -q --no-deps -w dist .
+	dist/venv/bin/python -m zipfile -l $$(ls dist/*.whl) | grep dist-info/sboms/
 	dist/venv/bin/python -m pip install -q $(PIP_OPTIONS) -c constraints.txt "$$(ls dist/*.whl)"
 	cd dist && for words in doctor levels demo "evaluate --controller analytic --picks 64"; do venv/bin/pnt-gym $$words || exit 1; done
+
+package: wheel ## the same, and train and keep a dataset there
 	dist/venv/bin/python -m pip install -q $(PIP_OPTIONS) -c constraints.txt "$$(ls dist/*.whl)[rl,data]"
 	cd dist && venv/bin/pnt-gym train --steps 64 --eval-picks 32
 	cd dist && venv/bin/pnt-gym dataset --throws 64 --score-throws 64 --root data

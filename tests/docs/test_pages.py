@@ -145,6 +145,7 @@ def test_arrays_are_called_by_their_names():
     plain = stringify_annotation(Floats, "smart")
     assert docstrings.named(f"(a: {plain})") == "(a: NDArray[~numpy.float64])"
     assert docstrings.named(stringify_annotation(ArrayLike | None, "smart")) == "ArrayLike | None"
+    assert docstrings.named("~numpy._typing.ArrayLike | None") == "ArrayLike | None"  # as from Python 3.12 on
     assert docstrings.named(None) is None
 
 

@@ -37,10 +37,10 @@ def _check_printable(name: str) -> str:
     """Refuse what breaks a line of a table, or runs backwards.
 
     Raises:
-        ValueError: a character that is not printable.
+        PydanticCustomError: a character that is not printable.
     """
     if not name.isprintable():
-        raise ValueError(f"name is {name!a}; it must be of printable characters")
+        raise PydanticCustomError("unprintable", "it must be of printable characters")
     return name
 
 
@@ -48,10 +48,10 @@ def _check_file(name: str) -> str:
     """Refuse what would lie elsewhere if a file were called so.
 
     Raises:
-        ValueError: a separator of paths, or a point at the beginning.
+        PydanticCustomError: a separator of paths, or a point at the beginning.
     """
     if name.startswith(".") or "/" in name or "\\" in name:
-        raise ValueError(f"name is {name!r}; it must not hold / or \\, or begin with a point: folders are called so")
+        raise PydanticCustomError("path", "files are called so; it must not hold / or \\, or begin with a point")
     return name
 
 
@@ -61,6 +61,7 @@ FileName = Annotated[Label, AfterValidator(_check_file)]
 """What people call something that files are called after."""
 Level: TypeAlias = str | Path | BaseModel | Mapping[str, Any]
 """A shipped level's name, a YAML file, a mapping in the file's form, or a config as it is."""
+
 
 ROOT: Final = "nominal"
 """The level that all others of a family differ from."""

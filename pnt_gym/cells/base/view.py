@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -192,15 +192,39 @@ def record_video(view: View, throws: Iterable[object], path: str | Path, fps: in
         ConfigError: no OpenGL library, or imageio with ffmpeg is not installed.
     """
     try:
-        writer = _video_writer()
+        check_video()
         frames = [frame for _ in throws for frame in view.last_throw(fps * slow)]
     finally:
         view.close()
     if not frames:
         raise ConfigError("a video needs at least one throw, got 0")
-    target = Path(path)
+    return write_video(frames, path, fps)
+
+
+def check_video() -> None:
+    """Make sure before anything is filmed that a video can be written.
+
+    Raises:
+        ConfigError: imageio with ffmpeg is not installed.
+    """
+    _video_writer()
+
+
+def write_video(frames: Sequence[Frame], path: str | Path, fps: int) -> Path:
+    """Write a video.
+
+    Args:
+        frames: pictures of one size.
+        path: the .mp4 file.
+        fps: frames per second.
+
+    Raises:
+        ConfigError: imageio with ffmpeg is not installed.
+    """
+    writer, target = _video_writer(), Path(path)
     target.parent.mkdir(parents=True, exist_ok=True)
-    writer.imwrite(target, frames, fps=fps, codec="libx264")
+    # H.264 needs even sizes; imageio would stretch a frame to whole blocks of 16 pixels.
+    writer.imwrite(target, frames, fps=fps, codec="libx264", macro_block_size=2)
     return target
 
 
