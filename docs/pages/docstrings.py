@@ -14,7 +14,8 @@ MARKUP: Final = re.compile(r"[|*]|(?<=\w)_(?=\W|$)")
 
 ARRAY: Final = re.compile(r"~?numpy\.ndarray\[tuple\[~?typing\.Any, \.\.\.\], ~?numpy\.dtype\[(~?[\w.]+)\]\]")
 LIKE: Final = re.compile(
-    r"~?numpy\._typing\.ArrayLike|[\w.~]*_?Buffer \| .*?_SupportsArray.*? \| complex \| bytes \| str \| .*?\[complex \| bytes \| str\]"
+    r"~?numpy\._typing\.ArrayLike|"
+    r"[\w.~]*_?Buffer \| .*?_SupportsArray.*? \| complex \| bytes \| str \| .*?\[complex \| bytes \| str\]"
 )
 
 
