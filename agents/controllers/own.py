@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeAlias, final
+from typing import Any, Final, TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,8 @@ from .protocol import Actions, Controller, Observation
 
 Function: TypeAlias = Callable[[NDArray[np.float32]], Any]
 """Observations (N, D) to actions (N, A)."""
+METHODS: Final = ("reset", "act", "learn")
+"""What the class of a controller has."""
 
 
 @final
@@ -67,8 +69,9 @@ def own_controller(reference: str, env: Env, **options: Any) -> Controller:
     """
     module, _, name = reference.partition(":")
     made = getattr(own_module(module), name, None)
-    if not callable(made):
+    if not inspect.isclass(made):
         raise UsageError(f"module {module!r} has no class {name!r}")
+    _check_parts(made, repr(reference), METHODS)  # before anything of a class is called that a plan of others may name
     return _made(made, repr(reference), env, **options)
 
 
@@ -85,10 +88,14 @@ def _made(made: Callable[..., Any], name: str, env: Env, **options: Any) -> Cont
 
 
 def _complete(controller: Any, name: str) -> Controller:
-    missing = [part for part in ("name", "reset", "act", "learn") if not hasattr(controller, part)]
+    _check_parts(controller, name, ("name", *METHODS))
+    return controller
+
+
+def _check_parts(controller: Any, name: str, parts: Sequence[str]) -> None:
+    missing = [part for part in parts if not hasattr(controller, part)]
     if missing:
         raise UsageError(f"controller {name} has no {' and no '.join(missing)}; inherit agents.controllers.Controller")
-    return controller
 
 
 def trained_policy(place: Path, env: Env, *, trust: bool = False) -> Controller:
