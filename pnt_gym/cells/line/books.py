@@ -12,7 +12,7 @@ NOBODY: Final = -1
 """Robot that took what nobody took, and bin of what lies in none."""
 
 
-class Entries(NamedTuple):
+class Accounts(NamedTuple):
     """What is known of objects, S."""
 
     since: Floats
@@ -35,7 +35,7 @@ class Entries(NamedTuple):
 
 @final
 class Books:
-    """Entries of N x M objects; books are values, and a change costs what it changes, however long the shift.
+    """Accounts of N x M objects; books are values, and a change costs what it changes, however long the shift.
 
     The latest books hold all entries. Earlier ones hold what the next ones wrote over, and cost a copy to read.
 
@@ -43,11 +43,11 @@ class Books:
         entries: of all objects (N, M); nobody else may write there.
     """
 
-    def __init__(self, entries: Entries) -> None:
-        self._entries: Entries | None = entries
-        self._next: tuple[Books, Any, Entries] | None = None
+    def __init__(self, entries: Accounts) -> None:
+        self._entries: Accounts | None = entries
+        self._next: tuple[Books, Any, Accounts] | None = None
 
-    def at(self, index: Any) -> Entries:
+    def at(self, index: Any) -> Accounts:
         """The entries of some objects.
 
         Args:
@@ -59,12 +59,12 @@ class Books:
         """From when on objects at any index of lines and numbers may be taken, S; to read only [s]."""
         return self._read().since[index]
 
-    def whole(self) -> Entries:
+    def whole(self) -> Accounts:
         """A copy of all entries (N, M)."""
         entries = self._read()
         return entries if self._entries is None else _copy(entries)
 
-    def write(self, index: Any, entries: Entries) -> Books:
+    def write(self, index: Any, entries: Accounts) -> Books:
         """Books in which some objects have other entries; these books stay as they are.
 
         Args:
@@ -79,9 +79,9 @@ class Books:
             self._entries, self._next = None, (after, index, before)
         return after
 
-    def _read(self) -> Entries:
+    def _read(self) -> Accounts:
         """All entries (N, M): those that the latest books hold, or a copy in which they are as they were."""
-        book, later = self, list[tuple[Any, Entries]]()
+        book, later = self, list[tuple[Any, Accounts]]()
         while book._entries is None:
             assert book._next is not None  # who gave the entries away knows to whom
             book, index, before = book._next
@@ -96,11 +96,11 @@ class Books:
         return {"_entries": self.whole(), "_next": None}
 
 
-def _copy(entries: Entries) -> Entries:
+def _copy(entries: Accounts) -> Accounts:
     return take(entries, np.arange(len(entries.since)))
 
 
-def _put(columns: Entries, index: Any, entries: Entries) -> None:
+def _put(columns: Accounts, index: Any, entries: Accounts) -> None:
     """Write over some entries, in place."""
     for column, values in zip(columns, entries, strict=True):
         column[index] = values

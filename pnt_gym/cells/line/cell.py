@@ -16,7 +16,7 @@ from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.objects import Objects
 from pnt_gym.cells.conveyor.tracking import brought_to_rest
 from pnt_gym.cells.line.acts import Act, Acts, Decision, act
-from pnt_gym.cells.line.books import Entries
+from pnt_gym.cells.line.books import Accounts
 from pnt_gym.cells.line.chances import Chances, needed
 from pnt_gym.cells.line.choosing import IDLE, Chooser
 from pnt_gym.cells.line.config import LineConfig
@@ -337,7 +337,7 @@ def _recorded(state: Shift, valid: Bools, index: Ints, made: Made, lift: Floats,
     at, picked, counts = (rows, index[rows]), made.picked[rows], (made.picked & in_time)[rows]
     before = state.books.at(at)
     ended = np.where(made.sorted, Fate.SORTED, np.where(made.ended_in >= 0, Fate.MISPLACED, Fate.FLOOR))
-    after = Entries(
+    after = Accounts(
         since=np.where(picked, np.inf, lift[rows]),
         attempts=before.attempts + 1,
         fate=np.where(picked, np.where(in_time[rows], ended[rows], Fate.HELD), before.fate),

@@ -10,7 +10,7 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.line.books import Books, Entries
+from pnt_gym.cells.line.books import Accounts, Books
 
 CHOICES: Final = 16
 """Things that a robot can choose between."""
@@ -121,7 +121,7 @@ class Shift:
             hand=np.tile(hand, (count, robots, 1)),
             busy=clear.copy(),
             choices=choices,
-            books=Books(Entries.fresh(count, objects)),
+            books=Books(Accounts.fresh(count, objects)),
         )
 
     @property

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 from pnt_gym.cells.line import acts
 from pnt_gym.cells.line import cell as cells
-from pnt_gym.cells.line.books import Books, Entries
+from pnt_gym.cells.line.books import Accounts, Books
 from pnt_gym.cells.line.core import LineCore
 from pnt_gym.cells.line.lie import apart, in_sight
 from pnt_gym.cells.line.view import LineView
@@ -164,15 +164,15 @@ def test_so_many_lines_that_memory_would_not_hold_their_objects_are_one_sentence
     assert LineCore(config, 2).cell.stream.x.shape == (2, 676)
 
 
-def entries(random: np.random.Generator, *shape: int) -> Entries:
-    return Entries(random.random(shape), *random.integers(-1, 9, (4, *shape)))
+def entries(random: np.random.Generator, *shape: int) -> Accounts:
+    return Accounts(random.random(shape), *random.integers(-1, 9, (4, *shape)))
 
 
 def test_books_are_values_whoever_writes_after_whom():
     """Against copies of everything; every third time in books that are not the latest."""
     random, rows = np.random.default_rng(0), np.arange(3)
-    books = [Books(Entries.fresh(3, 7))]
-    copies = [Entries.fresh(3, 7)]
+    books = [Books(Accounts.fresh(3, 7))]
+    copies = [Accounts.fresh(3, 7)]
     for number in range(40):
         which = int(random.integers(len(books))) if number % 3 == 0 else len(books) - 1
         at = (rows, random.integers(7, size=3)) if number % 5 else rows[:2]
