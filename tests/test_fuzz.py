@@ -22,7 +22,7 @@ from pnt_gym.errors import ConfigError, PhysicsError
 from tests.tools.fuzz import KINDS, SHARES, tried
 from tests.tools.toy_cell import ToyVectorEnv
 
-SAMPLE = {"level": 40, "action": 80, "calls": 30, "line": 25, "file": 60, "output": 3, "infos": 8, "hours": 6}
+SAMPLE = {"level": 40, "action": 80, "calls": 30, "line": 25, "file": 60, "output": 3, "infos": 4, "hours": 4}
 
 
 @pytest.mark.parametrize(("kind", "count"), SAMPLE.items())
