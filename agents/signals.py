@@ -36,7 +36,8 @@ def interrupt(number: int, _: FrameType | None) -> NoReturn:
 def handled(handler: Handler) -> Generator[None, None, None]:
     """A handler of all signals of `REASONS` in a block; other threads than the first have no handlers.
 
-    A signal that this process was told to ignore, as `nohup` does with SIGHUP, stays ignored.
+    A signal that this process was told to ignore, as `nohup` does with SIGHUP, stays ignored. SIGINT does not: shells have
+    every background job ignore it.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -44,7 +45,7 @@ def handled(handler: Handler) -> Generator[None, None, None]:
     before: dict[int, Handler] = {}
     for number in REASONS:
         known = signal.getsignal(number)
-        if known is not signal.SIG_IGN:
+        if known is not signal.SIG_IGN or number == signal.SIGINT:
             before[number] = known
             signal.signal(number, handler)
     try:

@@ -25,8 +25,10 @@ def destination(path: Path) -> Path:
     if str(path) in STANDARD:
         return path
     for _ in range(MOST_LINKS):
+        if not path.is_symlink():
+            return path
         path = Path(os.path.realpath(path.parent)) / path.name
-        if not path.is_symlink() or stream_of(path) is not None:
+        if stream_of(path) is not None:
             return path
         path = path.parent / path.readlink()
     raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), str(path))

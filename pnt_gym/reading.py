@@ -10,6 +10,7 @@ everywhere, and a stricter one than PyYAML's:
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import re
@@ -71,7 +72,7 @@ def opened(path: str | Path, most: int) -> Generator[BinaryIO, None, None]:
     kind = os.fstat(descriptor).st_mode
     if not stat.S_ISREG(kind):
         os.close(descriptor)
-        raise AccessError("it is a folder" if stat.S_ISDIR(kind) else "it is no regular file")
+        raise AccessError(os.strerror(errno.EISDIR) if stat.S_ISDIR(kind) else "it is no regular file")
     with os.fdopen(descriptor, "rb") as file:
         _check_size("it", os.fstat(descriptor).st_size, most)
         yield cast("BinaryIO", file)
@@ -209,6 +210,24 @@ class PlainLoader(yaml.SafeLoader):
             keys.add(key)
         return node
 
+    def flatten_mapping(self, node: yaml.MappingNode) -> None:
+        """Merge what `<<` names into a mapping; PyYAML calls it, and its own versions differ.
+
+        A mapping's own keys go before merged ones, and of several merged mappings the first one does.
+        """
+        own = [pair for pair in node.value if pair[0].tag != _MERGE]
+        sources = [value for key, value in node.value if key.tag == _MERGE]
+        kept, keys = list[Any](), {self._key_of(key) for key, _ in own}
+        for source in sources:
+            for part in source.value if isinstance(source, yaml.SequenceNode) else [source]:
+                if not isinstance(part, yaml.MappingNode):
+                    raise ConstructorError(None, None, "<< merges mappings", part.start_mark)
+                self.flatten_mapping(part)
+                fresh = [pair for pair in part.value if self._key_of(pair[0]) not in keys]
+                keys |= {self._key_of(key) for key, _ in fresh}
+                kept += fresh
+        node.value = kept + own
+
     def _key_of(self, node: yaml.Node) -> Any:
         """What makes a key another one than its neighbours: `1` and `01` are the same."""
         if not isinstance(node, yaml.ScalarNode):
@@ -218,6 +237,7 @@ class PlainLoader(yaml.SafeLoader):
 
 _INT: Final = "tag:yaml.org,2002:int"
 _FLOAT: Final = "tag:yaml.org,2002:float"
+_MERGE: Final = "tag:yaml.org,2002:merge"
 _TIME: Final = "tag:yaml.org,2002:timestamp"
 
 

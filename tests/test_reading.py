@@ -68,6 +68,10 @@ def test_a_key_that_stands_twice_is_refused_by_name_and_line(text, key, line):
 def test_merged_keys_may_be_given_anew():
     data = parsed_yaml("a: &a {x: 1, y: 2}\nb: &b {<<: *a, x: 3}\nc: {<<: [*b, *a], z: 4}")
     assert data["b"] == {"x": 3, "y": 2}
+    long = parsed_yaml("a: &a {speed: 1}\nb: &b {<<: *a, speed: 2}\nc: {<<: [*a, *b]}\nd: {<<: [*b, *a]}")
+    assert (long["c"], long["d"]) == ({"speed": 1}, {"speed": 2})
+    with pytest.raises(ReadError, match="<< merges mappings"):
+        parsed_yaml("a: {<<: [1]}")
     assert data["c"] == {"x": 3, "y": 2, "z": 4}
 
 

@@ -106,7 +106,7 @@ WRONG = [
     (("agents.train", *START[:-1], "file"), "exists already"),
     (("agents.train", *START[:-1], "file/run"), "cannot write run folder"),
     (("agents.train", *START[:-1], LONG), "File name too long"),
-    (("agents.train", *START, "--config", "folder"), "it is a folder"),
+    (("agents.train", *START, "--config", "folder"), "Is a directory"),
     (("agents.benchmark", "--config", "plan.yaml", "--work", "file", "--out", "o.json"), "cannot write"),
     (("agents.benchmark", "--config", "plan.yaml", "--work", "file/x", "--out", "o.json"), "cannot write"),
     (("agents.benchmark", "--config", "far.yaml", "--out", "o.json"), "picks is -1111111111"),

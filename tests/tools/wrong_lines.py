@@ -55,7 +55,6 @@ evaluate --controller analytic --action-mode Release_Point | action_mode is 'Rel
 evaluate --controller analytic --json "" | cannot write '.': it is a folder
 evaluate --controller analytic --json folder | cannot write 'folder': it is a folder
 evaluate --controller analytic --json file/out.json | cannot write 'file/out.json': File exists
-evaluate --controller analytic --json /dev/null | cannot write '/dev/null': it is no file
 evaluate --controller analytic --load x.npz | --load: controller 'analytic' learns nothing that could be k
 evaluate --controller analytic --save x.npz | --save: controller 'analytic' learns nothing that could be k
 evaluate --controller ridge --load none.npz | 'none.npz' does not exist

@@ -84,6 +84,15 @@ def _leaves(value: object) -> list[object]:
     return [value]
 
 
+def _is_number(text: str) -> bool:
+    """Whether pydantic would take a text for a number."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
 def _is_open(kinds: Sequence[object]) -> bool:
     """Whether a field of such types holds sections, which check themselves, or whatever there is."""
     return any(kind is Any or (isinstance(kind, type) and issubclass(kind, BaseModel)) for kind in kinds)
@@ -107,7 +116,7 @@ class Section(BaseModel):
         leaves = [value] if _is_open(kinds) else _leaves(value)
         if bool not in kinds and any(isinstance(leaf, bool) for leaf in leaves):
             raise PydanticCustomError("truth", "input should be a number or a section, not true or false")
-        texts = [leaf for leaf in leaves if isinstance(leaf, str)]
+        texts = [leaf for leaf in leaves if isinstance(leaf, str) and _is_number(leaf)]
         if texts and not (_is_open(kinds) or _takes_text(kinds)):
             hint = quotes_hint(texts[0])
             raise PydanticCustomError("text", "input should be a number, not text{hint}", {"hint": hint})

@@ -274,7 +274,7 @@ def test_any_other_name_will_do(name, tmp_path):
     ("level", "said"),
     [
         ({"mismatch": "0.5"}, "mismatch is '0.5': input should be a number, not text; write 0.5 without quotes"),
-        ({"mismatch": "1:30"}, "mismatch is '1:30': input should be a number, not text"),
+        ({"mismatch": "1:30"}, "mismatch is '1:30': input should be a valid number"),
         ({"belt": {"speed": "1e-1"}}, "belt.speed is '1e-1': input should be a number, not text; write 1e-1 without"),
         ({"limits": {"percent": ["40", 60]}}, "limits.percent is .*not text; write 40 without quotes"),
         ({"limits": {"percent": [True, 60]}}, "limits.percent is .*not true or false"),
