@@ -36,8 +36,8 @@ def interrupt(number: int, _: FrameType | None) -> NoReturn:
 def handled(handler: Handler) -> Generator[None, None, None]:
     """A handler of all signals of `REASONS` in a block; other threads than the first have no handlers.
 
-    A signal that this process was told to ignore, as `nohup` does with SIGHUP, stays ignored. SIGINT does not: shells have
-    every background job ignore it.
+    A signal that this process was told to ignore, as `nohup` does with SIGHUP, stays ignored. SIGINT does not, because
+    shells have every background job ignore SIGINT.
     """
     if threading.current_thread() is not threading.main_thread():
         yield

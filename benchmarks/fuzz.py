@@ -12,7 +12,7 @@ import os
 import resource
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from multiprocessing.connection import Connection
 from pathlib import Path
 
@@ -25,6 +25,8 @@ MEMORY = 3 * 2**30
 """A case that wants more on top of what its process has is a find [bytes]."""
 BUNCH = 200
 """Cases of one process."""
+Judge = Callable[[str, int], str | None]
+"""What is wrong with a case, by its kind and number; None for nothing."""
 
 
 def cases(first: int, count: int) -> Iterator[tuple[str, int]]:
@@ -41,7 +43,7 @@ def cases(first: int, count: int) -> Iterator[tuple[str, int]]:
         numbers[kind] += 1
 
 
-def attempt(bunch: Sequence[tuple[str, int]], told: Connection) -> None:
+def attempt(bunch: Sequence[tuple[str, int]], told: Connection, judge: Judge) -> None:
     """Try cases in a process of its own, telling before each which, and after it what was found."""
     pages = int(Path("/proc/self/statm").read_text(encoding="utf-8").split()[0])
     resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + MEMORY, resource.RLIM_INFINITY))
@@ -49,16 +51,17 @@ def attempt(bunch: Sequence[tuple[str, int]], told: Connection) -> None:
     os.dup2(silent, 2)
     for kind, number in bunch:
         told.send((kind, number, None))
-        told.send((kind, number, tried(kind, number) or ""))
+        told.send((kind, number, judge(kind, number) or ""))
 
 
-def finds(bunch: Sequence[tuple[str, int]]) -> Iterator[tuple[str, int, str]]:
+def finds(bunch: Sequence[tuple[str, int]], judge: Judge = tried) -> Iterator[tuple[str, int, str]]:
     """Kind, number and find, empty for none, of every case; a new process goes on after one that ended or hangs."""
     left = list(bunch)
-    context = multiprocessing.get_context("fork")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["tests.tools.fuzz"])  # what takes seconds to import, before there is any thread
     while left:
         here, there = context.Pipe(duplex=False)
-        process = context.Process(target=attempt, args=(left, there))  # may have processes of its own
+        process = context.Process(target=attempt, args=(left, there, judge))  # may have processes of its own
         process.start()
         there.close()
         while left:
