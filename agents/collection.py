@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import io
 import json
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.cells.base.config import LevelConfig
+from pnt_gym.reading import MOST_NUMBERS, arrays_of, bytes_of
 
 from .controllers.protocol import Controller, Learner, State
 from .environments import Env, Role, make_vector, stream_seed
@@ -27,6 +29,10 @@ from .work import Job, code_digest, key
 
 CHUNK: Final = 512
 """Throws of a job, about: it should take seconds, and be done again where a machine died."""
+MOST_CHUNK: Final = 2**31
+"""Bytes of the arrays of a job."""
+PARTS: Final = re.compile(r"\w+(?:/[\w .:-]+)*")
+"""Names of these arrays."""
 _CODE: Final = (
     "pnt_gym/**/*.py",
     "pnt_gym/**/*.yaml",
@@ -130,7 +136,9 @@ class Collection:
         return key(
             env=self.env,
             level=self.level if ships else self.level.model_dump(mode="json"),
-            files=[] if ships else [hashlib.sha256(file.read_bytes()).hexdigest() for file in self.level.files()],
+            files=[]
+            if ships
+            else [hashlib.sha256(bytes_of(file, MOST_NUMBERS)).hexdigest() for file in self.level.files()],
             settings=[self.mode, self.num_envs, self.role, self.seed],
             thrower=self.thrower.digest(),
             code=code_digest(_CODE),
@@ -173,8 +181,7 @@ def packed(found: Iterable[Episode]) -> bytes:
 
 def unpacked(file: Path) -> Iterator[Episode]:
     """The episodes of such an archive."""
-    with np.load(file, allow_pickle=False) as found:
-        arrays = {name: found[name] for name in found.files}
+    arrays = arrays_of(file, PARTS, MOST_CHUNK)
     throws = np.cumsum(arrays["lengths"])[:-1]
     seen = np.cumsum(arrays["lengths"] + 1)[:-1]  # one more than there are throws
     count = len(arrays["seed"])

@@ -1,5 +1,6 @@
 """Files of strangers are data of a bounded size, and YAML means the same to every reader."""
 
+import ast
 import json
 import os
 import re
@@ -14,8 +15,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pnt_gym.reading import (
-    MOST_NODES,
-    MOST_PARTS,
     AccessError,
     ReadError,
     arrays_of,
@@ -25,7 +24,10 @@ from pnt_gym.reading import (
     yaml_of,
     yaml_text,
 )
+from pnt_gym.reading.archives import MOST_PARTS
+from pnt_gym.reading.plain_yaml import MOST_NODES
 
+ROOT = Path(__file__).resolve().parents[1]
 NUMBERS = {
     "010": 10, "-7": -7, "+5": 5, "1_000": 1000, "1e-3": 0.001, "1e5": 100000.0, ".5": 0.5, "5.": 5.0, "-.5e+2": -50.0,
     "!!float 1e5": 100000.0, "!!int 010": 10, ".inf": np.inf, "-.Inf": -np.inf,
@@ -203,6 +205,19 @@ def test_a_size_that_an_archive_lies_about_is_not_trusted(tmp_path: Path):
     path.write_bytes(data.replace(true, told))
     with pytest.raises(ReadError):
         arrays_of(path, ANY)
+
+
+SPARED = {"sb3.py": "a model is read for who says --trust"}
+"""Files of the code in which a library may read by itself."""
+
+
+@pytest.mark.parametrize("file", [*ROOT.glob("agents/**/*.py"), *ROOT.glob("pnt_gym/**/*.py")], ids=lambda f: f.name)
+def test_no_other_code_parses_a_file(file):
+    if file.parent.name == "reading" or file.name in SPARED:
+        return
+    calls = [ast.unparse(node.func) for node in ast.walk(ast.parse(file.read_text())) if isinstance(node, ast.Call)]
+    parsers = {"yaml.load", "yaml.safe_load", "np.load", "json.load", "ZipFile", "zipfile.ZipFile", "torch.load"}
+    assert not parsers & {*calls}
 
 
 def test_json_of_a_file_is_the_data(tmp_path: Path):

@@ -1,0 +1,167 @@
+"""YAML that means the same to every reader, and is stricter than PyYAML's.
+
+* A key stands once in a mapping; a second one is an error. The merge key `<<` works.
+* A number is decimal: `10`, `010` (ten), `-.5`, `1e-3`, `1_000`, `.inf`, `.nan`. All else is text, `1:30`, `0x1F` and
+  dates too.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any, Final, cast
+
+import yaml
+from yaml.composer import ComposerError
+from yaml.constructor import ConstructorError
+
+from pnt_gym.errors import one_sentence
+from pnt_gym.reading.files import MOST_TEXT, ReadError, cause_of, text_of
+
+MOST_NODES: Final = 10**5
+"""Values in a YAML file, with those that aliases repeat."""
+INTEGER: Final = re.compile(r"[-+]?[0-9][0-9_]*")
+DECIMAL: Final = re.compile(r"[-+]?(?:[0-9][0-9_]*(?:\.[0-9_]*)?|\.[0-9][0-9_]*)(?:[eE][-+]?[0-9]+)?")
+SPECIAL: Final = re.compile(r"[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)")
+
+
+def yaml_of(path: str | Path, most: int = MOST_TEXT, loader: type[PlainLoader] | None = None) -> Any:
+    """The data of a YAML file; arguments and errors are those of `text_of`, and text that is not valid YAML.
+
+    `loader` understands more tags.
+    """
+    return parsed_yaml(text_of(path, most, "YAML"), loader)
+
+
+def parsed_yaml(text: str, loader: type[PlainLoader] | None = None) -> Any:
+    """The data of YAML text.
+
+    Raises:
+        ReadError: it is not valid YAML, has a key twice, refers to itself, or aliases make it too large.
+    """
+    try:
+        return yaml.load(text, loader or PlainLoader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        where = "" if mark is None else f": line {mark.line + 1} column {mark.column + 1}"
+        raise ReadError(f"it is not valid YAML: {one_sentence(error.problem or error.context, 100)}{where}") from None
+    except ReadError:
+        raise
+    except Exception as error:
+        # PyYAML lets through whatever a tag, a date or a hundred brackets upset.
+        raise ReadError(f"it is not valid YAML: {cause_of(error)}") from None
+
+
+class PlainLoader(yaml.SafeLoader):
+    """YAML as this module's head says."""
+
+    def get_single_data(self) -> Any:
+        """The data of the one document; PyYAML calls it."""
+        node = self.get_single_node()
+        if node is None:
+            return None
+        _count(node, {})
+        return cast("Any", self).construct_document(node)
+
+    def compose_mapping_node(self, anchor: Any) -> yaml.MappingNode:
+        """A mapping before aliases are merged into it; no key stands in it twice."""
+        node = super().compose_mapping_node(anchor)
+        keys: set[Any] = set()
+        for key_node, _ in node.value:
+            key = self._key_of(key_node)
+            if key in keys:
+                raise ComposerError(
+                    None, None, f"key {one_sentence(repr(key_node.value), 60)} stands twice", key_node.start_mark
+                )
+            keys.add(key)
+        return node
+
+    def flatten_mapping(self, node: yaml.MappingNode) -> None:
+        """Merge what `<<` names into a mapping; PyYAML calls it, and its own versions differ.
+
+        A mapping's own keys go before merged ones, and of several merged mappings the first one does.
+        """
+        own = [pair for pair in node.value if pair[0].tag != _MERGE]
+        sources = [value for key, value in node.value if key.tag == _MERGE]
+        kept, keys = list[Any](), {self._key_of(key) for key, _ in own}
+        for source in sources:
+            for part in source.value if isinstance(source, yaml.SequenceNode) else [source]:
+                if not isinstance(part, yaml.MappingNode):
+                    raise ConstructorError(None, None, "<< merges mappings", part.start_mark)
+                self.flatten_mapping(part)
+                fresh = [pair for pair in part.value if self._key_of(pair[0]) not in keys]
+                keys |= {self._key_of(key) for key, _ in fresh}
+                kept += fresh
+        node.value = kept + own
+
+    def _key_of(self, node: yaml.Node) -> Any:
+        """What makes a key another one than its neighbours: `1` and `01` are the same."""
+        if not isinstance(node, yaml.ScalarNode):
+            return id(node)
+        return node.tag, number_of(node.value) if node.tag in (_INT, _FLOAT) else node.value
+
+
+_INT: Final = "tag:yaml.org,2002:int"
+_FLOAT: Final = "tag:yaml.org,2002:float"
+_MERGE: Final = "tag:yaml.org,2002:merge"
+_TIME: Final = "tag:yaml.org,2002:timestamp"
+
+
+def number_of(text: str) -> int | float | None:
+    """The decimal number that a text says; None if it says none."""
+    if INTEGER.fullmatch(text):
+        return int(text.replace("_", ""))
+    if DECIMAL.fullmatch(text):
+        return float(text.replace("_", ""))
+    return float(text.replace(".", "")) if SPECIAL.fullmatch(text) else None
+
+
+def _number(loader: PlainLoader, node: yaml.ScalarNode) -> int | float:
+    number = number_of(str(loader.construct_scalar(node)))
+    if number is None or (node.tag == _INT and not isinstance(number, int)):
+        kind = "whole number" if node.tag == _INT else "number"
+        raise ConstructorError(None, None, f"the text is no decimal {kind}", node.start_mark)
+    return float(number) if node.tag == _FLOAT else number
+
+
+class PlainDumper(yaml.SafeDumper):
+    """Writes text in quotes where this module or PyYAML would read something else."""
+
+
+PlainLoader.yaml_implicit_resolvers = {
+    first: [(tag, pattern) for tag, pattern in resolvers if tag not in (_INT, _FLOAT, _TIME)]
+    for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
+}
+for _tag, _pattern in ((_INT, INTEGER), (_FLOAT, DECIMAL), (_FLOAT, SPECIAL)):
+    for _reader in (PlainLoader, PlainDumper):
+        cast("Any", _reader).add_implicit_resolver(_tag, re.compile(f"(?:{_pattern.pattern})$"), list("-+.0123456789"))
+for _tag in (_INT, _FLOAT):
+    PlainLoader.add_constructor(_tag, _number)
+
+
+def yaml_text(data: Any, **layout: Any) -> str:
+    """YAML that is read as the same data, in the order in which the data come; `layout` is PyYAML's."""
+    return cast("str", yaml.dump(data, Dumper=PlainDumper, sort_keys=False, **layout))
+
+
+def _count(node: yaml.Node, sizes: dict[int, int]) -> int:
+    """Values in a node, with those that aliases repeat.
+
+    Raises:
+        ReadError: there are too many, or the node stands in itself.
+    """
+    if id(node) in sizes:
+        if sizes[id(node)] == 0:
+            raise ReadError("it is not valid YAML: a value refers to itself")
+        return sizes[id(node)]
+    sizes[id(node)] = 0
+    parts: list[yaml.Node] = []
+    if isinstance(node, yaml.MappingNode):
+        parts = [part for pair in node.value for part in pair]
+    elif isinstance(node, yaml.SequenceNode):
+        parts = node.value
+    size = 1 + sum(_count(part, sizes) for part in parts)
+    if size > MOST_NODES:
+        raise ReadError(f"it has more than {MOST_NODES:,} values, with those that aliases repeat")
+    sizes[id(node)] = size
+    return size
