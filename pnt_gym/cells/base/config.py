@@ -33,7 +33,7 @@ LONGEST: Final = 100
 """Characters in a name."""
 
 
-def _check_printable(name: str) -> str:
+def check_printable(name: str) -> str:
     """Refuse what breaks a line of a table, or runs backwards.
 
     Raises:
@@ -44,7 +44,7 @@ def _check_printable(name: str) -> str:
     return name
 
 
-def _check_file(name: str) -> str:
+def check_file_name(name: str) -> str:
     """Refuse what would lie elsewhere if a file were called so.
 
     Raises:
@@ -55,9 +55,9 @@ def _check_file(name: str) -> str:
     return name
 
 
-Label = Annotated[str, Field(min_length=1, max_length=LONGEST), AfterValidator(_check_printable)]
+Label = Annotated[str, Field(min_length=1, max_length=LONGEST), AfterValidator(check_printable)]
 """What people call something; it may stand in a table."""
-FileName = Annotated[Label, AfterValidator(_check_file)]
+FileName = Annotated[Label, AfterValidator(check_file_name)]
 """What people call something that files are called after."""
 Level: TypeAlias = str | Path | BaseModel | Mapping[str, Any]
 """A shipped level's name, a YAML file, a mapping in the file's form, or a config as it is."""
