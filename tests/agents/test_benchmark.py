@@ -260,7 +260,10 @@ def test_training_is_one_piece_for_all_its_throw_counts(tmp_path: Path, monkeypa
         ({"nme": "x"}, "unknown key 'nme'"),
         ({"entries": [{"label": "a", "controller": "nobody"}]}, "unknown controller 'nobody'"),
         ({"entries": [{"label": "a", "controller": "ridge"}]}, r"has throws \(0,\)"),
-        ({"entries": [{"label": "../up", "controller": "analytic"}]}, r"entries.0.label is '\.\./up': files are called so"),
+        (
+            {"entries": [{"label": "../up", "controller": "analytic"}]},
+            r"entries.0.label is '\.\./up': files are called so",
+        ),
         ({"learned": [{"label": "ridge", "throws": 7}]}, "no entry gives 'ridge' after 7 throws"),
         ({"floors": {"waste": "nobody"}}, "no entry is labelled 'nobody'"),
         ({"picks": 0}, "picks is 0: input should be greater"),

@@ -55,8 +55,7 @@ def file_case(random: Random) -> str:
         what = f"{name} {kind}: {FILES[kind](random, path)!r}"
         with contextlib.suppress(Refused), refusable(what):
             READERS[name](path)
-            if kind != "plain":
-                raise Find(f"{what}: taken")
+            raise Find(f"{what}: taken")
     return what
 
 
