@@ -22,7 +22,7 @@ import gymnasium as gym
 import numpy as np
 
 import pnt_gym
-from agents.files import write_json
+from agents.ground.files import write_json
 
 SEED = 0
 FLIGHT = {"name": "waste, fidelity: flight", "base": "waste", "fidelity": "flight"}

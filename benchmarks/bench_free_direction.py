@@ -10,7 +10,7 @@ from typing import TypedDict
 
 import numpy as np
 
-from agents.files import write_json
+from agents.ground.files import write_json
 from agents.reproduce.hassan.cases import CEILING, limits_at
 from agents.reproduce.hassan.per_pick import CYCLE, Flown, fly, mover_of, picks_of
 from pnt_gym.arrays import take

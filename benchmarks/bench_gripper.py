@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.files import write_json
+from agents.ground.files import write_json
 from pnt_gym.cells.base.action import corrected
 from pnt_gym.cells.gripper.action import MODES
 from pnt_gym.cells.gripper.cell import GripperCell

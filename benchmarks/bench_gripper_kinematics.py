@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.files import write_json
+from agents.ground.files import write_json
 from pnt_gym.robots.gripper import (
     check_pose,
     conditioning,

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.files import write_json
+from agents.ground.files import write_json
 from pnt_gym.cells.one_joint.cell import OneJointCell
 from pnt_gym.cells.one_joint.config import OneJointConfig
 

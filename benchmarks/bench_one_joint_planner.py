@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.files import write_json
+from agents.ground.files import write_json
 from agents.reproduce.miyashita.accessible import accessible_space
 from pnt_gym.planning.one_joint import (
     Arm,

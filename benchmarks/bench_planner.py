@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from agents.files import write_json
+from agents.ground.files import write_json
 from agents.reproduce.hassan.nlp import method_1, method_2
 from pnt_gym.arrays import Floats, Ints, take
 from pnt_gym.planning import InfeasibleThrow, JerkTrajectory, MotionLimits, plan_release, plan_release_batch

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator, Sequence
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-from agents.files import write_json
+from agents.ground.files import write_json
 from tests.tools.fuzz import SHARES, tried
 
 PATIENCE = 60.0

@@ -22,9 +22,9 @@ from tests.tools.kills import Command, Kill, Trials, spawned
 
 IMPORTED = (
     "agents.benchmark.__main__",
-    "agents.progress",
+    "agents.learning.progress",
     "agents.report.__main__",
-    "agents.sb3",
+    "agents.learning.sb3",
     "agents.train",
     "matplotlib.backends.backend_svg",
     "torch._dynamo",

@@ -26,8 +26,8 @@ import gymnasium as gym
 import numpy as np
 
 import pnt_gym
-from agents.files import write_json
-from agents.throws import results
+from agents.ground.files import write_json
+from agents.judging.throws import results
 from pnt_gym.cells.base.stage import BELT_THICKNESS
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.scene import FLOOR_DROP, SENSORS, bin_panels

@@ -20,7 +20,7 @@ from typing import Any, Final
 import gymnasium as gym
 import numpy as np
 
-from agents.plan_line import line_up
+from agents.line.plan import line_up
 from benchmarks.soak import RULED_OUT, lifts, memory
 from pnt_gym.cells.line.chances import place_of
 from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig

@@ -17,7 +17,7 @@ import gymnasium as gym
 import numpy as np
 
 import pnt_gym.errors
-from agents.files import write_json
+from agents.ground.files import write_json
 
 CONVEYOR = ("ideal", "nominal", "waste", "unseen", "tight", "fast")
 DRIFTING = ("waste", "day", "steps", "drift_mix", "day_far")

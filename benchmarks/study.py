@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from agents.throws import results
+from agents.judging.throws import results
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.cell import ConveyorCell, Picks
 from pnt_gym.cells.conveyor.config import ConveyorConfig

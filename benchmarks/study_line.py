@@ -18,13 +18,13 @@ from typing import Any, Final
 import numpy as np
 
 from agents.controllers.protocol import Controller
-from agents.environments import make_vector, stream_seed
-from agents.files import write_json
-from agents.line.evaluation import Shifts, worked
-from agents.line.making import ENV, NAMES, line_controller, the_line
-from agents.line.releasing import releaser
-from agents.places import POLICY, SHIPPED
-from agents.versions import versions
+from agents.dispatchers.registry import ENV, NAMES, line_controller, the_line
+from agents.dispatchers.release import releaser
+from agents.ground.environments import make_vector, stream_seed
+from agents.ground.files import write_json
+from agents.ground.places import POLICY, SHIPPED
+from agents.ground.versions import versions
+from agents.judging.work_shifts import Shifts, worked
 from pnt_gym.cells.line.core import LineCore
 
 LEARNED: Final = SHIPPED / "results" / "policies" / "PnTLine-v0"

@@ -20,20 +20,20 @@ from typing import Any, Final, NamedTuple
 
 import torch
 
-from agents import runs
 from agents.controllers import make_controller
 from agents.controllers.between import PLANNER
 from agents.controllers.own import run_policy
 from agents.controllers.protocol import Controller
-from agents.environments import Env, core_of, make_vector
-from agents.evaluation import NUM_ENVS, held_out, practise
-from agents.files import read_json, write_json
-from agents.hyperparameters import hyperparameters
-from agents.progress import Stop
-from agents.sb3 import build
-from agents.throws import summary
+from agents.ground.environments import Env, core_of, make_vector
+from agents.ground.files import read_json, write_json
+from agents.judging.evaluation import NUM_ENVS, held_out, practise
+from agents.judging.throws import summary
+from agents.learning import runs
+from agents.learning.hyperparameters import hyperparameters
+from agents.learning.progress import Stop
+from agents.learning.sb3 import build
+from agents.learning.vec_env import SameStepVecEnv
 from agents.train import learn
-from agents.vec_env import SameStepVecEnv
 
 ENV: Final = "PnTRelease-v0"
 LEVEL: Final = "waste"

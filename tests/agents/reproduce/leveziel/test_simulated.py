@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from agents.controllers import Observation, Outcome, make_controller
-from agents.environments import make_vector
-from agents.evaluation import practise
+from agents.ground.environments import make_vector
+from agents.judging.evaluation import practise
 from agents.reproduce.finding import Findings, Row
 from agents.reproduce.leveziel import PARTS, overview
 from agents.reproduce.leveziel import cycle as leveziel_cycle
