@@ -56,8 +56,8 @@ def learn(
     """
     from stable_baselines3.common.logger import Logger, configure  # noqa: PLC0415
 
-    from .learning.progress import ProgressCallback, ShiftProgress  # noqa: PLC0415
-    from .learning.sb3 import begin_leg  # noqa: PLC0415
+    from ..learning.progress import ProgressCallback, ShiftProgress  # noqa: PLC0415
+    from ..learning.sb3 import begin_leg  # noqa: PLC0415
 
     line = line_of(env.env) is not None
     logger = configure(str(folder / "tensorboard"), ["tensorboard"]) if tensorboard else Logger(None, [])

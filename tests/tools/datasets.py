@@ -8,7 +8,7 @@ import minari
 import numpy as np
 
 from agents.ground.environments import hidden_of
-from agents.judging.throws import LANDING
+from agents.ground.infos import LANDING
 from tests.tools.commands import answered
 
 WORK = ("--jobs", "1", "--work", "kept")

@@ -10,7 +10,6 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import pytest
-from tests.agents.test_trackers import network, throws
 
 from agents.controllers import Learner, adaptive, load_state, make_controller, save_state
 from agents.controllers.adaptive import STATIC, begins, is_told, told, without_feedback
@@ -23,6 +22,7 @@ from agents.ground.environments import core_of, make_vector
 from agents.judging.evaluation import PICKS, evaluate, held_out, observed, practise, usual_picks
 from agents.judging.throws import summary
 from pnt_gym.cells.conveyor.observation import SHIFT_TABLE
+from tests.agents.controllers.test_trackers import network, throws
 from tests.tools.drifting import QUICK
 
 NAMES = ("static", "ema", "kalman", "recursive_ridge", "in_context", "oracle_drift")

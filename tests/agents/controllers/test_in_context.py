@@ -7,7 +7,6 @@ from itertools import islice
 import numpy as np
 import pytest
 import torch
-from tests.agents.test_trackers import CAMERA, everyone, network, throws
 
 from agents.controllers import in_context
 from agents.controllers.in_context import BLURRED, LEVELS, PICKS, SHIFTS, STRONGEST, UNSEEN, InContext, simulated
@@ -15,6 +14,7 @@ from agents.controllers.recurrent import UNIT, Recurrent, _layers, _parts, train
 from agents.controllers.trackers import effects
 from agents.ground.cli import UsageError
 from pnt_gym.cells.conveyor.config import ConveyorConfig
+from tests.agents.controllers.test_trackers import CAMERA, everyone, network, throws
 
 SIZE = 6
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.agents.test_trackers import CAMERA, everyone, noise, throws
 
 from agents.controllers.filters import NOISE, Filters, corrected
 from agents.controllers.newcomers import Newcomers
 from agents.controllers.trackers import effects, lateness
 from pnt_gym.cells.conveyor.observation import TABLE
+from tests.agents.controllers.test_trackers import CAMERA, everyone, noise, throws
 
 ROWS = 300
 KNOWN = np.array([True, False, False])

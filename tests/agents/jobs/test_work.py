@@ -105,7 +105,7 @@ def working(tmp_path: Path) -> subprocess.Popen[bytes]:
         "import signal; from functools import partial; from pathlib import Path\n"
         "from agents.ground.cli import run\n"
         "from agents.jobs.work import Job, do_missing, processes\n"
-        "from tests.agents.test_work import Nothing, noted, wait\n"
+        "from tests.agents.jobs.test_work import Nothing, noted, wait\n"
         "if __name__ == '__main__':\n"
         "    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs inherit deaf ears\n"
         "    waiting = [Job(f'w{n}', 'k', wait) for n in range(4)]\n"

@@ -9,7 +9,8 @@ import pytest
 from gymnasium.spaces import Box
 from stable_baselines3.common.buffers import ReplayBuffer
 
-from agents.judging.throws import LANDING, Throws, failures, results, summary
+from agents.ground.infos import LANDING, results
+from agents.judging.throws import Throws, failures, summary
 from agents.learning.hyperparameters import hyperparameters
 from agents.learning.sb3 import ThrownBuffer, build
 from agents.learning.vec_env import SameStepVecEnv

@@ -10,7 +10,6 @@ import numpy as np
 import onnx
 import onnxruntime
 import pytest
-from tests.agents.test_actor import ALGORITHMS, HIGH, LOW, NETWORKS, PPO, SAC, model, seen
 from torch import nn
 
 from agents.ground.cli import UsageError
@@ -18,6 +17,7 @@ from agents.policies import actor
 from agents.policies.weights import actor_of
 from agents.publishing import onnx_graph
 from agents.publishing.onnx_graph import save_onnx
+from tests.agents.policies.test_actor import ALGORITHMS, HIGH, LOW, NETWORKS, PPO, SAC, model, seen
 
 
 def assert_runs_as(made: Any, file: Path) -> None:
