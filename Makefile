@@ -67,9 +67,9 @@ bench-quick: setup ## small benchmarks, minutes
 	$(BIN)/python -m agents.benchmark --config configs/benchmark_line_quick.yaml
 
 perf: dev ## planner, robot and environment speed and the checks of physics in results/; a line's choices against the planner
-	$(BIN)/python benchmarks/bench_planner.py --json results/perf_planner.json
-	$(BIN)/python benchmarks/bench_free_direction.py --json results/perf_free_direction.json
-	$(BIN)/python benchmarks/bench_envs.py --json results/perf_envs.json
+	$(BIN)/python benchmarks/perf.py planner --json results/perf_planner.json
+	$(BIN)/python benchmarks/perf.py free_direction --json results/perf_free_direction.json
+	$(BIN)/python benchmarks/perf.py envs --json results/perf_envs.json
 	$(BIN)/python benchmarks/study_physics.py --json results/physics.json
 	$(BIN)/python benchmarks/study_fidelity.py --json results/fidelity.json
 	$(BIN)/python benchmarks/line_exactness.py

@@ -1,0 +1,145 @@
+"""Rows of `perf.py` and their figures: calls that are timed in turn, so that what is compared sees the same noise."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, Final
+
+from agents.cli import option
+
+Place = tuple[str | int, ...]
+"""Of a figure in the results: keys, and positions in lists."""
+PER_SECOND: Final = {"s": 1.0, "ms": 1e3, "us": 1e6}
+WALL, CPU = 0, 1
+"""Clocks of a turn: of the wall, and of the processor by all threads."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a command line asks of all cases."""
+
+    repeats: Annotated[int | None, option("each timing's own", "N")] = None
+    """Turns of every timing."""
+    quick: bool = False
+    """Smaller batches and a tenth of the turns."""
+    cells: int = 64
+    """Cells of a vector environment."""
+    singles: int = 16
+    """Single environments in a loop."""
+    threads: tuple[int, ...] = (1, 2)
+    """Physics threads to compare."""
+    level: Annotated[str | None, option("waste at the conveyor, single at a line, nominal elsewhere", "NAME")] = None
+    """Level of the vector environments."""
+
+    def size(self, usual: int) -> int:
+        """Rows of a batch, or turns."""
+        return max(usual // 10, 1) if self.quick else usual
+
+
+@dataclass(frozen=True)
+class Timing:
+    """A figure of time.
+
+    Attributes:
+        place: of the figure.
+        call: what is timed, given the number of its turn; or the place of a timing that has the same call.
+        unit: s, ms or us for an item, "1/s" for items per second, "x" for a ratio.
+        count: items per call, known after the last turn if it is a function.
+        repeats: turns after the first one, which warms up.
+        statistic: of the times of all turns.
+        clock: `WALL` or `CPU`.
+        over: place of the timing whose time for an item is 1 in a ratio.
+    """
+
+    place: Place
+    call: Callable[[int], object] | Place
+    unit: str = "us"
+    count: float | Callable[[], float] = 1.0
+    repeats: int = 7
+    statistic: Callable[[list[float]], float] = min
+    clock: int = WALL
+    over: Place = ()
+
+
+@dataclass(frozen=True)
+class Count:
+    """A figure that is no time, or a mapping of such figures; a function is called after the last turn."""
+
+    place: Place
+    value: Any
+
+
+Row = Timing | Count
+Times = Mapping[Place, list[tuple[float, float]]]
+
+
+def times_in_turn(timings: Iterable[Timing], options: Options) -> Times:
+    """Seconds by both clocks of every turn of every call, by its place."""
+    repeats = {row: options.repeats or options.size(row.repeats) for row in timings if callable(row.call)}
+    for row in repeats:
+        _seconds(row, 0)
+    times: dict[Place, list[tuple[float, float]]] = {row.place: [] for row in repeats}
+    for turn in range(max(repeats.values(), default=0)):
+        for row, count in repeats.items():
+            if turn < count:
+                times[row.place].append(_seconds(row, turn))
+    return times
+
+
+def figures(rows: Iterable[Row], options: Options) -> dict[Place, Any]:
+    """The figures of a case by their places."""
+    rows = list(rows)
+    timings = {row.place: row for row in rows if isinstance(row, Timing)}
+    times, values = times_in_turn(timings.values(), options), dict[Place, Any]()
+    for row in rows:
+        if isinstance(row, Timing):
+            values[row.place] = _figure(row, timings, times)
+            continue
+        value = row.value() if callable(row.value) else row.value
+        values |= {(*row.place, key): v for key, v in value.items()} if isinstance(value, dict) else {row.place: value}
+    return values
+
+
+def nested(values: Mapping[Place, Any]) -> dict[str, Any]:
+    """Figures as JSON holds them."""
+    root: dict[Any, Any] = {}
+    for place, value in values.items():
+        node = root
+        for key in place[:-1]:
+            node = node.setdefault(key, {})
+        node[place[-1]] = value
+    return _with_lists(root)
+
+
+def _seconds(row: Timing, turn: int) -> tuple[float, float]:
+    """Both clocks of one turn."""
+    wall, cpu = time.perf_counter(), time.process_time()
+    row.call(turn)  # pyright: ignore[reportCallIssue]
+    return time.perf_counter() - wall, time.process_time() - cpu
+
+
+def _figure(row: Timing, timings: Mapping[Place, Timing], times: Times) -> float:
+    """The figure in its unit."""
+    item = _item_seconds(row, row.clock, timings, times)
+    if row.unit == "x":
+        return item / _item_seconds(timings[row.over], row.clock, timings, times)
+    return 1.0 / item if row.unit == "1/s" else PER_SECOND[row.unit] * item
+
+
+def _item_seconds(row: Timing, clock: int, timings: Mapping[Place, Timing], times: Times) -> float:
+    """Seconds for an item by a clock."""
+    origin = row
+    while not callable(origin.call):
+        origin = timings[origin.call]
+    count = row.count() if callable(row.count) else row.count
+    return row.statistic([turn[clock] for turn in times[origin.place]]) / count
+
+
+def _with_lists(node: Any) -> Any:
+    """The same with a list for what has positions."""
+    if not isinstance(node, dict):
+        return node
+    parts = {key: _with_lists(value) for key, value in node.items()}
+    return list(parts.values()) if all(isinstance(key, int) for key in parts) else parts
