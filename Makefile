@@ -109,8 +109,8 @@ fuzz: dev ## 10,000 levels, actions, calls and command lines that nobody thought
 	$(BIN)/python benchmarks/fuzz.py
 
 soak: dev ## 100,000 throws in all environments, 100,000 decisions at lines: flat memory, numbers, no walls crossed (an hour)
-	$(BIN)/python benchmarks/soak.py
-	$(BIN)/python -m benchmarks.soak_line
+	$(BIN)/python benchmarks/soak.py throws
+	$(BIN)/python benchmarks/soak.py shifts
 
 lock: $(TOOLS) ## write constraints.txt and sbom.cdx.json anew, with the newest versions (asks the package index)
 	$(VENV)/tools/bin/uv pip compile -q --config-file .ci/lock.toml pyproject.toml .ci/tools.txt -o constraints.txt

@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 import gymnasium as gym
 import numpy as np
 
+from benchmarks.checks import choices
 from benchmarks.timing import CPU, Count, Options, Place, Row, Timing
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.action import corrected
@@ -118,7 +119,8 @@ def plants(cell: Any) -> list[Any]:
 def action_of(env: Any, info: dict[str, Any], random: np.random.Generator) -> Any:
     """Corrections at random; on a line choices that there are."""
     if "action_mask" in info:
-        return np.where(info["action_mask"], random.random(info["action_mask"].shape), -1.0).argmax(axis=-1)
+        mask = np.asarray(info["action_mask"])
+        return choices(np.atleast_2d(mask), random).reshape(mask.shape[:-1])[()]
     return random.uniform(-ACTIONS, ACTIONS, env.action_space.shape).astype(np.float32)
 
 
