@@ -44,7 +44,7 @@ class Timing:
 
     Attributes:
         place: of the figure.
-        call: what is timed, given the number of its turn; or the place of a timing that has the same call.
+        call: what is timed, or the place of a timing that has the same call.
         unit: s, ms or us for an item, "1/s" for items per second, "x" for a ratio.
         count: items per call, known after the last turn if it is a function.
         repeats: turns after the first one, which warms up.
@@ -54,7 +54,7 @@ class Timing:
     """
 
     place: Place
-    call: Callable[[int], object] | Place
+    call: Callable[[], object] | Place
     unit: str = "us"
     count: float | Callable[[], float] = 1.0
     repeats: int = 7
@@ -72,20 +72,8 @@ class Count:
 
 
 Row = Timing | Count
-Times = Mapping[Place, list[tuple[float, float]]]
-
-
-def times_in_turn(timings: Iterable[Timing], options: Options) -> Times:
-    """Seconds by both clocks of every turn of every call, by its place."""
-    repeats = {row: options.repeats or options.size(row.repeats) for row in timings if callable(row.call)}
-    for row in repeats:
-        _seconds(row, 0)
-    times: dict[Place, list[tuple[float, float]]] = {row.place: [] for row in repeats}
-    for turn in range(max(repeats.values(), default=0)):
-        for row, count in repeats.items():
-            if turn < count:
-                times[row.place].append(_seconds(row, turn))
-    return times
+Times = dict[Place, list[tuple[float, float]]]
+"""Seconds by both clocks of every turn of a call."""
 
 
 def figures(rows: Iterable[Row], options: Options) -> dict[Place, Any]:
@@ -94,12 +82,25 @@ def figures(rows: Iterable[Row], options: Options) -> dict[Place, Any]:
     timings = {row.place: row for row in rows if isinstance(row, Timing)}
     times, values = times_in_turn(timings.values(), options), dict[Place, Any]()
     for row in rows:
-        if isinstance(row, Timing):
-            values[row.place] = _figure(row, timings, times)
-            continue
-        value = row.value() if callable(row.value) else row.value
+        value = _figure(row, timings, times) if isinstance(row, Timing) else row.value
+        value = value() if callable(value) else value
         values |= {(*row.place, key): v for key, v in value.items()} if isinstance(value, dict) else {row.place: value}
     return values
+
+
+def times_in_turn(timings: Iterable[Timing], options: Options) -> Times:
+    """Times of all calls, each in its turn."""
+    calls = {
+        row.place: (row.call, options.repeats or options.size(row.repeats)) for row in timings if callable(row.call)
+    }
+    times: Times = {place: [] for place in calls}
+    for turn in range(1 + max((repeats for _, repeats in calls.values()), default=0)):
+        for place, (call, repeats) in calls.items():
+            if turn <= repeats:
+                wall, cpu = time.perf_counter(), time.process_time()
+                call()
+                times[place].append((time.perf_counter() - wall, time.process_time() - cpu))
+    return {place: turns[1:] for place, turns in times.items()}
 
 
 def nested(values: Mapping[Place, Any]) -> dict[str, Any]:
@@ -113,11 +114,12 @@ def nested(values: Mapping[Place, Any]) -> dict[str, Any]:
     return _with_lists(root)
 
 
-def _seconds(row: Timing, turn: int) -> tuple[float, float]:
-    """Both clocks of one turn."""
-    wall, cpu = time.perf_counter(), time.process_time()
-    row.call(turn)  # pyright: ignore[reportCallIssue]
-    return time.perf_counter() - wall, time.process_time() - cpu
+def _with_lists(node: Any) -> Any:
+    """The same with a list for what has positions."""
+    if not isinstance(node, dict):
+        return node
+    parts = {key: _with_lists(value) for key, value in node.items()}
+    return list(parts.values()) if all(isinstance(key, int) for key in parts) else parts
 
 
 def _figure(row: Timing, timings: Mapping[Place, Timing], times: Times) -> float:
@@ -135,11 +137,3 @@ def _item_seconds(row: Timing, clock: int, timings: Mapping[Place, Timing], time
         origin = timings[origin.call]
     count = row.count() if callable(row.count) else row.count
     return row.statistic([turn[clock] for turn in times[origin.place]]) / count
-
-
-def _with_lists(node: Any) -> Any:
-    """The same with a list for what has positions."""
-    if not isinstance(node, dict):
-        return node
-    parts = {key: _with_lists(value) for key, value in node.items()}
-    return list(parts.values()) if all(isinstance(key, int) for key in parts) else parts

@@ -71,28 +71,28 @@ class Vector:
 
     def __init__(self, env_id: str, level: Any, cells: int, threads: int) -> None:
         self._env: Any = gym.make_vec(env_id, num_envs=cells, level=level, threads=threads)
-        self._taps, self._steps = list[Tap](), dict[int, int]()
+        self._taps, self._steps = list[Tap](), list[int]()
         for plant in plants(self._env.unwrapped.core.cell):
             for physics in (plant, *([plant.free] if hasattr(plant, "free") else [])):  # with and without the robot
                 physics.batch = Tap(physics.batch)
                 self._taps.append(physics.batch)
         self._info, self._rng = self._env.reset(seed=SEED)[1], np.random.default_rng(SEED)
 
-    def step(self, turn: int) -> None:
+    def step(self) -> None:
         """Throw once in every cell."""
         for tap in self._taps:
             tap.calls = []
         self._info = self._env.step(action_of(self._env, self._info, self._rng))[-1]
-        self._steps[turn] = sum(tap.steps for tap in self._taps)
+        self._steps.append(sum(tap.steps for tap in self._taps))
 
-    def repeat(self, _: int) -> None:
+    def repeat(self) -> None:
         """The physics of the last step alone: what planning, references and bookkeeping leave to it."""
         for tap in self._taps:
             tap.repeat()
 
     def steps(self) -> float:
-        """Physics steps of a step of all cells, on average."""
-        return mean(self._steps.values())
+        """Physics steps of a step of all cells, on average without the first, which warms up."""
+        return mean(self._steps[1:])
 
 
 class Singles:
@@ -103,7 +103,7 @@ class Singles:
         self._infos = [env.reset(seed=SEED + row)[1] for row, env in enumerate(self._envs)]
         self._rng = np.random.default_rng(SEED)
 
-    def step(self, _: int) -> None:
+    def step(self) -> None:
         """One step of every environment."""
         for row, env in enumerate(self._envs):
             _, _, terminated, truncated, self._infos[row] = env.step(action_of(env, self._infos[row], self._rng))
@@ -135,7 +135,7 @@ def environment(env_id: str, options: Options) -> Iterator[Row]:
     first: Place = (*place, "vector", 0, "singles_throws_per_s")
     yield Timing((*place, "singles_throws_per_s"), first, "1/s", options.singles)
     for k, level in enumerate(levels):
-        loop: Callable[[int], None] | Place = Singles(env_id, level, options.singles).step
+        loop: Callable[[], None] | Place = Singles(env_id, level, options.singles).step
         for n, threads in enumerate(options.threads, k * len(options.threads)):
             row = (*place, "vector", n)
             yield Count((*row, "level"), level if isinstance(level, str) else level["name"])
@@ -170,13 +170,13 @@ def one_joint_rows(row: Place, cell: OneJointCell, cells: int) -> Iterator[Row]:
     """Rows of one task: a round is a plan for every cell, the simulated throw, the camera's estimate and new goals."""
     context, last = cell.context, list[Floats]()
 
-    def plan(_: int) -> None:
+    def plan() -> None:
         cell.planner.plan(context.goal, context.part)
 
-    def fly(_: int) -> None:
+    def fly() -> None:
         last[:] = [cell.plant.fly(context, context.plans).last_step]
 
-    def throw(_: int) -> None:
+    def throw() -> None:
         cell.throw(cell.planner.plan(cell.context.goal, cell.context.part))
 
     def steps() -> float:
@@ -202,7 +202,7 @@ def gripper(options: Options) -> Iterator[Row]:
         yield Timing((*row, "throws_per_cpu_s"), whole, "1/s", options.cells, clock=CPU)
 
 
-def toss(cell: GripperCell, _: int) -> None:
+def toss(cell: GripperCell) -> None:
     """A round of the gripper robot, without corrections."""
     cell.throw(corrected(MODES["release"], cell.planner, cell.context, np.zeros((cell.count, 3)), np.ones(3))[0])
 

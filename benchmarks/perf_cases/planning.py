@@ -7,11 +7,11 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from functools import partial
-from pathlib import Path
+from itertools import cycle
 from statistics import median
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
@@ -50,7 +50,14 @@ begin = time.perf_counter()
 planning.plan_release((-0.2, -0.25, -0.85), (0.3, 0.4, -0.85), planning.MotionLimits.t3kr(40), ceiling=-0.75)
 print(time.perf_counter() - begin)
 """
-Throws = tuple[Floats, Floats, MotionLimits]
+
+
+class Throws(NamedTuple):
+    """Throws by their picks and targets (N, 3)."""
+
+    picks: Floats
+    targets: Floats
+    limits: MotionLimits
 
 
 def planner(options: Options) -> Iterator[Row]:
@@ -61,18 +68,18 @@ def planner(options: Options) -> Iterator[Row]:
     throws, size = belt_throws(SCENE), options.size(BATCH)
     for name, (rows, ceiling) in kinds(throws).items():
         one, many = partial(plan_release, ceiling=ceiling), partial(plan_release_batch, ceiling=ceiling)
-        plan_one, plan_many = solver(one, some(throws, rows[:SINGLE])), solver(many, [part(throws, rows, size)])
-        plan_cells = solver(many, [part(throws, rows, CELLS)])
-        yield Timing(("plan_release_us", name), plan_one, repeats=SINGLE, statistic=median)
-        yield Timing(("batch_plans_per_s", name), plan_many, "1/s", size, statistic=median)
-        yield Timing(("batch_of_64_us", name), plan_cells, repeats=140, statistic=median)
+        large, small = (take(throws, np.resize(rows, count)) for count in (size, CELLS))
+        yield Timing(("plan_release_us", name), solver(one, throws, rows[:SINGLE]), repeats=SINGLE, statistic=median)
+        yield Timing(("batch_plans_per_s", name), partial(many, *large), "1/s", size, statistic=median)
+        yield Timing(("batch_of_64_us", name), partial(many, *small), repeats=140, statistic=median)
     yield Count(("first_plan_s",), lambda: first_plans(options.size(STARTS)))
-    tasks, slow = some(throws, np.arange(NLP)), ("method_1_slsqp_median_us",)
-    yield Timing(slow, solver(method_1, tasks), repeats=NLP, statistic=median)
-    yield Timing(("method_2_median_us",), solver(method_2, tasks), repeats=NLP, statistic=median)
+    rows, slow = np.arange(NLP), ("method_1_slsqp_median_us",)
+    yield Timing(slow, solver(method_1, throws, rows), repeats=NLP, statistic=median)
+    yield Timing(("method_2_median_us",), solver(method_2, throws, rows), repeats=NLP, statistic=median)
     yield Timing(("slsqp_over_exact",), slow, "x", statistic=median, over=("plan_release_us", "free"))
-    path, times = long_path()
-    yield Timing(("sample_64x25_at_256_ms",), lambda _: path.sample(times), "ms", repeats=50, statistic=median)
+    path = long_path()
+    sample = partial(path.sample, np.linspace(0.0, float(path.duration.max()), 256))
+    yield Timing(("sample_64x25_at_256_ms",), sample, "ms", repeats=50, statistic=median)
 
 
 def belt_throws(count: int) -> Throws:
@@ -80,7 +87,7 @@ def belt_throws(count: int) -> Throws:
     rng = np.random.default_rng(7)
     picks = np.stack([rng.uniform(-0.4, 0.4, count), rng.uniform(-0.6, 0.6, count), np.full(count, -0.85)], axis=1)
     targets = rng.uniform((-0.9, -0.9, -1.1), (0.9, 0.9, -0.7), (count, 3))
-    return picks, targets, MotionLimits.t3kr(rng.uniform(15.0, 100.0, count))
+    return Throws(picks, targets, MotionLimits.t3kr(rng.uniform(15.0, 100.0, count)))
 
 
 def kinds(throws: Throws) -> dict[str, tuple[Ints, float | None]]:
@@ -93,50 +100,37 @@ def kinds(throws: Throws) -> dict[str, tuple[Ints, float | None]]:
     }
 
 
-def some(throws: Throws, rows: Ints) -> list[tuple[Any, ...]]:
-    """Single throws of these rows."""
-    return [tuple(take(each, int(row)) for each in throws) for row in rows]
+def solver(plan: Callable[..., object], throws: Throws, rows: Ints) -> Callable[[], None]:
+    """Plans the next of these throws in each call; throws without a plan count like any other."""
+    tasks = cycle([take(throws, int(row)) for row in rows])
 
-
-def part(throws: Throws, rows: Ints, size: int) -> tuple[Any, ...]:
-    """A batch of these rows, repeated if there are too few."""
-    return tuple(take(each, np.resize(rows, size)) for each in throws)
-
-
-def solver(plan: Callable[..., object], tasks: Sequence[tuple[Any, ...]]) -> Callable[[int], None]:
-    """Plans another task in each turn; tasks without a plan count like any other."""
-
-    def call(turn: int) -> None:
+    def call() -> None:
         with contextlib.suppress(InfeasibleThrow):
-            plan(*tasks[turn % len(tasks)])
+            plan(*next(tasks))
 
     return call
 
 
 def first_plans(starts: int) -> dict[str, float]:
-    """The first plan after an installation, and of every process later, each the least of a few [s]."""
-    new, later = [], []
+    """The first plan after an installation, and of every process later, each the least of a few [s].
+
+    Each loads the compiler, and reads the machine code or makes it.
+    """
+    seconds, command = [], [sys.executable, "-c", FIRST_PLAN]
     for _ in range(starts):
-        with tempfile.TemporaryDirectory() as folder:
-            new.append(first_plan(Path(folder)))
-            later.append(first_plan(Path(folder)))
-    return {"after_installation": min(new), "of_a_process": min(later)}
+        with tempfile.TemporaryDirectory() as cache:
+            environment = {**os.environ, "NUMBA_CACHE_DIR": cache}
+            start = partial(subprocess.run, command, env=environment, capture_output=True, text=True, check=True)
+            seconds.append([float(start().stdout) for _ in range(2)])
+    return dict(zip(("after_installation", "of_a_process"), np.min(seconds, axis=0).tolist(), strict=True))
 
 
-def first_plan(cache: Path) -> float:
-    """Seconds to the first plan of a process, which loads the compiler and reads the machine code or makes it."""
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache)}
-    command = [sys.executable, "-c", FIRST_PLAN]
-    return float(subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout)
-
-
-def long_path() -> tuple[JerkTrajectory, Floats]:
-    """64 paths of 25 segments, and 256 times [s]."""
+def long_path() -> JerkTrajectory:
+    """64 paths of 25 segments."""
     rng = np.random.default_rng(8)
     moves = [rest_to_rest(rng.normal(size=(64, 3)), MotionLimits.t3kr(40)) for _ in range(4)]
     joined = JerkTrajectory.concatenate(np.zeros((64, 3)), moves)
-    path = JerkTrajectory(joined.start, joined.durations[:, :25], joined.jerks[:, :25])
-    return path, np.linspace(0.0, float(path.duration.max()), 256)
+    return JerkTrajectory(joined.start, joined.durations[:, :25], joined.jerks[:, :25])
 
 
 def free_direction(percent: float, options: Options) -> Iterator[Row]:
@@ -146,23 +140,22 @@ def free_direction(percent: float, options: Options) -> Iterator[Row]:
     targets = rng.uniform((-0.5, 0.25, -0.85), (0.5, 0.75, -0.85), (PICKS, 3))
     mover, context, losses = mover_of(percent), picks_of(picks, targets, percent), dict[int, float]()
 
-    def plan(size: int, turn: int) -> Flown:
-        rows = slice(size * turn % PICKS, size * turn % PICKS + size)
+    def plan(begins: Iterator[int], size: int) -> Flown:
+        rows = slice(begin := next(begins), begin + size)
         return fly(mover, take(context, rows), following[rows])
 
-    def optimum(turn: int) -> None:
-        k = turn % len(rows)
-        row = rows[k]
+    def optimum() -> None:
+        k, row = next(rows)
         throw = fastest_throw(
             picks[row], targets[row], following[row], limits_at(percent), ceiling=LOW, tolerance=CYCLE.tolerance
         )
         losses[k] = float(throws.path.duration[k]) / throw.duration - 1.0
 
-    throws, place = plan(PICKS, 0), ("by_percent", f"{percent:.0f}")
-    rows = np.flatnonzero(throws.good)
+    throws, place = plan(iter([0]), PICKS), ("by_percent", f"{percent:.0f}")
+    rows = cycle(enumerate(np.flatnonzero(throws.good)[:OPTIMA]))
     yield Count(("picks",), PICKS)
     for size in (1, 16, 256, PICKS):
-        call, repeats = partial(plan, size), max(7, 64 // size)
+        call, repeats = partial(plan, cycle(range(0, PICKS, size)), size), max(7, 64 // size)
         yield Timing((*place, "us_per_pick", str(size)), call, "us", size, repeats, median)
     yield Count((*place, "straight_share"), float(np.sum(throws.release.straight)) / PICKS)
     yield Count((*place, "infeasible_share"), float(np.mean(~throws.good)))
@@ -180,8 +173,8 @@ def one_joint_batch(options: Options) -> Iterator[Row]:
         calls = {"releases": (release_states_batch, rows), "plans": (plan_throws, rows)}
         calls["plans_from_release"] = plan_releases, release_states_batch(rows).u
         for name, (plan, given) in calls.items():
-            yield Timing(("batch", f"{name}_us_at_{count}"), lambda _, p=plan, g=given: p(g), count=count)
-    yield Timing(("batch", "all_releases_of_one_goal_us"), lambda _: release_states(goals[0]))
+            yield Timing(("batch", f"{name}_us_at_{count}"), partial(plan, given), count=count)
+    yield Timing(("batch", "all_releases_of_one_goal_us"), partial(release_states, goals[0]))
     for name, box in (("success", None), ("success_wide", WIDE)):
         rows = random_goals(np.random.default_rng(7), options.size(GOALS), box=box).goal
         yield Count(("batch", name), float(plan_throws(rows).feasible.mean()))
@@ -204,22 +197,19 @@ def one_joint_solvers(options: Options) -> Iterator[Row]:
 
 def solves(name: str, goals: Floats, **given: str | int) -> Iterator[Row]:
     """Rows of one solver; a plan is good where it keeps every limit at 1 kHz."""
-    plans: dict[int, ThrowPlan | None] = {}
+    plans, rows = dict[int, ThrowPlan | None](), cycle(enumerate(goals))
 
-    def call(turn: int) -> None:
-        row = turn % len(goals)
-        plans[row] = None
+    def call() -> None:
+        k, goal = next(rows)
+        plans[k] = None
         with contextlib.suppress(UnreachableGoal):
-            plans[row] = plan_throw(goals[row], **given)  # type: ignore[arg-type]
+            plans[k] = plan_throw(goal, **given)  # type: ignore[arg-type]
 
     def shares() -> dict[str, float]:
         solved = [plan for plan in plans.values() if plan is not None]
         margins = [motion_margins(plan.motion, np.array([plan.radius]), Arm(), Block()) for plan in solved]
         good, starts = sum(bool((each > 0.0).all()) for each in margins), sum(plan.starts for plan in solved)
-        return {
-            "success": good / len(plans),
-            "success_per_start": sum(plan.solved for plan in solved) / max(starts, 1),
-        }
+        return {"success": good / len(plans), "success_per_start": sum(p.solved for p in solved) / max(starts, 1)}
 
     yield Count((name,), shares)
     yield Timing((name, "median_ms"), call, "ms", repeats=len(goals), statistic=median)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 
 import mujoco
 import numpy as np
@@ -39,7 +40,7 @@ def t3kr(options: Options) -> Iterator[Row]:
     rows = options.size(ROWS)
     motion = circles(rows, np.arange(STEPS) * 1e-3)
     exact, count = ("references", "exact_us_per_sample"), rows * STEPS
-    yield Timing(exact, lambda _: exact_references(joint_knots(*motion, RADIUS)), count=count, repeats=3)
+    yield Timing(exact, lambda: exact_references(joint_knots(*motion, RADIUS)), count=count, repeats=3)
     for rods in ("four", "eight"):
         for timestep in (4e-4, 1e-3):
             place = "models", f"{rods}_rods", f"us_per_step_at_{1e3 * timestep:.1f}_ms"
@@ -52,13 +53,11 @@ def references(rows: int, timestep: float, stride: int) -> Iterator[Row]:
     motion, out = circles(rows, np.arange(knots) * spacing), np.ones((rows, STEPS, 17))
     solved, place = joint_knots(*motion, RADIUS), ("references", f"{1e3 * timestep:.1f}_ms")
     yield Count((*place, "knots_every_ms"), 1e3 * spacing)
-    calls: dict[str, tuple[Callable[[int], object], int]] = {
-        "us_per_sample": (lambda _: upsample(joint_knots(*motion, RADIUS), spacing, stride, out), rows * STEPS),
-        "solve_us_per_knot": (lambda _: joint_knots(*motion, RADIUS), rows * knots),
-        "upsample_us_per_sample": (lambda _: upsample(solved, spacing, stride, out), rows * STEPS),
-    }
-    for name, (call, count) in calls.items():
-        yield Timing((*place, name), call, count=count)
+    solve, sample = partial(joint_knots, *motion, RADIUS), partial(upsample, solved, spacing, stride, out)
+    whole = lambda: upsample(solve(), spacing, stride, out)  # noqa: E731
+    yield Timing((*place, "us_per_sample"), whole, count=rows * STEPS)
+    yield Timing((*place, "solve_us_per_knot"), solve, count=rows * knots)
+    yield Timing((*place, "upsample_us_per_sample"), sample, count=rows * STEPS)
 
 
 def circles(rows: int, times: Floats) -> tuple[Floats, Floats, Floats]:
@@ -73,7 +72,7 @@ def circles(rows: int, times: Floats) -> tuple[Floats, Floats, Floats]:
     )
 
 
-def rollout(rods: Rods, timestep: float) -> Callable[[int], None]:
+def rollout(rods: Rods, timestep: float) -> Callable[[], None]:
     """Rolls out two circles."""
     spec = mujoco.MjSpec()
     handles = add_t3kr(spec, rods=rods)
@@ -86,7 +85,7 @@ def rollout(rods: Rods, timestep: float) -> Callable[[int], None]:
     batch, columns = Batch(model, 2, nthread=1), qpos_columns(model, handles)
     qpos = batch.bind("qpos")
 
-    def roll(_: int) -> None:
+    def roll() -> None:
         batch.reset()
         qpos[:, columns] = start
         batch.rollout(STEPS, control)
@@ -98,32 +97,29 @@ def gripper_kinematics(options: Options) -> Iterator[Row]:
     """The gripper robot's kinematics and indices, in batches and alone."""
     poses = reachable(options.size(POSES))
     q, warm, count = inverse_kinematics(poses), poses + 1e-3, len(poses)
-    batches: dict[str, tuple[Callable[[int], object], int]] = {
-        "inverse_kinematics": (lambda _: inverse_kinematics(poses), 7),
-        "inverse_kinematics_strokes": (lambda _: inverse_kinematics(poses, strokes=True), 7),
-        "forward_kinematics": (lambda _: forward_kinematics(q), 3),
-        "forward_kinematics_warm": (lambda _: forward_kinematics(q, start=warm), 3),
-        "conditioning": (lambda _: conditioning(poses), 7),
-        "kappa": (lambda _: kappa(poses), 7),
-        "jacobian": (lambda _: jacobian(poses), 7),
-        "check_pose": (lambda _: check_pose(poses), 7),
-    }
-    alone: dict[str, Callable[[int], object]] = {
-        "inverse_kinematics": lambda _: inverse_kinematics(poses[0]),
-        "forward_kinematics": lambda _: forward_kinematics(q[0]),
-        "forward_kinematics_warm": lambda _: forward_kinematics(q[0], start=warm[0]),
+    batches: dict[str, tuple[Callable[[], object], int]] = {
+        "inverse_kinematics": (partial(inverse_kinematics, poses), 7),
+        "inverse_kinematics_strokes": (partial(inverse_kinematics, poses, strokes=True), 7),
+        "forward_kinematics": (partial(forward_kinematics, q), 3),
+        "forward_kinematics_warm": (partial(forward_kinematics, q, start=warm), 3),
+        "conditioning": (partial(conditioning, poses), 7),
+        "kappa": (partial(kappa, poses), 7),
+        "jacobian": (partial(jacobian, poses), 7),
+        "check_pose": (partial(check_pose, poses), 7),
     }
     yield Count(("poses",), float(count))
-    for name, (batch, repeats) in batches.items():
-        yield Timing((f"{name}_poses_per_s",), batch, "1/s", count, repeats)
-    for name, single in alone.items():
-        yield Timing((f"single_{name}_us",), single, repeats=SINGLE)
+    for name, (call, repeats) in batches.items():
+        yield Timing((f"{name}_poses_per_s",), call, "1/s", count, repeats)
+    alone, alone_warm = partial(forward_kinematics, q[0]), partial(forward_kinematics, q[0], start=warm[0])
+    yield Timing(("single_inverse_kinematics_us",), partial(inverse_kinematics, poses[0]), repeats=SINGLE)
+    yield Timing(("single_forward_kinematics_us",), alone, repeats=SINGLE)
+    yield Timing(("single_forward_kinematics_warm_us",), alone_warm, repeats=SINGLE)
     ends = [0, 0, -0.25, -0.8], [0, 0.05, -0.2, -0.8]
-    yield Timing(("line_motion_ms",), lambda _: line(*ends), "ms", repeats=50)
-    yield Timing(("workspace_scan_5_mm_ms",), lambda _: scan_workspace(), "ms", repeats=3)
+    yield Timing(("line_motion_ms",), partial(line, *ends), "ms", repeats=50)
+    yield Timing(("workspace_scan_5_mm_ms",), scan_workspace, "ms", repeats=3)
     positions, hull = scan_workspace(PAPER_STEP).positions, ("tau_hull_101_angles_s",)
     yield Count(("tau_hull_positions",), float(len(positions)))
-    yield Timing(hull, lambda _: tau_hull(positions), "s", repeats=3)
+    yield Timing(hull, partial(tau_hull, positions), "s", repeats=3)
     yield Timing(("tau_hull_poses_per_s",), hull, "1/s", 101 * len(positions))
 
 
