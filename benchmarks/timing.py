@@ -47,7 +47,7 @@ class Timing:
         call: what is timed, or the place of a timing that has the same call.
         unit: s, ms or us for an item, "1/s" for items per second, "x" for a ratio.
         count: items per call, known after the last turn if it is a function.
-        repeats: turns after the first one, which warms up.
+        repeats: turns after the first one, which warms up; calls that repeat as often take turns.
         statistic: of the times of all turns.
         clock: `WALL` or `CPU`.
         over: place of the timing whose time for an item is 1 in a ratio.
@@ -89,16 +89,14 @@ def figures(rows: Iterable[Row], options: Options) -> dict[Place, Any]:
 
 
 def times_in_turn(timings: Iterable[Timing], options: Options) -> Times:
-    """Times of all calls, each in its turn."""
-    calls = {
-        row.place: (row.call, options.repeats or options.size(row.repeats)) for row in timings if callable(row.call)
-    }
+    """Times of all calls; those that repeat as often take turns, others would only fill their caches."""
+    calls = {row.place: (row.call, row.repeats) for row in timings if callable(row.call)}
     times: Times = {place: [] for place in calls}
-    for turn in range(1 + max((repeats for _, repeats in calls.values()), default=0)):
-        for place, (call, repeats) in calls.items():
-            if turn <= repeats:
+    for repeats in dict.fromkeys(repeats for _, repeats in calls.values()):
+        for _ in range(1 + (options.repeats or options.size(repeats))):
+            for place in (place for place, (_, count) in calls.items() if count == repeats):
                 wall, cpu = time.perf_counter(), time.process_time()
-                call()
+                calls[place][0]()
                 times[place].append((time.perf_counter() - wall, time.process_time() - cpu))
     return {place: turns[1:] for place, turns in times.items()}
 

@@ -47,14 +47,15 @@ def test_figures_are_times_of_an_item_rates_and_ratios_of_items(monkeypatch: pyt
     assert values == {"slow": [2000.0, 6.0], "fast": 20.0, "ratio": 20.0, "seen": {"now": 30.0, "level": "waste"}}
 
 
-def test_what_is_compared_is_timed_in_turn_after_a_first_call_of_each() -> None:
+def test_calls_that_repeat_as_often_take_turns_after_a_first_call_of_each() -> None:
     turns: list[str] = []
-    rows = [Timing((name,), partial(turns.append, name), repeats=count) for name, count in (("a", 20), ("b", 30))]
+    repeats = {"a": 20, "b": 30, "c": 20}
+    rows = [Timing((name,), partial(turns.append, name), repeats=count) for name, count in repeats.items()]
     timing.figures(rows, Options(quick=True))
-    assert "".join(turns) == "abababb"
+    assert "".join(turns) == "acacacbbbb"
     turns.clear()
     timing.figures(rows, Options(quick=True, repeats=1))
-    assert "".join(turns) == "abab"
+    assert "".join(turns) == "acacbb"
 
 
 def form(value: Any) -> Any:
