@@ -137,12 +137,14 @@ def test_books_of_a_line_that_do_not_agree_are_found(monkeypatch: pytest.MonkeyP
 
     def lost(*given: Any) -> dict[str, Any]:
         found = told(*given)
-        return {**found, "shift_passed": found["shift_passed"] - 1, "shift_utilisation": found["shift_utilisation"] + 1}
+        wrong = {"passed": found["shift_passed"] - 1, "sorted": found["shift_sorted"] + 1}  # the sum is right
+        wrong["utilisation"] = found["shift_utilisation"] + 1
+        return {**found, **{f"shift_{name}": figure for name, figure in wrong.items()}}
 
     with monkeypatch.context() as patch:
         patch.setattr("pnt_gym.cells.line.core.told", lost)
         said = soak.soaked("PnTLine-v0", level, 1)
-    assert any(re.search(r"line \d+: passed is \d+, and \d+ by a count", find) for find in said)
+    assert any(re.search(r"line \d+: sorted is \d+, and \d+ by a count", find) for find in said)
     assert any(" of their time" in find for find in said)
 
 
