@@ -8,7 +8,6 @@ Run: python benchmarks/study_robots.py --json robots.json      (a minute)
 
 from __future__ import annotations
 
-import sys
 from argparse import Namespace
 from collections.abc import Callable
 from typing import Any, Final
@@ -16,8 +15,7 @@ from typing import Any, Final
 import numpy as np
 
 from agents.files import write_json
-from benchmarks.perf_cases.cells import begun
-from benchmarks.study import Floats, study_options, study_parser
+from benchmarks.study import Floats, draw_first, study_options, study_parser
 from pnt_gym.cells.base.action import corrected
 from pnt_gym.cells.gripper.action import MODES
 from pnt_gym.cells.gripper.cell import GripperCell
@@ -31,7 +29,7 @@ LEVELS: Final = ("nominal", "ideal", "patient", "late", "drop", "belt")
 
 def one_joint_errors(step: float, options: Namespace) -> dict[str, float]:
     """Largest miss of throws to drawn goals without any mismatch."""
-    cell = begun(
+    cell = draw_first(
         OneJointCell(OneJointConfig.load("ideal", timestep=step), options.throws, options.threads), options.seed
     )
     outcome = cell.preview(cell.context.plans)
@@ -48,7 +46,7 @@ def one_joint_errors(step: float, options: Namespace) -> dict[str, float]:
 def tossing(level: str, options: Namespace, **changes: Any) -> GripperCell:
     """Cells of the gripper robot with their first throws drawn."""
     config = GripperConfig.load(level, **changes)
-    return begun(GripperCell(config, options.throws, options.threads), options.seed)
+    return draw_first(GripperCell(config, options.throws, options.threads), options.seed)
 
 
 def toss_plans(cell: GripperCell, correction: Floats) -> TossPlans:
@@ -121,10 +119,8 @@ def main() -> None:
         for case in cases:
             row = study(case, options)
             result.setdefault(name, []).append(row)
-            print(
-                f"{name}: {', '.join(f'{k} {v:.4g}' if isinstance(v, float) else f'{k} {v}' for k, v in row.items())}"
-            )
-            sys.stdout.flush()
+            said = ", ".join(f"{k} {v:.4g}" if isinstance(v, float) else f"{k} {v}" for k, v in row.items())
+            print(f"{name}: {said}", flush=True)
     if options.json is not None:
         write_json(options.json, result)
 

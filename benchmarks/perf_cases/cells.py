@@ -7,12 +7,13 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from itertools import product
 from statistics import mean
-from typing import Any, TypeVar
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
 
 from benchmarks.checks import choices
+from benchmarks.study import draw_first
 from benchmarks.timing import CPU, Count, Options, Place, Row, Timing
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.action import corrected
@@ -36,7 +37,6 @@ LEVELS = {
 """What is measured where no level is asked for; the other environments at their default."""
 ACTIONS = 0.1
 """Random actions up to this: large enough to be planned for, too small to be shortened often."""
-CellT = TypeVar("CellT", OneJointCell, GripperCell)
 
 
 class Tap:
@@ -163,7 +163,7 @@ def one_joint(options: Options) -> Iterator[Row]:
     for n, (task, threads) in enumerate(product(("throw", "sort", "assembly"), options.threads)):
         cell = OneJointCell(OneJointConfig.load("nominal", task=task), options.cells, threads)
         yield Count(("rates", n), {"task": task, "cells": options.cells, "threads": threads})
-        yield from one_joint_rows(("rates", n), begun(cell), options.cells)
+        yield from one_joint_rows(("rates", n), draw_first(cell, SEED), options.cells)
 
 
 def one_joint_rows(row: Place, cell: OneJointCell, cells: int) -> Iterator[Row]:
@@ -198,16 +198,10 @@ def gripper(options: Options) -> Iterator[Row]:
         cell, row = GripperCell(GripperConfig.load(level), options.cells, threads), ("rates", n)
         whole = (*row, "throws_per_s")
         yield Count(row, {"level": level, "cells": options.cells, "threads": threads})
-        yield Timing(whole, partial(toss, begun(cell)), "1/s", options.cells, ROUNDS)
+        yield Timing(whole, partial(toss, draw_first(cell, SEED)), "1/s", options.cells, ROUNDS)
         yield Timing((*row, "throws_per_cpu_s"), whole, "1/s", options.cells, clock=CPU)
 
 
 def toss(cell: GripperCell) -> None:
     """A round of the gripper robot, without corrections."""
     cell.throw(corrected(MODES["release"], cell.planner, cell.context, np.zeros((cell.count, 3)), np.ones(3))[0])
-
-
-def begun(cell: CellT, seed: int = SEED) -> CellT:
-    """The same cells with their first throws drawn."""
-    cell.reset(np.arange(cell.count), [np.random.default_rng([seed, row]) for row in range(cell.count)])
-    return cell
