@@ -9,7 +9,6 @@ Run: python benchmarks/study_training.py --json results/training.json      (an h
 
 from __future__ import annotations
 
-import argparse
 import sys
 import tempfile
 import time
@@ -33,7 +32,8 @@ from agents.learning.hyperparameters import hyperparameters
 from agents.learning.progress import Stop
 from agents.learning.sb3 import build
 from agents.learning.vec_env import SameStepVecEnv
-from agents.train import learn
+from agents.lessons.course import learn
+from benchmarks.checks import check_parser
 
 ENV: Final = "PnTRelease-v0"
 LEVEL: Final = "waste"
@@ -115,7 +115,7 @@ def started(file: Path, head: dict[str, Any]) -> dict[str, Any]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = check_parser(__doc__)
     parser.add_argument("--picks", type=int, default=1000, help="held-out throws by which a policy is judged")
     parser.add_argument("--most", type=int, default=MOST, help="throws to learn from")
     parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1])
