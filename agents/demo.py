@@ -5,15 +5,14 @@ from __future__ import annotations
 from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Final
+from typing import Final
 
-from .controllers import make_controller
 from .ground.cli import at_least, run
-from .ground.environments import make_vector
 from .ground.places import POLICY
-from .ground.tables import comparison_table, console, throws_bar
-from .judging.evaluation import NUM_ENVS, PRACTICE, held_out, practise
-from .judging.throws import summary
+from .ground.tables import console, throws_bar
+from .judging.evaluation import compare
+from .judging.trial import NUM_ENVS, PRACTICE
+from .judging.trials import open_trial
 from .learning.runs import read_arguments
 
 PEERS: Final = {"analytic": ("analytic", 0), "virtual_goal": ("virtual_goal", PRACTICE)}
@@ -37,18 +36,17 @@ def main(arguments: Arguments) -> None:
     at_least(vars(arguments), picks=1, threads=1, seed=0)
     asked = read_arguments(POLICY)
     entries = {**PEERS, f"trained policy ({asked['algo']})": (str(POLICY), asked["steps"])}
-    rows: list[tuple[str, int, dict[str, Any]]] = []
-    made = make_vector(asked["env"], asked["level"], NUM_ENVS, arguments.threads, asked["action_mode"])
-    with closing(made) as cell, throws_bar() as bar:
-        for label, (name, throws) in entries.items():
-            advance = partial(bar.advance, bar.add_task(label, total=arguments.picks))
-            controller = make_controller(name, cell)
+    opened = open_trial(asked["env"], asked["level"], NUM_ENVS, arguments.threads, asked["action_mode"])
+    with closing(opened) as trial, throws_bar() as bar:
+        controllers = [(label, trial.controller(name), throws) for label, (name, throws) in entries.items()]
+        for _, controller, _ in controllers:
             controller.reset(arguments.seed)
-            practise(controller, cell, throws, arguments.seed)
-            found = held_out(controller, cell, arguments.picks, arguments.seed, progress=advance)
-            rows.append((label, throws, summary(found)))
-    title = f"{asked['env']}, level {asked['level']}: the same {arguments.picks} throws each"
-    console().print(comparison_table(title, rows))
+        rows = compare(
+            trial, controllers, arguments.picks, arguments.seed, practice_seed=arguments.seed,
+            progress=lambda label: partial(bar.advance, bar.add_task(label, total=arguments.picks)),
+        )  # fmt: skip
+        title = f"{asked['env']}, level {asked['level']}: the same {arguments.picks} {trial.unit} each"
+    console().print(trial.record.comparison(title, rows))
 
 
 if __name__ == "__main__":

@@ -15,7 +15,8 @@ from .ground.cli import run
 from .ground.environments import make_vector
 from .ground.tables import Grid, console
 from .ground.versions import versions
-from .judging.evaluation import NUM_ENVS, thrown
+from .judging.throws.trial import thrown
+from .judging.trial import NUM_ENVS
 
 
 @dataclass(frozen=True)

@@ -2,35 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import tyro
 
-from pnt_gym.cells.base.view import record_video
-from pnt_gym.cells.line.config import LineConfig
-
-from .controllers import Learner, load_state, make_controller, save_state
-from .controllers.protocol import Controller
-from .dispatchers.registry import line_controller, line_of, opened, the_line
-from .dispatchers.release import releaser
-from .ground.cli import UsageError, at_least, option, run
-from .ground.environments import Env, make_vector, stream_seed
-from .ground.outputs import VIDEOS, check_ending, check_writable, deliver, deliver_json, deliver_text
-from .ground.tables import console, shifts_table, summary_table, throws_bar
-from .judging.evaluation import NUM_ENVS, evaluate, usual_picks, usual_practice
-from .judging.work_shifts import SHIFTS
-from .judging.work_shifts import judged as shifts_judged
+from .controllers import Learner, save_state
+from .controllers.state import steps_to_practise
+from .ground.cli import at_least, option, run
+from .ground.outputs import VIDEOS, check_ending, check_writable, deliver_json, deliver_text
+from .ground.tables import console
+from .judging.evaluation import judge
+from .judging.trial import NUM_ENVS
+from .judging.trials import check_options, open_trial
 from .learning.trained import setting
-from .pictures.film import SECONDS, decisions
-from .pictures.gantt import gantt
-
-OF_LINES = ("shifts", "release", "throws", "picture", "video")
-OF_THROWS = ("picks", "practice", "online", "load", "save")
-"""Options that only one kind of environment has a use for."""
+from .pictures.stage import Stage
 
 
 @dataclass(frozen=True)
@@ -51,7 +39,7 @@ class Arguments:
     """A shipped level's name or a YAML file."""
     picks: Annotated[int | None, option("200; whole shifts on PnTAdapt-v0", "N")] = None
     """Throws to count."""
-    shifts: Annotated[int | None, option(f"{SHIFTS}", "N")] = None
+    shifts: Annotated[int | None, option("32", "N")] = None
     """Shifts to count, of a line."""
     release: Annotated[str | None, option("analytic", "NAME|RUN_DIR")] = None
     """Who corrects the throws of a line that are simulated: a controller or a run folder of PnTRelease-v0."""
@@ -87,98 +75,33 @@ def main(arguments: Arguments) -> None:
     check_writable(arguments.json, arguments.save, arguments.picture, arguments.video)
     check_ending("video", arguments.video, VIDEOS)
     env_id, level, mode = setting(arguments.controller, arguments.env, arguments.level, arguments.action_mode)
-    with closing(opened(env_id, level, arguments.num_envs, arguments.threads, mode, arguments.throws)) as env:
-        if line_of(env) is not None:
-            judge_line(env, env_id, arguments)
-            return
-        check_settings(arguments, OF_LINES, "goes with a line, such as PnTLine-v0")
-        controller = make_controller(arguments.controller, env, trust=arguments.trust)
+    opened = open_trial(env_id, level, arguments.num_envs, arguments.threads, mode, arguments.throws)
+    with closing(opened) as trial:
+        check_options(trial, vars(arguments), env_id)
+        trial.correct_throws(arguments.release)
+        controller = trial.controller(arguments.controller, trust=arguments.trust)
         controller.reset(arguments.seed)
-        practice = prepare(controller, arguments)
-        found = judge(controller, env, arguments, practice)
-    if isinstance(controller, Learner) and arguments.save is not None:
+        usual, files = trial.practice(controller), (arguments.load, arguments.save)
+        practice = steps_to_practise(controller, usual, arguments.practice, *files)
+        count = getattr(arguments, trial.option, None) or trial.count()
+        record = judge(trial, controller, count, arguments.seed, practice=practice, online=arguments.online)
+        name, config = trial.core.config.name, trial.core.config
+    if arguments.save is not None and isinstance(controller, Learner):
         save_state(controller, arguments.save)
-    title = f"{controller.name} on {env_id}, level {found['level']}, {found['picks']} throws, seed {arguments.seed}"
-    title += f", after {found['practice']} practice throws" if found["practice"] else ""
-    console().print(summary_table(title, found))
-    if arguments.json is not None:
-        deliver_json(arguments.json, found | {"env": env_id, "controller": arguments.controller})
-        console().print(f"every throw is in {arguments.json}")
-
-
-def judge_line(env: Env, env_id: str, arguments: Arguments) -> None:
-    """Work shifts of a line, print the table, write the JSON."""
-    check_settings(arguments, OF_THROWS, "goes with throws, and not with a line")
-    controller = worker(env, arguments)
-    shifts = SHIFTS if arguments.shifts is None else arguments.shifts
-    with throws_bar() as bar:
-        task = bar.add_task("shifts", total=shifts)
-        found = shifts_judged(controller, env, shifts, arguments.seed, lambda count: bar.advance(task, count))
-    if arguments.picture is not None:
-        deliver_text(arguments.picture, gantt(found))
-    console().print(shifts_table(f"{controller.name} on {env_id}, level {found['level']}, {shifts} shifts", found))
+    report = {"level": name, "seed": arguments.seed, "practice": practice, **record.report()}
+    title = f"{controller.name} on {env_id}, level {name}, {count} {trial.unit}, seed {arguments.seed}"
+    title += f", after {practice} practice {trial.step}s" if practice else ""
+    console().print(record.table(title, report))
+    if arguments.picture is not None and (drawing := record.picture()) is not None:
+        deliver_text(arguments.picture, drawing)
     if arguments.video is not None:
-        film(env_id, the_line(env).config, arguments, arguments.video)
+        given, trust = (arguments.controller, env_id, config, arguments.seed), arguments.trust
+        with closing(Stage(*given, trust=trust, release=arguments.release)) as stage:
+            stage.film(arguments.video)
+        console().print(f"a film of the first {trial.step}s is in {arguments.video}")
     if arguments.json is not None:
-        told = {"env": env_id, "controller": arguments.controller, "release": arguments.release or "analytic"}
-        deliver_json(arguments.json, told | found)
-        console().print(f"every decision is in {arguments.json}")
-
-
-def worker(env: Env, arguments: Arguments) -> Controller:
-    """Who decides on a line, whose throws are corrected as asked for."""
-    core = the_line(env)
-    if arguments.release is not None:
-        core.use(releaser(arguments.release, core))
-    controller = line_controller(arguments.controller, core)
-    controller.reset(arguments.seed)
-    return controller
-
-
-def film(env_id: str, level: LineConfig, arguments: Arguments, file: Path) -> None:
-    """Work the begin of the first shift once more, on one line, and film it."""
-    with closing(make_vector(env_id, level, 1, 1)) as env:
-        shown = decisions(worker(env, arguments), env, stream_seed("evaluate", arguments.seed), SECONDS)
-        deliver(file, lambda path: record_video(the_line(env).view(), shown, path))
-    console().print(f"a film of its first shift is in {file}")
-
-
-def check_settings(arguments: Arguments, names: Sequence[str], said: str) -> None:
-    """Make sure that options that mean nothing here were not given.
-
-    Raises:
-        UsageError: one was.
-    """
-    for name in names:
-        if getattr(arguments, name) not in (None, False):
-            raise UsageError(f"--{name.replace('_', '-')} {said}")
-
-
-def judge(controller: Controller, env: Env, arguments: Arguments, practice: int) -> dict[str, Any]:
-    """Practise and evaluate with a bar for each."""
-    picks = usual_picks(env) if arguments.picks is None else arguments.picks
-    seed, online = arguments.seed, arguments.online
-    with throws_bar() as bar:
-        totals = {"practice": practice, "evaluation": picks}
-        tasks = {name: bar.add_task(name, total=total) for name, total in totals.items() if total}
-
-        def show(name: str, throws: int) -> None:
-            bar.advance(tasks[name], throws)
-
-        return evaluate(controller, env, picks, seed, practice=practice, online=online, progress=show)
-
-
-def prepare(controller: Controller, arguments: Arguments) -> int:
-    """Load what a learning controller knows; returns the throws it is to practise."""
-    if isinstance(controller, Learner):
-        if arguments.load is None:
-            return usual_practice(controller) if arguments.practice is None else arguments.practice
-        load_state(controller, arguments.load)
-        return arguments.practice or 0
-    for name in ("load", "save"):
-        if getattr(arguments, name) is not None:
-            raise UsageError(f"--{name}: controller {controller.name!r} learns nothing that could be kept")
-    return 0
+        deliver_json(arguments.json, {"env": env_id, "controller": arguments.controller, **report})
+        console().print(f"every {trial.step} is in {arguments.json}")
 
 
 if __name__ == "__main__":

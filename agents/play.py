@@ -10,7 +10,7 @@ from typing import Annotated, Final, Literal
 import numpy as np
 import tyro
 
-from pnt_gym.cells.base.view import View, record_video
+from pnt_gym.cells.base.view import View
 from pnt_gym.engine import has_display
 
 from .ground.cli import UsageError, at_least, option, run
@@ -18,8 +18,7 @@ from .ground.environments import find_environment
 from .ground.outputs import PICTURES, VIDEOS, check_ending, check_writable, deliver
 from .ground.tables import console
 from .learning.trained import setting
-from .pictures.film import SECONDS
-from .pictures.stage import PICKS, Stage
+from .pictures.stage import Stage
 
 RATE: Final = 60
 """Frames per second among which a picture is chosen."""
@@ -51,7 +50,7 @@ class Arguments:
     port can use it."""
     throws: Annotated[Literal["table", "flight", "full"] | None, option("the level's own", "table|flight|full")] = None
     """What becomes of the throws of a line."""
-    picks: Annotated[int | None, option(f"{PICKS}; of a line those of {SECONDS:g} s", "N")] = None
+    picks: Annotated[int | None, option("5; of a line those of 12 s", "N")] = None
     """Throws of a video, or decisions of a line."""
     at: float = 0.4
     """Moment of the picture, after the throw's first motion, or of a line's shift [s]."""
@@ -77,8 +76,7 @@ def main(arguments: Arguments) -> None:
         return
     with closing(stage_of(arguments, arguments.controller, arguments.level)) as stage:
         if arguments.video is not None:
-            throws = stage.filmed(arguments.picks)
-            deliver(arguments.video, lambda path: record_video(stage.view, throws, path, slow=arguments.slow))
+            stage.film(arguments.video, arguments.picks, arguments.slow)
             console().print(f"video in {arguments.video}")
         elif arguments.picture is not None:
             stage.advance(arguments.at)

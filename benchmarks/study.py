@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from agents.judging.throws import results
+from agents.judging.throws.data import results
 from benchmarks.checks import check_parser
 from pnt_gym.cells.base.core import Cell, Core
 from pnt_gym.cells.conveyor.cell import ConveyorCell, Picks

@@ -23,7 +23,7 @@ from agents.ground.environments import make_vector, stream_seed
 from agents.ground.files import write_json
 from agents.ground.places import POLICY, SHIPPED
 from agents.ground.versions import versions
-from agents.judging.work_shifts import Shifts, worked
+from agents.judging.work_shifts.data import Shifts, worked
 from benchmarks.checks import check_parser
 from pnt_gym.cells.line.core import LineCore
 

@@ -25,14 +25,15 @@ from agents.controllers.own import run_policy
 from agents.controllers.protocol import Controller
 from agents.ground.environments import Env, core_of, make_vector
 from agents.ground.files import read_json, write_json
-from agents.judging.evaluation import NUM_ENVS, held_out, practise
-from agents.judging.throws import summary
+from agents.judging.throws.data import summary
+from agents.judging.throws.trial import held_out, practise
+from agents.judging.trial import NUM_ENVS
 from agents.learning import runs
 from agents.learning.hyperparameters import hyperparameters
 from agents.learning.progress import Stop
 from agents.learning.sb3 import build
 from agents.learning.vec_env import SameStepVecEnv
-from agents.lessons.course import learn
+from agents.training.course import learn
 from benchmarks.checks import check_parser
 
 ENV: Final = "PnTRelease-v0"

@@ -25,7 +25,8 @@ from agents.controllers import make_controller  # noqa: E402
 from agents.dispatchers.registry import line_controller, opened, the_line  # noqa: E402
 from agents.ground.environments import core_of, make_vector, stream_seed  # noqa: E402
 from agents.ground.files import replace_file, write_text  # noqa: E402
-from agents.judging.evaluation import practise, thrown, usual_practice  # noqa: E402
+from agents.judging.evaluation import usual_practice  # noqa: E402
+from agents.judging.throws.trial import practise, thrown
 from agents.judging.work_shifts import judged  # noqa: E402
 from agents.pictures.film import decisions  # noqa: E402
 from agents.pictures.gantt import gantt  # noqa: E402

@@ -9,12 +9,12 @@ from typing import Annotated, Any
 from ..ground.cli import at_least, option, run
 from ..ground.outputs import check_writable, deliver_json
 from ..ground.places import MADE, SHIPPED
-from ..ground.tables import comparison_table, console, shifts_comparison
+from ..ground.tables import console
 from ..ground.versions import versions
 from ..jobs.cluster import Needs, pool
 from ..jobs.work import do_missing
 from .compare import assemble
-from .plan import Plan, is_of_line, needs, read_plan
+from .plan import Plan, needs, read_plan, trial_of_plan
 from .run import jobs
 
 
@@ -47,7 +47,7 @@ def main(arguments: Arguments) -> None:
     work = arguments.work or MADE / "runs" / "benchmark" / plan.name
     planned = jobs(plan)
     hands = pool(arguments.jobs, arguments.cluster, needs(plan) if arguments.cluster else Needs())
-    parts = do_missing(planned, work, hands, unit="decisions" if is_of_line(plan) else "throws")
+    parts = do_missing(planned, work, hands, unit=f"{trial_of_plan(plan).step}s")
     results = [result for part in parts for result in part["results"]]
     found = assemble(plan, results)
     head = {"plan": plan.model_dump(mode="json"), "versions": versions()}
@@ -58,14 +58,13 @@ def main(arguments: Arguments) -> None:
 
 
 def show(plan: Plan, table: list[dict[str, Any]]) -> None:
-    """One table per level; on a line over the first of the references, or over the first entry."""
+    """One table per level, with gains over the first of the references, or over the first entry."""
     base = next(iter((*plan.references, *plan.entries))).label
+    trial = trial_of_plan(plan)
     for level in plan.levels:
         rows = [(row["label"], row["throws"], row) for row in table if row["level"] == level]
-        if is_of_line(plan):
-            console().print(shifts_comparison(f"level {level}, {plan.shifts} shifts per seed", rows, base))
-        else:
-            console().print(comparison_table(f"level {level}, {plan.picks_of(level)} throws per seed", rows))
+        title = f"level {level}, {plan.count_of(trial, level)} {trial.unit} per seed"
+        console().print(trial.record.comparison(title, rows, base))
 
 
 if __name__ == "__main__":

@@ -14,9 +14,9 @@ from ..controllers import NAMES
 from ..controllers.adaptive import READY
 from ..controllers.between import MOST, OVER, PLANNER
 from ..dispatchers.registry import NAMES as DECIDING
+from ..dispatchers.registry import SEARCHED
 from ..learning.hyperparameters import hyperparameters
 from ..learning.runs import ALGORITHMS, CHOOSING
-from . import lines
 
 Count = Annotated[int, Field(ge=0)]
 Several = Annotated[int, Field(ge=2)]
@@ -44,7 +44,9 @@ class Entry(Section):
     seeds: tuple[Count, ...] | None = Field(None, description="Of the learning; default: the plan's.")
     levels: tuple[str, ...] | None = Field(None, description="To be evaluated on; default: the plan's.")
     train_level: str | None = Field(None, description="To learn on; default: the plan's.")
-    shifts: Several | None = Field(None, description="Of a line: the first so many of the plan's, for who is slow.")
+    shifts: Several | None = Field(
+        None, description="Of a line: work shifts, the first so many of the plan's; for controllers that are slow."
+    )
     config: str | None = Field(
         None, description="Of an algorithm: file of its hyperparameters; default: configs/rl/ALGO.yml, which ships."
     )
@@ -65,16 +67,16 @@ class Entry(Section):
         for name in self.also:
             if name not in NAMES:
                 raise ValueError(f"entry {self.label!r}: unknown controller {name!r} in also; known are {known}")
-        if ":" not in self.controller and not lines.is_learned(self.controller):
+        if ":" not in self.controller and not is_learned(self.controller):
             self._check_name()
         return self
 
     def _check_name(self) -> None:
         if self.controller not in (*NAMES, *DECIDING, *TRAINED):
-            known, of_line = ", ".join((*NAMES, *ALGORITHMS, "MODULE:CLASS")), ", ".join((*DECIDING, *CHOOSING))
+            known, deciding = ", ".join((*NAMES, *ALGORITHMS, "MODULE:CLASS")), ", ".join((*DECIDING, *CHOOSING))
             raise ValueError(
-                f"unknown controller {self.controller!r}; known are {known}, and of a line {of_line}, a scorer's .npz "
-                "file and a run folder"
+                f"unknown controller {self.controller!r}; known are {known}, of a line {deciding}, a scorer's .npz "
+                "file, and a run folder"
             )
         if self.config is not None and self.controller not in TRAINED:
             raise ValueError(f"entry {self.label!r}: config is for {', '.join(TRAINED)}")
@@ -85,10 +87,15 @@ class Entry(Section):
                 f"entry {self.label!r} has stack {self.stack} over {self.over!r}; it must be 1 to {MOST} over one of "
                 f"{', '.join(OVER)}"
             )
-        if self.controller in (*READY, lines.FOUND) or self.online:
+        if self.controller in (*READY, SEARCHED) or self.online:
             return
         if (self.controller in LEARNERS) != all(t > 0 for t in self.throws):
             raise ValueError(f"entry {self.label!r} with controller {self.controller!r} has throws {self.throws}")
+
+
+def is_learned(name: str) -> bool:
+    """Whether an entry names what was learned before: a scorer's file or the path of a run folder."""
+    return ":" not in name and (name.endswith(".npz") or "/" in name)
 
 
 def labels_of(entry: Entry) -> list[str]:

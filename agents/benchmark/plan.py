@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Mapping
 from contextlib import closing
@@ -14,22 +15,21 @@ from typing import Annotated, Any, Self, final
 from pydantic import Field, ValidationError, model_validator
 
 from pnt_gym.cells.base.config import FileName, LevelConfig, Section, first_problem
-from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.reading import MOST_NUMBERS, bytes_of
 
-from ..controllers import NAMES
-from ..controllers.adaptive import READY, is_told
-from ..dispatchers.registry import NAMES as DECIDING
+from ..controllers.protocol import Controller
 from ..ground.cli import UsageError
-from ..ground.environments import core_of, make_vector
+from ..ground.environments import config_of
 from ..ground.files import read_yaml
-from ..ground.places import ADAPTIVE, SHIPPED, at
+from ..ground.places import SHIPPED, at
 from ..jobs.cluster import Needs
 from ..jobs.code import code_digest
 from ..jobs.parcel import own_code
 from ..jobs.work import key
-from ..learning.runs import CHOOSING
-from . import lines
-from .entries import EACH, TRAINED, Choice, Count, Entry, Several, labels_of, settings_of
+from ..judging.trial import Trial
+from ..judging.trials import check_options, open_trial, trial_class
+from ..learning.runs import POLICY
+from .entries import EACH, TRAINED, Choice, Count, Entry, Several, is_learned, labels_of, settings_of
 
 _CODE = ("pnt_gym/**/*.py", "agents/controllers/*.py", "agents/dispatchers/*.py")
 """Code that decides where objects land or what comes next, and is found by a name; the rest is imported."""
@@ -50,7 +50,7 @@ class Plan(Section):
     picks_on: dict[str, Several] = Field(
         {}, description="The same of single levels: more of them where what is compared differs more."
     )
-    shifts: Several = Field(lines.SHIFTS, description="Held-out shifts of every seed; of a line.")
+    shifts: Several = Field(100, description="Held-out work shifts of every seed; of a line.")
     seed: Count = Field(0, description="Names the held-out throws or shifts.")
     seeds: tuple[Count, ...] = Field((0, 1, 2), min_length=1)
     num_envs: Annotated[int, Field(ge=1)] = 16
@@ -83,9 +83,10 @@ class Plan(Section):
         """Every level that something is evaluated on."""
         return tuple(sorted({level for entry in self.entries for level in entry.levels or self.levels}))
 
-    def picks_of(self, level: str) -> int:
-        """Held-out throws of every seed on a level."""
-        return self.picks_on.get(level, self.picks)
+    def count_of(self, trial: type[Trial], level: str, entry: Entry | None = None) -> int:
+        """Held-out units of every seed on a level: for all entries, or for one that may have fewer."""
+        own = None if entry is None else getattr(entry, trial.option, None)
+        return own or self.picks_on.get(level) or int(getattr(self, trial.option))
 
 
 @final
@@ -122,6 +123,16 @@ def read_plan(path: Path) -> Plan:
         raise UsageError(f"benchmark {str(path)!r}: {first_problem(error)}") from None
 
 
+def trial_of_plan(plan: Plan) -> type[Trial]:
+    """The kind of task by which the plan's controllers are judged."""
+    return trial_class(_config(plan.env, plan.levels[0]))
+
+
+def trial_name(plan: Plan) -> str:
+    """The kind of task as the config of a level names it."""
+    return str(getattr(_config(plan.env, plan.levels[0]), "trial", "throws"))
+
+
 def pieces(plan: Plan) -> list[Piece]:
     """The plan's work, longest first.
 
@@ -129,10 +140,10 @@ def pieces(plan: Plan) -> list[Piece]:
         UsageError: the environment does not exist, or is none for what the plan says.
         ConfigError: a level does not exist.
     """
+    kind = trial_of_plan(plan)
+    _check_keys(plan, kind)
     for level in plan.judged:
-        _check_whole(plan, level)
-    line = is_of_line(plan)
-    _check_kind(plan, line)
+        _check_level(plan, level)
     code = code_digest(_CODE, ["agents.benchmark.run"])
     made: list[Piece] = []
     for entry, where in _by_level(plan):
@@ -142,13 +153,8 @@ def pieces(plan: Plan) -> list[Piece]:
         groups = [tuple(sorted(entry.throws))] if entry.controller in TRAINED else [(t,) for t in entry.throws]
         for group, seed in product(groups, seeds):
             name = f"{entry.label}-{where}{'-'.join(map(str, group))}-seed{seed}"
-            made.append(_piece(plan, entry, group, seed, name, code))
+            made.append(_piece(plan, kind, entry, group, seed, name, code))
     return sorted(made, key=lambda piece: -piece.cost)
-
-
-def is_of_line(plan: Plan) -> bool:
-    """Whether what is planned are shifts of a line instead of throws."""
-    return isinstance(_config(plan.env, plan.levels[0]), LineConfig)
 
 
 def _by_level(plan: Plan) -> list[tuple[Entry, str]]:
@@ -164,12 +170,14 @@ def _by_level(plan: Plan) -> list[tuple[Entry, str]]:
     return found
 
 
-def _piece(plan: Plan, entry: Entry, throws: tuple[int, ...], seed: int, name: str, code: str) -> Piece:
+def _piece(
+    plan: Plan, kind: type[Trial], entry: Entry, throws: tuple[int, ...], seed: int, name: str, code: str
+) -> Piece:
     levels = entry.levels or plan.levels
     train_level = entry.train_level or plan.train_level
     known: dict[str, Any] = {level: _config(plan.env, level) for level in (*levels, train_level)}
+    counts = {level: plan.count_of(kind, level, entry) for level in levels}
     settled = {"label", "throws", "seeds", "levels", "train_level"}
-    line = is_of_line(plan)
     inputs = {
         "entry": entry.model_dump(mode="json", exclude=settled),
         "throws": throws,
@@ -178,90 +186,87 @@ def _piece(plan: Plan, entry: Entry, throws: tuple[int, ...], seed: int, name: s
         "train_level": known[train_level].model_dump(mode="json"),
         "settings": settings_of(entry, plan.env) if entry.controller in TRAINED else {},
         "plan": plan.model_dump(mode="json", include={"env", "seed", "num_envs"}),
-        "counts": [plan.shifts if line else plan.picks_of(level) for level in levels],
+        "counts": list(counts.values()),
         "code": code,
         "own": [own_code(name.partition(":")[0]) for name in (entry.controller, plan.env) if ":" in name],
-        "knows": code_digest(("*.npz",), root=ADAPTIVE) if _is_given(entry, throws) else "",
-        **(lines.depends(entry.controller, list(known.values()), entry.options) if line else {}),
+        "depends": _depends(kind, entry, list(known.values()), throws),
     }
     own = {level: config for level, config in known.items() if _is_own(level, config)}
-    each = sum(_effort(plan, entry, level, known[level]) for level in levels)
-    cost = max(throws) + len(throws) * len(labels_of(entry)) * each
+    efforts = (kind.effort(entry.controller, known[level], counts[level], plan.num_envs) for level in levels)
+    cost = max(throws) + len(throws) * len(labels_of(entry)) * sum(efforts)
     return Piece(plan, entry, throws, seed, levels, train_level, own, key(**inputs), name, cost)
 
 
-def _is_given(entry: Entry, throws: tuple[int, ...]) -> bool:
-    """Whether what ships is known beforehand, by the controller itself or by the one that it learns to correct."""
-    return entry.over in READY or (max(throws) == 0 and entry.controller in (*READY, "oracle_drift"))
+def _depends(kind: type[Trial], entry: Entry, levels: list[Any], throws: tuple[int, ...]) -> list[Any]:
+    """What figures of an entry depend on beside code and levels: what ships or was learned for its controllers."""
+    names = [value for _, value in _read(kind, entry, levels)]
+    parts = [kind.depends(name, levels, entry.options, throws) for name in (entry.controller, *names)]
+    learned = [_digest(name) for name in (entry.controller, *names) if is_learned(name)]
+    return [*parts, kind.depends(entry.over, levels, {}, (0,)), *learned]
 
 
-def _effort(plan: Plan, entry: Entry, level: str, config: Any) -> int:
-    """Throws or decisions of one evaluation; the oracle simulates each throw several times."""
-    if isinstance(config, LineConfig):
-        return lines.effort(entry.controller, config, entry.shifts or plan.shifts, plan.num_envs)
-    return (15 if entry.controller == "oracle" else 1) * plan.picks_of(level)
+def _read(kind: type[Trial], entry: Entry, levels: list[Any]) -> list[tuple[str, str]]:
+    """Setting and value of what an entry's controller reads beside what its name says."""
+    return kind.learned(entry.controller, levels, entry.options)
 
 
-def _check_kind(plan: Plan, line: bool) -> None:
-    """Make sure that a plan says what its environment has a use for: throws, or shifts of a line.
-
-    Raises:
-        UsageError: it does not.
-    """
-    said = plan.model_fields_set
-    if line:
-        if unused := {"picks", "picks_on", "floors"} & said:
-            raise UsageError(f"{min(unused)} goes with throws; {plan.env!r} is a line, which is judged by its shifts")
-        _check_line(plan)
-        return
-    if "shifts" in said:
-        raise UsageError(f"shifts goes with a line, such as PnTLine-v0; on {plan.env!r} throws are counted, by picks")
-    for entry in plan.entries:
-        name = entry.controller
-        if entry.shifts is not None or name in {*DECIDING, *CHOOSING} - {*NAMES} or lines.is_learned(name):
-            raise UsageError(
-                f"entry {entry.label!r}: controller {name!r}, shifts and the like are of a line, such as PnTLine-v0, "
-                f"and not of {plan.env!r}"
-            )
+def _digest(name: str) -> str:
+    """Digest of what was learned: a file, or the policy of a run folder."""
+    place = at(name)
+    return hashlib.sha256(bytes_of(place / POLICY if place.is_dir() else place, MOST_NUMBERS)).hexdigest()
 
 
-def _check_line(plan: Plan) -> None:
-    """Make sure that entries can be made, before any of them works for hours.
+def _check_keys(plan: Plan, kind: type[Trial]) -> None:
+    """Make sure that plan and entries say nothing that only other kinds of tasks have a use for.
 
     Raises:
-        UsageError: one cannot.
+        UsageError: they do.
     """
+    said = {name: True for name in plan.model_fields_set}
+    check_options(kind, said, repr(plan.env), dashes="")
     for entry in plan.entries:
-        if entry.also or entry.online:
-            raise UsageError(f"entry {entry.label!r}: also and online go with throws, and {plan.env!r} is a line")
-        if (entry.shifts or plan.shifts) > plan.shifts:
-            raise UsageError(f"entry {entry.label!r} has shifts {entry.shifts}; the plan has {plan.shifts}")
-    for level in plan.judged:
-        with closing(make_vector(plan.env, level, num_envs=1, threads=1)) as env:
-            for entry in plan.entries:
-                if level in (entry.levels or plan.levels) and entry.controller not in CHOOSING:
-                    lines.controller(entry.label, entry.controller, env, entry.options)
+        check_options(kind, {name: getattr(entry, name) or None for name in entry.model_fields_set}, repr(plan.env), "")
+        most = int(getattr(plan, kind.option))
+        if (getattr(entry, kind.option, None) or 0) > most:
+            own = getattr(entry, kind.option)
+            raise UsageError(f"entry {entry.label!r} has {kind.option} {own}; the plan has {most}")
 
 
-def _check_whole(plan: Plan, level: str) -> None:
-    """Make sure that throws which depend on those before are measured in whole episodes."""
-    with closing(make_vector(plan.env, level, num_envs=1, threads=1)) as env:
-        core = core_of(env)
-        if not is_told(core):
-            return
-        together = plan.num_envs * core.cell.episode
-        if (picks := plan.picks_of(level)) % together > 0:
-            raise UsageError(
-                f"picks is {picks}; with num_envs {plan.num_envs} and shifts of {core.cell.episode} picks on level "
-                f"{level!r} it must be a multiple of {together}"
-            )
+def _check_level(plan: Plan, level: str) -> None:
+    """Make sure that entries can be made, and that they are judged by a fair number, before any works for hours.
+
+    Raises:
+        UsageError: an entry cannot.
+    """
+    with closing(open_trial(plan.env, level, 1, 1)) as trial:
+        trial.check_count(plan.count_of(type(trial), level), plan.num_envs, level)
+        for entry in plan.entries:
+            if level not in (entry.levels or plan.levels):
+                continue
+            if entry.controller in TRAINED:
+                trial.check_training({**entry.model_dump(), "algo": entry.controller, "env": plan.env})
+                continue
+            for name in (entry.controller, *entry.also):
+                made(trial, entry, name)
+
+
+def made(trial: Trial, entry: Entry, name: str) -> Controller:
+    """A controller of an entry; the entry's settings are those of its own controller.
+
+    Raises:
+        UsageError: there is no such controller here, or it has no such settings.
+    """
+    try:
+        return trial.controller(name, **(entry.options if name == entry.controller else {}))
+    except TypeError:
+        known = ", ".join(entry.options)
+        raise UsageError(f"entry {entry.label!r}: controller {name!r} has no settings {known}") from None
 
 
 @cache
 def _config(env_id: str, level: str) -> Any:
     """A level in full, as the environment reads it."""
-    with closing(make_vector(env_id, level, num_envs=1, threads=1)) as env:
-        return core_of(env).config
+    return config_of(env_id, level)
 
 
 def _is_own(level: str, config: Any) -> bool:
@@ -275,6 +280,7 @@ def needs(plan: Plan) -> Needs:
     Raises:
         UsageError: it reads what lies on this machine alone.
     """
+    kind = trial_of_plan(plan)
     for entry, _ in _by_level(plan):
         known = {
             level: _config(plan.env, level)
@@ -283,10 +289,7 @@ def needs(plan: Plan) -> Needs:
         for level, config in known.items():
             if not isinstance(config, LevelConfig) and os.path.exists(level):
                 raise UsageError(f"level {level!r} is a file, which {plan.env!r} would have to read on another machine")
-            if isinstance(config, LineConfig) and config.chances is not None:
-                raise UsageError(f"level {level!r}: chances {config.chances!r} is a file, which lies on this machine")
-        guides = lines.guides(entry.controller, list(known.values()), entry.options)
-        learned = [("controller", entry.controller), *(("guide", guide) for guide in guides)]
+        learned = [("controller", entry.controller), *_read(kind, entry, list(known.values()))]
         for name, value in (*learned, ("config", entry.config), *entry.options.items()):
             if _lies_here_alone(name, value):
                 raise UsageError(f"entry {entry.label!r}: {name} {value!r} is a file, which lies on this machine alone")
@@ -298,6 +301,6 @@ def needs(plan: Plan) -> Needs:
 def _lies_here_alone(name: str, value: Any) -> bool:
     """Whether an entry's setting names a file that no other machine has; of what ships, hyperparameters are there."""
     if name in ("controller", "guide"):
-        return lines.is_learned(str(value))
+        return is_learned(str(value))
     there = name == "config" and at(str(value)).resolve().is_relative_to(SHIPPED / "configs")
     return isinstance(value, str) and os.path.isfile(value) and not there

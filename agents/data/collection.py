@@ -25,7 +25,7 @@ from ..ground.environments import Env, Role, make_vector, stream_seed
 from ..jobs.code import code_digest
 from ..jobs.parcel import own_code
 from ..jobs.work import Job, key
-from ..judging.makers import controller_for
+from ..judging.trials import trial_of
 from .episodes import Episode, episode_seeds, episodes
 
 CHUNK: Final = 512
@@ -53,7 +53,7 @@ class Thrower:
     """Who throws, with all that it takes to make it anywhere.
 
     Attributes:
-        name: as `controller_for` takes it; of a trained policy that of its folder or file, which is among `files`.
+        name: as `--controller` takes it; of a trained policy that of its folder or file, which is among `files`.
         files: contents by path, of a trained policy (see `agents.learning.trained.files_of`).
         trust: run the code that may be in them.
         state: what it has learned, if it learns.
@@ -71,7 +71,7 @@ class Thrower:
                 (Path(folder) / path).parent.mkdir(parents=True, exist_ok=True)
                 (Path(folder) / path).write_bytes(content)
             name = str(Path(folder) / self.name) if self.files else self.name
-            controller = controller_for(name, env, trust=self.trust)
+            controller = trial_of(env).controller(name, trust=self.trust)
         controller.reset(seed)
         if self.state is not None and isinstance(controller, Learner):
             controller.restore(self.state)

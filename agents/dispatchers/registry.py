@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.core import LineCore
 from pnt_gym.errors import one_sentence
 
 from ..controllers.protocol import Controller
 from ..ground.cli import UsageError
-from ..ground.environments import Env, make_vector
+from ..ground.environments import Env
 from ..ground.places import at
 from ..policies.scorer import Scorer
 from .lookahead import Beam, Guided
@@ -20,10 +19,13 @@ from .scored import Scored, run_scores, scorer_in
 from .settings import settings
 
 ENV: Final = "PnTLine-v0"
+FIRST: Final = "fifo"
 GUIDED: Final = "guided_beam"
+SEARCHED: Final = "index"
+"""The controller that a search finds where it has decisions to learn from; without any it is the one that ships."""
 _RULES: Final[Mapping[str, Callable[..., Controller]]] = {
     "random": lambda core: Anything(),
-    "fifo": lambda core: Index("fifo", "first"),
+    FIRST: lambda core: Index(FIRST, "first"),
     "spt": lambda core: Index("spt", "soonest"),
     "value_rate": lambda core: Index("value_rate", "value_rate"),
     "atc": lambda core, **found: Index("atc", "atc", **found),
@@ -32,8 +34,8 @@ _RULES: Final[Mapping[str, Callable[..., Controller]]] = {
     "beam": lambda core, **found: Beam("beam", core, **found),
     "price_beam": lambda core, **found: Beam("price_beam", core, **found),
     "joint_beam": lambda core, **found: Beam("joint_beam", core, joint=True, **found),
-    GUIDED: lambda core, guide="index", **found: Guided(GUIDED, core, _guide(guide, core), **found),
-    "index": lambda core, **found: Scored("index", Scorer.linear(**found)),
+    GUIDED: lambda core, guide=SEARCHED, **found: Guided(GUIDED, core, _guide(guide, core), **found),
+    SEARCHED: lambda core, **found: Scored(SEARCHED, Scorer.linear(**found)),
 }
 NAMES: Final = tuple(_RULES)
 
@@ -49,24 +51,6 @@ def the_line(env: Env) -> LineCore:
     core = line_of(env)
     assert core is not None
     return core
-
-
-def opened(
-    env_id: str, level: Any, num_envs: int, threads: int, mode: str | None = None, throws: str | None = None
-) -> Env:
-    """An environment as `make_vector` opens it, on a line with throws as they are asked for.
-
-    Raises:
-        UsageError: throws are asked for, and there is no line.
-    """
-    env = make_vector(env_id, level, num_envs, threads, mode)
-    if throws is None:
-        return env
-    line = line_of(env)
-    env.close()
-    if line is None:
-        raise UsageError("--throws goes with a line, such as PnTLine-v0")
-    return make_vector(env_id, LineConfig.load(line.config, throws=throws), num_envs, threads, mode)
 
 
 def line_controller(name: str, core: LineCore, **options: Any) -> Controller:

@@ -123,6 +123,25 @@ def make_single(env_id: str, level: str | Mapping[str, Any], action_mode: str | 
         return gym.make(spec, **_taken(spec, spec.entry_point, {"level": level, "action_mode": action_mode}))
 
 
+def config_of(env_id: str, level: str | Path | LevelConfig | Mapping[str, Any] | None = None) -> Any:
+    """The config of a level, as an environment reads it; the environment is opened only if its class cannot tell.
+
+    Raises:
+        UsageError: no such environment, or one that is no cell.
+        ConfigError: no such level.
+    """
+    spec = find_environment(env_id)
+    with _made(env_id):
+        kind: Any = load_env_creator(spec.entry_point) if isinstance(spec.entry_point, str) else spec.entry_point
+    if hasattr(kind, "load_config"):
+        return kind.load_config(spec.kwargs.get("level", "nominal") if level is None else level)
+    env = make_vector(env_id, level, 1, 1)
+    try:
+        return core_of(env).config
+    finally:
+        env.close()
+
+
 @contextmanager
 def _made(env_id: str) -> Generator[None, None, None]:
     """Gymnasium makes an environment in the block.

@@ -21,7 +21,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, final
+from typing import Any, Final, TypeVar, final
 
 import yaml
 
@@ -30,6 +30,7 @@ from pnt_gym.reading import PlainLoader, ReadError, bytes_of, yaml_of
 from ..ground.cli import UsageError
 from . import runs
 
+LevelT = TypeVar("LevelT")
 STATISTICS: Final = "vecnormalize.pkl"
 REFUSED: Final = ("env_wrapper", "vec_env_wrapper", "frame_stack")
 """Settings of RL-Zoo that put something between environment and policy."""
@@ -144,8 +145,8 @@ def check_trust(place: Path, trusted: bool) -> None:
 
 
 def setting(
-    controller: str, env: str | None, level: str | None, action_mode: str | None
-) -> tuple[str, str | None, str | None]:
+    controller: str, env: str | None, level: LevelT | None, action_mode: str | None
+) -> tuple[str, LevelT | str | None, str | None]:
     """Environment id, level and action mode: as asked for, else those of the controller's training, else the defaults.
 
     Level and mode are None for the environment's own.

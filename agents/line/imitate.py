@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -19,12 +20,14 @@ from ..ground.cli import at_least, option
 from ..ground.environments import make_vector, stream_seed
 from ..ground.outputs import check_writable, deliver
 from ..ground.places import module_name
-from ..ground.tables import console, shifts_comparison, throws_bar
-from ..judging.evaluation import NUM_ENVS
-from ..judging.work_shifts import SHIFTS, judged
+from ..ground.tables import console, throws_bar
+from ..judging.evaluation import compare
+from ..judging.trial import NUM_ENVS
+from ..judging.trials import open_trial
+from ..judging.work_shifts.trial import ShiftTrial
 
 if TYPE_CHECKING:
-    from ..lessons.imitation import Labels
+    from ..dispatchers.imitation import Labels
     from ..policies.scorer import Scorer
 
 TAUGHT = 1000
@@ -49,7 +52,7 @@ class Arguments:
     """Names the shifts of the lesson, which no evaluation sees; and the weights."""
     out: Annotated[Path | None, option("runs/OF-LEVEL.npz", "FILE.npz")] = None
     """Where the scorer goes; `evaluate --controller FILE.npz` works with it."""
-    eval_shifts: int = SHIFTS
+    eval_shifts: int = ShiftTrial.usual
     """Held-out shifts of each controller in the table at the end; 0 for no table."""
 
 
@@ -64,12 +67,12 @@ def main(arguments: Arguments) -> None:
     deliver(place, scorer.save)
     console().print(f"the scorer is in {place}; {module_name('agents.evaluate')} --controller {place} works with it")
     if arguments.eval_shifts:
-        compare(level, scorer, arguments)
+        compare_with_rule(level, scorer, arguments)
 
 
 def taught(level: LineConfig, arguments: Arguments) -> Scorer:
     """The scorer after all rounds."""
-    from ..lessons.imitation import Labels, fitted  # noqa: PLC0415 - torch takes a second to import
+    from ..dispatchers.imitation import Labels, fitted  # noqa: PLC0415 - torch takes a second to import
 
     patience = settings(level.name, "atc")["patience"]
     parts: list[Labels] = []
@@ -86,7 +89,7 @@ def taught(level: LineConfig, arguments: Arguments) -> Scorer:
 
 def lesson(level: LineConfig, share: np.ndarray, scorer: Scorer | None, arguments: Arguments) -> Labels:
     """What the planner would do in some of the shifts, worked by itself or by a scorer."""
-    from ..lessons.imitation import collected  # noqa: PLC0415 - as above
+    from ..dispatchers.imitation import collected  # noqa: PLC0415 - as above
 
     first = stream_seed("practice", arguments.seed) + TAUGHT
     with closing(make_vector(ENV, level, len(share), 1)) as env, throws_bar() as bar:
@@ -97,21 +100,15 @@ def lesson(level: LineConfig, share: np.ndarray, scorer: Scorer | None, argument
         return collected(expert, worker, env, first + share, lambda count: bar.advance(task, count))
 
 
-def compare(level: LineConfig, scorer: Scorer, arguments: Arguments) -> None:
-    """The rule, the planner and the scorer on the same held-out shifts, in a table."""
-    rows = []
-    with closing(make_vector(ENV, level, NUM_ENVS, 1)) as env, throws_bar() as bar:
-        core = the_line(env)
+def compare_with_rule(level: LineConfig, scorer: Scorer, arguments: Arguments) -> None:
+    """Show the rule, the planner and the scorer on the same held-out shifts, in a table."""
+    with closing(open_trial(ENV, level, NUM_ENVS, 1)) as trial, throws_bar() as bar:
         learned = Scored(f"imitation of {arguments.of}", scorer)
-        for controller in (line_controller("atc", core), line_controller(arguments.of, core), learned):
-            task = bar.add_task(controller.name, total=arguments.eval_shifts)
-            found = judged(
-                controller,
-                env,
-                arguments.eval_shifts,
-                arguments.seed,
-                lambda count, task=task: bar.advance(task, count),
-            )
-            rows.append((controller.name, 0, found))
-    title = f"{arguments.eval_shifts} held-out shifts each, level {level.name}"
-    console().print(shifts_comparison(title, rows, "atc"))
+        controllers = [trial.controller("atc"), trial.controller(arguments.of), learned]
+        count = arguments.eval_shifts
+        entries = [(controller.name, controller, 0) for controller in controllers]
+        rows = compare(
+            trial, entries, count, arguments.seed,
+            progress=lambda label: partial(bar.advance, bar.add_task(label, total=count)),
+        )  # fmt: skip
+        console().print(trial.record.comparison(f"{count} held-out shifts each, level {level.name}", rows, "atc"))

@@ -22,7 +22,7 @@ from ..ground.metrics import mean_interval
 from ..ground.outputs import check_writable, deliver_json, deliver_text
 from ..ground.tables import Grid, console, percent, throws_bar
 from ..ground.versions import versions
-from ..judging.work_shifts import worked
+from ..judging.work_shifts.data import worked
 from .calibrate import calibrated
 
 

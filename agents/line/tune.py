@@ -13,6 +13,8 @@ import tyro
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.reading import yaml_text
 
+from ..dispatchers import search as tuning
+from ..dispatchers.search import Bench, Tried
 from ..dispatchers.settings import FILE, rate, settings
 from ..ground.cli import UsageError, at_least, option
 from ..ground.environments import stream_seed
@@ -20,8 +22,6 @@ from ..ground.files import read_yaml
 from ..ground.outputs import check_writable, deliver_json, deliver_text
 from ..ground.tables import console, throws_bar, tuned_table
 from ..ground.versions import versions
-from ..lessons import search as tuning
-from ..lessons.search import Bench, Tried
 
 What = Literal["atc", "price", "beam", "price_beam", "joint_beam", "index", "guided_beam"]
 ORDER: Final[tuple[What, ...]] = get_args(What)
@@ -101,7 +101,7 @@ def most(what: What, level: LineConfig, arguments: Arguments) -> int:
         "atc": len(tuning.PATIENCE), "price": share, "price_beam": both, "index": 2, "guided_beam": len(tuning.TRUST),
     }  # fmt: skip
     each = counts.get(what, len(tuning.PRICE))
-    return each * arguments.shifts + (arguments.generations * tuning.SEARCHED if what == "index" else 0)
+    return each * arguments.shifts + (arguments.generations * tuning.SEARCHED_SHIFTS if what == "index" else 0)
 
 
 def tried(what: What, bench: Bench, arguments: Arguments, told: dict[str, list[Tried]]) -> list[Tried]:
@@ -113,7 +113,7 @@ def tried(what: What, bench: Bench, arguments: Arguments, told: dict[str, list[T
     if what == "price":
         return tuning.price(bench, patience)
     if what == "index":
-        from ..lessons.scores import searched  # noqa: PLC0415 - needs a library that only it does
+        from ..dispatchers.scores import searched  # noqa: PLC0415 - needs a library that only it does
 
         begin = settings(name, what).get("weights") if arguments.go_on else None
         return searched(bench, patience, arguments.generations, arguments.seed, begin)

@@ -21,7 +21,7 @@ from pnt_gym.errors import PntGymError
 from ..controllers import NAMES
 from ..ground import metrics
 from ..ground.cli import UsageError
-from ..judging.throws import Throws
+from ..judging.throws.data import Throws
 from .stage import Stage
 
 RATE: Final = 60
@@ -195,7 +195,7 @@ def watch(make: Callable[[Choice], Stage], choice: Choice, gfx: str) -> None:
 def _play(viewer: Any, stage: Stage, wishes: Wishes, note: str) -> bool:
     """Throw until the viewer is closed (False) or something else is chosen."""
     film, chosen, thrown, credit = Film(viewer, stage.view.camera), wishes.choice, list[Throws](), 0.0
-    for throw in stage.throws:
+    for throw in stage.steps:
         thrown.append(throw)
         lines = [*_told(thrown, stage.core.item_names), note]
         for scene in stage.view.scenes(RATE):

@@ -17,11 +17,11 @@ from numpy.typing import ArrayLike, NDArray
 from pnt_gym.cells.line.observation import CHOICE_TABLE, ENTRIES, LINE_TABLE
 from pnt_gym.cells.line.state import CHOICES
 
+from ..dispatchers.decisions import observed_line
 from ..dispatchers.rules import HALF
 from ..dispatchers.scored import REAL, Scored, there
 from ..ground.cli import UsageError
 from ..ground.versions import versions
-from ..judging.decisions import observed_line
 from ..policies.actor import Actor, Layers
 from ..policies.scorer import Scorer, rule
 

@@ -13,14 +13,12 @@ from ..ground.outputs import deliver_text
 from ..ground.places import MADE
 from ..ground.tables import console
 from ..reproduce.grids import plain
-from .figures import benchmark_figures
-from .line import line_grids
+from .kinds import kind_of
 from .measures import TABLES
 from .methods import methods_chapter
 from .page import Chapter, markdown_page, page
 from .readme import update_readme
 from .reproduction import is_reproduction, paper_chapters
-from .tables import benchmark_grids, is_of_line
 
 
 @dataclass(frozen=True)
@@ -85,10 +83,10 @@ def _chapters(name: str, data: Mapping[str, Any], results: Path) -> list[Chapter
 
 def benchmark_chapter(name: str, data: Mapping[str, Any]) -> Chapter:
     """Tables and figures of a benchmark."""
+    kind = kind_of(data)
     prefix = "" if name == "benchmark" else f"{name}_"
-    figures = {f"{prefix}{file}": text for file, text in benchmark_figures(data).items()}
-    grids = line_grids(data) if is_of_line(data) else benchmark_grids(data)
-    return Chapter(name, tuple(grids), figures)
+    figures = {f"{prefix}{file}": text for file, text in kind.figures(data).items()}
+    return Chapter(name, tuple(kind.grids(data)), figures)
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..ground.drawings import COLOURS, Axes, Figure, dress, subplots, svg, tiled
 from .line import gains_figure
-from .tables import is_of_line, is_of_shifts, labels, name_of, rows_of
+from .tables import is_of_shifts, labels, name_of, rows_of
 
 
 class Measure(NamedTuple):
@@ -22,6 +22,8 @@ class Measure(NamedTuple):
         said: what it is called.
         learned_from: what is counted of the learning.
         hidden: a controller so far off that the others would lie on each other.
+        ticks: of the figure, on an axis that is logarithmic; none for one that is not.
+        counts: ticks of what is learned from; none for those that were measured.
     """
 
     names: tuple[str, str, str]
@@ -29,14 +31,10 @@ class Measure(NamedTuple):
     said: str
     learned_from: str
     hidden: str = ""
+    ticks: tuple[int, ...] = ()
+    counts: tuple[int, ...] = ()
 
 
-ERROR: Final = Measure(
-    ("landing_error_mean_m", "landing_error_low_m", "landing_error_high_m"),
-    1000.0,
-    "landing error, mean [mm]",
-    "throws learned from",
-)
 VALUE: Final = Measure(
     ("value_per_min", "value_per_min_low", "value_per_min_high"),
     1.0,
@@ -46,6 +44,14 @@ VALUE: Final = Measure(
 )
 THROW_TICKS = (30, 100, 300, 1000, 3000, 10_000, 30_000)
 ERROR_TICKS = (2, 5, 10, 20, 50, 100)
+ERROR: Final = Measure(
+    ("landing_error_mean_m", "landing_error_low_m", "landing_error_high_m"),
+    1000.0,
+    "landing error, mean [mm]",
+    "throws learned from",
+    ticks=ERROR_TICKS,
+    counts=THROW_TICKS,
+)
 ADAPTING = ("static", "ema", "kalman", "recursive_ridge", "in_context", "recurrent_ppo", "oracle_drift")
 NAMED_BESIDE = 5
 """Names in a row of the legend."""
@@ -53,10 +59,13 @@ SMOOTHED = 5
 """Picks over which a curve is averaged."""
 
 
-def benchmark_figures(data: Mapping[str, Any]) -> dict[str, str]:
-    """SVG texts by file name; no clouds of a cell that tells its errors only, not where objects landed."""
-    if is_of_line(data):
-        return {"value.svg": svg(gains_figure(data)), "learning_curves.svg": svg(learning_curves(data, VALUE))}
+def line_figures(data: Mapping[str, Any]) -> dict[str, str]:
+    """SVG texts of a benchmark of lines, by file name."""
+    return {"value.svg": svg(gains_figure(data)), "learning_curves.svg": svg(learning_curves(data, VALUE))}
+
+
+def throw_figures(data: Mapping[str, Any]) -> dict[str, str]:
+    """SVG texts of a benchmark of throws, by file name; no clouds of a cell that tells its errors only."""
     if is_of_shifts(data):
         return {"over_the_shift.svg": svg(over_the_shift(data))}
     drawn = {"landing_error.svg": bars(data), "learning_curves.svg": learning_curves(data, ERROR)}
@@ -95,10 +104,10 @@ def learning_curves(data: Mapping[str, Any], measure: Measure) -> Figure:
             if rows and rows[0]["controller"] != measure.hidden:
                 _curve(axes, rows, label, colour, measure)
         axes.set(xscale="log", xlabel=measure.learned_from, ylabel=measure.said, title=f"level {level}")
-        if measure is ERROR:
+        if measure.ticks:
             axes.set_yscale("log")
-            axes.set_yticks(ERROR_TICKS, [str(ticks) for ticks in ERROR_TICKS])
-            axes.set_xticks(THROW_TICKS, [f"{ticks:,}" for ticks in THROW_TICKS])
+            axes.set_yticks(measure.ticks, [str(tick) for tick in measure.ticks])
+            axes.set_xticks(measure.counts, [f"{count:,}" for count in measure.counts])
             axes.set_xlim(20, max(2000, 2 * most))
         else:
             counts = sorted({row["throws"] for row in rows_of(data, [level]) if row["throws"] > 0})

@@ -13,11 +13,12 @@ from ..dispatchers.settings import PLANNERS
 from ..ground import metrics
 from ..ground.drawings import COLOURS, Figure, dress, tiled
 from ..ground.tables import Grid, percent
-from .tables import OF_LINE, comparison_table, conditions, name_of, other_levels, rows_of, side_by_side, who
+from ..judging.work_shifts.record import ShiftRecord
+from .tables import comparison_table, conditions, name_of, other_levels, rows_of, side_by_side, who
 
 Data = Mapping[str, Any]
-COLUMNS: Final = ("value/min",)
-"""Of the tables of all levels side by side."""
+WHO: Final = ("controller", "decisions to learn")
+"""Names of the first columns."""
 FIRST: Final = "fifo"
 CLASS_BLIND: Final = ("spt", "value_rate", "atc", "pair")
 """Rules that do not look at what others can take."""
@@ -34,10 +35,14 @@ AGAINST: Final[Mapping[str, tuple[str, ...]]] = {
 
 def line_grids(data: Data) -> list[Grid]:
     """Every table of a benchmark of lines."""
-    grids = [worked_table(data), side_by_side("Further levels", data, other_levels(data), COLUMNS)]
+    grids = [worked_table(data), side_by_side("Further levels", data, other_levels(data), COLUMNS, "", WHO)]
     grids += [gains_table(data), learned_table(data)]
     for level in data["plan"]["levels"]:
-        grids += [comparison_table(data, level), judged_table(data, level), items_table(data, level)]
+        grids += [
+            comparison_table(data, level, ShiftRecord.figures),
+            judged_table(data, level),
+            items_table(data, level),
+        ]
     return [grid for grid in grids if grid.rows]
 
 
@@ -47,7 +52,9 @@ def worked_table(data: Data) -> Grid:
     shifts = data["plan"]["shifts"]
     fewer = {f"{row['label']} {row['shifts']}": None for row in data["table"] if row["shifts"] < shifts}
     note = conditions(data, f"{shifts} held-out shifts" + (f" ({', '.join(fewer)})" if fewer else ""), said)
-    return side_by_side("Every controller on the same held-out shifts", data, data["plan"]["levels"], COLUMNS, note)
+    return side_by_side(
+        "Every controller on the same held-out shifts", data, data["plan"]["levels"], COLUMNS, note, WHO
+    )
 
 
 def gains_table(data: Data) -> Grid:
@@ -113,7 +120,7 @@ def judged_table(data: Data, level: str) -> Grid:
     ]
     header = ["sorted/min", "recovery", "recovery of value", "purity", "picks that held", "robots at work"]
     note = "Purity: share of what lies in bins that belongs there. Robots at work, upstream first, are not waiting."
-    header = [*OF_LINE, "shifts", *header, "ms/decision"]
+    header = [*WHO, "shifts", *header, "ms/decision"]
     return Grid(f"What a line is judged by, level {level}", header, rows, note)
 
 
@@ -122,7 +129,7 @@ def items_table(data: Data, level: str) -> Grid:
     found = rows_of(data, [level])
     items = found[0]["items"] if found else []
     rows = [[*who(row), *map(percent, row["recovery_by_item"])] for row in found]
-    return Grid(f"Recovery by item, level {level}", [*OF_LINE, *items], rows)
+    return Grid(f"Recovery by item, level {level}", [*WHO, *items], rows)
 
 
 def gains_figure(data: Data) -> Figure:
@@ -184,3 +191,13 @@ def _gained(one: Floats, other: Floats) -> metrics.Interval:
 
 def _gain(one: Data, other: Data) -> str:
     return gain(value(one), value(other))
+
+
+def _value(row: Data) -> str:
+    """Value a minute with half of its interval: a table has one of these for every level."""
+    half = (row["value_per_min_high"] - row["value_per_min_low"]) / 2.0
+    return f"{row['value_per_min']:.1f} ± {half:.1f}"
+
+
+COLUMNS: Final = {"value/min": _value}
+"""Columns of the tables of all levels side by side, and what they show of a row."""

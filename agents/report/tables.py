@@ -6,12 +6,13 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain
 from typing import Any, Final
 
+from ..ground import metrics
 from ..ground.tables import Grid, percent
+from ..judging.record import Figure
+from ..judging.throws.record import ThrowRecord
 
 Data = Mapping[str, Any]
 WHO = ("controller", "throws to learn")
-OF_LINE = ("controller", "decisions to learn")
-"""Of a benchmark of lines."""
 FAILED = {
     "share_missed": "missed the opening",
     "share_rim": "crossed it, not in the bin",
@@ -25,14 +26,6 @@ USUAL = ("share_missed", "share_rim", "share_recontact")
 """Those that every table has."""
 SHARES = {"recovery": "recovery", "purity": "purity", "pick_rate": "picks that held", "drop_rate": "lost on the way"}
 """Shares by which a sorter is judged, where its cell tells them."""
-DIFFERENCES: Final = {
-    "landing_error_m": ("landing error", 1000, "mm"),
-    "value_per_min": ("value/min", 1, ""),
-    "sorted_per_min": ("sorted/min", 1, ""),
-    "recovery": ("recovery", 100, "%"),
-    "value_recovery": ("recovery of value", 100, "%"),
-}
-"""What controllers are compared by, of throws or of shifts: its name, scale and unit."""
 
 
 def benchmark_grids(data: Data) -> list[Grid]:
@@ -40,19 +33,18 @@ def benchmark_grids(data: Data) -> list[Grid]:
     grids = [benchmark_table(data), other_levels_table(data)]
     grids += [shift_table(data)] if is_of_shifts(data) else []
     for level in data["plan"]["levels"]:
-        grids += [comparison_table(data, level), failure_table(data, level), sorting_table(data, level)]
+        grids += [
+            comparison_table(data, level, ThrowRecord.figures),
+            failure_table(data, level),
+            sorting_table(data, level),
+        ]
     return [grid for grid in grids if grid.rows]
 
 
 def benchmark_table(data: Data) -> Grid:
     """Every controller on the levels of the plan, side by side."""
-    columns, levels = ("error", "x floor", "under 30 mm", "success", "sorted/min"), data["plan"]["levels"]
-    return side_by_side("Every controller on the same held-out throws", data, levels, columns, _conditions(data))
-
-
-def is_of_line(data: Data) -> bool:
-    """Whether what was compared are shifts of a line."""
-    return any("value_per_min" in row for row in data["table"])
+    levels = data["plan"]["levels"]
+    return side_by_side("Every controller on the same held-out throws", data, levels, FIGURES, _conditions(data))
 
 
 def is_of_shifts(data: Data) -> bool:
@@ -127,7 +119,7 @@ def other_levels(data: Data) -> list[str]:
 
 def other_levels_table(data: Data) -> Grid:
     """Levels that only some controllers were evaluated on."""
-    columns = ("error", "under 30 mm", "success", "sorted/min")
+    columns = {name: text for name, text in FIGURES.items() if name != "x floor"}
     return side_by_side("Further levels", data, other_levels(data), columns)
 
 
@@ -160,19 +152,21 @@ def _count(throws: int) -> str:
     return f"{throws:,}" if throws else "-"
 
 
-def comparison_table(data: Data, level: str) -> Grid:
-    """Learned less reference with 95 % intervals, paired throw by throw or shift by shift."""
+def comparison_table(data: Data, level: str, figures: Mapping[str, Figure]) -> Grid:
+    """Learned less reference with 95 % intervals, paired throw by throw or shift by shift.
+
+    Args:
+        data: of the benchmark.
+        level: which.
+        figures: by which controllers are compared.
+    """
     pairs = [c for c in data["comparisons"] if c["level"] == level and c["learned"] != c["reference"]]
-    told = {name: said for name, said in DIFFERENCES.items() if pairs and name in pairs[0]}
+    told = {name: figure for name, figure in figures.items() if pairs and name in pairs[0]}
     rows = [
-        [
-            name_of(c["learned"]),
-            name_of(c["reference"]),
-            *(_interval(c[name], scale, unit) for name, (_, scale, unit) in told.items()),
-        ]
+        [name_of(c["learned"]), name_of(c["reference"]), *(_interval(c[name], told[name]) for name in told)]
         for c in pairs
     ]
-    header = ["learned", "less", *(said for said, _, _ in told.values())]
+    header = ["learned", "less", *(figure.label for figure in told.values())]
     return Grid(f"Paired differences, level {level} (95 % intervals)", header, rows)
 
 
@@ -193,22 +187,30 @@ def name_of(choice: Data) -> str:
     return f"{choice['label']} ({_count(choice['throws'])})" if choice["throws"] else str(choice["label"])
 
 
-def side_by_side(headline: str, data: Data, levels: Sequence[str], columns: Sequence[str], note: str = "") -> Grid:
+def side_by_side(
+    headline: str,
+    data: Data,
+    levels: Sequence[str],
+    columns: Mapping[str, Callable[[Data], str]],
+    note: str = "",
+    who: Sequence[str] = WHO,
+) -> Grid:
     """Figures of every controller on some levels, level by level from left to right.
 
     Args:
         headline: of the table.
         data: of the benchmark.
         levels: which.
-        columns: which of `FIGURES`.
+        columns: names of the columns, and what each shows of a row.
         note: that stands under it.
+        who: names of the first two columns.
     """
-    who = OF_LINE if is_of_line(data) else WHO
-    header = [*who, *(f"{level}: {name}" if name == columns[0] else name for level in levels for name in columns)]
+    first = next(iter(columns))
+    header = [*who, *(f"{level}: {name}" if name == first else name for level in levels for name in columns)]
     lines: dict[tuple[str, int], dict[str, list[str]]] = {}
     for row in rows_of(data, levels):
         line = lines.setdefault((row["label"], row["throws"]), {level: ["-"] * len(columns) for level in levels})
-        line[row["level"]] = [FIGURES[name](row) for name in columns]
+        line[row["level"]] = [text(row) for text in columns.values()]
     rows = [[label, _count(throws), *chain(*line.values())] for (label, throws), line in lines.items()]
     return Grid(headline, header, rows, note)
 
@@ -218,25 +220,17 @@ def _times(row: Data) -> str:
     return "-" if floor is None else f"{floor:.2f}"
 
 
-def _value(row: Data) -> str:
-    """With half of its interval: a table has one of these for every level."""
-    half = (row["value_per_min_high"] - row["value_per_min_low"]) / 2.0
-    return f"{row['value_per_min']:.1f} ± {half:.1f}"
-
-
 FIGURES: Final[Mapping[str, Callable[[Data], str]]] = {
     "error": lambda row: f"{1000 * row['landing_error_mean_m']:.1f} mm",
     "x floor": _times,
     "under 30 mm": lambda row: percent(row["landing_near_share"]),
     "success": lambda row: f"{100 * row['success_rate']:.1f} %",
     "sorted/min": lambda row: f"{row['sorted_per_min']:.1f}",
-    "value/min": _value,
-    "recovery": lambda row: percent(row["recovery"]),
 }
-"""Columns of tables, and what they show of a row."""
+"""Columns of tables of throws, and what they show of a row."""
 
 
-def _interval(interval: Data, scale: float, unit: str) -> str:
-    value, low, high = (scale * interval[name] for name in ("value", "low", "high"))
-    text = f"{value:+.1f} ({low:+.1f}..{high:+.1f}) {unit}".rstrip()
+def _interval(interval: Data, figure: Figure) -> str:
+    value, low, high = (interval[name] for name in ("value", "low", "high"))
+    text = figure.interval(metrics.Interval(value, low, high), "+")
     return text if interval["excludes_zero"] else f"{text}, not distinguishable"

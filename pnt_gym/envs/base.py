@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Ints
 from pnt_gym.cells.base.canvas import DRAWING, FPS, RENDER_MODES, SIZE, Picture
-from pnt_gym.cells.base.config import Level, describes_a_cell, written
+from pnt_gym.cells.base.config import Level, LevelConfig, describes_a_cell, written
 from pnt_gym.cells.base.core import Cell, Core, Generators, Step
 from pnt_gym.cells.base.request import ANYTHING, ASKED, Request, requested
 from pnt_gym.cells.base.view import View
@@ -203,6 +203,11 @@ class CoreEnv(Facade, gym.Env[Observation, NDArray[Any]]):  # pyright: ignore[re
     """
 
     metadata: ClassVar[dict[str, Any]] = {"render_modes": list(RENDER_MODES), "render_fps": FPS}  # pyright: ignore[reportIncompatibleVariableOverride]
+
+    @classmethod
+    def load_config(cls, level: Level) -> LevelConfig:
+        """The config of a level, as the environment reads it; subclasses need not make a cell for it."""
+        return cls.make_core(level, None, 1, 1).config
 
     @classmethod
     @abstractmethod

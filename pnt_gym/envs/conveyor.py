@@ -94,9 +94,14 @@ class ConveyorEnv(ThrowEnv, observes=TABLE):
     feedback: ClassVar[bool] = False
 
     @classmethod
+    def load_config(cls, level: Level) -> ConveyorConfig:
+        """The config of a level."""
+        return ConveyorConfig.load(level)
+
+    @classmethod
     def make_cell(cls, level: Level, count: int, threads: int) -> ConveyorCell:
         """`count` cells of a level."""
-        return ConveyorCell(ConveyorConfig.load(level), count, cls.picks, threads, cls.feedback)
+        return ConveyorCell(cls.load_config(level), count, cls.picks, threads, cls.feedback)
 
 
 @final

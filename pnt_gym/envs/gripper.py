@@ -109,9 +109,14 @@ class GripperTossEnv(ThrowEnv, observes=TABLE):
     """
 
     @classmethod
+    def load_config(cls, level: Level) -> GripperConfig:
+        """The config of a level."""
+        return GripperConfig.load(level)
+
+    @classmethod
     def make_cell(cls, level: Level, count: int, threads: int) -> GripperCell:
         """`count` cells of a level."""
-        return GripperCell(GripperConfig.load(level), count, threads)
+        return GripperCell(cls.load_config(level), count, threads)
 
 
 GripperTossVectorEnv = vector_form(GripperTossEnv)

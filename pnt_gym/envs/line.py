@@ -112,12 +112,17 @@ class PnTLineEnv(CoreEnv, observes=LineTables()):
     core: LineCore
 
     @classmethod
+    def load_config(cls, level: Level) -> LineConfig:
+        """The config of a level."""
+        return LineConfig.load(level)
+
+    @classmethod
     def make_core(cls, level: Level, action_mode: str | None, count: int, threads: int) -> LineCore:
         """`count` lines of a level."""
         if action_mode not in (None, MODE):
             raise ConfigError(f"action_mode is {one_sentence(repr(action_mode), 80)}; a line has {MODE!r}")
         with describes_a_cell():
-            return LineCore(LineConfig.load(level), count, threads)
+            return LineCore(cls.load_config(level), count, threads)
 
     def action_masks(self) -> NDArray[np.bool_]:
         """The choices that there are (16,); by the name that sb3-contrib asks for."""

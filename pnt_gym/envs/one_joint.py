@@ -85,9 +85,14 @@ class OneJointEnv(ThrowEnv, observes=TABLE):
     task: ClassVar[Task]
 
     @classmethod
+    def load_config(cls, level: Level) -> OneJointConfig:
+        """The config of a level."""
+        return OneJointConfig.load(level, task=cls.task)
+
+    @classmethod
     def make_cell(cls, level: Level, count: int, threads: int) -> OneJointCell:
         """`count` cells of a level."""
-        return OneJointCell(OneJointConfig.load(level, task=cls.task), count, threads)
+        return OneJointCell(cls.load_config(level), count, threads)
 
 
 @final

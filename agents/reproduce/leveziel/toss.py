@@ -21,8 +21,8 @@ from ...ground.drawings import COLOURS, Axes, Figure, dress, subplots, svg
 from ...ground.environments import Env, core_of, make_vector
 from ...ground.metrics import wilson
 from ...ground.tables import Grid
-from ...judging.evaluation import held_out, practise
-from ...judging.throws import Throws, summary
+from ...judging.throws.data import Throws, summary
+from ...judging.throws.trial import held_out, practise
 from ..finding import Findings, Overview, Row
 from ..grids import JsonRow, Rows, below, number, plain
 from .cases import called

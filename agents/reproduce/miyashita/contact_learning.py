@@ -13,8 +13,8 @@ from pnt_gym.cells.one_joint.config import OneJointConfig
 from ...controllers import make_controller
 from ...ground.drawings import COLOURS, Figure, dress, subplots
 from ...ground.environments import make_vector, stream_seed
-from ...judging.evaluation import thrown
-from ...judging.throws import Throws
+from ...judging.throws.data import Throws
+from ...judging.throws.trial import thrown
 from ..finding import Findings, Row
 from ..grids import listed
 from .cases import percent, rounded

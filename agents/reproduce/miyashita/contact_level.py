@@ -12,8 +12,8 @@ from pnt_gym.cells.one_joint.tasks import PUSHED
 
 from ...controllers import make_controller
 from ...ground.environments import make_vector
-from ...judging.evaluation import held_out, practise
-from ...judging.throws import Throws
+from ...judging.throws.data import Throws
+from ...judging.throws.trial import held_out, practise
 from ..finding import Findings, Row
 from ..grids import listed
 from .cases import percent

@@ -25,8 +25,8 @@ from ...controllers.protocol import Controller, Learner
 from ...ground.drawings import COLOURS, Figure, frames_figure, subplots
 from ...ground.environments import core_of, make_vector, stream_seed
 from ...ground.metrics import wilson
-from ...judging.evaluation import held_out, practise, thrown
-from ...judging.throws import Throws
+from ...judging.throws.data import Throws
+from ...judging.throws.trial import held_out, practise, thrown
 from ..finding import Findings, Row
 from ..grids import listed
 from .cases import ARM

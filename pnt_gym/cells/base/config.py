@@ -152,6 +152,8 @@ class LevelConfig(Section):
     """Name of the robot, and so of the folder of its shipped levels; a path where the levels are a user's own."""
     alternatives: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     """Keys of a section that exclude each other: a level that gives one of them drops those of its base."""
+    trial: ClassVar[str] = "throws"
+    """By what controllers are judged: "throws", "work_shifts", or MODULE:CLASS of a trial of your own."""
 
     name: FileName = "custom"
     mismatch: Annotated[float, Field(ge=0, le=3)] = Field(

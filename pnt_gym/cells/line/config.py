@@ -96,6 +96,7 @@ class LineConfig(LevelConfig):
     """
 
     folder: ClassVar[str | Path] = "line"
+    trial: ClassVar[str] = "work_shifts"
 
     cell: ConveyorConfig = Field(description="A level of the conveyor, or differences from one.")
     robots: tuple[Robot, ...] = Field(

@@ -22,7 +22,7 @@ from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector, stream_seed
 from agents.ground.places import SHIPPED
 from agents.judging.evaluation import evaluate
-from agents.judging.work_shifts import worked
+from agents.judging.work_shifts.data import worked
 from agents.learning.runs import checkpoints
 from agents.report.__main__ import benchmark_chapter
 from tests.tools.commands import call

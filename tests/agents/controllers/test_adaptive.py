@@ -19,8 +19,9 @@ from agents.controllers.protocol import Observation, Outcome
 from agents.controllers.trackers import effects
 from agents.ground.cli import UsageError
 from agents.ground.environments import core_of, make_vector
-from agents.judging.evaluation import PICKS, evaluate, held_out, observed, practise, usual_picks
-from agents.judging.throws import summary
+from agents.judging.evaluation import PICKS, evaluate, usual_picks
+from agents.judging.throws.data import summary
+from agents.judging.throws.trial import held_out, observed, practise
 from pnt_gym.cells.conveyor.observation import SHIFT_TABLE
 from tests.agents.controllers.test_trackers import network, throws
 from tests.tools.drifting import QUICK

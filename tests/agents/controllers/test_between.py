@@ -26,7 +26,8 @@ from agents.controllers.own import run_policy
 from agents.data.episodes import episodes
 from agents.ground.cli import UsageError
 from agents.ground.environments import core_of, make_vector
-from agents.judging.evaluation import evaluate, held_out, thrown, usual_practice
+from agents.judging.evaluation import evaluate, usual_practice
+from agents.judging.throws.trial import held_out, thrown
 from agents.learning import runs
 from agents.learning.sb3 import build, load_policy
 from agents.learning.vec_env import SameStepVecEnv

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from agents.dispatchers.decisions import observed_line
 from agents.dispatchers.lookahead import Beam, Guided
 from agents.dispatchers.registry import line_controller, the_line
 from agents.dispatchers.scored import Scored
 from agents.dispatchers.settings import settings
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
-from agents.judging.decisions import observed_line
 from pnt_gym.cells.line.observation import decoded
 from pnt_gym.cells.line.state import CHOICES
 

@@ -23,7 +23,7 @@ from agents.dispatchers.scored import run_scores, there
 from agents.dispatchers.settings import rate, settings
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
-from agents.judging.work_shifts import worked
+from agents.judging.work_shifts.data import worked
 from agents.learning import runs
 from agents.learning.vec_env import SameStepVecEnv
 from agents.train import Arguments, main

@@ -69,4 +69,4 @@ def test_a_benchmark_depends_on_all_that_trains() -> None:
     files = {path.relative_to(CODE).as_posix() for path in imported_by("agents.benchmark.run", CODE)}
     for name in ("runs", "memory", "hyperparameters", "progress", "sb3", "vec_env", "residual"):
         assert f"agents/learning/{name}.py" in files
-    assert "agents/lessons/course.py" in files
+    assert "agents/training/course.py" in files

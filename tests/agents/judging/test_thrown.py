@@ -10,7 +10,7 @@ from gymnasium.spaces import Box
 from stable_baselines3.common.buffers import ReplayBuffer
 
 from agents.ground.infos import LANDING, results
-from agents.judging.throws import Throws, failures, summary
+from agents.judging.throws.data import Throws, failures, summary
 from agents.learning.hyperparameters import hyperparameters
 from agents.learning.sb3 import ThrownBuffer, build
 from agents.learning.vec_env import SameStepVecEnv

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from agents.controllers.protocol import Observation
+from agents.dispatchers.imitation import Labels, collected, fitted
 from agents.dispatchers.rules import Index
 from agents.dispatchers.scored import Scored, there
 from agents.ground.environments import make_vector
-from agents.lessons.imitation import Labels, collected, fitted
 from agents.policies.scorer import Scorer
 from tests.tools.commands import call
 

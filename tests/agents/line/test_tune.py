@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 import yaml
 
+from agents.dispatchers import scores as searching
+from agents.dispatchers import search as tuning
 from agents.dispatchers.registry import line_controller, line_of
 from agents.dispatchers.rules import Index
 from agents.dispatchers.scored import Scored
+from agents.dispatchers.search import Bench, Tried
 from agents.dispatchers.settings import FILE, rate, settings
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector, stream_seed
-from agents.lessons import scores as searching
-from agents.lessons import search as tuning
-from agents.lessons.search import Bench, Tried
 from agents.line import tune
 from agents.line.tune import Arguments, main
 from agents.policies.scorer import Scorer

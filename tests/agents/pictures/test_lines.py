@@ -7,12 +7,12 @@ from pathlib import Path
 import imageio.v3 as iio
 import numpy as np
 import pytest
+from agents.pictures.film import decisions
+from agents.pictures.gantt import gantt
 
 from agents.dispatchers.registry import line_controller, opened, the_line
 from agents.ground.environments import make_vector
 from agents.judging.work_shifts import judged, worked
-from agents.pictures.film import decisions
-from agents.pictures.gantt import gantt
 from pnt_gym.cells.line.view import LineView
 from tests.tools.commands import call_here
 

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints
 
-from ..ground import metrics
-from ..ground.files import jsonable
-from ..ground.infos import results
+from ...ground import metrics
+from ...ground.files import jsonable
+from ...ground.infos import results
 
 FIELDS: Final = {
     "item": ("item", np.int64),

@@ -17,11 +17,11 @@ from torch.nn.functional import cross_entropy
 from pnt_gym.arrays import Ints
 
 from ..controllers.protocol import Controller, Observation
-from ..dispatchers.scored import Scored, there
 from ..ground.environments import Env
-from ..judging.decisions import Progress, observed_line, single_shifts
 from ..learning.residual import Scoring, choices_of
 from ..policies.scorer import Scorer
+from .decisions import Progress, observed_line, single_shifts
+from .scored import Scored, there
 
 EPOCHS: Final = 60
 BATCH: Final = 256

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final, final
 
@@ -10,16 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.line.core import LineCore
 
-from ..controllers.protocol import Controller
-from ..dispatchers.registry import the_line
-from ..ground import metrics
-from ..ground.environments import Env, stream_seed
-from ..ground.files import jsonable
-from ..ground.infos import results
-from ..ground.versions import versions
-from .decisions import worked_by
+from ...controllers.protocol import Controller
+from ...dispatchers.decisions import worked_by
+from ...ground.environments import Env
+from ...ground.infos import results
 
 SHIFTS: Final = 32
 """Shifts that are judged unless others are asked for."""
@@ -70,7 +65,7 @@ class Shifts:
 
 
 def worked(
-    controller: Controller, env: Env, shifts: int, env_seed: int, progress: Callable[[int], None] | None = None
+    controller: Controller, env: Env, shifts: int, env_seed: int, progress: Callable[[float], object] | None = None
 ) -> Shifts:
     """Let a controller work whole shifts.
 
@@ -103,60 +98,6 @@ def worked(
     columns = {name: np.concatenate([part[name] for part in decisions]) for name in decisions[0]}
     figures = {name: np.array([of[k] for k in sorted(of)]) for name, of in told.items()}
     return Shifts(figures, columns, invalid, len(decisions) * rows, seconds)
-
-
-def judged(
-    controller: Controller, env: Env, shifts: int, seed: int, progress: Callable[[int], None] | None = None
-) -> dict[str, Any]:
-    """The JSON contract of an evaluation, but for the names of environment and controller."""
-    core = the_line(env)
-    found = worked(controller, env, shifts, stream_seed("evaluate", seed), progress)
-    return {"level": core.config.name, "seed": seed, **summary(found, core), "versions": versions()}
-
-
-def summary(found: Shifts, core: LineCore) -> dict[str, Any]:
-    """Figures of shifts, and all of their decisions."""
-    told, decisions = found.told, found.decisions
-    picked, success = decisions["picked"].astype(bool), decisions["is_success"].astype(bool)
-    rate = metrics.wilson(int(success.sum()), len(success))
-    value = metrics.mean_interval(found.value)
-    minutes = core.config.duration / 60.0 * len(found.value)
-    head = {
-        "shifts": len(found.value),
-        "picks": len(success),
-        "picks_per_min": len(success) / minutes,
-        **{name: jsonable(mean(told[key])) for name, key in MEANS.items()},
-        "value_per_min_low": value.low,
-        "value_per_min_high": value.high,
-        "success_rate": rate.value,
-        "success_low": rate.low,
-        "success_high": rate.high,
-        "pick_rate": float(picked.mean()),
-        "cycle_time_mean_s": float(decisions["cycle_time"].mean()),
-        "wait_time_mean_s": float(decisions["wait_time"].mean()),
-        "dwell_s": core.dwell,
-        "invalid_actions": found.invalid,
-        "ms_per_decision": 1e3 * found.seconds / found.taken,
-    }
-    lists = {name: jsonable(mean(told[key])) for name, key in LISTS.items()}
-    by_robot = [decisions["wait_time"][decisions["by"] == robot] for robot in range(len(core.config.robots))]
-    lists["wait_by_robot_s"] = [float(one.mean()) if one.size else None for one in by_robot]
-    names = {"items": list(core.item_names), "robots": [robot.name for robot in core.config.robots]}
-    each = [dict(zip(decisions, row, strict=True)) for row in zip(*map(jsonable, decisions.values()), strict=True)]
-    shifts = {name.removeprefix("shift_"): jsonable(values) for name, values in told.items()}
-    return {**head, **lists, **names, **_bins(decisions, core), "by_shift": shifts, "throws": each}
-
-
-def _bins(decisions: Mapping[str, NDArray[Any]], core: LineCore) -> dict[str, Any]:
-    """Purity of each bin in which something lies at the end of a shift, ROBOT/BIN."""
-    in_time = decisions["start"] + decisions["cycle_time"] <= core.config.duration
-    found: dict[str, float] = {}
-    for index, robot in enumerate(core.config.robots):
-        for number, bin_ in enumerate(core.config.cell_of(index).bins.fixed):
-            there = in_time & (decisions["by"] == index) & (decisions["ended_in"] == number)
-            if there.any():
-                found[f"{robot.name}/{bin_.name}"] = float(decisions["sorted"][there].astype(bool).mean())
-    return {"purity_by_bin": found}
 
 
 def mean(values: NDArray[Any]) -> NDArray[Any]:

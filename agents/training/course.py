@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..controllers.between import as_seen
-from ..dispatchers.registry import line_of
 from ..ground.cli import UsageError
 from ..ground.environments import Env, core_of, make_vector, stream_seed
 from ..ground.tables import throws_bar
 from ..learning import runs
+from ..learning.windows import Window
 
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
@@ -41,6 +41,7 @@ def learn(
     folder: Path,
     asked: Mapping[str, Any],
     stop: Stop,
+    window: Window,
     *,
     quick: Env | None = None,
     until: int | None = None,
@@ -56,10 +57,9 @@ def learn(
     """
     from stable_baselines3.common.logger import Logger, configure  # noqa: PLC0415
 
-    from ..learning.progress import ProgressCallback, ShiftProgress  # noqa: PLC0415
+    from ..learning.progress import ProgressCallback  # noqa: PLC0415
     from ..learning.sb3 import begin_leg  # noqa: PLC0415
 
-    line = line_of(env.env) is not None
     logger = configure(str(folder / "tensorboard"), ["tensorboard"]) if tensorboard else Logger(None, [])
     model.set_logger(logger)
     total, every = asked["steps"], asked["checkpoint_every"]
@@ -80,14 +80,12 @@ def learn(
             bar.update(
                 task,
                 advance=count,
-                rate=f"{rate:.0f} {'decisions' if line else 'throws'}/s",
+                rate=f"{rate:.0f} {window.step}/s",
                 success=f"{100 * success:.0f} % success",
-                error=f"{figure:.1f} value/min" if line else f"{1000 * figure:.1f} mm off",
+                error=window.text(figure),
             )
 
-        callback = (ShiftProgress if line else ProgressCallback)(
-            folder / "progress.csv", model.num_timesteps, stop, show
-        )
+        callback = ProgressCallback(folder / "progress.csv", model.num_timesteps, stop, window, show)
         while model.num_timesteps < (until or total) and not stop.asked:
             done = model.num_timesteps
             env.env = quick if quick is not None and done < change else judged

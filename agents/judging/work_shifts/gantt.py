@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from ..ground.drawings import COLOURS, dress, subplots, svg
+from ...ground.drawings import COLOURS, dress, subplots, svg
 
 HIGH: Final = 0.8
 """Of the distance of two rows, a bar takes this."""

@@ -10,8 +10,8 @@ import numpy as np
 
 from pnt_gym.arrays import Floats
 
-from ..dispatchers.scored import Scored
 from ..policies.scorer import NAMES, Scorer
+from .scored import Scored
 from .search import EACH, POPULATION, Bench, Settings, Tried
 
 WEIGHED: Final = tuple(name for name in NAMES if name != "real")

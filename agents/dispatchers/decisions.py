@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from pnt_gym.arrays import Bools, Ints
 
 from ..controllers.protocol import Observation
-from ..dispatchers.registry import the_line
 from ..ground.cli import UsageError
 from ..ground.environments import Env
+from .registry import the_line
 
 Act = Callable[[Observation], NDArray[Any]]
 """What is chosen in N lines (N,), such as the `act` of a controller."""

@@ -20,7 +20,7 @@ from ..controllers.protocol import Controller, Observation
 from ..dispatchers import settings as tuned
 from ..dispatchers.registry import ENV, GUIDED, line_controller, the_line
 from ..ground.environments import Env, make_vector
-from ..judging.decisions import Progress, observed_line, single_shifts
+from .decisions import Progress, observed_line, single_shifts
 
 PATIENCE: Final = (0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0)
 """Of ATC and of price [s]."""
@@ -40,7 +40,8 @@ POPULATION: Final = 16
 """Indices that each generation of a search compares."""
 EACH: Final = 16
 """Shifts in which it does, new ones every time."""
-SEARCHED: Final = POPULATION * EACH
+SEARCHED_SHIFTS: Final = POPULATION * EACH
+"""Shifts that a generation of a search works."""
 ROWS: Final = 512
 """Lines side by side, at most."""
 Settings = dict[str, Any]

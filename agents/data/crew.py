@@ -1,0 +1,172 @@
+"""The controllers of a dataset: those that act in it, and those whose scores are its 0 and its 1."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from functools import partial
+from itertools import chain
+from pathlib import Path
+from typing import Final, final
+
+import numpy as np
+
+from ..controllers.protocol import Controller, Learner
+from ..ground.cli import UsageError
+from ..ground.environments import Role
+from ..ground.places import at
+from ..ground.tables import throws_bar
+from ..jobs.cluster import Needs
+from ..jobs.work import Pool, keep_missing
+from ..judging.trial import Trial
+from ..learning.trained import files_of
+from .collection import Collection, Thrower, unpacked
+from .episodes import Episode
+from .tally import Scores
+
+EXPERT: Final = "expert"
+"""Stands for what `--expert` names."""
+SAID: Final = ("config", "cell", "item_names")
+"""What the core of an environment must have for a dataset to say what it is of."""
+
+
+@final
+class Crew:
+    """Who throws for a dataset, and between whose scores everybody's lie.
+
+    Args:
+        trial: of the cells where they throw.
+        env_id: of the environment.
+        controller: name of the controller that throws for the dataset, or `EXPERT`.
+        expert: name of the controller whose mean return is the score 1; None for the best known.
+        seed: names the throws.
+        trust: load what runs code.
+        practice: throws of a practice before; None for the usual number.
+
+    Raises:
+        UsageError: no such controllers, or an environment that does not tell what a dataset says of it.
+    """
+
+    def __init__(
+        self,
+        trial: Trial,
+        env_id: str,
+        controller: str,
+        expert: str | None,
+        *,
+        seed: int,
+        trust: bool = False,
+        practice: int | None = None,
+    ) -> None:
+        missing = [part for part in SAID if not hasattr(trial.core, part)]
+        if missing:
+            raise UsageError(f"environment {env_id!r} cannot be collected: its core has no {' and no '.join(missing)}")
+        self.trial, self.env_id, self.seed = trial, env_id, seed
+        self._trust, self._practice = trust, practice
+        expert = expert or trial.expert(env_id)
+        chosen = expert if controller == EXPERT else controller
+        self.chosen = (expert, chosen)
+        self.lowest, self.highest, self.thrower = (self._made(name) for name in ("random", expert, chosen))
+        self.label = EXPERT if controller == EXPERT else self.thrower.name
+        """In the name of the dataset."""
+        self.expert, self.algorithm = _described(self.highest, expert), _described(self.thrower, chosen)
+
+    def collection(self, controller: Controller, given: str, role: Role) -> Collection:
+        """Throws of one of them, who practises before if it learns."""
+        core, config = self.trial.core, self.trial.core.config
+        return Collection(
+            env=self.env_id,
+            level=config.name if config.ships() else config,
+            mode=core.action_mode,
+            num_envs=self.trial.env.num_envs,
+            episode=getattr(core.cell, "episode", 1),
+            thrower=self._thrower(controller, given),
+            role=role,
+            seed=self.seed,
+        )
+
+    def practice(self, controller: Controller) -> int:
+        """Throws that one of them practises; who does not learn throws none."""
+        if not isinstance(controller, Learner):
+            return 0
+        return self.trial.practice(controller) if self._practice is None else self._practice
+
+    def _thrower(self, controller: Controller, given: str) -> Thrower:
+        state = None
+        if isinstance(controller, Learner):
+            controller.reset(self.seed)
+            with throws_bar() as bar:
+                practice = self.practice(controller)
+                advance = partial(bar.advance, bar.add_task(f"practice of {controller.name}", total=practice))
+                self.trial.practise(controller, practice, self.seed, progress=advance)
+            state = controller.state()
+        place = at(given)
+        is_trained = os.path.isdir(place) or given.endswith((".zip", ".npz"))
+        files = files_of(place) if is_trained else {}
+        return Thrower(Path(given).resolve().name if is_trained else given, files, self._trust, state)
+
+    def _made(self, name: str) -> Controller:
+        return self.trial.controller(name, trust=self._trust)
+
+
+@final
+class Thrown:
+    """What a crew has thrown, kept in a folder: what is there already is not thrown again.
+
+    Args:
+        crew: the controllers.
+        folder: where their throws are kept.
+        throws: number of throws of the dataset.
+        score_throws: number of throws by which random actions and the expert are scored.
+        hands: gives processes that throw, for what they need of a machine.
+    """
+
+    def __init__(
+        self, crew: Crew, folder: Path, throws: int, score_throws: int, hands: Callable[[Needs], Pool]
+    ) -> None:
+        self._folder = folder
+        planned = (
+            ("random", crew.collection(crew.lowest, "random", "evaluate"), score_throws),
+            ("expert", crew.collection(crew.highest, crew.chosen[0], "evaluate"), score_throws),
+            ("throws", crew.collection(crew.thrower, crew.chosen[1], "dataset"), throws),
+        )
+        jobs = {name: collection.jobs(name, throws) for name, collection, throws in planned}
+        modules = sorted({module for _, collection, _ in planned for module in collection.modules})
+        models = [path for _, one, _ in planned for path in one.thrower.files if path.endswith(".zip")]
+        workers = hands(Needs(tuple(modules), torch=bool(models)))
+        unit = f"{crew.trial.step}s"
+        files = iter(keep_missing([*chain(*jobs.values())], folder, workers, unit=unit))
+        self._files = {name: [next(files) for _ in some] for name, some in jobs.items()}
+        self._throws = {name: throws for name, _, throws in planned}
+
+    def episodes(self, name: str = "throws") -> Iterator[Episode]:
+        """Episodes of the dataset, or by which random actions or the expert are scored, as many as were asked for."""
+        done = 0
+        for episode in chain.from_iterable(map(unpacked, self._files[name])):
+            if done >= self._throws[name]:
+                return
+            done += len(episode)
+            yield episode
+
+    def scores(self) -> Scores:
+        """What random actions and the expert are worth in the same episodes, which are in no dataset."""
+        lowest, highest = (
+            {episode.seed: float(episode.rewards.sum()) for episode in self.episodes(name)}
+            for name in ("random", "expert")
+        )
+        common = [seed for seed in lowest if seed in highest]
+        means = [float(np.mean([returns[seed] for seed in common])) for returns in (lowest, highest)]
+        return Scores(*means, len(common))
+
+    def remove(self) -> None:
+        """Forget it, now that it stands in a dataset."""
+        for file in chain.from_iterable(self._files.values()):
+            file.unlink(missing_ok=True)
+        with suppress(OSError):  # something else lies there
+            self._folder.rmdir()
+
+
+def _described(controller: Controller, given: str) -> str:
+    """A controller by its name, and that of its folder, but not where that lies."""
+    return f"{controller.name} of {Path(given).name}" if os.path.isdir(at(given)) else controller.name

@@ -1,0 +1,78 @@
+"""What the episodes of a dataset are worth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Final, final
+
+import numpy as np
+from rich.progress import Progress
+
+from ..ground.tables import Grid, millimetres, percent
+from .episodes import Episode
+
+SHOWN: Final[Mapping[str, tuple[str, Callable[[float], str]]]] = {
+    "is_success": ("success", percent),
+    "sorted": ("sorted", percent),
+    "landing_error": ("landing error, mean", millimetres),
+    "shift_value_per_min": ("value a minute, mean", "{:.1f}".format),
+    "shift_sorted_per_min": ("sorted a minute, mean", "{:.1f}".format),
+}
+"""What the last table shows the mean of, where the environment tells it: how it is called and written."""
+
+
+@final
+@dataclass(frozen=True)
+class Scores:
+    """Mean returns of an episode, by which others are measured."""
+
+    lowest: float
+    highest: float
+    episodes: int
+    """By which they were found."""
+
+
+@final
+@dataclass
+class Tally:
+    """What the episodes of a dataset are worth, counted while they pass."""
+
+    returns: list[float] = field(default_factory=list)
+    throws: int = 0
+    told: dict[str, list[float]] = field(default_factory=dict)
+    """Of throws and of whole episodes, by the names of `SHOWN`, as far as the environment tells."""
+
+    def counted(self, found: Iterator[Episode]) -> Iterator[Episode]:
+        """The same episodes."""
+        for episode in found:
+            self.returns.append(float(episode.rewards.sum()))
+            self.throws += len(episode)
+            known = {**{name: values[1:] for name, values in episode.told.items()}, **episode.figures}
+            for name in known.keys() & SHOWN.keys():
+                self.told.setdefault(name, []).extend(np.ravel(known[name]).tolist())
+            yield episode
+
+    def table(self, name: str, scores: Scores) -> Grid:
+        """All that was counted."""
+        mean, span = float(np.mean(self.returns)), scores.highest - scores.lowest
+        rows = [
+            ("episodes", f"{len(self.returns)}"),
+            ("throws", f"{self.throws}"),
+            *((label, show(_mean(self.told[key]))) for key, (label, show) in SHOWN.items() if key in self.told),
+            ("return of an episode, mean", f"{mean:.3f}"),
+            ("score: 0 is random, 1 the expert", f"{(mean - scores.lowest) / span:.3f}" if span else "-"),
+        ]
+        return Grid(name, ("figure", "value"), rows)
+
+
+def _mean(values: Sequence[float]) -> float:
+    """Of the values that are known; NaN where none is."""
+    known = [value for value in values if np.isfinite(value)]
+    return float(np.mean(known)) if known else np.nan
+
+
+def packing(bar: Progress) -> Callable[[int, int], None]:
+    """Shows how many of all episodes are packed, as soon as there are some."""
+    shown = bar.add_task("packing", total=None, visible=False)
+    return lambda done, total: bar.update(shown, completed=done, total=total, visible=True)

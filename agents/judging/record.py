@@ -1,0 +1,181 @@
+"""A record: what a controller did in a trial, which summarises, tabulates and writes itself."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, ClassVar, Final, TypeAlias, final
+
+import numpy as np
+from rich.table import Table
+
+from pnt_gym.arrays import Floats
+
+from ..ground import metrics
+from ..ground.files import jsonable
+from ..ground.tables import Grid, value_table
+
+Summary: TypeAlias = Mapping[str, Any]
+Result: TypeAlias = Mapping[str, Any]
+"""What a benchmark keeps of one controller, seed and level: `columns`, `seed`, `learn_seconds` and more."""
+Row: TypeAlias = tuple[str, int, Summary]
+"""A controller's name, the number of steps that it learned from, and its summary."""
+DIGITS: Final = 6
+"""Decimals that a benchmark keeps."""
+
+
+@final
+@dataclass(frozen=True)
+class Figure:
+    """How a figure of a record is called and written."""
+
+    label: str
+    unit: str = ""
+    scale: float = 1.0
+    """Factor from the SI value to the unit."""
+    digits: int = 1
+
+    def text(self, value: float | None) -> str:
+        """A value for people; "-" where there is none."""
+        return (
+            "-" if value is None or not np.isfinite(value) else self._with_unit(f"{self.scale * value:.{self.digits}f}")
+        )
+
+    def interval(self, interval: metrics.Interval, sign: str = "") -> str:
+        """A value with its 95 % interval."""
+        value, low, high = (
+            f"{self.scale * number:{sign}.{self.digits}f}" for number in (interval.value, interval.low, interval.high)
+        )
+        return self._with_unit(f"{value} ({low}..{high})")
+
+    def _with_unit(self, text: str) -> str:
+        return f"{text} {self.unit}".rstrip()
+
+
+class Record(ABC):
+    """Abstract: what a controller did in U units of a trial, such as throws or work shifts.
+
+    A subclass needs `figures` and `values` alone: the rest follows from them. The first figure is the one by which
+    controllers are compared in tables.
+    """
+
+    figures: ClassVar[Mapping[str, Figure]]
+    """Figures by which controllers are compared unit by unit."""
+
+    @abstractmethod
+    def values(self) -> Mapping[str, Floats]:
+        """Each figure of `figures` for every unit (U,), in SI units; NaN where a unit has none."""
+
+    def summary(self) -> dict[str, Any]:
+        """Count of the units, and mean and 95 % interval of each figure as `NAME`, `NAME_low` and `NAME_high`."""
+        values = self.values()
+        return {"count": len(next(iter(values.values()))), **_means(values)}
+
+    def report(self) -> dict[str, Any]:
+        """All that `agents.evaluate --json` writes: the summary, and under `throws` a mapping for each step."""
+        columns = {name: jsonable(column) for name, column in self.values().items()}
+        rows = zip(*columns.values(), strict=True)
+        return {**self.summary(), "throws": [dict(zip(columns, row, strict=True)) for row in rows]}
+
+    def columns(self) -> dict[str, Any]:
+        """What a benchmark keeps."""
+        return {name: jsonable(np.round(column, DIGITS)) for name, column in self.values().items()}
+
+    def picture(self) -> str | None:
+        """A drawing as SVG; None where there is nothing to draw."""
+        return None
+
+    @classmethod
+    def table(cls, title: str, summary: Summary) -> Table:
+        """Every figure of one summary, one per line."""
+        return value_table(
+            title, [(figure.label, cls.interval_text(name, summary)) for name, figure in cls.figures.items()]
+        )
+
+    @classmethod
+    def comparison(cls, title: str, rows: Sequence[Row], base: str | None = None) -> Table:
+        """Controllers side by side.
+
+        Args:
+            title: of the table.
+            rows: the controllers.
+            base: name of the controller that others are compared with, where the units are paired.
+        """
+        header = ("controller", "learned from", *(figure.label for figure in cls.figures.values()))
+        lines = [
+            [name, str(steps) if steps else "-", *(cls.interval_text(figure, summary) for figure in cls.figures)]
+            for name, steps, summary in rows
+        ]
+        return Grid(title, header, lines).terminal()
+
+    @classmethod
+    def summarise(cls, results: Sequence[Result], num_envs: int) -> dict[str, Any]:
+        """Figures of one controller over its seeds, each of which had the same units.
+
+        Args:
+            results: one for each seed.
+            num_envs: rows side by side in which they were collected.
+        """
+        del num_envs
+        seconds = float(np.mean([result["learn_seconds"] for result in results]))
+        values = {name: by_seed(results, name).mean(axis=0) for name in cls.figures}
+        count = len(next(iter(values.values())))
+        return {
+            "seeds": [result["seed"] for result in results],
+            "count": count,
+            **_means(values),
+            "learn_seconds": seconds,
+        }
+
+    @classmethod
+    def compared(
+        cls, results: Sequence[Result], sides: Sequence[Sequence[Result]], num_envs: int
+    ) -> dict[str, tuple[Floats, ...]]:
+        """What is compared of one controller with another one, pair by pair.
+
+        Args:
+            results: of the controller, one for each seed.
+            sides: the results of both controllers.
+            num_envs: rows side by side in which they were collected.
+
+        Returns:
+            A figure of each seed and pair (S, N); or for a rate two of them, what was done and in what time.
+        """
+        del sides, num_envs
+        return {name: (by_seed(results, name),) for name in cls.figures}
+
+    @classmethod
+    def objects(cls, columns: Mapping[str, Any]) -> list[int] | None:
+        """What has to be the same for two results to be paired; None where streams are paired whatever is done."""
+        del columns
+        return None
+
+    @classmethod
+    def interval_text(cls, name: str, summary: Summary) -> str:
+        """A figure of a summary with its interval; "-" where there is none."""
+        if summary[name] is None:
+            return "-"
+        interval = metrics.Interval(summary[name], summary[f"{name}_low"], summary[f"{name}_high"])
+        return cls.figures[name].interval(interval)
+
+
+def by_seed(results: Sequence[Result], name: str) -> Floats:
+    """A column of each seed and unit (S, U), or of each by item or robot (S, U, K); NaN where there is none."""
+    return np.array([result["columns"][name] for result in results], dtype=np.float64)
+
+
+def figures_as_json(record: type[Record]) -> dict[str, dict[str, Any]]:
+    """How the figures of a kind of records are called and written, as JSON has it."""
+    return {name: asdict(figure) for name, figure in record.figures.items()}
+
+
+def _means(values: Mapping[str, Floats]) -> dict[str, Any]:
+    """Mean and 95 % interval of each figure (U,), of those units that have one; None where none has."""
+    means: dict[str, Any] = {}
+    for name, column in values.items():
+        known = column[np.isfinite(column)]
+        interval = metrics.mean_interval(known) if known.size else None
+        means[name] = None if interval is None else interval.value
+        means |= {f"{name}_{end}": None if interval is None else getattr(interval, end) for end in ("low", "high")}
+    return means

@@ -1,0 +1,1 @@
+"""Trials by throws: single throws that a controller corrects."""

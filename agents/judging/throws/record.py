@@ -1,0 +1,98 @@
+"""The record of a trial by throws."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Final, final
+
+from rich.table import Table
+
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.base.core import Core
+
+from ...ground.versions import versions
+from ..record import Figure, Record, Result, Row, Summary
+from .columns import columns
+from .data import Throws, purity_by_bin, summary, throw_records
+from .results import by_shift, summarise
+from .tables import comparison_table, summary_table
+
+FIGURES: Final = {
+    "landing_error_m": Figure("landing error", "mm", 1000.0),
+    "sorted_per_min": Figure("sorted/min"),
+}
+
+
+@final
+class ThrowRecord(Record):
+    """Throws that were carried out.
+
+    Args:
+        throws: what became of them.
+        core: the cells in which they were carried out.
+        settings: what else a report tells, such as whether the controller went on learning.
+    """
+
+    figures = FIGURES
+
+    def __init__(self, throws: Throws, core: Core, settings: Mapping[str, Any]) -> None:
+        self.throws = throws
+        self._core, self._settings = core, settings
+
+    def values(self) -> Mapping[str, Floats]:
+        """Landing error, and what each throw adds to the sorted picks per minute."""
+        return {
+            "landing_error_m": self.throws.landing_error,
+            "sorted_per_min": 60.0 * self.throws.sorted / self.throws.cycle_time,
+        }
+
+    def summary(self) -> dict[str, Any]:
+        """Figures of all throws, by the names of the JSON contract."""
+        return summary(self.throws)
+
+    def report(self) -> dict[str, Any]:
+        """Summary, purity of each bin, settings, and under `throws` a mapping for each."""
+        names = self._core.cell.target_names if "belongs" in self.throws.told else ()
+        return {
+            **self.summary(),
+            **({"purity_by_bin": purity_by_bin(self.throws, names)} if names else {}),
+            "dwell_s": self._core.dwell,
+            **self._settings,
+            "action_mode": self._core.action_mode,
+            "versions": versions(),
+            "throws": throw_records(self.throws, self._core.item_names),
+        }
+
+    def columns(self) -> dict[str, Any]:
+        """Throws as columns, rounded."""
+        return columns(self.throws)
+
+    @classmethod
+    def table(cls, title: str, summary: Summary) -> Table:
+        """Every figure that the cell tells, one per line."""
+        return summary_table(title, summary)
+
+    @classmethod
+    def comparison(cls, title: str, rows: Sequence[Row], base: str | None = None) -> Table:
+        """Controllers side by side."""
+        del base
+        return comparison_table(title, rows)
+
+    @classmethod
+    def summarise(cls, results: Sequence[Result], num_envs: int) -> dict[str, Any]:
+        """Figures of one controller over its seeds."""
+        return summarise(results, num_envs)
+
+    @classmethod
+    def compared(
+        cls, results: Sequence[Result], sides: Sequence[Sequence[Result]], num_envs: int
+    ) -> dict[str, tuple[Floats, ...]]:
+        """Landing errors, and what was sorted in what time, of throws or of shifts in which throws teach."""
+        del sides
+        error, done, time = by_shift(results, num_envs)
+        return {"landing_error_m": (error,), "sorted_per_min": (done, time)}
+
+    @classmethod
+    def objects(cls, columns: Mapping[str, Any]) -> list[int] | None:
+        """Items thrown; None where throws come in shifts, whose streams are the same whatever is picked when."""
+        return None if "pick" in columns else columns["item"]

@@ -1,0 +1,98 @@
+"""Kinds of trials by name, and the trial of an environment."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from pnt_gym.cells.base.config import LevelConfig
+
+from ..ground.cli import UsageError
+from ..ground.environments import Env, config_of, core_of, make_vector, own_module
+from .throws.trial import ThrowTrial
+from .trial import NUM_ENVS, Trial
+from .work_shifts.trial import ShiftTrial
+
+TRIALS: Final[Mapping[str, type[Trial]]] = {"throws": ThrowTrial, "work_shifts": ShiftTrial}
+"""Kinds of trials that ship, by the `trial` of a config."""
+
+
+def trial_class(config: Any) -> type[Trial]:
+    """The kind of trial by which controllers are judged on a level.
+
+    Args:
+        config: of the level; one without a `trial` is judged by throws.
+
+    Raises:
+        UsageError: there is no such kind of trial.
+    """
+    name = str(getattr(config, "trial", "throws"))
+    if name in TRIALS:
+        return TRIALS[name]
+    module, _, attribute = name.partition(":")
+    kind = getattr(own_module(module), attribute, None) if attribute else None
+    if not (inspect.isclass(kind) and issubclass(kind, Trial)):
+        known = ", ".join(TRIALS)
+        raise UsageError(
+            f"trial is {name!r}; it must be {known}, or MODULE:CLASS of a subclass of agents.judging.Trial"
+        )
+    return kind
+
+
+def trial_of(env: Env) -> Trial:
+    """The trial of a vector environment that is open."""
+    return trial_class(core_of(env).config)(env)
+
+
+def open_trial(
+    env_id: str,
+    level: str | Path | LevelConfig | Mapping[str, Any] | None = None,
+    num_envs: int = NUM_ENVS,
+    threads: int = 2,
+    action_mode: str | None = None,
+    throws: str | None = None,
+) -> Trial:
+    """Open an environment as `make_vector` does, with its throws simulated as they are asked for.
+
+    Args:
+        env_id: id of the environment, or MODULE:ID.
+        level: as `make_vector` takes it.
+        num_envs: rows side by side.
+        threads: threads that simulate.
+        action_mode: one of the environment's own; None for its default.
+        throws: what becomes of throws, for environments whose levels leave the choice; None for the level's own.
+
+    Raises:
+        UsageError: no such environment, or `throws` where there is no choice.
+        ConfigError: no such level.
+    """
+    if throws is not None:
+        config = config_of(env_id, level)
+        level = trial_class(config).simulated(config, throws)
+    env = make_vector(env_id, level, num_envs, threads, action_mode)
+    try:
+        return trial_of(env)
+    except BaseException:
+        env.close()
+        raise
+
+
+def check_options(trial: Trial | type[Trial], given: Mapping[str, Any], env_id: str, dashes: str = "--") -> None:
+    """Make sure that no option was given that other kinds of trials have a use for, and this one has not.
+
+    Args:
+        trial: of the environment.
+        given: options by name; one that was not given is None or False.
+        env_id: name of the environment, for the error.
+        dashes: what stands before an option's name.
+
+    Raises:
+        UsageError: one was.
+    """
+    for kind in TRIALS.values():
+        for name in sorted(kind.options - trial.options):
+            if given.get(name) not in (None, False):
+                option = name.replace("_", "-") if dashes else name
+                raise UsageError(f"{dashes}{option} goes with {kind.unit}; {env_id} is judged by {trial.unit}")

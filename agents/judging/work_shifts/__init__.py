@@ -1,0 +1,1 @@
+"""Trials by work shifts: lines on which a controller decides what comes next."""

@@ -1,0 +1,33 @@
+"""What cards say of policies that choose on lines."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from ...ground.tables import percent
+from ..card import Card
+
+CARD: Final = Card(
+    judged="shifts",
+    header=("value/min (95 % interval)", "sorted/min", "recovery", "recovery of value", "ms/decision"),
+    cells=lambda found: [
+        f"{found['value_per_min']:.1f} ({found['value_per_min_low']:.1f}..{found['value_per_min_high']:.1f})",
+        f"{found['sorted_per_min']:.1f}",
+        *(percent(found[name]) for name in ("recovery", "value_recovery")),
+        f"{found['ms_per_decision']:.2f}",
+    ],
+    reward=lambda found: found["by_shift"]["value_per_min"],
+    rewarded="value per minute of a shift",
+    metrics={
+        "sorted_per_min": "sorted picks per minute",
+        "recovery": "share of all objects that came which was sorted",
+        "value_recovery": "share of their value",
+    },
+    film="A film of the line at work",
+    use=(
+        "pnt-gym evaluate --controller {name} --shifts 100",
+        "pnt-gym play --controller {name} --video line.mp4",
+    ),
+    graph="`observation` (N, D) to the choice `action` (N,) and the `scores` (N, C) of all that there are",
+    actions="(N,) int64",
+)

@@ -1,0 +1,133 @@
+"""The record of a trial by work shifts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Final, final
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.table import Table
+
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.line.core import LineCore
+
+from ...ground import metrics
+from ...ground.files import jsonable
+from ...ground.versions import versions
+from ..record import Figure, Record, Result, Row, Summary
+from .data import LISTS, MEANS, Shifts, mean
+from .gantt import gantt
+from .results import columns, compared, summarise
+from .tables import shifts_comparison, shifts_table
+
+FIGURES: Final = {
+    "value_per_min": Figure("value/min"),
+    "sorted_per_min": Figure("sorted/min"),
+    "recovery": Figure("recovery", "%", 100.0),
+    "value_recovery": Figure("recovery of value", "%", 100.0),
+}
+
+
+@final
+class ShiftRecord(Record):
+    """Work shifts of lines.
+
+    Args:
+        shifts: what became of them.
+        core: the lines that were worked.
+        settings: what else a report tells, such as who corrected the throws.
+    """
+
+    figures = FIGURES
+
+    def __init__(self, shifts: Shifts, core: LineCore, settings: Mapping[str, Any]) -> None:
+        self.shifts = shifts
+        self._core, self._settings = core, settings
+
+    def values(self) -> Mapping[str, Floats]:
+        """Figures of each shift."""
+        return {name: self.shifts.told[MEANS[name]].astype(np.float64) for name in self.figures}
+
+    def summary(self) -> dict[str, Any]:
+        """Figures of all shifts, by the names of the JSON contract."""
+        found, core = self.shifts, self._core
+        told, decisions = found.told, found.decisions
+        picked, success = decisions["picked"].astype(bool), decisions["is_success"].astype(bool)
+        rate = metrics.wilson(int(success.sum()), len(success))
+        value = metrics.mean_interval(found.value)
+        minutes = core.config.duration / 60.0 * len(found.value)
+        head = {
+            "shifts": len(found.value),
+            "picks": len(success),
+            "picks_per_min": len(success) / minutes,
+            **{name: jsonable(mean(told[key])) for name, key in MEANS.items()},
+            "value_per_min_low": value.low,
+            "value_per_min_high": value.high,
+            "success_rate": rate.value,
+            "success_low": rate.low,
+            "success_high": rate.high,
+            "pick_rate": float(picked.mean()),
+            "cycle_time_mean_s": float(decisions["cycle_time"].mean()),
+            "wait_time_mean_s": float(decisions["wait_time"].mean()),
+            "dwell_s": core.dwell,
+            "invalid_actions": found.invalid,
+            "ms_per_decision": 1e3 * found.seconds / found.taken,
+        }
+        lists = {name: jsonable(mean(told[key])) for name, key in LISTS.items()}
+        by_robot = [decisions["wait_time"][decisions["by"] == robot] for robot in range(len(core.config.robots))]
+        lists["wait_by_robot_s"] = [float(one.mean()) if one.size else None for one in by_robot]
+        names = {"items": list(core.item_names), "robots": [robot.name for robot in core.config.robots]}
+        shifts = {name.removeprefix("shift_"): jsonable(values) for name, values in told.items()}
+        return {**head, **lists, **names, **_bins(decisions, core), "by_shift": shifts}
+
+    def report(self) -> dict[str, Any]:
+        """Summary, settings, and under `throws` a mapping for each decision."""
+        decisions = self.shifts.decisions
+        rows = zip(*map(jsonable, decisions.values()), strict=True)
+        each = [dict(zip(decisions, row, strict=True)) for row in rows]
+        return {**self._settings, **self.summary(), "versions": versions(), "throws": each}
+
+    def columns(self) -> dict[str, Any]:
+        """Figures of each shift, rounded, and what all decisions have in common."""
+        return columns(self.shifts, self._core)
+
+    def picture(self) -> str:
+        """Who took what in the first minute of the first shift."""
+        return gantt(self.report())
+
+    @classmethod
+    def table(cls, title: str, summary: Summary) -> Table:
+        """Every figure, one per line."""
+        return shifts_table(title, summary)
+
+    @classmethod
+    def comparison(cls, title: str, rows: Sequence[Row], base: str | None = None) -> Table:
+        """Controllers side by side over the same shifts."""
+        return shifts_comparison(title, rows, base)
+
+    @classmethod
+    def summarise(cls, results: Sequence[Result], num_envs: int) -> dict[str, Any]:
+        """Figures of one controller over its seeds."""
+        del num_envs
+        return summarise(results)
+
+    @classmethod
+    def compared(
+        cls, results: Sequence[Result], sides: Sequence[Sequence[Result]], num_envs: int
+    ) -> dict[str, tuple[Floats, ...]]:
+        """Figures of the shifts that both sides have worked."""
+        del num_envs
+        return compared(results, min(len(side[0]["columns"]["value_per_min"]) for side in sides))
+
+
+def _bins(decisions: Mapping[str, NDArray[Any]], core: LineCore) -> dict[str, Any]:
+    """Purity of each bin in which something lies at the end of a shift, ROBOT/BIN."""
+    in_time = decisions["start"] + decisions["cycle_time"] <= core.config.duration
+    found: dict[str, float] = {}
+    for index, robot in enumerate(core.config.robots):
+        for number, bin_ in enumerate(core.config.cell_of(index).bins.fixed):
+            there = in_time & (decisions["by"] == index) & (decisions["ended_in"] == number)
+            if there.any():
+                found[f"{robot.name}/{bin_.name}"] = float(decisions["sorted"][there].astype(bool).mean())
+    return {"purity_by_bin": found}

@@ -1,0 +1,69 @@
+"""Work shifts as a benchmark keeps them, and figures of controllers from that."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.line.core import LineCore
+
+from ...ground import metrics
+from ...ground.files import jsonable
+from ..record import Result, by_seed
+from .data import LISTS, MEANS, Shifts, mean
+
+COMPARED: Final = ("value_per_min", "sorted_per_min", "recovery", "value_recovery")
+"""Figures of shifts by which controllers are compared."""
+DIGITS: Final = 5
+"""To which figures of shifts are kept."""
+
+
+def columns(found: Shifts, core: LineCore) -> dict[str, Any]:
+    """Shifts as columns, and what all of their decisions have in common."""
+    told, picked = found.told, found.decisions["picked"].astype(bool)
+    success = found.decisions["is_success"].astype(bool)
+    return {
+        **{name: jsonable(np.round(told[key], DIGITS)) for name, key in {**MEANS, **LISTS}.items()},
+        "items": list(core.item_names),
+        "robots": [robot.name for robot in core.config.robots],
+        "picks": len(picked),
+        "picked": int(picked.sum()),
+        "success": int(success.sum()),
+        "invalid": found.invalid,
+        "ms_per_decision": round(1e3 * found.seconds / found.taken, 4),
+    }
+
+
+def summarise(results: Sequence[Result]) -> dict[str, Any]:
+    """Figures of one controller over its seeds, each of which has worked the same shifts.
+
+    The interval of the value is bootstrapped over shifts, averaged over the seeds.
+    """
+    first, all_of = results[0]["columns"], [result["columns"] for result in results]
+    value = by_seed(results, "value_per_min")
+    each = metrics.mean_interval(value.mean(axis=0))
+    picks, picked = (sum(one[name] for one in all_of) for name in ("picks", "picked"))
+    return {
+        "seeds": [result["seed"] for result in results],
+        "shifts": value.shape[1],
+        **{name: jsonable(mean(np.concatenate(by_seed(results, name)))) for name in (*MEANS, *LISTS)},
+        "value_per_min_low": each.low,
+        "value_per_min_high": each.high,
+        "value_per_min_by_seed": value.mean(axis=1).tolist(),
+        "by_shift": {name: jsonable(by_seed(results, name).mean(axis=0)) for name in COMPARED},
+        "items": first["items"],
+        "robots": first["robots"],
+        "pick_rate": picked / picks,
+        "success_rate": sum(one["success"] for one in all_of) / picks,
+        "invalid_actions": sum(one["invalid"] for one in all_of),
+        "ms_per_decision": float(np.mean([one["ms_per_decision"] for one in all_of])),
+        "learn_seconds": float(np.mean([result["learn_seconds"] for result in results])),
+    }
+
+
+def compared(results: Sequence[Result], shifts: int) -> dict[str, tuple[Floats]]:
+    """What is compared with others that have worked so many of these shifts, each (seeds, shifts)."""
+    return {name: (by_seed(results, name)[:, :shifts],) for name in COMPARED}

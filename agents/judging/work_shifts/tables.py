@@ -1,0 +1,81 @@
+"""Tables of work shifts on the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from rich.table import Table
+
+from ...ground import metrics
+from ...ground.tables import Grid, gain_text, interval_text, percent, success_text, value_table
+from ..record import Row, Summary
+
+
+def shifts_table(title: str, summary: Summary) -> Table:
+    """Every figure of shifts at a line, one per line."""
+    low, high = summary["value_per_min_low"], summary["value_per_min_high"]
+    rows = [
+        ("value per minute", f"{summary['value_per_min']:.1f} ({low:.1f} .. {high:.1f})"),
+        ("sorted per minute", f"{summary['sorted_per_min']:.1f}"),
+        ("picks per minute, attempted", f"{summary['picks_per_min']:.1f}"),
+        ("success", success_text(summary)),
+        ("recovery: sorted of all that came", percent(summary["recovery"])),
+        ("recovery of value", percent(summary["value_recovery"])),
+        *(
+            (f"{item}: recovery, passed the end in a shift", f"{percent(share)}, {passed:.1f}")
+            for item, share, passed in _together(summary, "items", "recovery_by_item", "passed_by_item")
+        ),
+        ("value that passed the end, per minute", f"{summary['passed_value_per_min']:.1f}"),
+        ("tried in vain, of what passed it", percent(summary["passed_tried"])),
+        ("purity: share of what is in bins", percent(summary["purity"])),
+        *((f"purity of bin {name}", percent(share)) for name, share in summary["purity_by_bin"].items() if share < 1.0),
+        ("picks that held", percent(summary["pick_rate"])),
+        *(
+            (
+                f"robot {name}: at work, picks in a shift, standstill for each",
+                f"{percent(share)}, {picks:.0f}, {_seconds(wait)}",
+            )
+            for name, share, picks, wait in _together(
+                summary, "robots", "utilisation", "picks_by_robot", "wait_by_robot_s"
+            )
+        ),
+        ("cycle time, mean", f"{summary['cycle_time_mean_s']:.3f} s"),
+        ("standstill above the belt, mean", f"{summary['wait_time_mean_s']:.3f} s"),
+        ("time of a decision", f"{summary['ms_per_decision']:.2f} ms"),
+        ("choices that were not there", str(summary["invalid_actions"])),
+    ]
+    return value_table(title, rows)
+
+
+def _together(summary: Summary, *names: str) -> Iterator[tuple[Any, ...]]:
+    """Lists of an evaluation side by side."""
+    return zip(*(summary[name] for name in names), strict=True)
+
+
+def _seconds(time: float | None) -> str:
+    """A time for people; "-" where there is none."""
+    return "-" if time is None else f"{time:.3f} s"
+
+
+def shifts_comparison(title: str, rows: Sequence[Row], base: str | None) -> Table:
+    """Controllers of a line side by side over the same shifts, as `comparison_table`; `base` is whom they are over.
+
+    Who has worked fewer shifts is compared on those.
+    """
+    compared = next((summary["by_shift"]["value_per_min"] for name, _, summary in rows if name == base), None)
+    values = [summary["by_shift"]["value_per_min"] for _, _, summary in rows]
+    lines = [
+        [
+            name,
+            f"{count} decisions" if count else "-",
+            interval_text(metrics.mean_interval(value)),
+            "-" if name == base else gain_text(value, compared),
+            f"{summary['sorted_per_min']:.1f}",
+            percent(summary["recovery"]),
+            f"{summary['ms_per_decision']:.2f}",
+        ]
+        for (name, count, summary), value in zip(rows, values, strict=True)
+    ]
+    header = ("controller", "learned from", "value/min (95 % interval)", f"over {base}", "sorted/min", "recovery")
+    return Grid(title, (*header, "ms/decision"), lines).terminal()

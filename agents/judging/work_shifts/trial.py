@@ -1,0 +1,218 @@
+"""Trials by work shifts: a controller decides what comes next on lines, and whole held-out shifts are counted."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from hashlib import sha256
+from itertools import takewhile
+from pathlib import Path
+from typing import Any, Final, final
+
+import numpy as np
+
+from pnt_gym.cells.base.config import LevelConfig
+from pnt_gym.cells.line.chances import needed, written
+from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.cells.line.core import LineCore
+
+from ...controllers.between import PLANNER
+from ...controllers.own import Policy, own_controller
+from ...controllers.protocol import Controller
+from ...dispatchers.decisions import worked_by
+from ...dispatchers.registry import FIRST, GUIDED, SEARCHED, line_controller
+from ...dispatchers.release import releaser
+from ...dispatchers.scored import Scored, run_scores
+from ...dispatchers.settings import PLANNERS, rate
+from ...dispatchers.settings import settings as tuned_settings
+from ...ground.cli import UsageError
+from ...ground.environments import Env, stream_seed
+from ...learning import runs
+from ...learning.hyperparameters import checked
+from ...learning.windows import DecisionWindow
+from ...policies.scorer import Scorer
+from ..card import Card
+from ..trial import Progress, Trial
+from .card import CARD
+from .data import worked
+from .record import ShiftRecord
+
+SECONDS: Final = 12.0
+"""Seconds of a shift that a film shows unless something else is asked for."""
+END: Final = 64
+"""Shifts by which a search compares its end with its beginning, as in `agents.line tune`."""
+SLOW: Final = 20
+"""Decisions of a rule that take as long as one of a planner."""
+
+
+@final
+class ShiftTrial(Trial):
+    """Work shifts of lines, in which an action chooses what a robot takes next."""
+
+    unit = "work shifts"
+    step = "decision"
+    option = "shifts"
+    usual = usual_table = 32
+    usual_card = 100
+    options = frozenset({"shifts", "release", "throws", "picture", "video"})
+    record = ShiftRecord
+    algorithms = runs.CHOOSING[::-1]
+    checkpoint_every = 125_000
+    window = DecisionWindow
+    reference = "atc"
+
+    def __init__(self, env: Env) -> None:
+        super().__init__(env)
+        self.core: LineCore
+        self._settings: dict[str, str] = {}
+        if env.num_envs > 1 and getattr(env.unwrapped, "core", None) is None:
+            raise UsageError(
+                f"this environment steps {env.num_envs} lines one by one, and a controller of a line sees all at once; "
+                "use 1 line (--num-envs 1)"
+            )
+
+    def run(
+        self,
+        controller: Controller,
+        count: int,
+        seed: int,
+        *,
+        online: bool = False,
+        progress: Progress | None = None,
+    ) -> ShiftRecord:
+        """Let a controller work `count` held-out shifts."""
+        del online
+        shifts = worked(controller, self.env, count, stream_seed("evaluate", seed), progress)
+        return ShiftRecord(shifts, self.core, {"level": self.core.config.name, **self._settings})
+
+    @classmethod
+    def simulated(cls, config: LevelConfig, throws: str) -> LineConfig:
+        """The level with throws by `table`, in `flight` or in `full`."""
+        return LineConfig.load(config, throws=throws)
+
+    def controller(self, policy: Any, *, trust: bool = False, **options: Any) -> Controller:
+        """A controller of lines: a name, a scorer's file, a run folder, MODULE:CLASS, or a function of observations."""
+        if not isinstance(policy, str):
+            return policy if hasattr(policy, "act") else Policy(policy, "function", np.int64)
+        if ":" in policy:
+            return own_controller(policy, self.env, **options)
+        try:
+            return line_controller(policy, self.core, **options)
+        except TypeError:
+            raise UsageError(f"controller {policy!r} has no settings {', '.join(options)}") from None
+
+    def correct_throws(self, release: str | None) -> None:
+        """Let a controller of PnTRelease-v0 correct the throws, where they are simulated."""
+        self._settings = {"release": release or PLANNER}
+        if release is not None:
+            self.core.use(releaser(release, self.core))
+
+    def expert(self, env_id: str) -> str:
+        """The guided planner."""
+        del env_id
+        return GUIDED
+
+    def practise(
+        self, controller: Controller, steps: int, seed: int, *, progress: Progress | None = None
+    ) -> Controller:
+        """Search for an index, where the controller is one, in whole generations of about so many decisions."""
+        del progress
+        if controller.name != SEARCHED or steps == 0:
+            return controller
+        from ...dispatchers.scores import searched  # noqa: PLC0415 - needs a library that only a search does
+        from ...dispatchers.search import SEARCHED_SHIFTS, Bench, best  # noqa: PLC0415 - as above
+
+        level = LineConfig.load(self.core.config, throws="table")
+        first = stream_seed("practice", seed)
+        bench = Bench(level, np.arange(first, first + END))
+        generations = -(-steps // _decisions(level, SEARCHED_SHIFTS))
+        tried = searched(bench, tuned_settings(level.name, "atc")["patience"], generations, seed)
+        return Scored(SEARCHED, Scorer.linear(**best(tried).settings))
+
+    def peers(self, asked: Mapping[str, Any]) -> dict[str, int]:
+        """Rules: first in, first out, and the tuned ATC rule."""
+        del asked
+        return {FIRST: 0, "atc": 0}
+
+    def steps(self, controller: Controller, seed: int) -> Iterator[float]:
+        """Decisions of one line in its first shift; yields the time of the next one since the begin of the shift [s].
+
+        Row 0 of many lines has the same shift.
+        """
+        for _ in worked_by(controller.act, self.env, stream_seed("evaluate", seed), 1):
+            yield float(self.core.cell.state.clock[0])
+
+    def filmed(self, steps: Iterator[float], picks: int | None) -> Iterator[float]:
+        """So many decisions, or those of the first 12 s."""
+        return takewhile(lambda time: time < SECONDS, steps) if picks is None else super().filmed(steps, picks)
+
+    def advance(self, steps: Iterator[float], moment: float) -> None:
+        """Decide until a moment of the shift [s]."""
+        for time in steps:
+            if time >= moment:
+                return
+
+    def check_training(self, asked: Mapping[str, Any]) -> None:
+        """Make sure that the algorithm chooses, and that nothing is asked for that goes with throws."""
+        super().check_training(asked)
+        if (asked["stack"], asked["over"], asked["fidelity"]) != (1, PLANNER, "full"):
+            raise UsageError("--stack, --over and --fidelity go with throws, and not with work shifts")
+
+    def hyperparameters(self, asked: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
+        """Hyperparameters with those that depend on the line: what the tuned ATC rule is and brings there.
+
+        `gamma` and `gae_lambda` are of one robot's decisions; among those of R robots they are the R-th roots.
+        """
+        config, found = self.core.config, dict(given)
+        checked(found)
+        robots = len(config.robots)
+        found |= {key: round(found[key] ** (1.0 / robots), 6) for key in ("gamma", "gae_lambda") if key in found}
+        if asked["algo"] in runs.SCORING:
+            found.setdefault("patience", tuned_settings(config.name, "atc")["patience"])
+        tuned = rate(config.name)
+        found.setdefault("price_of_time", config.price_of_time if tuned is None else tuned)
+        return found
+
+    def price(self, settings: Mapping[str, Any]) -> float:
+        """How much more a second costs in training than in the reward of the environment [1/s]."""
+        checked(settings)
+        return float(settings.get("price_of_time", self.core.config.price_of_time)) - self.core.config.price_of_time
+
+    def policy(self, folder: Path, checkpoint: Path | None, asked: Mapping[str, Any], name: str) -> Controller:
+        """The newest policy of a training, or that of a checkpoint."""
+        del asked, name
+        return run_scores(folder, checkpoint)
+
+    @classmethod
+    def card(cls) -> Card:
+        """Value per minute and recovery of shifts."""
+        return CARD
+
+    @classmethod
+    def depends(cls, name: str, levels: Sequence[LineConfig], options: Mapping[str, Any], throws: Sequence[int]) -> Any:
+        """Settings that were tuned, and tables of throws."""
+        del options, throws
+        tuned: list[Any] = [tuned_settings(level.name, name, len(level.robots)) for level in levels]
+        if name == SEARCHED:
+            tuned += [tuned_settings(level.name, "atc") for level in levels]
+        if name in cls.algorithms:
+            tuned = [(tuned_settings(level.name, "atc"), rate(level.name)) for level in levels]
+        return {"tuned": tuned, "tables": [sha256(written(needed(level)).encode()).hexdigest() for level in levels]}
+
+    @classmethod
+    def learned(cls, name: str, levels: Sequence[LineConfig], options: Mapping[str, Any]) -> list[tuple[str, str]]:
+        """The guide of a guided planner on each level, and tables of throws that are files of the user's."""
+        tables = [("chances", level.chances) for level in levels if level.chances is not None]
+        if name != GUIDED:
+            return tables
+        told = [tuned_settings(level.name, name, len(level.robots)) for level in levels]
+        return [*tables, *(("guide", str({**own, **options}.get("guide", SEARCHED))) for own in told)]
+
+    @classmethod
+    def effort(cls, name: str, config: LineConfig, count: int, num_envs: int) -> int:
+        """Decisions in some shifts, in rows that all work until all are done; of planners as many as rules take."""
+        return _decisions(config, -(-count // num_envs) * num_envs) * (SLOW if name in PLANNERS else 1)
+
+
+def _decisions(level: LineConfig, shifts: int) -> int:
+    """Number of decisions in some shifts, about one a second by each robot."""
+    return int(level.duration) * len(level.robots) * shifts

@@ -1,0 +1,109 @@
+"""The folder of a published policy: what is copied into it, drawn and filmed."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Mapping
+from contextlib import closing
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from pnt_gym.cells.base.canvas import Picture
+from pnt_gym.cells.base.view import ThrowView
+from pnt_gym.cells.line.view import LineView
+
+from ..controllers.between import PLANNER
+from ..ground.cli import UsageError
+from ..ground.files import read_yaml
+from ..judging.trial import Trial
+from ..learning import runs
+from ..pictures.stage import Stage
+from .card import CURVE, GRAPH, REPLAY, curve
+from .onnx_graph import save_onnx
+
+FILES: Final = (
+    "policy.npz", "model.zip", "args.yml", "config.yml", "env.yaml", "versions.json", "git.txt", "progress.csv",
+)  # fmt: skip
+"""What of a run folder a user of the policy needs: all but the replay buffer and the checkpoints."""
+FRAME: Final = Picture(width=640, height=368)
+"""Small, and in whole blocks of the codec."""
+
+
+def names(folder: Path, env_id: str, asked: Mapping[str, Any]) -> tuple[str, str]:
+    """Name of the level that a run was trained on, and that of the folder to publish it in.
+
+    Raises:
+        UsageError: they would not make a folder's name.
+    """
+    level = read_yaml(folder / "env.yaml", "level")
+    trained_on = level.get("name") if isinstance(level, dict) else None
+    try:
+        return str(trained_on), runs.name_of({**asked, "env": env_id}, trained_on)
+    except UsageError:
+        raise UsageError(f"run folder {str(folder)!r} is damaged: env.yaml has name {trained_on!r}") from None
+
+
+def check_model(folder: Path) -> None:
+    """Make sure that a run's two files of its newest policy are of the same throw.
+
+    Raises:
+        UsageError: they are not, or one is missing or damaged.
+    """
+    from ..policies.weights import actor_of  # noqa: PLC0415 - imports torch
+
+    kept, made = (actor.numbers for actor in (runs.load_numbers(folder), actor_of(runs.load_model(folder))))
+    if kept.keys() != made.keys() or not all(np.array_equal(kept[name], made[name]) for name in kept):
+        raise UsageError(
+            f"run folder {str(folder)!r} is damaged: {runs.POLICY} and {runs.MODEL} are not of the same throw; "
+            "training that goes on with --resume mends it"
+        )
+
+
+def check_graph(asked: Mapping[str, Any]) -> None:
+    """Make sure that a graph of the policy alone does what the policy does.
+
+    Raises:
+        UsageError: it is not all of it.
+    """
+    if asked["algo"] in runs.RECURRENT:
+        raise UsageError(f"a policy of {asked['algo']} remembers, which policy.onnx has no place for; give --no-onnx")
+    if asked["over"] != PLANNER:
+        raise UsageError(f"policy.onnx would lack the controller {asked['over']!r} under the policy; give --no-onnx")
+
+
+def fill(
+    parts: Path,
+    folder: Path,
+    env_id: str,
+    asked: Mapping[str, Any],
+    trial: type[Trial],
+    *,
+    onnx: bool,
+    film_seed: int | None,
+) -> None:
+    """Everything but the card.
+
+    Args:
+        parts: the new folder.
+        folder: of the run.
+        env_id: of its environment.
+        asked: what the training was asked for.
+        trial: kind of task.
+        onnx: write the policy as a graph.
+        film_seed: names the objects of the film; None for no film.
+    """
+    for name in FILES:
+        if (folder / name).is_file():
+            shutil.copy2(folder / name, parts / name)
+    # Neither a date nor a version: the same bytes for the same training.
+    curve(folder / "progress.csv", trial).savefig(parts / CURVE, dpi=100, metadata={"Software": None})
+    if onnx:
+        about = {name: str(asked[name]) for name in ("env", "level", "algo", "steps", "seed", "action_mode")}
+        save_onnx(runs.load_numbers(folder), parts / GRAPH, about)
+    if film_seed is not None:
+        with closing(Stage(str(folder), env_id, None, film_seed)) as stage:
+            if isinstance(stage.view, ThrowView | LineView):
+                stage.view.aim(FRAME)
+            stage.film(parts / REPLAY)

@@ -1,0 +1,82 @@
+"""What a training is to do: by the command line and the defaults, or by the run that is resumed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from ..controllers.between import PLANNER
+from ..ground.cli import UsageError
+from ..ground.environments import config_of
+from ..judging.trials import trial_class
+from ..learning import runs
+from ..learning.hyperparameters import hyperparameters, size
+from ..learning.trained import own_environment
+
+LEVELS: Final[Mapping[str, str]] = dict.fromkeys(("PnTConveyor-v0", "PnTRelease-v0"), "waste")
+"""Level of a training unless another one is asked for: where learning shows in success, not only in the landing."""
+DEFAULTS: Final[Mapping[str, Any]] = {
+    "env": "PnTConveyor-v0",
+    "level": None,
+    "fidelity": "full",
+    "full_last": 0,
+    "algo": None,
+    "steps": None,
+    "seed": 0,
+    "num_envs": None,
+    "action_mode": None,
+    "checkpoint_every": None,
+    "stack": 1,
+    "over": PLANNER,
+}
+"""What a new run is asked for unless the command line says otherwise; the kind of task and hyperparameters say more."""
+
+
+def settled(arguments: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """What the run is to do, and its hyperparameters; they say how long and in how many cells unless it is asked for.
+
+    Raises:
+        UsageError: see `request`; or hyperparameters that are missing or damaged.
+    """
+    asked, resume = request(arguments), arguments["resume"]
+    settings = hyperparameters(asked["algo"], asked["env"], resume / "config.yml" if resume else arguments["config"])
+    usual = size(asked["algo"], asked["env"], settings)
+    return {**asked, **{name: value for name, value in usual.items() if asked[name] is None}}, settings
+
+
+def request(arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """What the run is to do: from the command line and the defaults, or from the run that is resumed.
+
+    Args:
+        arguments: of the command; None where nothing was given.
+
+    Raises:
+        UsageError: an option that a resumed run has already settled, or options that do not go together.
+    """
+    given = {name: arguments[name] for name in DEFAULTS if arguments[name] is not None}
+    if arguments["resume"] is not None:
+        return _resumed(arguments["resume"], arguments, given)
+    if arguments["out"] is not None:
+        runs.check_new(arguments["out"])
+    asked = {**DEFAULTS, **given}
+    if asked["full_last"] and asked["fidelity"] != "flight":
+        raise UsageError("--full-last goes with --fidelity flight")
+    asked["level"] = asked["level"] or LEVELS.get(asked["env"])
+    trial = trial_class(config_of(asked["env"], asked["level"]))
+    usual = {"algo": trial.algorithms[0], "checkpoint_every": trial.checkpoint_every}
+    return {**asked, **{name: value for name, value in usual.items() if asked[name] is None}}
+
+
+def _resumed(folder: Path, arguments: Mapping[str, Any], given: dict[str, Any]) -> dict[str, Any]:
+    """What the run in a folder was asked for, and how many steps it is to go on for."""
+    recorded = runs.read_arguments(folder)
+    if given.get("env") == recorded["env"]:
+        recorded["env"] = given.pop("env")
+    else:
+        own_environment(folder, recorded["env"])
+    fixed = [*(given.keys() - {"steps"}), *(name for name in ("out", "config") if arguments[name] is not None)]
+    if fixed:
+        name = fixed[0].replace("_", "-")
+        raise UsageError(f"--{name} cannot be changed with --resume: the run folder has settled it; leave it out")
+    return {**recorded, **given}

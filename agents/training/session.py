@@ -1,0 +1,143 @@
+"""A training in the cells of a trial: new or resumed, until it is done or a signal stops it."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Mapping
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, final
+
+from ..controllers.between import as_seen
+from ..ground.cli import UsageError
+from ..ground.files import held
+from ..ground.places import module_name
+from ..ground.streams import destination
+from ..judging.trial import Trial
+from ..learning import runs
+from .course import in_flight, learn
+from .table import TABLE
+
+if TYPE_CHECKING:
+    from stable_baselines3.common.base_class import BaseAlgorithm
+
+    from ..learning.progress import Stop
+
+
+@final
+class Session:
+    """What a training needs: cells as the policy sees them, and the same cells where only flights are simulated.
+
+    Args:
+        trial: of the cells.
+        asked: what the training is to do.
+        settings: hyperparameters.
+        threads: threads that simulate.
+
+    Raises:
+        UsageError: something asked for that there is not in these cells.
+    """
+
+    def __init__(self, trial: Trial, asked: Mapping[str, Any], settings: Mapping[str, Any], threads: int) -> None:
+        core = trial.core
+        self.trial, self.settings = trial, settings
+        self.asked = {**asked, "level": asked["level"] or core.config.name, "action_mode": core.action_mode}
+        seen, price = as_seen(trial.env, self.asked), trial.price(settings)
+        self._quick = in_flight(trial.env, self.asked, threads)
+
+        import torch  # noqa: PLC0415 - bad usage is answered without waiting for it
+
+        from ..learning.vec_env import SameStepVecEnv  # noqa: PLC0415 - as above
+
+        torch.set_num_threads(1)  # small networks are slower on many threads
+        self.env = SameStepVecEnv(seen, even=asked["algo"] in runs.ON_POLICY, price=price)
+
+    def create(self, folder: Path | None) -> tuple[Path, BaseAlgorithm]:
+        """A new run folder with its untrained model; without a folder one in `runs`, called after the training."""
+        from ..learning.sb3 import build  # noqa: PLC0415 - imports torch
+
+        config = self.trial.core.config
+        model = build(self.asked["algo"], self.env, self.settings, self.asked["seed"])
+        name = f"{runs.name_of(self.asked, config.name)}-{time.strftime('%Y%m%d-%H%M%S')}"
+        place = destination(Path("runs") / name) if folder is None else folder
+        runs.create(place, self.asked, self.settings, config, model)
+        return place, model
+
+    def restore(self, folder: Path) -> BaseAlgorithm:
+        """The model of a run folder as it was left."""
+        return runs.restore(folder, self.env)
+
+    def learn(
+        self, model: BaseAlgorithm, folder: Path, stop: Stop, *, checkpoint_every: int | None = None, **how: Any
+    ) -> None:
+        """Train in legs.
+
+        Args:
+            model: learns.
+            folder: of the run.
+            stop: asked whether to go on.
+            checkpoint_every: steps between checkpoints; None for those that the training was asked for.
+            how: what `learn` takes beside that.
+        """
+        asked = self.asked if checkpoint_every is None else {**self.asked, "checkpoint_every": checkpoint_every}
+        learn(model, self.env, folder, asked, stop, self.trial.window(), quick=self._quick, **how)
+
+    def close(self) -> None:
+        """Close the cells of flights; the trial's own stay open."""
+        if self._quick is not None:
+            self._quick.close()
+
+
+def run_session(
+    session: Session, out: Path | None, resume: Path | None, more: int | None, tensorboard: bool
+) -> tuple[Path, int, int | None]:
+    """Train until the training is done or stopped.
+
+    Args:
+        session: of the training.
+        out: folder of a new run; None for one in `runs`.
+        resume: folder of the run that goes on, if it is none that is new.
+        more: steps that a resumed run was asked for anew, if it was.
+        tensorboard: also log losses for TensorBoard.
+
+    Returns:
+        The run folder, the number of steps done, and the number of the signal that stopped the training, if one did.
+    """
+    from ..learning.progress import Stop  # noqa: PLC0415 - imports torch
+
+    with Stop().listening() as stop, ExitStack() as ends:
+        if resume is not None:
+            ends.enter_context(held(resume))
+            folder, model = resume, _restored(session, resume, more)
+        else:
+            folder, model = session.create(None if out is None else destination(out))
+            ends.enter_context(held(folder))
+            ends.enter_context(runs.nothing_left(folder))
+        session.learn(model, folder, stop, tensorboard=tensorboard)
+    return folder, model.num_timesteps, stop.number
+
+
+def _restored(session: Session, folder: Path, more: int | None) -> BaseAlgorithm:
+    """The model of a run that goes on.
+
+    Raises:
+        UsageError: the run has done all that it was asked for.
+    """
+    model, asked = session.restore(folder), session.asked
+    if more is not None and more > model.num_timesteps:
+        (folder / TABLE).unlink(missing_ok=True)  # of fewer throws
+        runs.write_arguments(folder, asked)
+    if model.num_timesteps >= asked["steps"] and (folder / TABLE).is_file():
+        raise UsageError(
+            f"run {str(folder)!r} has done {model.num_timesteps} throws of {asked['steps']}; "
+            "give a larger --steps to go on"
+        )
+    return model
+
+
+def say_how_to_resume(folder: Path, env_id: str, steps: int, step: str) -> None:
+    """Tell the user where an interrupted run is."""
+    more = f" --env {env_id}" if ":" in env_id else ""
+    command = f"python -m {module_name('agents.train')} --resume {folder}{more}"
+    print(f"stopped after {steps} {step}s; continue with: {command}", file=sys.stderr)

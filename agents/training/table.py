@@ -1,0 +1,42 @@
+"""The table at the end of a training: what was learned beside other controllers, on the same held-out units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from ..ground.files import write_json
+from ..ground.tables import console
+from ..judging.evaluation import compare
+from ..judging.trial import Trial
+
+SEED: Final = 0
+"""Of the held-out units."""
+TABLE: Final = "evaluation.json"
+"""The table in the run folder."""
+
+
+def show_table(trial: Trial, folder: Path, steps: int, asked: Mapping[str, Any], count: int | None) -> None:
+    """Print the table, and keep it in the run folder.
+
+    Args:
+        trial: of the training.
+        folder: of the run.
+        steps: that the policy has learned from.
+        asked: what the training was asked for.
+        count: units of each controller; None for the usual number.
+    """
+    count = trial.usual_table if count is None else count
+    learned = trial.policy(folder, None, asked, f"learned ({asked['algo']})")
+    entries = [(trial.controller(name), practice) for name, practice in trial.peers(asked).items()]
+    for controller, _ in [*entries, (learned, 0)]:
+        controller.reset(asked["seed"])
+    rows = compare(
+        trial, [(controller.name, controller, practice) for controller, practice in entries], count, SEED,
+        practice_seed=asked["seed"],
+    )  # fmt: skip
+    rows += compare(trial, [(learned.name, learned, steps)], count, SEED)
+    title = f"{count} held-out {trial.unit} each, level {trial.core.config.name}; run folder {folder}"
+    console().print(trial.record.comparison(title, rows, trial.reference))
+    write_json(folder / TABLE, [{"controller": name, "throws": learned_from, **s} for name, learned_from, s in rows])
