@@ -21,6 +21,9 @@ from PIL import Image
 ROOT: Final = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
+from agents.pictures.film import decisions  # noqa: E402
+from agents.pictures.gantt import gantt  # noqa: E402
+
 from agents.controllers import make_controller  # noqa: E402
 from agents.dispatchers.registry import line_controller, opened, the_line  # noqa: E402
 from agents.ground.environments import core_of, make_vector, stream_seed  # noqa: E402
@@ -28,8 +31,6 @@ from agents.ground.files import replace_file, write_text  # noqa: E402
 from agents.judging.evaluation import usual_practice  # noqa: E402
 from agents.judging.throws.trial import practise, thrown
 from agents.judging.work_shifts import judged  # noqa: E402
-from agents.pictures.film import decisions  # noqa: E402
-from agents.pictures.gantt import gantt  # noqa: E402
 from pnt_gym.cells.base.canvas import Picture  # noqa: E402
 
 FOLDER: Final = ROOT / "docs" / "pictures"

@@ -241,13 +241,20 @@ def _check_level(plan: Plan, level: str) -> None:
     with closing(open_trial(plan.env, level, 1, 1)) as trial:
         trial.check_count(plan.count_of(type(trial), level), plan.num_envs, level)
         for entry in plan.entries:
-            if level not in (entry.levels or plan.levels):
-                continue
-            if entry.controller in TRAINED:
-                trial.check_training({**entry.model_dump(), "algo": entry.controller, "env": plan.env})
-                continue
-            for name in (entry.controller, *entry.also):
-                made(trial, entry, name)
+            if level in (entry.levels or plan.levels):
+                _check_entry(plan, entry, trial)
+
+
+def _check_entry(plan: Plan, entry: Entry, trial: Trial) -> None:
+    """Make sure that the controllers of an entry can act, or its algorithm learn, in a trial."""
+    try:
+        if entry.controller in TRAINED:
+            trial.check_training({**entry.model_dump(), "algo": entry.controller, "env": plan.env})
+            return
+        for name in (entry.controller, *entry.also):
+            made(trial, entry, name)
+    except UsageError as error:
+        raise UsageError(f"entry {entry.label!r}: {error}") from None
 
 
 def made(trial: Trial, entry: Entry, name: str) -> Controller:
@@ -260,7 +267,7 @@ def made(trial: Trial, entry: Entry, name: str) -> Controller:
         return trial.controller(name, **(entry.options if name == entry.controller else {}))
     except TypeError:
         known = ", ".join(entry.options)
-        raise UsageError(f"entry {entry.label!r}: controller {name!r} has no settings {known}") from None
+        raise UsageError(f"controller {name!r} has no settings {known}") from None
 
 
 @cache

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 from gymnasium import Space
+from gymnasium.spaces import Box
 
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.line.core import LineCore
 from pnt_gym.errors import one_sentence
 
 from ..ground.cli import UsageError
@@ -88,9 +88,9 @@ def make_controller(name: str, env: Env, *, trust: bool = False, **options: Any)
     Raises:
         UsageError: none of these, or a controller that cannot act in this environment.
     """
-    if isinstance(getattr(env.unwrapped, "core", None), LineCore):
+    if not isinstance(env.single_action_space, Box):
         raise UsageError(
-            f"controller {one_sentence(name, 80)!r} corrects throws; a line is worked by others, see `evaluate`"
+            f"controller {one_sentence(name, 80)!r} corrects throws; the actions of this environment are choices"
         )
     if name in _ANY_ACTIONS:
         return _ANY_ACTIONS[name](env, **options)

@@ -40,16 +40,10 @@ _RULES: Final[Mapping[str, Callable[..., Controller]]] = {
 NAMES: Final = tuple(_RULES)
 
 
-def line_of(env: Env) -> LineCore | None:
-    """The lines behind an environment; None where it is none of lines."""
-    core: Any = getattr(env.unwrapped, "core", None)
-    return core if isinstance(core, LineCore) else None
-
-
 def the_line(env: Env) -> LineCore:
     """The lines behind an environment of lines."""
-    core = line_of(env)
-    assert core is not None
+    core = core_of(env)
+    assert isinstance(core, LineCore)
     return core
 
 

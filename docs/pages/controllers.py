@@ -22,9 +22,9 @@ from agents.controllers import (
     trackers,
 )
 from agents.dispatchers.registry import NAMES as line_names
-from agents.dispatchers.registry import line_controller, line_of, the_line
+from agents.dispatchers.registry import line_controller, the_line
 from agents.ground.cli import UsageError
-from agents.ground.environments import make_vector
+from agents.ground.environments import config_of, make_vector
 
 from .marks import table
 
@@ -81,7 +81,7 @@ def described(name: str, controller: Controller) -> str:
 
 def _where(ids: list[str]) -> str:
     """Environments of a controller, in few words."""
-    throwing = [i for i in pnt_gym.ENV_IDS if line_of(_cells(i)) is None]
+    throwing = [i for i in pnt_gym.ENV_IDS if config_of(i).trial == "throws"]
     return "all that throw" if ids == throwing else ", ".join(f"`{i}`" for i in ids)
 
 

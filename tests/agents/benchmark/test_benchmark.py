@@ -12,12 +12,14 @@ import pytest
 import yaml
 
 from agents.benchmark import plan as plans
-from agents.benchmark.compare import assemble, errors, successes, summarise
+from agents.benchmark.compare import assemble
 from agents.benchmark.plan import Plan, needs, pieces, read_plan
-from agents.benchmark.run import OUTCOMES, jobs, run_piece
+from agents.benchmark.run import jobs, run_piece
 from agents.ground.cli import UsageError
 from agents.ground.places import SHIPPED as ROOT
 from agents.jobs.cluster import Needs
+from agents.judging.throws.columns import OUTCOMES
+from agents.judging.throws.results import errors, successes, summarise
 from agents.report.__main__ import Arguments as ReportArguments
 from agents.report.__main__ import main as report
 from agents.report.readme import with_blocks
@@ -115,7 +117,7 @@ def judged(**more: Any) -> dict[str, Any]:
 
 def test_what_a_sorter_is_judged_by() -> None:
     counts = {"passed": 4, "ended": 4, "belong": 2, "dropped": 1, "energy_j": 240.0}
-    found = summarise(Plan.model_validate(PLAN), [judged(**counts), judged(**counts)])
+    found = summarise([judged(**counts), judged(**counts)], 16)
     assert (found["success_rate"], found["share_sorted"]) == (pytest.approx(2 / 6), pytest.approx(1 / 6))
     assert found["sorted_per_min"] == pytest.approx(10.0)
     assert found["recovery"] == pytest.approx(1 / 10)
@@ -127,7 +129,7 @@ def test_what_a_sorter_is_judged_by() -> None:
 
 
 def test_results_of_before_are_reported_without_what_they_do_not_tell(done: dict[str, Any]) -> None:
-    found = summarise(Plan.model_validate(PLAN), [judged()])
+    found = summarise([judged()], 16)
     assert not {"recovery", "purity", "pick_rate", "drop_rate", "energy_per_pick_j"} & found.keys()
     old = [{k: v for k, v in row.items() if k not in ("share_astray", "share_unpicked")} for row in done["table"]]
     before = {**done, "table": [{k: v for k, v in row.items() if k != "share_dropped"} for row in old]}

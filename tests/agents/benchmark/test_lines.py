@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 import yaml
 
-from agents.benchmark import lines
 from agents.benchmark.compare import assemble
 from agents.benchmark.plan import Plan, needs, pieces, read_plan
 from agents.benchmark.run import run_piece
@@ -22,7 +21,8 @@ from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector, stream_seed
 from agents.ground.places import SHIPPED
 from agents.judging.evaluation import evaluate
-from agents.judging.work_shifts.data import worked
+from agents.judging.work_shifts.data import LISTS, MEANS, worked
+from agents.judging.work_shifts.results import summarise
 from agents.learning.runs import checkpoints
 from agents.report.__main__ import benchmark_chapter
 from tests.tools.commands import call
@@ -99,7 +99,7 @@ def test_figures_are_those_of_an_evaluation(done: dict[str, Any], work: Path, la
     controller = "atc" if label == "atc" else str(SHIPPED / SCORER)
     told = evaluate(controller, "PnTLine-v0", 5, level=str(work / level), num_envs=2)
     row = rows_by(done)[label, 0, level]
-    for name in (*lines.MEANS, *lines.LISTS, "pick_rate", "success_rate"):
+    for name in (*MEANS, *LISTS, "pick_rate", "success_rate"):
         np.testing.assert_allclose(np.array(row[name], float), np.array(told[name], float), atol=1e-4)
     assert row["by_shift"]["value_per_min"] == pytest.approx(told["by_shift"]["value_per_min"], abs=1e-4)
     assert (row["items"], row["robots"]) == (told["items"], told["robots"])
@@ -155,14 +155,14 @@ def test_pairs_are_shifts_that_both_have_worked(done: dict[str, Any]) -> None:
 
 def result(seed: int, **figures: list[Any]) -> dict[str, Any]:
     shifts = len(figures["value_per_min"])
-    usual = {**dict.fromkeys(lines.MEANS, [1.0] * shifts), **dict.fromkeys(lines.LISTS, [[1.0]] * shifts)}
+    usual = {**dict.fromkeys(MEANS, [1.0] * shifts), **dict.fromkeys(LISTS, [[1.0]] * shifts)}
     counts = {"items": ["tray"], "robots": ["first"], "picks": 10, "picked": 8, "success": 6, "invalid": 1}
     columns = {**usual, **counts, "ms_per_decision": 0.5 + seed, **figures}
     return {"label": "x", "seed": seed, "learn_seconds": 2.0 * seed, "columns": columns}
 
 
 def test_a_summary_by_hand() -> None:
-    found = lines.summarise([
+    found = summarise([
         result(0, value_per_min=[10.0, 30.0], recovery=[0.5, None], utilisation=[[1.0], [0.5]]),
         result(1, value_per_min=[20.0, 60.0], recovery=[0.1, 0.3], utilisation=[[0.25], [0.25]]),
     ])  # fmt: skip
@@ -218,12 +218,14 @@ def test_keys_change_with_what_figures_depend_on(monkeypatch: pytest.MonkeyPatch
     assert before == keys()
     assert not set(before.values()) & set(keys(shifts=6, learned=[]).values())
     tuned = {"atc": {"patience": 3.0}, "beam": {}}
-    told = "agents.benchmark.lines.settings"
+    told = "agents.judging.work_shifts.trial.tuned_settings"
     assert changed(lambda p: p.setattr(told, lambda level, name, robots=1: tuned.get(name, {}))) == {
         "atc", "patient", "ppo", "found", "guided",
     }  # fmt: skip
     everybody = {"fifo", "atc", "patient", "beam", "scorer", "guided", "ppo", "found"}
-    assert changed(lambda p: p.setattr("agents.benchmark.lines.written", lambda chances: "other")) == everybody
+    assert (
+        changed(lambda p: p.setattr("agents.judging.work_shifts.trial.written", lambda chances: "other")) == everybody
+    )
     Path("own.npz").write_bytes(Path("own.npz").read_bytes() + b" ")
     assert changed(lambda p: None) == {"scorer", "guided"}
     before, entries[6] = keys(), {**entries[6], "config": LONG}
@@ -239,18 +241,18 @@ GUIDED = {"label": "guided", "controller": "guided_beam"}
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"picks": 100}, "picks goes with throws; 'PnTLine-v0' is a line"),
+        ({"picks": 100}, "picks goes with throws; 'PnTLine-v0' is judged by work shifts"),
         ({"floors": {"one.yaml": "fifo"}}, "floors goes with throws"),
         ({"shifts": 4, "entries": [{**FIFO, "shifts": 5}]}, "entry 'fifo' has shifts 5; the plan has 4"),
         ({"entries": [{"label": "r", "controller": "ridge", "throws": [9]}]}, "'ridge' is no controller of a line"),
-        ({"entries": [{"label": "o", "controller": "my:Own"}]}, "'my:Own' is no controller of a line"),
+        ({"entries": [{"label": "o", "controller": "my:Own"}]}, "entry 'o': module 'my' cannot be imported"),
         ({"entries": [{"label": "s", "controller": "none.npz"}]}, "none.npz"),
         ({"entries": [{**FIFO, "options": {"patience": 2}}]}, "controller 'fifo' has no settings patience"),
         ({"entries": [{**GUIDED, "options": {"guide": "atc"}}]}, "guided_beam has guide 'atc'; guides are index"),
         ({"entries": [{**GUIDED, "options": {"guide": "none.npz"}}]}, "scorer 'none.npz' does not exist"),
         ({"entries": [{**PPO, "config": "none.yml"}]}, "cannot read hyperparameters 'none.yml'"),
-        ({"entries": [{**FIFO, "online": True}]}, "also and online go with throws"),
-        ({"env": "PnTRelease-v0", "levels": ["waste"], "train_level": "waste"}, "shifts goes with a line"),
+        ({"entries": [{**FIFO, "online": True}]}, "online goes with throws"),
+        ({"env": "PnTRelease-v0", "levels": ["waste"], "train_level": "waste"}, "shifts goes with work shifts"),
     ],
 )
 def test_plans_that_fit_no_line_are_explained(change: dict[str, Any], said: str) -> None:
@@ -265,7 +267,9 @@ def test_controllers_of_lines_throw_nothing(controller: str) -> None:
     throws = [64] if controller == "maskable_ppo" else [0]
     entry = {"label": "a", "controller": controller, "throws": throws}
     plan = {"name": "x", "train_level": "waste", "levels": ["waste"], "entries": [entry]}
-    with pytest.raises(UsageError, match=f"entry 'a': controller '{controller}'.*not of 'PnTRelease-v0'"):
+    with pytest.raises(
+        UsageError, match=f"entry 'a': .*{controller}.*(neither a controller|does not learn from throws)"
+    ):
         pieces(Plan.model_validate(plan))
 
 

@@ -19,9 +19,10 @@ from agents.controllers.protocol import Observation, Outcome
 from agents.controllers.trackers import effects
 from agents.ground.cli import UsageError
 from agents.ground.environments import core_of, make_vector
-from agents.judging.evaluation import PICKS, evaluate, usual_picks
+from agents.judging.evaluation import evaluate
 from agents.judging.throws.data import summary
 from agents.judging.throws.trial import held_out, observed, practise
+from agents.judging.trials import trial_of
 from pnt_gym.cells.conveyor.observation import SHIFT_TABLE
 from tests.agents.controllers.test_trackers import network, throws
 from tests.tools.drifting import QUICK
@@ -310,10 +311,10 @@ def test_practice_forgets_what_was_shipped_and_pays(env: Any, monkeypatch: pytes
 def test_whole_shifts_are_counted_whatever_an_action_means(mode: str) -> None:
     with closing(make_vector("PnTAdapt-v0", LEVEL, 2, 1, mode)) as env:
         assert is_told(core_of(env))
-        assert usual_picks(env) == 12
+        assert trial_of(env).count() == 12
     with closing(make_vector("PnTConveyor-v0", "waste", 2, 1, mode)) as env:
         assert not is_told(core_of(env))
-        assert usual_picks(env) == PICKS
+        assert trial_of(env).count() == 200
 
 
 def test_they_are_evaluated_without_practice_on_whole_shifts() -> None:

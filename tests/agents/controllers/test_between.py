@@ -26,8 +26,9 @@ from agents.controllers.own import run_policy
 from agents.data.episodes import episodes
 from agents.ground.cli import UsageError
 from agents.ground.environments import core_of, make_vector
-from agents.judging.evaluation import evaluate, usual_practice
+from agents.judging.evaluation import evaluate
 from agents.judging.throws.trial import held_out, thrown
+from agents.judging.trials import trial_of
 from agents.learning import runs
 from agents.learning.sb3 import build, load_policy
 from agents.learning.vec_env import SameStepVecEnv
@@ -163,7 +164,7 @@ def test_controllers_under_a_policy_are_those_that_need_no_practice() -> None:
         able |= {
             name
             for name in NAMES
-            if isinstance(made := make_controller(name, env), Learner) and not usual_practice(made)
+            if isinstance(made := make_controller(name, env), Learner) and not trial_of(env).practice(made)
         }
     assert set(OVER) == able - {"random", "oracle", "oracle_drift"}
 

@@ -18,7 +18,7 @@ from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 from agents import train
 from agents.controllers import make_controller
 from agents.controllers.protocol import Observation
-from agents.dispatchers.registry import line_controller, line_of
+from agents.dispatchers.registry import line_controller, the_line
 from agents.dispatchers.scored import run_scores, there
 from agents.dispatchers.settings import rate, settings
 from agents.ground.cli import UsageError
@@ -67,7 +67,7 @@ def weights(folder: Path) -> list[np.ndarray]:
 
 def of_rule(level: str) -> tuple[Any, Any]:
     env = make_vector("PnTLine-v0", level, 4, 1)
-    core = line_of(env)
+    core = the_line(env)
     assert core is not None
     return env, line_controller("atc", core)
 
@@ -208,7 +208,7 @@ def test_masks_are_those_of_each_row() -> None:
     env = SameStepVecEnv(make_vector("PnTLine-v0", "value", 4, 1))
     env.seed(3)
     env.reset()
-    core = line_of(env.env)
+    core = the_line(env.env)
     assert core is not None
     assert env.has_attr("action_masks")
     np.testing.assert_array_equal(np.stack(env.env_method("action_masks")), core.masks())

@@ -10,7 +10,8 @@ import pytest
 from markdown_it import MarkdownIt
 from rich.console import Console
 
-from agents.ground.tables import Grid, comparison_table, html_text, markdown_text, settings_text
+from agents.ground.tables import Grid, html_text, markdown_text, settings_text
+from agents.judging.throws.tables import comparison_table
 
 GRID = Grid("what [it] shows", ["name", "mm", "verdict", "note"], [["a|b", "1.5", "ours", "<b>x</b> & y"]], "under it")
 

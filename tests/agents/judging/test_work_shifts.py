@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from agents.dispatchers.registry import line_controller, line_of
+from agents.dispatchers.registry import line_controller, the_line
 from agents.dispatchers.rules import Index
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
-from agents.ground.tables import shifts_table
 from agents.judging.evaluation import evaluate
-from agents.judging.work_shifts import Shifts, judged, summary, worked
+from agents.judging.trials import trial_of
+from agents.judging.work_shifts.data import Shifts, worked
+from agents.judging.work_shifts.record import ShiftRecord
 from pnt_gym.cells.line.observation import decoded
 from tests.tools.commands import answer, call, call_here
 
@@ -29,7 +30,7 @@ CONTRACT = {
 
 def lines(level=LEVEL, rows=4):
     env = make_vector("PnTLine-v0", level, rows, 1)
-    return env, line_of(env)
+    return env, the_line(env)
 
 
 def test_the_command_writes_the_contract_and_a_picture(tmp_path):
@@ -77,7 +78,7 @@ def test_whoever_decides_meets_the_same_objects():
 
 def test_value_is_what_was_brought_in():
     env, core = lines()
-    told = judged(line_controller("atc", core), env, 4, 0)
+    told = trial_of(env).run(line_controller("atc", core), 4, 0).report()
     gained = np.bincount([one["shift"] for one in told["throws"]], [one["value"] for one in told["throws"]])
     np.testing.assert_allclose(60.0 * gained / 10.0, told["by_shift"]["value_per_min"])
     assert told["value_per_min"] == pytest.approx(np.mean(told["by_shift"]["value_per_min"]))
@@ -107,7 +108,7 @@ def by_hand():
 
 def test_figures_of_shifts_by_hand():
     _, core = lines({"base": "skills3", "duration": 10.0}, 1)
-    found = summary(by_hand(), core)
+    found = ShiftRecord(by_hand(), core, {}).summary()
     assert (found["shifts"], found["picks"], found["picks_per_min"]) == (2, 7, 21.0)
     assert (found["value_per_min"], found["sorted_per_min"], found["recovery"]) == (9.0, 12.0, 0.375)
     assert (found["purity"], found["passed_value_per_min"], found["passed_tried"]) == (0.75, 20.0, 0.2)
@@ -125,9 +126,9 @@ def test_figures_of_shifts_by_hand():
 
 def test_the_table_has_every_figure():
     _, core = lines({"base": "skills3", "duration": 10.0}, 1)
-    found = summary(by_hand(), core)
+    found = ShiftRecord(by_hand(), core, {}).summary()
     shown = Console(width=120, record=True, file=StringIO())
-    shown.print(shifts_table("x", found))
+    shown.print(ShiftRecord.table("x", found))
     lines_of = [" ".join(line.replace("│", " ").split()) for line in shown.export_text().splitlines()]
     for line in (
         "tray: recovery, passed the end in a shift 30.0 %, 1.0",
@@ -146,7 +147,7 @@ def test_the_table_has_every_figure():
 
 def test_purity_by_bin_is_that_of_all_bins():
     env, core = lines({"base": "skills3", "duration": 10.0})
-    told = judged(line_controller("random", core), env, 4, 0)
+    told = trial_of(env).run(line_controller("random", core), 4, 0).report()
     in_time = [one for one in told["throws"] if one["ended_in"] >= 0 and one["start"] + one["cycle_time"] <= 10.0]
     held = {name: 0.0 for name in told["purity_by_bin"]}
     for one in in_time:
@@ -199,7 +200,7 @@ def test_shifts_are_not_for_throws(tmp_path):
     run = call_here(
         "agents.evaluate", "--env", "PnTRelease-v0", "--controller", "analytic", "--shifts", "2", folder=tmp_path
     )
-    assert (run.returncode, "--shifts goes with a line" in run.stderr) == (2, True)
+    assert (run.returncode, "--shifts goes with work shifts" in run.stderr) == (2, True)
 
 
 def test_a_learned_release_goes_on_the_line(tmp_path):

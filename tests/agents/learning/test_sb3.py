@@ -11,10 +11,10 @@ import torch
 import pnt_gym
 from agents.ground.cli import UsageError
 from agents.learning.hyperparameters import hyperparameters, policy_arguments
-from agents.learning.progress import MANY, ShiftProgress, Stop
 from agents.learning.runs import ALGORITHMS
 from agents.learning.sb3 import build
 from agents.learning.vec_env import SameStepVecEnv
+from agents.learning.windows import DecisionWindow
 from tests.tools.toy_cell import ToyVectorEnv
 
 torch.set_num_threads(1)
@@ -64,10 +64,9 @@ def test_policy_arguments_are_read_and_never_run():
             policy_arguments(text)
 
 
-@pytest.mark.parametrize("lines", [1, MANY, MANY + 1])
-def test_progress_is_told_however_many_lines_decide_at_once(tmp_path: Path, lines: int) -> None:
-    told = ShiftProgress(tmp_path / "progress.csv", 0, Stop(), lambda *_: None)
-    told._on_training_start()
+@pytest.mark.parametrize("lines", [1, DecisionWindow.size, DecisionWindow.size + 1])
+def test_progress_is_told_however_many_lines_decide_at_once(lines: int) -> None:
+    window = DecisionWindow()
     infos = [{"is_success": True, "value": 0.5, "dt": 2.0}] * lines
     for _ in range(3):
-        assert told._told(infos, [1.0] * lines) == (1.0, 15.0, 1.0)
+        assert window.add(infos, [1.0] * lines) == (1.0, 15.0, 1.0)

@@ -14,7 +14,7 @@ import yaml
 
 from agents.dispatchers import scores as searching
 from agents.dispatchers import search as tuning
-from agents.dispatchers.registry import line_controller, line_of
+from agents.dispatchers.registry import line_controller, the_line
 from agents.dispatchers.rules import Index
 from agents.dispatchers.scored import Scored
 from agents.dispatchers.search import Bench, Tried
@@ -220,7 +220,7 @@ def test_every_shipped_level_has_rules_that_were_tuned_for_it(level: str) -> Non
     assert settings(level, "atc")["patience"] in tuning.PATIENCE
     assert settings(level, "price")["share"] in tuning.SHARE
     env = make_vector("PnTLine-v0", level, 1, 1)
-    core = line_of(env)
+    core = the_line(env)
     assert core is not None
     for name in ("atc", "price", "beam", "price_beam", "joint_beam", "guided_beam", "index"):
         assert line_controller(name, core).name == name

@@ -7,12 +7,12 @@ from pathlib import Path
 import imageio.v3 as iio
 import numpy as np
 import pytest
-from agents.pictures.film import decisions
-from agents.pictures.gantt import gantt
 
-from agents.dispatchers.registry import line_controller, opened, the_line
-from agents.ground.environments import make_vector
-from agents.judging.work_shifts import judged, worked
+from agents.dispatchers.registry import line_controller, the_line
+from agents.ground.environments import make_vector, stream_seed
+from agents.judging.trials import open_trial, trial_of
+from agents.judging.work_shifts.data import worked
+from agents.judging.work_shifts.gantt import gantt
 from pnt_gym.cells.line.view import LineView
 from tests.tools.commands import call_here
 
@@ -22,21 +22,23 @@ FILM = ("--env", "PnTLine-v0", "--level", "skills3", "--controller", "fifo", "--
 
 def test_who_took_what_has_a_row_for_each_robot():
     env = make_vector("PnTLine-v0", LEVEL, 2, 1)
-    told = judged(line_controller("price", the_line(env)), env, 2, 0)
+    told = trial_of(env).run(line_controller("price", the_line(env)), 2, 0).report()
     drawn = gantt(told, shift=1, span=(0.0, 8.0))
     assert drawn.startswith("<?xml")
     assert drawn == gantt(told, shift=1, span=(0.0, 8.0))
 
 
 def test_the_filmed_decisions_are_those_of_the_first_shift_that_is_judged():
-    many, one = make_vector("PnTLine-v0", LEVEL, 3, 1), opened("PnTLine-v0", LEVEL, 1, 1)
-    told = worked(line_controller("price", the_line(many)), many, 3, 7).decisions
-    core = the_line(one)
+    many, one = make_vector("PnTLine-v0", LEVEL, 3, 1), open_trial("PnTLine-v0", LEVEL, 1, 1)
+    told = worked(line_controller("price", the_line(many)), many, 3, stream_seed("evaluate", 7)).decisions
+    core = one.core
     core.view()
     times, taken = [], dict[int, float]()
-    for time in decisions(line_controller("price", core), one, 7, 5.0):
+    for time in one.steps(one.controller("price"), 7):
         times.append(time)
         taken |= {act.number: act.start for act in core.cell.acts.made}
+        if time >= 5.0:
+            break
     assert times == sorted(times)
     assert times[-2] < 5.0 <= times[-1]
     judged_ones = (told["shift"] == 0) & (told["start"] < 5.0)
@@ -45,16 +47,16 @@ def test_the_filmed_decisions_are_those_of_the_first_shift_that_is_judged():
 
 
 def test_without_a_bound_a_shift_is_worked_to_its_end():
-    env = opened("PnTLine-v0", LEVEL, 1, 1)
-    times = list(decisions(line_controller("fifo", the_line(env)), env, 0))
+    trial = open_trial("PnTLine-v0", LEVEL, 1, 1)
+    times = list(trial.steps(trial.controller("fifo"), 0))
+    assert len(times) > 5
     assert times[-2] <= 8.0
 
 
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Films of a second, in small frames."""
-    monkeypatch.setattr("agents.pictures.film.SECONDS", 1.0)
-    monkeypatch.setattr("agents.pictures.stage.SECONDS", 1.0)
+    monkeypatch.setattr("agents.judging.work_shifts.trial.SECONDS", 1.0)
     monkeypatch.setattr(LineView.__init__, "__defaults__", ((64, 128),))
 
 
@@ -86,8 +88,12 @@ def test_a_picture_is_of_a_moment_of_the_shift(tmp_path: Path) -> None:
     [
         ("evaluate", (*FILM, "a.mpeg"), "--video is 'a.mpeg'; it must end in .mp4 or .gif"),
         ("play", (*FILM, "a.webm"), "--video is 'a.webm'; it must end in .mp4 or .gif"),
-        ("evaluate", ("--controller", "analytic", "--video", "a.mp4"), "--video goes with a line, such as PnTLine-v0"),
-        ("play", ("--throws", "full", "--video", "a.mp4"), "--throws goes with a line, such as PnTLine-v0"),
+        (
+            "evaluate",
+            ("--controller", "analytic", "--video", "a.mp4"),
+            "--video goes with work shifts; PnTConveyor-v0 is judged by throws",
+        ),
+        ("play", ("--throws", "full", "--video", "a.mp4"), "--throws goes with work shifts"),
         ("play", (*FILM[:4], "--controller", "analytic", "--video", "a.mp4"), "'analytic' is no controller of a line"),
     ],
 )

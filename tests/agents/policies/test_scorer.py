@@ -11,7 +11,7 @@ import pytest
 import torch
 
 from agents.controllers.protocol import Observation
-from agents.dispatchers.registry import line_controller, line_of
+from agents.dispatchers.registry import line_controller, the_line
 from agents.dispatchers.rules import Index
 from agents.dispatchers.scored import Scored, there
 from agents.ground.cli import UsageError
@@ -86,7 +86,7 @@ def test_who_goes_by_scores_takes_only_what_there_is(some: list[Observation]) ->
 
 def test_what_there_is_is_what_the_mask_says() -> None:
     env = make_vector("PnTLine-v0", "single", ROWS, 1)
-    core = line_of(env)
+    core = the_line(env)
     assert core is not None
     for seen, info in observed(env, 20):
         np.testing.assert_array_equal(there(seen.features), core.masks())
@@ -155,7 +155,7 @@ def test_the_network_that_learns_is_the_scorer_that_it_leaves(some: list[Observa
 
 def test_a_tuned_index_and_a_file_are_controllers_of_a_line(tmp_path: Path) -> None:
     env = make_vector("PnTLine-v0", "single", 2, 1)
-    core = line_of(env)
+    core = the_line(env)
     assert core is not None
     random_scorer().save(tmp_path / "mine.npz")
     assert line_controller(str(tmp_path / "mine.npz"), core).name == "mine"

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from agents.benchmark.lines import summarise
 
+from agents.judging.work_shifts.results import summarise
 from agents.report.line import best, gains_figure, gains_table, learned_table, line_grids, value
 from agents.report.tables import rows_of
 from agents.report.thrown import release_table, thrown_table
