@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from io import BytesIO
+from itertools import islice
 from pathlib import Path
 from typing import Final
 
@@ -21,16 +23,9 @@ from PIL import Image
 ROOT: Final = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from agents.pictures.film import decisions  # noqa: E402
-from agents.pictures.gantt import gantt  # noqa: E402
-
-from agents.controllers import make_controller  # noqa: E402
-from agents.dispatchers.registry import line_controller, opened, the_line  # noqa: E402
-from agents.ground.environments import core_of, make_vector, stream_seed  # noqa: E402
 from agents.ground.files import replace_file, write_text  # noqa: E402
-from agents.judging.evaluation import usual_practice  # noqa: E402
-from agents.judging.throws.trial import practise, thrown
-from agents.judging.work_shifts import judged  # noqa: E402
+from agents.judging.trials import open_trial  # noqa: E402
+from agents.pictures.stage import Stage  # noqa: E402
 from pnt_gym.cells.base.canvas import Picture  # noqa: E402
 
 FOLDER: Final = ROOT / "docs" / "pictures"
@@ -89,41 +84,28 @@ def main() -> None:
 
 def frames(env_id: str, film: Film) -> Iterator[NDArray[np.uint8]]:
     """Frames (height, width, 3) of a film."""
-    env = make_vector(env_id, film.level, num_envs=1, threads=1)
-    controller = make_controller(film.controller, env)
-    controller.reset(film.seed)
-    practise(controller, env, usual_practice(controller), film.seed)
-    view = core_of(env).view()
-    try:
-        for _ in thrown(controller, env, film.throws, stream_seed("evaluate", film.seed)):
-            yield from view.last_throw(RATE * film.slow)
-    finally:
-        view.close()
-        env.close()
+    with closing(Stage(film.controller, env_id, film.level, film.seed)) as stage:
+        for _ in islice(stage.steps, film.throws):
+            yield from stage.view.last_throw(RATE * film.slow)
 
 
 def line_at_work() -> Iterator[NDArray[np.uint8]]:
     """Frames of a line from the begin of a shift on."""
     env_id, level, name, seconds = LINE
-    env = opened(env_id, level, 1, 1, throws="full")
-    core = the_line(env)
-    view = core.view()
-    view.aim(Picture.of(2 * SIZE[0], 2 * SIZE[1], None))
-    try:
-        for _ in decisions(line_controller(name, core), env, stream_seed("evaluate", 0), seconds):
-            yield from view.last_throw(RATE)
-    finally:
-        view.close()
-        env.close()
+    with closing(Stage(name, env_id, level, 0, throws="full")) as stage:
+        stage.view.aim(Picture.of(2 * SIZE[0], 2 * SIZE[1], None))
+        for time in stage.steps:
+            yield from stage.view.last_throw(RATE)
+            if time >= seconds:
+                return
 
 
 def who_took_what() -> None:
     """The same line's first minute as bars."""
     env_id, level, name, _ = LINE
-    env = make_vector(env_id, level, num_envs=1, threads=1)
-    core = the_line(env)
-    write_text(FOLDER / "line_gantt.svg", gantt(judged(line_controller(name, core), env, 1, 0)))
-    env.close()
+    with closing(open_trial(env_id, level, 1, 1)) as trial:
+        drawing = trial.run(trial.controller(name), 1, 0).picture()
+    write_text(FOLDER / "line_gantt.svg", str(drawing))
 
 
 def save(pictures: list[NDArray[np.uint8]], path: Path) -> int:

@@ -10,7 +10,7 @@ from pnt_gym.errors import one_sentence
 
 from ..controllers.protocol import Controller
 from ..ground.cli import UsageError
-from ..ground.environments import Env
+from ..ground.environments import Env, core_of
 from ..ground.places import at
 from ..policies.scorer import Scorer
 from .lookahead import Beam, Guided
