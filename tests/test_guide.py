@@ -88,6 +88,29 @@ assert all((one[4][name] == other[4][name]).all() for name in ("landing_error", 
     assert done.returncode == 0, done.stderr[-2000:]
 
 
+@pytest.mark.usefixtures("commands")
+def test_a_kind_of_task_is_judged_compared_and_shown(folder):
+    """One trial and one record: evaluation, benchmark and report know nothing else of it."""
+    alone, plan = (json.loads((folder / name).read_text()) for name in ("salvos_of_one.json", "results/salvos.json"))
+    (row,) = (row for row in plan["table"] if (row["label"], row["level"]) == ("analytic", "nominal"))
+    assert (alone["count"], row["count"], len(alone["throws"])) == (20, 20, 20)
+    assert alone["spread_m"] == pytest.approx(row["spread_m"], abs=1e-6)
+    assert alone["spread_m_low"] < alone["spread_m"] < alone["spread_m_high"]
+    pairs = {pair["level"]: pair["spread_m"] for pair in plan["comparisons"]}
+    assert pairs["weak"]["excludes_zero"]
+    shown = (folder / "results" / "README.md").read_text()
+    assert f"| random | analytic | {100 * plan['comparisons'][0]['hits']['value']:+.1f} " in shown
+
+
+@pytest.mark.parametrize(("option", "said"), [("--shifts", "goes with work shifts"), ("--video", "goes with work")])
+def test_options_of_other_kinds_are_refused(folder, option, said):
+    value = "2" if option == "--shifts" else "a.mp4"
+    done = run(folder, "-m", "agents.evaluate", "--env", "salvo:Salvo-v0", "--controller", "analytic", option, value)
+    assert done.returncode == 2
+    assert f"error: {option} {said}" in done.stderr
+    assert "is judged by salvos" in done.stderr
+
+
 def test_the_figure_is_judged(folder):
     done = run(folder, "-c", "from lob import run; r = run().rows[0]; print(r.verdict, r.reproduced)")
     assert done.stdout.split() == ["reproduced", "45.0"], done.stderr[-2000:]

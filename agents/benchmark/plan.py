@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 from collections.abc import Mapping
 from contextlib import closing
@@ -45,7 +46,14 @@ class Plan(Section):
         description="Its objects do not depend on the actions: throws, or shifts of a line, are paired.",
     )
     train_level: str = Field(description=f"To learn on; {EACH!r}: each that is evaluated on, for itself.")
-    levels: tuple[str, ...] = Field(min_length=1)
+    levels: tuple[str, ...] = Field(
+        min_length=1,
+        description="Names or files; or a mapping of labels to levels as a level's file would say them, for instance "
+        "{careful: {base: waste, grip: {safety: 1.5}}}, or to null for a level that has the label's name.",
+    )
+    inline: Mapping[str, Mapping[str, Any]] = Field(
+        {}, description="Levels of such a mapping; there is no need for it."
+    )
     picks: Several = Field(1000, description="Held-out throws of every seed; not of a line.")
     picks_on: dict[str, Several] = Field(
         {}, description="The same of single levels: more of them where what is compared differs more."
@@ -60,6 +68,16 @@ class Plan(Section):
     )
     references: tuple[Choice, ...] = ()
     floors: Mapping[str, str] = Field({}, description="Per level the label whose error is the noise floor.")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _name_levels(cls, data: Any) -> Any:
+        """Take labels and levels of a mapping apart."""
+        if not (isinstance(data, Mapping) and isinstance(data.get("levels"), Mapping)):
+            return data
+        levels = data["levels"]
+        inline = {str(label): level for label, level in levels.items() if level is not None}
+        return {**data, "levels": [*map(str, levels)], "inline": {**data.get("inline", {}), **inline}}
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -82,6 +100,14 @@ class Plan(Section):
     def judged(self) -> tuple[str, ...]:
         """Every level that something is evaluated on."""
         return tuple(sorted({level for entry in self.entries for level in entry.levels or self.levels}))
+
+    def level(self, name: str) -> str | dict[str, Any]:
+        """A level as environments take it: the name or file, or what the plan itself says of it."""
+        return {"name": name, **self.inline[name]} if name in self.inline else name
+
+    def config(self, name: str) -> Any:
+        """A level in full, as the environment reads it."""
+        return _config(self.env, json.dumps(self.level(name), default=str))
 
     def count_of(self, trial: type[Trial], level: str, entry: Entry | None = None) -> int:
         """Held-out units of every seed on a level: for all entries, or for one that may have fewer."""
@@ -125,12 +151,12 @@ def read_plan(path: Path) -> Plan:
 
 def trial_of_plan(plan: Plan) -> type[Trial]:
     """The kind of task by which the plan's controllers are judged."""
-    return trial_class(_config(plan.env, plan.levels[0]))
+    return trial_class(plan.config(plan.levels[0]))
 
 
 def trial_name(plan: Plan) -> str:
     """The kind of task as the config of a level names it."""
-    return str(getattr(_config(plan.env, plan.levels[0]), "trial", "throws"))
+    return str(getattr(plan.config(plan.levels[0]), "trial", "throws"))
 
 
 def pieces(plan: Plan) -> list[Piece]:
@@ -166,7 +192,7 @@ def _by_level(plan: Plan) -> list[tuple[Entry, str]]:
             continue
         for level in entry.levels or plan.levels:
             alone = entry.model_copy(update={"levels": (level,), "train_level": level})
-            found.append((alone, f"{Path(level).stem}-"))
+            found.append((alone, f"{level if level in plan.inline else Path(level).stem}-"))
     return found
 
 
@@ -175,7 +201,7 @@ def _piece(
 ) -> Piece:
     levels = entry.levels or plan.levels
     train_level = entry.train_level or plan.train_level
-    known: dict[str, Any] = {level: _config(plan.env, level) for level in (*levels, train_level)}
+    known: dict[str, Any] = {level: plan.config(level) for level in (*levels, train_level)}
     counts = {level: plan.count_of(kind, level, entry) for level in levels}
     settled = {"label", "throws", "seeds", "levels", "train_level"}
     inputs = {
@@ -191,7 +217,7 @@ def _piece(
         "own": [own_code(name.partition(":")[0]) for name in (entry.controller, plan.env) if ":" in name],
         "depends": _depends(kind, entry, list(known.values()), throws),
     }
-    own = {level: config for level, config in known.items() if _is_own(level, config)}
+    own = {level: config for level, config in known.items() if _is_own(plan, level, config)}
     efforts = (kind.effort(entry.controller, known[level], counts[level], plan.num_envs) for level in levels)
     cost = max(throws) + len(throws) * len(labels_of(entry)) * sum(efforts)
     return Piece(plan, entry, throws, seed, levels, train_level, own, key(**inputs), name, cost)
@@ -222,14 +248,14 @@ def _check_keys(plan: Plan, kind: type[Trial]) -> None:
     Raises:
         UsageError: they do.
     """
-    said = {name: True for name in plan.model_fields_set}
+    said = {name: name in plan.model_fields_set for name in ("picks", "picks_on", "floors", "shifts")}
     check_options(kind, said, repr(plan.env), dashes="")
     for entry in plan.entries:
-        check_options(kind, {name: getattr(entry, name) or None for name in entry.model_fields_set}, repr(plan.env), "")
-        most = int(getattr(plan, kind.option))
-        if (getattr(entry, kind.option, None) or 0) > most:
-            own = getattr(entry, kind.option)
-            raise UsageError(f"entry {entry.label!r} has {kind.option} {own}; the plan has {most}")
+        own = {name: bool(getattr(entry, name)) for name in ("shifts", "also", "online")}
+        check_options(kind, own, repr(plan.env), dashes="")
+        fewer, most = getattr(entry, kind.option, None) or 0, int(getattr(plan, kind.option))
+        if fewer > most:
+            raise UsageError(f"entry {entry.label!r} has {kind.option} {fewer}; the plan has {most}")
 
 
 def _check_level(plan: Plan, level: str) -> None:
@@ -238,7 +264,7 @@ def _check_level(plan: Plan, level: str) -> None:
     Raises:
         UsageError: an entry cannot.
     """
-    with closing(open_trial(plan.env, level, 1, 1)) as trial:
+    with closing(open_trial(plan.env, plan.level(level), 1, 1)) as trial:
         trial.check_count(plan.count_of(type(trial), level), plan.num_envs, level)
         for entry in plan.entries:
             if level in (entry.levels or plan.levels):
@@ -272,13 +298,13 @@ def made(trial: Trial, entry: Entry, name: str) -> Controller:
 
 @cache
 def _config(env_id: str, level: str) -> Any:
-    """A level in full, as the environment reads it."""
-    return config_of(env_id, level)
+    """A level in full, as an environment reads it, by its JSON."""
+    return config_of(env_id, json.loads(level))
 
 
-def _is_own(level: str, config: Any) -> bool:
-    """Whether a level is a file of the user's, and an environment can be made with what it says instead."""
-    return isinstance(config, LevelConfig) and level not in config.level_names()
+def _is_own(plan: Plan, level: str, config: Any) -> bool:
+    """Whether a level is the user's own, and an environment can be made with what it says instead."""
+    return isinstance(config, LevelConfig) and (level in plan.inline or level not in config.level_names())
 
 
 def needs(plan: Plan) -> Needs:
@@ -290,7 +316,7 @@ def needs(plan: Plan) -> Needs:
     kind = trial_of_plan(plan)
     for entry, _ in _by_level(plan):
         known = {
-            level: _config(plan.env, level)
+            level: plan.config(level)
             for level in {*(entry.levels or plan.levels), entry.train_level or plan.train_level}
         }
         for level, config in known.items():

@@ -46,7 +46,9 @@ def run_piece(piece: Piece, kept: Path) -> dict[str, Any]:
 
 
 def _trial(piece: Piece, level: str, count: int | None = None) -> Trial:
-    return open_trial(piece.plan.env, piece.configs.get(level, level), count or piece.plan.num_envs, threads=1)
+    return open_trial(
+        piece.plan.env, piece.configs.get(level, piece.plan.level(level)), count or piece.plan.num_envs, 1
+    )
 
 
 def _learn(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:

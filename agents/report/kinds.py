@@ -34,7 +34,7 @@ def usual_grids(data: Data) -> list[Grid]:
     """Tables of a kind of task that has none of its own: its figures side by side, and paired differences."""
     levels, who = data["plan"]["levels"], ("controller", f"{data['step']}s to learn")
     columns = {figure.label: _cell(name, figure) for name, figure in _figures(data).items()}
-    note = conditions(data, f"the same held-out {data['unit']}", "95 % intervals")
+    note = conditions(data, f"{data['table'][0]['count']} held-out {data['unit']}", "95 % intervals")
     grids = [
         side_by_side("Every controller on the same held-out tasks", data, levels, columns, note, who),
         side_by_side("Further levels", data, other_levels(data), columns, "", who),
@@ -44,7 +44,9 @@ def usual_grids(data: Data) -> list[Grid]:
 
 
 def usual_figures(data: Data) -> dict[str, str]:
-    """Learning curves of a kind of task that has no drawings of its own."""
+    """Learning curves of a kind of task that has no drawings of its own; nothing where nobody has learned."""
+    if not any(row["throws"] for row in data["table"]):
+        return {}
     name, figure = next(iter(_figures(data).items()))
     label = f"{figure.label} [{figure.unit}]" if figure.unit else figure.label
     measure = Measure((name, f"{name}_low", f"{name}_high"), figure.scale, label, f"{data['step']}s learned from")

@@ -134,7 +134,7 @@ def test_a_table_of_fewer_throws_is_not_taken_for_that_of_more(run: Path, monkey
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr("agents.judging.evaluation.held_out", killed)
+        patch.setattr("agents.judging.throws.trial.held_out", killed)
         assert answered(*RESUME, "--steps", "24")[0] != 0
     assert runs.load_model(run).num_timesteps == 24
     assert not (run / "evaluation.json").exists()

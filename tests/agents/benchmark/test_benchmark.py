@@ -179,7 +179,7 @@ def test_keys_change_with_what_ships_where_that_is_known_beforehand(
 
     before = keys()
     (tmp_path / "static.npz").write_bytes(b"other knowledge")
-    monkeypatch.setattr(plans, "ADAPTIVE", tmp_path)
+    monkeypatch.setattr("agents.judging.throws.trial.ADAPTIVE", tmp_path)
     after = keys()
     assert {name for name in before if before[name] != after[name]} == {"given", "over"}
 

@@ -15,7 +15,6 @@ import torch
 import yaml
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
-from agents import train
 from agents.controllers import make_controller
 from agents.controllers.protocol import Observation
 from agents.dispatchers.registry import line_controller, the_line
@@ -27,6 +26,7 @@ from agents.judging.work_shifts.data import worked
 from agents.learning import runs
 from agents.learning.vec_env import SameStepVecEnv
 from agents.train import Arguments, main
+from agents.training.request import settled
 from pnt_gym.envs.line import PnTLineVectorEnv
 from tests.tools.commands import call
 from tests.tools.toy_cell import register_toy
@@ -221,8 +221,11 @@ def test_masks_are_those_of_each_row() -> None:
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"algo": "sac"}, "--algo sac corrects throws; on a line there are maskable_ppo, residual_ppo"),
-        ({"env": "ToyThrow-v0", "level": "waste"}, "--algo residual_ppo chooses what is thrown next; it is for a line"),
+        (
+            {"algo": "sac"},
+            "algorithm sac does not learn from decisions of PnTLine-v0; algorithms there are",
+        ),
+        ({"env": "ToyThrow-v0", "level": "waste"}, "algorithm residual_ppo does not learn from throws of ToyThrow-v0"),
         ({"stack": 2}, "--stack, --over and --fidelity go with throws"),
         ({"over": "kalman"}, "--stack, --over and --fidelity go with throws"),
         ({"fidelity": "flight"}, "--stack, --over and --fidelity go with throws"),
@@ -296,23 +299,23 @@ def test_it_learns_what_a_rule_does_not_know(asked: Arguments, tmp_path: Path) -
 
 
 def test_defaults_of_a_line_are_its_own() -> None:
-    asked, _ = train.settled(Arguments(env="PnTLine-v0"))
+    asked, _ = settled(vars(Arguments(env="PnTLine-v0")))
     assert (asked["algo"], asked["steps"], asked["num_envs"]) == ("residual_ppo", 500_000, 256)
-    asked, _ = train.settled(Arguments())
+    asked, _ = settled(vars(Arguments()))
     assert (asked["algo"], asked["steps"], asked["num_envs"]) == ("sac", 10_000, 16)
 
 
 def test_hyperparameters_say_how_long_and_in_how_many_cells(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     given = Arguments(env="PnTLine-v0", config=Path("configs/rl/residual_ppo_long.yml"))
-    asked, settings = train.settled(given)
+    asked, settings = settled(vars(given))
     assert (asked["steps"], asked["num_envs"], settings["n_steps"]) == (2_000_000, 128, 128)
-    asked, _ = train.settled(replace(given, steps=5, num_envs=3))
+    asked, _ = settled(vars(replace(given, steps=5, num_envs=3)))
     assert (asked["steps"], asked["num_envs"]) == (5, 3)
     Path("own.yml").write_text("default: {n_timesteps: !!float 1e5, gamma: 0.5}\n")
-    asked, settings = train.settled(replace(given, config=Path("own.yml")))
+    asked, settings = settled(vars(replace(given, config=Path("own.yml"))))
     assert (asked["steps"], asked["num_envs"], settings["gamma"]) == (100_000, 256, 0.5)
     for value in ("0", "1.5", "many", "true"):
         Path("own.yml").write_text(f"default: {{n_timesteps: {value}}}\n")
         with pytest.raises(UsageError, match=r"hyperparameter n_timesteps is .*; it must be"):
-            train.settled(replace(given, config=Path("own.yml")))
+            settled(vars(replace(given, config=Path("own.yml"))))

@@ -8,6 +8,9 @@ from typing import Any
 import numpy as np
 import yaml
 
+from agents.judging.throws.card import CARD
+from agents.judging.throws.trial import ThrowTrial
+from agents.judging.work_shifts.trial import ShiftTrial
 from agents.publishing.card import PARTS, card, curve, metadata
 
 ASKED: dict[str, Any] = {
@@ -27,7 +30,7 @@ FIGURES = {"waste": figures(0.5), "unseen": figures(0.7)}
 
 
 def test_hubs_find_policy_task_licence_and_figures() -> None:
-    told = metadata(ASKED, FIGURES)
+    told = metadata(ASKED, FIGURES, CARD)
     names = ("library_name", "pipeline_tag", "license")
     assert [told[name] for name in names] == ["stable-baselines3", "reinforcement-learning", "mit"]
     assert {"reinforcement-learning", "stable-baselines3", "pnt_gym", "Own-v0", "tqc"} <= set(told["tags"])
@@ -48,9 +51,9 @@ def test_hubs_find_policy_task_licence_and_figures() -> None:
 
 
 def test_a_card_names_what_is_there_and_nothing_else() -> None:
-    whole = card(ASKED, "home", FIGURES, "Own-v0-home-tqc-seed3", {*PARTS, "replay.mp4", "curve.png"})
-    bare = card(ASKED, "home", FIGURES, "Own-v0-home-tqc-seed3", {"policy.npz", "curve.png"})
-    assert yaml.safe_load(whole.split("---\n")[1]) == metadata(ASKED, FIGURES)
+    whole = card(ASKED, "home", FIGURES, "Own-v0-home-tqc-seed3", {*PARTS, "replay.mp4", "curve.png"}, ThrowTrial)
+    bare = card(ASKED, "home", FIGURES, "Own-v0-home-tqc-seed3", {"policy.npz", "curve.png"}, ThrowTrial)
+    assert yaml.safe_load(whole.split("---\n")[1]) == metadata(ASKED, FIGURES, CARD)
     assert "# TQC on theirs:Own-v0, level home\n" in whole
     assert "| waste | 12.3 mm | 33.3 mm | 92.5 % | 98.8 % (90.0..100.0) | 60.7 |" in whole
     assert "2 held-out throws per level (seed 7)" in whole
@@ -63,7 +66,9 @@ def test_a_card_names_what_is_there_and_nothing_else() -> None:
 
 
 def test_a_card_tells_what_stands_between_the_policy_and_the_cell() -> None:
-    plain, between = (card(ASKED | more, "home", FIGURES, "x", set()) for more in ({}, {"stack": 8, "over": "ema"}))
+    plain, between = (
+        card(ASKED | more, "home", FIGURES, "x", set(), ThrowTrial) for more in ({}, {"stack": 8, "over": "ema"})
+    )
     assert "It sees the last 8 observations of a shift, oldest first. Its action is added to that of `ema`." in between
     assert "observations of a shift" not in plain
     assert "added to" not in plain
@@ -71,14 +76,14 @@ def test_a_card_tells_what_stands_between_the_policy_and_the_cell() -> None:
 
 def test_a_card_tells_that_a_policy_learned_from_flights_alone() -> None:
     flown, mostly = ({"fidelity": "flight", "full_last": last} for last in (0, 100))
-    told = ["flights" in card(ASKED | more, "home", FIGURES, "x", set()) for more in ({}, flown, mostly)]
+    told = ["flights" in card(ASKED | more, "home", FIGURES, "x", set(), ThrowTrial) for more in ({}, flown, mostly)]
     assert told == [False, True, False]
 
 
 def test_the_curve_is_that_of_the_training(tmp_path: Path) -> None:
     rows = np.array([[256, 1.5, 0.25, 0.1, 0.3], [512, 3.0, 0.5, np.nan, 0.4], [600, 3.9, 0.75, 0.05, 0.5]])
     np.savetxt(tmp_path / "progress.csv", rows, delimiter=",", header="throws,...", comments="")
-    left, right = curve(tmp_path / "progress.csv", "tqc").axes
+    left, right = curve(tmp_path / "progress.csv", ThrowTrial).axes
     np.testing.assert_allclose(left.lines[0].get_xydata(), rows[:, [0, 2]] * [1, 100])
     np.testing.assert_allclose(right.lines[0].get_xydata(), rows[:, [0, 3]] * [1, 1000])
     assert left.get_ylim()[0] == right.get_ylim()[0] == 0.0
@@ -88,6 +93,6 @@ def test_the_curve_is_that_of_the_training(tmp_path: Path) -> None:
 def test_the_curve_of_a_line_is_its_value(tmp_path: Path) -> None:
     rows = np.array([[4096, 1.5, 0.25, 100.0, 0.3], [8192, 3.0, 0.5, 110.0, 0.4]])
     np.savetxt(tmp_path / "progress.csv", rows, delimiter=",", header="throws,...", comments="")
-    left, right = curve(tmp_path / "progress.csv", "residual_ppo").axes
+    left, right = curve(tmp_path / "progress.csv", ShiftTrial).axes
     np.testing.assert_allclose(right.lines[0].get_xydata(), rows[:, [0, 3]])
     assert (left.get_xlabel(), right.get_ylabel()) == ("decisions", "value per minute")
