@@ -5,7 +5,6 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Any, Final, final
 
-import numpy as np
 import torch
 from sb3_contrib.common.maskable.policies import MaskableActorCriticPolicy
 from torch import Tensor, nn
@@ -13,6 +12,7 @@ from torch import Tensor, nn
 from pnt_gym.cells.line.observation import CHOICE_TABLE, LINE_TABLE
 from pnt_gym.cells.line.state import CHOICES
 
+from ..policies.networks import layers_from_torch
 from ..policies.scorer import INPUTS, NAMES, Scorer, rule
 
 WIDTHS: Final = (64, 64)
@@ -55,12 +55,7 @@ class Scoring(nn.Module):
 
     def numbers(self) -> Scorer:
         """As it is now, for good."""
-        full = [part for part in self.added if isinstance(part, nn.Linear)]
-        layers = tuple(
-            (layer.weight.detach().numpy().copy(), layer.bias.detach().numpy().copy().astype(np.float32))
-            for layer in full
-        )
-        return Scorer(layers, self.patience)
+        return Scorer(layers_from_torch(self.added.parameters()), self.patience)
 
 
 @final

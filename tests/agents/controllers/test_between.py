@@ -16,7 +16,6 @@ from gymnasium.wrappers import FrameStackObservation
 from stable_baselines3 import SAC
 from stable_baselines3.common.vec_env import VecEnv
 
-from agents import train
 from agents.benchmark.compare import assemble
 from agents.benchmark.plan import Plan, pieces
 from agents.benchmark.run import run_piece
@@ -30,8 +29,10 @@ from agents.judging.evaluation import evaluate, held_out, thrown, usual_practice
 from agents.learning import runs
 from agents.learning.sb3 import build, load_policy
 from agents.learning.vec_env import SameStepVecEnv
+from agents.lessons import course
 from agents.pictures.stage import Stage
-from agents.policies.actor import Actor, Lstm
+from agents.policies.actor import Actor
+from agents.policies.networks import Dense, Lstm
 from agents.policies.weights import actor_of
 from agents.train import Arguments, main
 from pnt_gym.cells.conveyor.observation import SHIFT_TABLE
@@ -69,7 +70,9 @@ def an_actor(seen: int, memories: int = 0) -> Actor:
 
     lstm = Lstm(drawn(4 * memories, seen), drawn(4 * memories, memories), drawn(4 * memories)) if memories else None
     low = -np.ones(2, dtype=np.float32)
-    return Actor(((0.1 * drawn(2, memories or seen), drawn(2) * 0.1),), "Tanh", "squashed", np.inf, low, -low, lstm)
+    return Actor(
+        (Dense(0.1 * drawn(2, memories or seen), drawn(2) * 0.1),), "Tanh", "squashed", np.inf, low, -low, lstm
+    )
 
 
 def test_a_stack_is_what_gymnasiums_own_wrapper_shows() -> None:
@@ -200,7 +203,7 @@ def test_a_policy_with_a_memory_does_not_act_elsewhere() -> None:
 
 def test_a_correction_of_a_controller_goes_without_feedback_too() -> None:
     with closing(make_vector("PnTConveyor-v0", {"base": "waste", "fidelity": "flight"}, 4, 1)) as env:
-        zero = replace(an_actor(26), layers=((np.zeros((2, 26), np.float32), np.zeros(2, np.float32)),))
+        zero = replace(an_actor(26), layers=(Dense(np.zeros((2, 26), np.float32), np.zeros(2, np.float32)),))
         policy = run_policy(zero, asked(over="mean_lead"), env, "it")
         own = held_out(make_controller("mean_lead", env), env, 40, 0)
         np.testing.assert_array_equal(held_out(policy, env, 40, 0).told["landing_along"], own.told["landing_along"])
@@ -362,14 +365,14 @@ def test_the_benchmark_trains_policies_with_a_memory_and_goes_on_with_them(tmp_p
 
 def test_the_benchmark_learns_from_flights_and_judges_in_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "level.yaml").write_text(yaml.safe_dump({"name": "brief", **LEVEL, "fidelity": "full"}))
-    level, given, learn = str(tmp_path / "level.yaml"), {}, train.learn
+    level, given, learn = str(tmp_path / "level.yaml"), {}, course.learn
 
     def spied(model: Any, env: Any, *rest: Any, quick: Any, **more: Any) -> None:
         given.update({"judged": core_of(env.env).config.fidelity, "learned": core_of(quick).config.fidelity})
         given["seen"] = env.observation_space.shape == quick.single_observation_space.shape
         learn(model, env, *rest, quick=quick, **more)
 
-    monkeypatch.setattr(train, "learn", spied)
+    monkeypatch.setattr(course, "learn", spied)
     entry = {"label": "stacked", "controller": "sac", "options": STACKED, "stack": 3, "over": "ema", "throws": [20]}
     plans = [
         Plan.model_validate({"name": "x", "env": "PnTAdapt-v0", "train_level": level, "levels": [level], "picks": 20,

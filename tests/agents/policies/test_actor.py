@@ -16,7 +16,8 @@ from stable_baselines3 import PPO, SAC, TD3
 from torch import nn
 
 from agents.ground.cli import UsageError
-from agents.policies.actor import ACTIVATIONS, Actor
+from agents.policies.actor import Actor
+from agents.policies.networks import ACTIVATIONS, activated
 from agents.policies.weights import actor_of
 from tests.tools.models import Space
 
@@ -75,7 +76,7 @@ def test_actions_are_the_models(algorithm: Any, settings: dict[str, Any], tmp_pa
 @pytest.mark.parametrize("name", ACTIVATIONS)
 def test_every_activation_is_torchs(name: str) -> None:
     x = np.linspace(-40.0, 40.0, 4001)
-    np.testing.assert_allclose(ACTIVATIONS[name](x), getattr(nn, name)()(torch.tensor(x)).numpy(), rtol=0, atol=3e-9)
+    np.testing.assert_allclose(activated(name, x), getattr(nn, name)()(torch.tensor(x)).numpy(), rtol=0, atol=3e-9)
     assert_same(actor_of(made := model(SAC, {"net_arch": [8, 8], "activation_fn": getattr(nn, name)})), made)
 
 

@@ -21,6 +21,7 @@ from agents.ground.environments import make_vector
 from agents.judging.evaluation import evaluate
 from agents.learning import runs
 from agents.policies.actor import Actor
+from agents.policies.networks import Dense
 from agents.policies.scorer import INPUTS, Scorer
 from agents.publish import Arguments
 from agents.publishing import onnx_graph
@@ -50,8 +51,9 @@ def seen() -> np.ndarray:
 def layers(*sizes: int, seed: int = 0) -> Any:
     random = np.random.default_rng(seed)
     shapes = zip(sizes[1:], sizes[:-1], strict=True)
-    return tuple((random.normal(size=s).astype(np.float32) / 4, random.normal(size=s[0]).astype(np.float32))
-                 for s in shapes)  # fmt: skip
+    return tuple(
+        Dense(random.normal(size=s).astype(np.float32) / 4, random.normal(size=s[0]).astype(np.float32)) for s in shapes
+    )
 
 
 def chooser(activation: str = "Tanh") -> Actor:

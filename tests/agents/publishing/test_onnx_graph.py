@@ -13,7 +13,7 @@ import pytest
 from torch import nn
 
 from agents.ground.cli import UsageError
-from agents.policies import actor
+from agents.policies.networks import ACTIVATIONS, Dense
 from agents.policies.weights import actor_of
 from agents.publishing import onnx_graph
 from agents.publishing.onnx_graph import save_onnx
@@ -37,7 +37,7 @@ def test_the_runtime_acts_as_the_model(algorithm: Any, settings: dict[str, Any],
     assert_runs_as(made, tmp_path / "policy.onnx")
 
 
-@pytest.mark.parametrize("name", actor.ACTIVATIONS)
+@pytest.mark.parametrize("name", ACTIVATIONS)
 def test_every_activation_has_its_operators(name: str, tmp_path: Path) -> None:
     made = model(SAC, {"net_arch": [8, 8], "activation_fn": getattr(nn, name)})
     save_onnx(actor_of(made), tmp_path / "policy.onnx", {})
@@ -68,7 +68,7 @@ def test_a_graph_that_acts_otherwise_is_refused(tmp_path: Path, monkeypatch: pyt
     right = actor_of(model(SAC, {"net_arch": [8]}))
     (weight, bias), last = right.layers
     for wrong in (
-        replace(right, layers=((weight, bias + np.float32(0.01)), last)),
+        replace(right, layers=(Dense(weight, bias + np.float32(0.01)), last)),
         replace(right, activation="Softplus"),
         replace(right, high=right.high + np.float32(0.01)),
         replace(right, bound=0.5),
