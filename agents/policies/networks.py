@@ -83,11 +83,6 @@ class Dense(NamedTuple):
         """Compute outputs S + (O,) of inputs S + (I,)."""
         return value @ self.weight.T + self.bias
 
-    @classmethod
-    def from_torch(cls, weight: Any, bias: Any, kind: DTypeLike = np.float32) -> Self:
-        """Copy two tensors of torch as numbers of a kind."""
-        return cls(*(tensor.detach().numpy().astype(kind) for tensor in (weight, bias)))
-
 
 Layers = tuple[Dense, ...]
 
@@ -153,15 +148,13 @@ class Gru(NamedTuple):
     @classmethod
     def from_torch(cls, unit: Any, kind: DTypeLike = np.float32) -> Self:
         """Copy a `torch.nn.GRUCell` as numbers of a kind."""
-        seen, kept = (unit.weight_ih, unit.bias_ih), (unit.weight_hh, unit.bias_hh)
-        return cls(Dense.from_torch(*seen, kind), Dense.from_torch(*kept, kind))
+        return cls(*layers_from_torch((unit.weight_ih, unit.bias_ih, unit.weight_hh, unit.bias_hh), kind))
 
 
-def layers_from_torch(parameters: Iterable[Any], kind: DTypeLike = np.float32) -> Layers:
-    """Copy full layers from the tensors of torch that hold them, weight and bias in turn, as numbers of a kind."""
-    tensors = list(parameters)
-    pairs = zip(tensors[0::2], tensors[1::2], strict=True)
-    return tuple(Dense.from_torch(weight, bias, kind) for weight, bias in pairs)
+def layers_from_torch(tensors: Iterable[Any], kind: DTypeLike = np.float32) -> Layers:
+    """Copy full layers from tensors of torch, weight and bias in turn, as numbers of a kind."""
+    arrays = [tensor.detach().numpy().astype(kind) for tensor in tensors]
+    return tuple(map(Dense, arrays[0::2], arrays[1::2]))
 
 
 def through(layers: Layers, activation: str, value: Floats) -> Floats:

@@ -33,7 +33,7 @@ def test_full_layers_compute_as_torchs_and_come_back_from_their_names() -> None:
 
 def test_a_layer_is_of_its_moment() -> None:
     full = nn.Linear(3, 3)
-    layer = Dense.from_torch(full.weight, full.bias)
+    (layer,) = layers_from_torch(full.parameters())
     before = layer.weight.copy()
     nn.init.zeros_(full.weight)
     np.testing.assert_array_equal(layer.weight, before)
