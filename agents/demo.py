@@ -14,7 +14,7 @@ from .ground.places import POLICY
 from .ground.tables import comparison_table, console, throws_bar
 from .judging.evaluation import NUM_ENVS, PRACTICE, held_out, practise
 from .judging.throws import summary
-from .learning.runs import read_arguments
+from .learning.runs import RunFolder
 
 PEERS: Final = {"analytic": ("analytic", 0), "virtual_goal": ("virtual_goal", PRACTICE)}
 """Controllers to compare with, and the throws they practise."""
@@ -35,7 +35,7 @@ class Arguments:
 def main(arguments: Arguments) -> None:
     """Throw and print the table."""
     at_least(vars(arguments), picks=1, threads=1, seed=0)
-    asked = read_arguments(POLICY)
+    asked = RunFolder(POLICY).arguments
     entries = {**PEERS, f"trained policy ({asked['algo']})": (str(POLICY), asked["steps"])}
     rows: list[tuple[str, int, dict[str, Any]]] = []
     made = make_vector(asked["env"], asked["level"], NUM_ENVS, arguments.threads, asked["action_mode"])

@@ -24,6 +24,7 @@ from .ground.places import MADE
 from .ground.tables import console, throws_bar
 from .judging.evaluation import evaluate
 from .learning import runs
+from .learning.algorithms import CHOOSING, RECURRENT
 from .learning.trained import own_environment
 from .pictures.stage import Stage
 from .publishing.card import CURVE, GRAPH, REPLAY, card, curve
@@ -77,7 +78,7 @@ class Arguments:
 def main(arguments: Arguments) -> None:
     """Copy, draw, film, evaluate, write the card: a folder that is there in full or not at all."""
     at_least(vars(arguments), picks=1, shifts=1, seed=0)
-    folder, asked = arguments.folder, runs.read_arguments(arguments.folder)
+    folder, asked = arguments.folder, runs.RunFolder(arguments.folder).arguments
     count = counted(arguments, asked)
     env_id = arguments.env or own_environment(folder, asked["env"])
     trained_on, name = names(folder, env_id, asked)
@@ -112,7 +113,7 @@ def counted(arguments: Arguments, asked: Mapping[str, Any]) -> int:
     Raises:
         UsageError: the other ones were asked for.
     """
-    line = asked["algo"] in runs.CHOOSING
+    line = asked["algo"] in CHOOSING
     if (arguments.picks if line else arguments.shifts) is not None:
         other, its = ("--picks", "throws") if line else ("--shifts", "a line")
         raise UsageError(f"{other} goes with {its}, and not with a policy of {asked['algo']}")
@@ -141,7 +142,8 @@ def check_model(folder: Path) -> None:
     """
     from .policies.weights import actor_of  # noqa: PLC0415 - imports torch
 
-    kept, made = (actor.numbers for actor in (runs.load_numbers(folder), actor_of(runs.load_model(folder))))
+    run = runs.RunFolder(folder)
+    kept, made = (policy.numbers for policy in (run.load_policy(), actor_of(run.load_model())))
     if kept.keys() != made.keys() or not all(np.array_equal(kept[name], made[name]) for name in kept):
         raise UsageError(
             f"run folder {str(folder)!r} is damaged: {runs.POLICY} and {runs.MODEL} are not of the same throw; "
@@ -155,7 +157,7 @@ def check_graph(asked: Mapping[str, Any]) -> None:
     Raises:
         UsageError: it is not all of it.
     """
-    if asked["algo"] in runs.RECURRENT:
+    if asked["algo"] in RECURRENT:
         raise UsageError(f"a policy of {asked['algo']} remembers, which policy.onnx has no place for; give --no-onnx")
     if asked["over"] != PLANNER:
         raise UsageError(f"policy.onnx would lack the controller {asked['over']!r} under the policy; give --no-onnx")
@@ -170,9 +172,9 @@ def fill(parts: Path, arguments: Arguments, env_id: str, asked: Mapping[str, Any
     curve(arguments.folder / "progress.csv", asked["algo"]).savefig(parts / CURVE, dpi=100, metadata={"Software": None})
     if arguments.onnx:
         about = {name: str(asked[name]) for name in ("env", "level", "algo", "steps", "seed", "action_mode")}
-        save_onnx(runs.load_numbers(arguments.folder), parts / GRAPH, about)
+        save_onnx(runs.RunFolder(arguments.folder).load_policy(), parts / GRAPH, about)
     if arguments.video:
-        film(arguments, env_id, parts / REPLAY, None if asked["algo"] in runs.CHOOSING else FILMED)
+        film(arguments, env_id, parts / REPLAY, None if asked["algo"] in CHOOSING else FILMED)
 
 
 def film(arguments: Arguments, env_id: str, file: Path, picks: int | None) -> None:

@@ -24,8 +24,8 @@ from .judging.evaluation import NUM_ENVS, PRACTICE, held_out, practise
 from .judging.throws import summary
 from .judging.work_shifts import SHIFTS
 from .learning import runs
+from .learning.algorithms import ALGORITHMS, CHOOSING, ON_POLICY, Algorithm
 from .learning.hyperparameters import hyperparameters, size
-from .learning.runs import ALGORITHMS, CHOOSING, Algorithm
 from .learning.trained import own_environment
 from .lessons import training as lines
 from .lessons.course import in_flight, learn
@@ -119,7 +119,7 @@ def main(arguments: Arguments) -> None:
     from .learning.vec_env import SameStepVecEnv  # noqa: PLC0415
 
     torch.set_num_threads(1)  # small networks are slower on many threads
-    even, price = asked["algo"] in runs.ON_POLICY, lines.more_price(settings, cell)
+    even, price = asked["algo"] in ON_POLICY, lines.more_price(settings, cell)
     with closing(SameStepVecEnv(seen, even=even, price=price)) as env:
         with Stop().listening() as stop, ExitStack() as ends:
             if arguments.resume is not None:
@@ -127,7 +127,7 @@ def main(arguments: Arguments) -> None:
             folder, model = start(arguments, asked, settings, env)
             if arguments.resume is None:
                 ends.enter_context(held(folder))
-                ends.enter_context(runs.nothing_left(folder))
+                ends.enter_context(runs.RunFolder(folder).nothing_left())
             learn(model, env, folder, asked, stop, quick=quick, tensorboard=arguments.tensorboard)
         if stop.number is not None:
             say_how_to_resume(folder, asked["env"], model.num_timesteps)
@@ -168,7 +168,7 @@ def request(arguments: Arguments) -> dict[str, Any]:
             raise UsageError("--full-last goes with --fidelity flight")
         asked["level"] = asked["level"] or LEVELS.get(asked["env"])
         return asked
-    recorded = runs.read_arguments(arguments.resume)
+    recorded = runs.RunFolder(arguments.resume).arguments
     if given.get("env") == recorded["env"]:
         recorded["env"] = given.pop("env")
     else:
@@ -187,10 +187,10 @@ def start(
     from .learning.sb3 import build  # noqa: PLC0415
 
     if arguments.resume is not None:
-        model = runs.restore(arguments.resume, env)
+        model = runs.RunFolder(arguments.resume).restore(env)
         if arguments.steps is not None and arguments.steps > model.num_timesteps:
             (arguments.resume / TABLE).unlink(missing_ok=True)  # of fewer throws
-            runs.write_arguments(arguments.resume, asked)
+            runs.RunFolder(arguments.resume).write_arguments(asked)
         if model.num_timesteps >= asked["steps"] and (arguments.resume / TABLE).is_file():
             raise UsageError(
                 f"run {str(arguments.resume)!r} has done {model.num_timesteps} throws of {asked['steps']}; "
@@ -201,7 +201,7 @@ def start(
     config = core_of(env.env).config
     name = f"{runs.name_of(asked, config.name)}-{time.strftime('%Y%m%d-%H%M%S')}"
     folder = destination(Path("runs") / name if arguments.out is None else arguments.out)
-    runs.create(folder, asked, settings, config, model)
+    runs.RunFolder.create(folder, asked, settings, config, model)
     return folder, model
 
 
@@ -224,7 +224,7 @@ def compare(folder: Path, learned_from: int, cell: Env, asked: Mapping[str, Any]
     # A virtual goal is for actions that shift what the throw is judged by.
     peers = {"analytic": 0} if core.correction is None else {"analytic": 0, "virtual_goal": PRACTICE}
     peers[asked["over"]] = 0
-    learned = run_policy(runs.load_actor(folder), asked, cell, "the policy", f"learned ({asked['algo']})")
+    learned = run_policy(runs.RunFolder(folder).load_actor(), asked, cell, "the policy", f"learned ({asked['algo']})")
     entries = [(make_controller(name, cell), throws) for name, throws in peers.items()]
     rows: list[tuple[str, int, dict[str, Any]]] = []
     for controller, throws in [*entries, (learned, learned_from)]:

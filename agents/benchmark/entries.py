@@ -14,8 +14,8 @@ from ..controllers import NAMES
 from ..controllers.adaptive import READY
 from ..controllers.between import MOST, OVER, PLANNER
 from ..dispatchers.registry import NAMES as DECIDING
+from ..learning.algorithms import ALGORITHMS, CHOOSING
 from ..learning.hyperparameters import hyperparameters
-from ..learning.runs import ALGORITHMS, CHOOSING
 from . import lines
 
 Count = Annotated[int, Field(ge=0)]

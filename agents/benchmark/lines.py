@@ -27,7 +27,8 @@ from ..ground.environments import Env, stream_seed
 from ..ground.files import jsonable
 from ..ground.places import at
 from ..judging.work_shifts import LISTS, MEANS, Shifts, mean
-from ..learning.runs import CHOOSING, POLICY
+from ..learning.algorithms import CHOOSING
+from ..learning.runs import POLICY
 from ..lessons.search import SEARCHED, Bench, best
 from ..policies.scorer import Scorer
 

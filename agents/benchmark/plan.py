@@ -27,7 +27,7 @@ from ..jobs.cluster import Needs
 from ..jobs.code import code_digest
 from ..jobs.parcel import own_code
 from ..jobs.work import key
-from ..learning.runs import CHOOSING
+from ..learning.algorithms import CHOOSING
 from . import lines
 from .entries import EACH, TRAINED, Choice, Count, Entry, Several, labels_of, settings_of
 

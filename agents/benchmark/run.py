@@ -27,7 +27,8 @@ from ..jobs.work import Job
 from ..judging.evaluation import held_out, practise
 from ..judging.throws import FAILURES, Throws
 from ..judging.work_shifts import worked
-from ..learning import runs
+from ..learning.algorithms import CHOOSING, ON_POLICY
+from ..learning.runs import RunFolder
 from ..lessons.training import line_settings, more_price
 from . import lines
 from .entries import TRAINED, labels_of, settings_of
@@ -180,19 +181,19 @@ def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
     }
     settings = line_settings(asked, settings, cells)
     quick, price = in_flight(cells, asked, threads=1), more_price(settings, cells)
-    env = SameStepVecEnv(as_seen(cells, asked), even=algo in runs.ON_POLICY, price=price)
-    if runs.checkpoints(folder):
-        model = runs.restore(folder, env)
+    env = SameStepVecEnv(as_seen(cells, asked), even=algo in ON_POLICY, price=price)
+    if RunFolder(folder).checkpoints:
+        model = RunFolder(folder).restore(env)
     else:
         model = build(algo, env, settings, piece.seed)
-        runs.create(folder, asked, settings, core.config, model)
+        RunFolder.create(folder, asked, settings, core.config, model)
     for throws in piece.throws:
         began = time.perf_counter()
         if model.num_timesteps < throws:
             leg = {**asked, "checkpoint_every": throws}
             learn(model, env, folder, leg, Stop(), quick=quick, until=throws, quiet=True)
         seconds = round(time.perf_counter() - began, 1)
-        place = next(p for p in runs.checkpoints(folder) if int(p.name) >= throws)
+        place = next(p for p in RunFolder(folder).checkpoints if int(p.name) >= throws)
         yield throws, seconds, _policy(folder, place, asked, piece)
     env.close()
     if quick is not None:
@@ -201,10 +202,10 @@ def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
 
 def _policy(folder: Path, place: Path, asked: Mapping[str, Any], piece: Piece) -> Able:
     """What a training has left in a checkpoint, as a controller of the level that is evaluated."""
-    if asked["algo"] in runs.CHOOSING:
+    if asked["algo"] in CHOOSING:
         scores = run_scores(folder, place)
         return lambda name, env: scores
-    actor = runs.load_actor(folder, place)
+    actor = RunFolder(folder).load_actor(place)
     return lambda name, env: run_policy(actor, asked, env, piece.name, name)
 
 

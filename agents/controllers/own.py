@@ -14,7 +14,7 @@ from pnt_gym.errors import PntGymError, one_sentence
 
 from ..ground.cli import UsageError
 from ..ground.environments import Env, core_of, own_module
-from ..learning.runs import load_actor, read_arguments
+from ..learning.runs import RunFolder
 from ..learning.trained import check_trust, find_trained
 from ..policies.actor import Actor
 from .adaptive import check_begins
@@ -106,7 +106,8 @@ def trained_policy(place: Path, env: Env, *, trust: bool = False) -> Controller:
     """
     found, what = find_trained(place), f"the policy of {str(place)!r}"
     if found.is_run:
-        return run_policy(load_actor(place), read_arguments(place), env, what)
+        run = RunFolder(place)
+        return run_policy(run.load_actor(), run.arguments, env, what)
     check_trust(place, trust)
     from ..learning.sb3 import load_policy, load_statistics  # noqa: PLC0415 - torch takes a second to import
     from ..learning.vec_env import SameStepVecEnv  # noqa: PLC0415 - as above

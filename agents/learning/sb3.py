@@ -30,8 +30,8 @@ from pnt_gym.errors import PntGymError, one_sentence
 from pnt_gym.reading import ReadError, archive, parsed_json
 
 from ..ground.cli import UsageError
+from .algorithms import ALGORITHMS, CHOOSING, MOST_MODEL, RECURRENT
 from .hyperparameters import FALLING, WIDEST, begin, checked
-from .runs import ALGORITHMS, CHOOSING, MOST_MODEL, RECURRENT
 from .vec_env import rows_thrown
 
 COUNTS = ("num_timesteps", "_n_updates", "_episode_num")

@@ -11,7 +11,7 @@ from ..dispatchers.registry import line_of
 from ..ground.cli import UsageError
 from ..ground.environments import Env, core_of, make_vector, stream_seed
 from ..ground.tables import throws_bar
-from ..learning import runs
+from ..learning.runs import RunFolder
 
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
@@ -96,5 +96,5 @@ def learn(
             begin_leg(model, done + leg, total)
             model._last_obs = None  # makes learn() reset the environment
             model.learn(leg, callback=callback, log_interval=16, reset_num_timesteps=False)
-            runs.save_checkpoint(folder, model)
+            RunFolder(folder).save_checkpoint(model)
     env.env = judged

@@ -14,8 +14,8 @@ from ..ground.cli import UsageError
 from ..ground.environments import Env
 from ..ground.tables import console, shifts_comparison
 from ..judging.work_shifts import judged
+from ..learning.algorithms import CHOOSING
 from ..learning.hyperparameters import checked
-from ..learning.runs import CHOOSING
 
 DEFAULTS: Final[Mapping[str, Mapping[str, Any]]] = {ENV: {"algo": CHOOSING[-1], "checkpoint_every": 125_000}}
 """By environment what training does there unless it is told otherwise."""

@@ -16,7 +16,7 @@ from ..ground.cli import UsageError
 from ..ground.drawings import COLOURS, Figure, dress, subplots
 from ..ground.files import MOST_RESULTS
 from ..ground.tables import Grid, landing_cells, markdown_text, percent
-from ..learning.runs import CHOOSING
+from ..learning.algorithms import CHOOSING
 from .onnx_graph import OPSET
 
 CURVE: Final = "curve.png"

@@ -26,7 +26,7 @@ from agents.data.episodes import episodes
 from agents.ground.cli import UsageError
 from agents.ground.environments import core_of, make_vector
 from agents.judging.evaluation import evaluate, held_out, thrown, usual_practice
-from agents.learning import runs
+from agents.learning.runs import LATER, RunFolder
 from agents.learning.sb3 import build, load_policy
 from agents.learning.vec_env import SameStepVecEnv
 from agents.lessons import course
@@ -267,11 +267,11 @@ def test_a_resumed_run_with_a_memory_is_bit_for_bit_the_uninterrupted_one(
     whole, halves = tmp_path / "whole", tmp_path / "halves"
     main(replace(recipe, out=whole))
     main(replace(recipe, out=halves, steps=40))
-    assert [one.name for one in runs.checkpoints(halves)][-1] != "00000080"
+    assert [one.name for one in RunFolder(halves).checkpoints][-1] != "00000080"
     main(Arguments(resume=halves, steps=80, eval_picks=0, threads=2))
-    names = {one.name for one in runs.checkpoints(whole)} & {one.name for one in runs.checkpoints(halves)}
+    names = {one.name for one in RunFolder(whole).checkpoints} & {one.name for one in RunFolder(halves).checkpoints}
     assert names >= {"00000000", "00000040", "00000080"}
-    one, other = (dict(runs.load_model(folder).policy.named_parameters()) for folder in (whole, halves))
+    one, other = (dict(RunFolder(folder).load_model().policy.named_parameters()) for folder in (whole, halves))
     assert all(torch.equal(one[name], other[name]) for name in one)
     assert (whole / "policy.npz").read_bytes() == (halves / "policy.npz").read_bytes()
 
@@ -279,15 +279,15 @@ def test_a_resumed_run_with_a_memory_is_bit_for_bit_the_uninterrupted_one(
 def test_a_run_says_what_stands_between_and_older_ones_need_not(recipe: Arguments, tmp_path: Path) -> None:
     main(replace(recipe, steps=20, stack=2, eval_picks=8))
     run = tmp_path / "run"
-    told = runs.read_arguments(run)
+    told = RunFolder(run).arguments
     assert (told["stack"], told["over"]) == (2, "static")
-    assert runs.load_actor(run).sizes == (2 * FEATURES, 2)
+    assert RunFolder(run).load_actor().sizes == (2 * FEATURES, 2)
     assert [row["controller"] for row in yaml.safe_load((run / "evaluation.json").read_text())] == [
         "analytic", "virtual_goal", "static", "learned (recurrent_ppo)",
     ]  # fmt: skip
-    old = {name: value for name, value in told.items() if name not in runs.LATER}
-    runs.write_arguments(run, old)
-    found = runs.read_arguments(run)
+    old = {name: value for name, value in told.items() if name not in LATER}
+    RunFolder(run).write_arguments(old)
+    found = RunFolder(run).arguments
     assert (found["stack"], found["over"], found["fidelity"]) == (1, "analytic", "full")
 
 
@@ -306,7 +306,7 @@ def test_a_run_folder_that_says_otherwise_is_refused(
 ) -> None:
     main(replace(recipe, steps=20))
     run = tmp_path / "run"
-    runs.write_arguments(run, {**runs.read_arguments(run), name: value})
+    RunFolder(run).write_arguments({**RunFolder(run).arguments, name: value})
     with closing(cells(1)) as env, pytest.raises(UsageError, match=said):
         make_controller(str(run), env)
 
@@ -383,7 +383,7 @@ def test_the_benchmark_learns_from_flights_and_judges_in_full(tmp_path: Path, mo
     assert piece.key != full.key
     assert len(run_piece(piece, tmp_path)["results"]) == 1
     assert given == {"judged": "full", "learned": "flight", "seen": True}
-    assert runs.read_arguments(tmp_path / f"{piece.name}-{piece.key}-run")["num_envs"] == 4
+    assert RunFolder(tmp_path / f"{piece.name}-{piece.key}-run").arguments["num_envs"] == 4
 
 
 def test_throws_of_a_policy_with_a_memory_make_a_dataset(recipe: Arguments, tmp_path: Path) -> None:

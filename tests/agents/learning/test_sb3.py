@@ -10,9 +10,9 @@ import torch
 
 import pnt_gym
 from agents.ground.cli import UsageError
+from agents.learning.algorithms import ALGORITHMS
 from agents.learning.hyperparameters import hyperparameters, policy_arguments
 from agents.learning.progress import MANY, ShiftProgress, Stop
-from agents.learning.runs import ALGORITHMS
 from agents.learning.sb3 import build
 from agents.learning.vec_env import SameStepVecEnv
 from tests.tools.toy_cell import ToyVectorEnv

@@ -19,7 +19,7 @@ from agents.dispatchers.scored import Scored, run_scores, there
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
 from agents.judging.evaluation import evaluate
-from agents.learning import runs
+from agents.learning.runs import RunFolder
 from agents.policies.actor import Actor
 from agents.policies.networks import Dense
 from agents.policies.scorer import INPUTS, Scorer
@@ -112,7 +112,7 @@ def run(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 def test_a_published_policy_works_as_the_run_did(run: Path, seen: np.ndarray, tmp_path: Path) -> None:
     publish.main(Arguments(run, to=tmp_path, shifts=3, video=False))
     (copy,) = tmp_path.iterdir()
-    algo = runs.read_arguments(run)["algo"]
+    algo = RunFolder(run).arguments["algo"]
     assert copy.name == f"PnTLine-v0-brief-{algo}-seed0"
     told = [evaluate(str(place), "PnTLine-v0", 3, level=str(run / "env.yaml")) for place in (run, copy)]
     for one in told:
