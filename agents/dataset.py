@@ -20,6 +20,7 @@ from pnt_gym.cells.base.features import numbered
 from .controllers.protocol import Controller, Learner
 from .data.collection import Collection, Thrower, unpacked
 from .data.episodes import Episode
+from .ground.amounts import NUM_ENVS
 from .ground.cli import UsageError, at_least, option, run
 from .ground.environments import Env, Role, core_of, make_single, make_vector
 from .ground.places import MADE, at
@@ -27,7 +28,7 @@ from .ground.tables import Grid, console, millimetres, percent, throws_bar
 from .ground.versions import git_state, versions
 from .jobs.cluster import Needs, pool
 from .jobs.work import keep_missing
-from .judging.evaluation import NUM_ENVS, practise, usual_practice
+from .judging.evaluation import practise, usual_practice
 from .judging.makers import controller_for, expert_for
 from .learning.trained import files_of, setting
 

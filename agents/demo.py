@@ -8,11 +8,12 @@ from functools import partial
 from typing import Any, Final
 
 from .controllers import make_controller
+from .ground.amounts import NUM_ENVS, PRACTICE
 from .ground.cli import at_least, run
 from .ground.environments import make_vector
 from .ground.places import POLICY
 from .ground.tables import comparison_table, console, throws_bar
-from .judging.evaluation import NUM_ENVS, PRACTICE, held_out, practise
+from .judging.evaluation import held_out, practise
 from .judging.throws import summary
 from .learning.runs import RunFolder
 

@@ -6,27 +6,20 @@ from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from pnt_gym.cells.base.view import record_video
-from pnt_gym.cells.line.config import LineConfig
-
-from .controllers import Learner, load_state, make_controller, save_state
-from .controllers.protocol import Controller
-from .dispatchers.registry import line_controller, line_of, opened, the_line
-from .dispatchers.release import releaser
+from .ground.amounts import NUM_ENVS, SHIFTS
 from .ground.cli import UsageError, at_least, option, run
-from .ground.environments import Env, make_vector, stream_seed
 from .ground.outputs import VIDEOS, check_ending, check_writable, deliver, deliver_json, deliver_text
 from .ground.tables import console, shifts_table, summary_table, throws_bar
-from .judging.evaluation import NUM_ENVS, evaluate, usual_picks, usual_practice
-from .judging.work_shifts import SHIFTS
-from .judging.work_shifts import judged as shifts_judged
-from .learning.trained import setting
-from .pictures.film import SECONDS, decisions
-from .pictures.gantt import gantt
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.line.config import LineConfig
+
+    from .controllers.protocol import Controller
+    from .ground.environments import Env
 
 OF_LINES = ("shifts", "release", "throws", "picture", "video")
 OF_THROWS = ("picks", "practice", "online", "load", "save")
@@ -83,6 +76,10 @@ class Arguments:
 
 def main(arguments: Arguments) -> None:
     """Evaluate, print the table, write the JSON."""
+    from .controllers import Learner, make_controller, save_state
+    from .dispatchers.registry import line_of, opened
+    from .learning.trained import setting
+
     at_least(vars(arguments), picks=1, shifts=1, seed=0, num_envs=1, threads=1, practice=0)
     check_writable(arguments.json, arguments.save, arguments.picture, arguments.video)
     check_ending("video", arguments.video, VIDEOS)
@@ -108,12 +105,16 @@ def main(arguments: Arguments) -> None:
 
 def judge_line(env: Env, env_id: str, arguments: Arguments) -> None:
     """Work shifts of a line, print the table, write the JSON."""
+    from .dispatchers.registry import the_line
+    from .judging.work_shifts import judged
+    from .pictures.gantt import gantt
+
     check_settings(arguments, OF_THROWS, "goes with throws, and not with a line")
     controller = worker(env, arguments)
     shifts = SHIFTS if arguments.shifts is None else arguments.shifts
     with throws_bar() as bar:
         task = bar.add_task("shifts", total=shifts)
-        found = shifts_judged(controller, env, shifts, arguments.seed, lambda count: bar.advance(task, count))
+        found = judged(controller, env, shifts, arguments.seed, lambda count: bar.advance(task, count))
     if arguments.picture is not None:
         deliver_text(arguments.picture, gantt(found))
     console().print(shifts_table(f"{controller.name} on {env_id}, level {found['level']}, {shifts} shifts", found))
@@ -127,6 +128,9 @@ def judge_line(env: Env, env_id: str, arguments: Arguments) -> None:
 
 def worker(env: Env, arguments: Arguments) -> Controller:
     """Who decides on a line, whose throws are corrected as asked for."""
+    from .dispatchers.registry import line_controller, the_line
+    from .dispatchers.release import releaser
+
     core = the_line(env)
     if arguments.release is not None:
         core.use(releaser(arguments.release, core))
@@ -137,6 +141,12 @@ def worker(env: Env, arguments: Arguments) -> Controller:
 
 def film(env_id: str, level: LineConfig, arguments: Arguments, file: Path) -> None:
     """Work the begin of the first shift once more, on one line, and film it."""
+    from pnt_gym.cells.base.view import record_video
+
+    from .dispatchers.registry import the_line
+    from .ground.environments import make_vector, stream_seed
+    from .pictures.film import SECONDS, decisions
+
     with closing(make_vector(env_id, level, 1, 1)) as env:
         shown = decisions(worker(env, arguments), env, stream_seed("evaluate", arguments.seed), SECONDS)
         deliver(file, lambda path: record_video(the_line(env).view(), shown, path))
@@ -156,6 +166,8 @@ def check_settings(arguments: Arguments, names: Sequence[str], said: str) -> Non
 
 def judge(controller: Controller, env: Env, arguments: Arguments, practice: int) -> dict[str, Any]:
     """Practise and evaluate with a bar for each."""
+    from .judging.evaluation import evaluate, usual_picks
+
     picks = usual_picks(env) if arguments.picks is None else arguments.picks
     seed, online = arguments.seed, arguments.online
     with throws_bar() as bar:
@@ -170,6 +182,9 @@ def judge(controller: Controller, env: Env, arguments: Arguments, practice: int)
 
 def prepare(controller: Controller, arguments: Arguments) -> int:
     """Load what a learning controller knows; returns the throws it is to practise."""
+    from .controllers import Learner, load_state
+    from .judging.evaluation import usual_practice
+
     if isinstance(controller, Learner):
         if arguments.load is None:
             return usual_practice(controller) if arguments.practice is None else arguments.practice

@@ -14,15 +14,15 @@ from .controllers import make_controller
 from .controllers.between import PLANNER, as_seen
 from .controllers.own import run_policy
 from .dispatchers.registry import line_of
+from .ground.amounts import NUM_ENVS, PRACTICE, SHIFTS
 from .ground.cli import UsageError, at_least, option, run
 from .ground.environments import Env, core_of, find_environment, make_vector
 from .ground.files import held, write_json
 from .ground.places import module_name
 from .ground.streams import destination
 from .ground.tables import comparison_table, console
-from .judging.evaluation import NUM_ENVS, PRACTICE, held_out, practise
+from .judging.evaluation import held_out, practise
 from .judging.throws import summary
-from .judging.work_shifts import SHIFTS
 from .learning import runs
 from .learning.algorithms import ALGORITHMS, CHOOSING, ON_POLICY, Algorithm
 from .learning.hyperparameters import hyperparameters, size

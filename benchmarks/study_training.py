@@ -23,9 +23,10 @@ from agents.controllers import make_controller
 from agents.controllers.between import PLANNER
 from agents.controllers.own import run_policy
 from agents.controllers.protocol import Controller
+from agents.ground.amounts import NUM_ENVS
 from agents.ground.environments import Env, core_of, make_vector
 from agents.ground.files import read_json, write_json
-from agents.judging.evaluation import NUM_ENVS, held_out, practise
+from agents.judging.evaluation import held_out, practise
 from agents.judging.throws import summary
 from agents.learning.hyperparameters import hyperparameters
 from agents.learning.progress import Stop

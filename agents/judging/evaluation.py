@@ -22,15 +22,12 @@ from ..controllers.adaptive import is_told
 from ..controllers.own import Policy
 from ..controllers.protocol import Controller, Learner, Observation, Outcome
 from ..dispatchers.registry import line_controller, line_of, the_line
+from ..ground.amounts import NUM_ENVS, PICKS, PRACTICE, SHIFTS
 from ..ground.cli import UsageError, at_least
 from ..ground.environments import Env, as_vector, core_of, make_vector, stream_seed
 from ..ground.versions import versions
 from .throws import Throws, purity_by_bin, summary, throw_records
-from .work_shifts import SHIFTS, judged
-
-NUM_ENVS = 16
-PICKS = 200
-PRACTICE = 120
+from .work_shifts import judged
 
 Progress = Callable[[int], None]
 """Called with the number of throws just done."""

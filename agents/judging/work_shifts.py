@@ -21,8 +21,6 @@ from ..ground.infos import results
 from ..ground.versions import versions
 from .decisions import worked_by
 
-SHIFTS: Final = 32
-"""Shifts that are judged unless others are asked for."""
 MEANS: Final = {
     "value_per_min": "shift_value_per_min",
     "sorted_per_min": "shift_sorted_per_min",

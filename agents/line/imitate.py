@@ -15,13 +15,13 @@ from pnt_gym.cells.line.config import LineConfig
 from ..dispatchers.registry import ENV, line_controller, the_line
 from ..dispatchers.scored import Scored
 from ..dispatchers.settings import settings
+from ..ground.amounts import NUM_ENVS, SHIFTS
 from ..ground.cli import at_least, option
 from ..ground.environments import make_vector, stream_seed
 from ..ground.outputs import check_writable, deliver
 from ..ground.places import module_name
 from ..ground.tables import console, shifts_comparison, throws_bar
-from ..judging.evaluation import NUM_ENVS
-from ..judging.work_shifts import SHIFTS, judged
+from ..judging.work_shifts import judged
 
 if TYPE_CHECKING:
     from ..lessons.imitation import Labels

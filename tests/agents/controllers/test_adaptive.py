@@ -17,9 +17,10 @@ from agents.controllers.filters import seen_by
 from agents.controllers.mlp import Mlp
 from agents.controllers.protocol import Observation, Outcome
 from agents.controllers.trackers import effects
+from agents.ground.amounts import PICKS
 from agents.ground.cli import UsageError
 from agents.ground.environments import core_of, make_vector
-from agents.judging.evaluation import PICKS, evaluate, held_out, observed, practise, usual_picks
+from agents.judging.evaluation import evaluate, held_out, observed, practise, usual_picks
 from agents.judging.throws import summary
 from pnt_gym.cells.conveyor.observation import SHIFT_TABLE
 from tests.agents.controllers.test_trackers import network, throws
