@@ -39,6 +39,7 @@ class Scoring(nn.Module):
         super().__init__()
         self.patience = patience
         weight, constant = rule(patience)
+        self.weight: Tensor
         self.register_buffer("weight", torch.as_tensor(weight, dtype=torch.float32), persistent=False)
         self.constant = constant
         layers = [nn.Linear(before, after) for before, after in pairwise((INPUTS, *widths, 1))]
@@ -122,12 +123,13 @@ class ResidualPolicy(MaskableActorCriticPolicy):
         super().__init__(*given, **{"net_arch": list(WIDTHS), **options})
 
     def _build(self, lr_schedule: Any) -> None:
-        widths = tuple(self.net_arch)
+        widths = tuple(int(width) for width in self.net_arch)
         outlook = Outlook(widths[-1] if widths else WIDTHS[-1])
         self.mlp_extractor = Sides(Scoring(self._patience, widths), outlook, self._sharpness)
         self.action_net = nn.Identity()
         self.value_net = nn.Linear(widths[-1] if widths else WIDTHS[-1], 1)
-        self.optimizer = self.optimizer_class(self.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)
+        optimizer_class: Any = self.optimizer_class
+        self.optimizer = optimizer_class(self.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)
 
     def numbers(self) -> Scorer:
         """Its scorer as it is now, for good."""

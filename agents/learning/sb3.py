@@ -77,8 +77,7 @@ class ThrownBuffer(ReplayBuffer):
         kept = np.arange(len(infos))
         others = np.setdiff1d(kept, thrown)
         kept[others] = np.resize(thrown or others, len(others))
-        parts = (part[kept] for part in (obs, next_obs, action, reward, done))
-        super().add(*parts, [infos[row] for row in kept])
+        super().add(obs[kept], next_obs[kept], action[kept], reward[kept], done[kept], [infos[row] for row in kept])
 
 
 @final

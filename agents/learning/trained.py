@@ -61,7 +61,7 @@ def _ordered(loader: _ZooLoader, node: yaml.SequenceNode) -> dict[str, Any]:
 
 
 _ZooLoader.add_constructor("tag:yaml.org,2002:python/object/apply:collections.OrderedDict", _ordered)
-_ZooLoader.add_constructor("tag:yaml.org,2002:python/tuple", lambda loader, node: loader.construct_sequence(node))
+_ZooLoader.add_constructor("tag:yaml.org,2002:python/tuple", _ZooLoader.construct_sequence)
 
 
 def find_trained(place: Path) -> Trained:

@@ -40,9 +40,9 @@ INPUTS: Final = len(CHOICE_TABLE) + len(LINE_TABLE)
 
 def inputs(observations: NDArray[np.floating]) -> Floats:
     """What a scorer sees of each choice, (N, CHOICES, INPUTS), in observations (N, ENTRIES)."""
-    rows, head = len(observations), len(LINE_TABLE)
-    each = np.asarray(observations[:, head:], dtype=np.float64).reshape(rows, CHOICES, -1)
-    line = np.broadcast_to(observations[:, None, :head], (rows, CHOICES, head))
+    seen, head = np.asarray(observations, dtype=np.float64), len(LINE_TABLE)
+    each = seen[:, head:].reshape(len(seen), CHOICES, -1)
+    line = np.broadcast_to(seen[:, None, :head], (len(seen), CHOICES, head))
     return np.concatenate([each, line], axis=-1)
 
 
@@ -107,8 +107,9 @@ class Scorer:
 
     def save(self, file: Path) -> None:
         """Write it to a file."""
+        arrays: dict[str, Any] = {**self.numbers, "activation": np.array(self.activation)}
         with file.open("wb") as place:  # given a name, numpy would append a suffix
-            np.savez(place, **self.numbers, activation=np.array(self.activation))
+            np.savez(place, **arrays)
 
     @classmethod
     def load(cls, file: Path) -> Self:

@@ -43,8 +43,9 @@ def actor_of(model: BaseAlgorithm) -> Actor | Scorer:
         low = np.full(int(model.action_space.n), np.finfo(np.float32).min, dtype=np.float32)
         return Actor(layers, known[0], "scores", bound, low, -low)
     given = cast("Box", model.action_space)
+    low, high = (np.asarray(end, dtype=np.float32) for end in (given.low, given.high))
     output = "squashed" if policy.squash_output else "clipped"
-    return Actor(layers, known[0], output, bound, given.low, given.high, lstm)
+    return Actor(layers, known[0], output, bound, low, high, lstm)
 
 
 def _is_plain(lstm: torch.nn.LSTM) -> bool:
