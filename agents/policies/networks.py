@@ -71,6 +71,7 @@ def activated(name: str, value: Floats) -> Floats:
     return inputs["y"]
 
 
+@final
 class Dense(NamedTuple):
     """A full layer from I inputs to O outputs."""
 
