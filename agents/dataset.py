@@ -14,12 +14,12 @@ import tyro
 
 from .data.crew import Crew, Thrown
 from .data.tally import Tally, packing
+from .ground.amounts import NUM_ENVS
 from .ground.cli import at_least, option, run
 from .ground.environments import make_single
 from .ground.places import MADE
 from .ground.tables import console, throws_bar
 from .jobs.cluster import pool
-from .judging.trial import NUM_ENVS
 from .judging.trials import open_trial
 from .learning.trained import setting
 

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Final
 
+from .ground.amounts import NUM_ENVS, PRACTICE
 from .ground.cli import at_least, run
 from .ground.places import POLICY
 from .ground.tables import console, throws_bar
 from .judging.evaluation import compare
-from .judging.trial import NUM_ENVS, PRACTICE
 from .judging.trials import open_trial
-from .learning.runs import read_arguments
+from .learning.runs import RunFolder
 
 PEERS: Final = {"analytic": ("analytic", 0), "virtual_goal": ("virtual_goal", PRACTICE)}
 """Controllers to compare with, and the throws they practise."""
@@ -34,7 +34,7 @@ class Arguments:
 def main(arguments: Arguments) -> None:
     """Throw and print the table."""
     at_least(vars(arguments), picks=1, threads=1, seed=0)
-    asked = read_arguments(POLICY)
+    asked = RunFolder(POLICY).arguments
     entries = {**PEERS, f"trained policy ({asked['algo']})": (str(POLICY), asked["steps"])}
     opened = open_trial(asked["env"], asked["level"], NUM_ENVS, arguments.threads, asked["action_mode"])
     with closing(opened) as trial, throws_bar() as bar:

@@ -8,15 +8,10 @@ import time
 from contextlib import closing
 from dataclasses import dataclass
 
-from pnt_gym.cells.base.canvas import rendering_problem
-
-from .controllers import make_controller
+from .ground.amounts import NUM_ENVS
 from .ground.cli import run
-from .ground.environments import make_vector
 from .ground.tables import Grid, console
 from .ground.versions import versions
-from .judging.throws.trial import thrown
-from .judging.trial import NUM_ENVS
 
 
 @dataclass(frozen=True)
@@ -26,6 +21,8 @@ class Arguments:
 
 def main(arguments: Arguments) -> None:
     """Print what was found."""
+    from pnt_gym.cells.base.canvas import rendering_problem
+
     threads = os.environ.get("OMP_NUM_THREADS", "not set")
     rows = [
         ("system", platform.platform()),
@@ -39,6 +36,10 @@ def main(arguments: Arguments) -> None:
 
 def throws_for_a_second() -> str:
     """How many throws of the planner a second brings, and how many of them succeed."""
+    from .controllers import make_controller
+    from .ground.environments import make_vector
+    from .judging.throws.trial import thrown
+
     with closing(make_vector("PnTRelease-v0", "nominal", NUM_ENVS, os.cpu_count() or 1)) as env:
         batches = thrown(make_controller("analytic", env), env, 100 * NUM_ENVS, 0)
         next(batches)  # warms up

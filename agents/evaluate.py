@@ -9,16 +9,10 @@ from typing import Annotated, Literal
 
 import tyro
 
-from .controllers import Learner, save_state
-from .controllers.state import steps_to_practise
+from .ground.amounts import NUM_ENVS
 from .ground.cli import at_least, option, run
 from .ground.outputs import VIDEOS, check_ending, check_writable, deliver_json, deliver_text
 from .ground.tables import console
-from .judging.evaluation import judge
-from .judging.trial import NUM_ENVS
-from .judging.trials import check_options, open_trial
-from .learning.trained import setting
-from .pictures.stage import Stage
 
 
 @dataclass(frozen=True)
@@ -71,6 +65,13 @@ class Arguments:
 
 def main(arguments: Arguments) -> None:
     """Evaluate, print the table, write the JSON."""
+    from .controllers import Learner, save_state
+    from .controllers.state import steps_to_practise
+    from .judging.evaluation import judge
+    from .judging.trials import check_options, open_trial
+    from .learning.trained import setting
+    from .pictures.stage import Stage
+
     at_least(vars(arguments), picks=1, shifts=1, seed=0, num_envs=1, threads=1, practice=0)
     check_writable(arguments.json, arguments.save, arguments.picture, arguments.video)
     check_ending("video", arguments.video, VIDEOS)

@@ -17,7 +17,7 @@ from .ground.places import MADE
 from .ground.tables import console, throws_bar
 from .judging.evaluation import evaluate
 from .judging.trials import check_options, trial_class
-from .learning import runs
+from .learning.runs import RunFolder
 from .learning.trained import own_environment
 from .publishing.card import card
 from .publishing.folder import check_graph, check_model, fill, names
@@ -59,7 +59,7 @@ class Arguments:
 def main(arguments: Arguments) -> None:
     """Copy, draw, film, evaluate, write the card: a folder that is there in full or not at all."""
     at_least(vars(arguments), picks=1, shifts=1, seed=0)
-    folder, asked = arguments.folder, runs.read_arguments(arguments.folder)
+    folder, asked = arguments.folder, RunFolder(arguments.folder).arguments
     env_id = arguments.env or own_environment(folder, asked["env"])
     trained_on, name = names(folder, env_id, asked)
     trial = trial_class(config_of(env_id, str(folder / "env.yaml")))

@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 
 from .ground.cli import at_least, option, run
 from .judging.trials import open_trial
-from .learning.runs import ALGORITHMS, CHOOSING, Algorithm
+from .learning.algorithms import MASKED, RESIDUAL, Algorithm
 from .training.request import settled
 from .training.session import Session, run_session, say_how_to_resume
 from .training.table import show_table
@@ -28,7 +28,7 @@ class Arguments:
     """What is simulated to learn from: flight is several times as fast, and is judged in the level's own fidelity."""
     full_last: Annotated[int | None, option("0", "N")] = None
     """With --fidelity flight: the last N throws are simulated in full."""
-    algo: Annotated[Algorithm | None, option("sac; residual_ppo on a line", "|".join((*ALGORITHMS, *CHOOSING)))] = None
+    algo: Annotated[Algorithm | None, option("sac; residual_ppo on a line", "|".join((*RESIDUAL, *MASKED)))] = None
     """Learning algorithm; the last two choose, on a line."""
     steps: Annotated[int | None, option("n_timesteps of --config, or as the resumed run was asked for", "N")] = None
     """Throws in all, counting those before a resume; rounded up to whole batches. On a line decisions."""
@@ -73,7 +73,7 @@ def main(arguments: Arguments) -> None:
             ended = run_session(session, arguments.out, resume, arguments.steps, arguments.tensorboard)
             folder, steps, signal = ended
             if signal is not None:
-                say_how_to_resume(folder, asked["env"], steps, trial.step)
+                say_how_to_resume(folder.path, asked["env"], steps, trial.step)
                 sys.exit(128 + signal)
             if arguments.eval_picks != 0:
                 show_table(trial, folder, steps, session.asked, arguments.eval_picks)

@@ -23,14 +23,14 @@ from agents.controllers import make_controller
 from agents.controllers.between import PLANNER
 from agents.controllers.own import run_policy
 from agents.controllers.protocol import Controller
+from agents.ground.amounts import NUM_ENVS
 from agents.ground.environments import Env, core_of, make_vector
 from agents.ground.files import read_json, write_json
 from agents.judging.throws.data import summary
 from agents.judging.throws.trial import held_out, practise
-from agents.judging.trial import NUM_ENVS
-from agents.learning import runs
 from agents.learning.hyperparameters import hyperparameters
 from agents.learning.progress import Stop
+from agents.learning.runs import RunFolder
 from agents.learning.sb3 import build
 from agents.learning.vec_env import SameStepVecEnv
 from agents.training.course import learn
@@ -77,13 +77,13 @@ def _training(cells: Cells, share: float, seed: int, marks: list[int], picks: in
     with tempfile.TemporaryDirectory() as place:
         folder, settings = Path(place) / "run", hyperparameters("sac", ENV)
         model = build("sac", env, settings, seed)
-        runs.create(folder, asked, settings, core_of(cells.full).config, model)
+        RunFolder.create(folder, asked, settings, core_of(cells.full).config, model)
         for mark in marks:
             quick = cells.flight if mark <= share * marks[-1] else None
             began = time.process_time()
             learn(model, env, folder, {**asked, "steps": mark}, Stop(), quick=quick, quiet=True)
             seconds += time.process_time() - began
-            actor = runs.load_actor(folder, runs.checkpoints(folder)[-1])
+            actor = RunFolder(folder).load_actor(RunFolder(folder).checkpoints[-1])
             policy = run_policy(actor, asked, cells.full, "sac")
             yield {"throws": mark, "seconds": seconds, **judged(policy, cells, picks)}
 

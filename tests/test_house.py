@@ -5,6 +5,8 @@ from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 
+import grimp
+
 import pnt_gym
 
 PACKAGE = Path(pnt_gym.__file__).parent
@@ -29,3 +31,14 @@ def test_a_class_has_a_name_of_its_own_but_for_pairs_across_the_cells():
         rooms = [path.parts[1] for path in paths if path.parts[0] == "cells"]
         across = len(rooms) == len(paths) and set(rooms) <= CELLS and len(set(rooms)) == len(rooms)
         assert len(paths) == 1 or across, f"{name} stands in {', '.join(map(str, paths))}"
+
+
+def test_no_modules_of_agents_import_each_other_in_a_circle():
+    """Imports inside functions count, too."""
+    graph = grimp.build_graph("agents", cache_dir=None)
+    left = {module: graph.find_modules_directly_imported_by(module) for module in graph.modules}
+    assert len(left) > 100
+    while free := [module for module, needed in left.items() if not needed & left.keys()]:
+        for module in free:
+            del left[module]
+    assert not left

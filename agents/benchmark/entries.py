@@ -15,12 +15,12 @@ from ..controllers.adaptive import READY
 from ..controllers.between import MOST, OVER, PLANNER
 from ..dispatchers.registry import NAMES as DECIDING
 from ..dispatchers.registry import SEARCHED
+from ..learning.algorithms import MASKED, RESIDUAL
 from ..learning.hyperparameters import hyperparameters
-from ..learning.runs import ALGORITHMS, CHOOSING
 
 Count = Annotated[int, Field(ge=0)]
 Several = Annotated[int, Field(ge=2)]
-TRAINED = (*ALGORITHMS, *CHOOSING)
+TRAINED = (*RESIDUAL, *MASKED)
 LEARNERS = ("mean_shift", "virtual_goal", "newton_goal", "ridge", "mlp", *TRAINED)
 EACH: Final = "each"
 """As a level to learn on: each of those that are evaluated on, for itself."""
@@ -73,15 +73,15 @@ class Entry(Section):
 
     def _check_name(self) -> None:
         if self.controller not in (*NAMES, *DECIDING, *TRAINED):
-            known, deciding = ", ".join((*NAMES, *ALGORITHMS, "MODULE:CLASS")), ", ".join((*DECIDING, *CHOOSING))
+            known, deciding = ", ".join((*NAMES, *RESIDUAL, "MODULE:CLASS")), ", ".join((*DECIDING, *MASKED))
             raise ValueError(
                 f"unknown controller {self.controller!r}; known are {known}, of a line {deciding}, a scorer's .npz "
                 "file, and a run folder"
             )
         if self.config is not None and self.controller not in TRAINED:
             raise ValueError(f"entry {self.label!r}: config is for {', '.join(TRAINED)}")
-        if self.controller not in ALGORITHMS and (self.stack, self.over, self.fidelity) != (1, PLANNER, "full"):
-            raise ValueError(f"entry {self.label!r}: stack, over and fidelity are for {', '.join(ALGORITHMS)}")
+        if self.controller not in RESIDUAL and (self.stack, self.over, self.fidelity) != (1, PLANNER, "full"):
+            raise ValueError(f"entry {self.label!r}: stack, over and fidelity are for {', '.join(RESIDUAL)}")
         if not 1 <= self.stack <= MOST or self.over not in OVER:
             raise ValueError(
                 f"entry {self.label!r} has stack {self.stack} over {self.over!r}; it must be 1 to {MOST} over one of "

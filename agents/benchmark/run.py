@@ -16,7 +16,7 @@ from ..controllers.protocol import Controller
 from ..jobs.work import Job
 from ..judging.trial import Trial
 from ..judging.trials import open_trial
-from ..learning import runs
+from ..learning.runs import RunFolder
 from .entries import TRAINED, labels_of, settings_of
 from .plan import Piece, Plan, made, pieces
 
@@ -73,7 +73,7 @@ def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
     from ..learning.progress import Stop  # noqa: PLC0415 - imports torch
     from ..training.session import Session  # noqa: PLC0415 - as above
 
-    algo, entry, folder = piece.entry.controller, piece.entry, kept / f"{piece.name}-{piece.key}-run"
+    algo, entry, run = piece.entry.controller, piece.entry, RunFolder(kept / f"{piece.name}-{piece.key}-run")
     settings = settings_of(entry, piece.plan.env)
     asked = {
         "env": piece.plan.env,
@@ -87,19 +87,19 @@ def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
     with closing(_trial(piece, piece.train_level, settings.get("n_envs"))) as trial:
         asked["num_envs"] = trial.env.num_envs
         with closing(Session(trial, asked, trial.hyperparameters(asked, settings), threads=1)) as session:
-            model = session.restore(folder) if runs.checkpoints(folder) else session.create(folder)[1]
+            model = run.restore(session.env) if run.checkpoints else session.create(run.path)[1]
             for throws in piece.throws:
                 began = time.perf_counter()
                 if model.num_timesteps < throws:
-                    session.learn(model, folder, Stop(), checkpoint_every=throws, until=throws, quiet=True)
+                    session.learn(model, run, Stop(), checkpoint_every=throws, until=throws, quiet=True)
                 seconds = round(time.perf_counter() - began, 1)
-                place = next(p for p in runs.checkpoints(folder) if int(p.name) >= throws)
-                yield throws, seconds, partial(_policy, folder, place, session.asked)
+                place = next(p for p in run.checkpoints if int(p.name) >= throws)
+                yield throws, seconds, partial(_policy, run, place, session.asked)
 
 
-def _policy(folder: Path, place: Path, asked: dict[str, Any], name: str, trial: Trial) -> Controller:
+def _policy(run: RunFolder, place: Path, asked: dict[str, Any], name: str, trial: Trial) -> Controller:
     """What a training has left in a checkpoint, as a controller of the level that is judged."""
-    return trial.policy(folder, place, asked, name)
+    return trial.policy(run, place, asked, name)
 
 
 def _transfer(controller: Controller, piece: Piece, name: str, trial: Trial) -> Controller:

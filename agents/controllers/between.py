@@ -19,9 +19,10 @@ from pnt_gym.arrays import Bools
 
 from ..ground.cli import UsageError
 from ..ground.environments import Env
-from ..learning.runs import RECURRENT
+from ..learning.algorithms import RECURRENT
 from ..policies.actor import Actor
 from .adaptive import READY, begins, check_begins
+from .named import named_controller
 from .protocol import Actions, Controller, Observation
 
 PLANNER: Final = "analytic"
@@ -88,15 +89,13 @@ def between(env: Env, stack: int, over: str) -> Between:
     Raises:
         UsageError: it cannot, or not there.
     """
-    from . import make_controller  # noqa: PLC0415 - which makes policies too
-
     if not 1 <= stack <= MOST:
         raise UsageError(f"stack is {stack}; a policy sees from 1 to {MOST} observations at once")
     if over not in OVER:
         raise UsageError(f"over is {over!r}; it must be a controller that needs no practice: {', '.join(OVER)}")
     if stack > 1:
         check_begins(env, f"a stack of {stack} observations")
-    return Between(stack, make_controller(over, env))
+    return Between(stack, named_controller(over, env))
 
 
 def as_seen(env: Env, asked: Mapping[str, Any]) -> Env:

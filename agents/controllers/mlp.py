@@ -12,6 +12,7 @@ import numpy as np
 
 from pnt_gym.arrays import Floats
 
+from ..policies.networks import Layers, layers_from_torch, layers_of, named, numbers_of, through
 from .protocol import State
 
 BATCH = 256
@@ -34,7 +35,7 @@ class Mlp:
     ) -> None:
         self._width, self._steps = width, steps
         self._learning_rate, self._weight_decay = learning_rate, weight_decay
-        self._layers: list[tuple[Floats, Floats]] = []
+        self._layers: Layers = ()
         self._centre, self._scale = np.zeros(0), np.ones(0)
 
     def fit(self, features: Floats, shift: Floats, seed: int) -> None:
@@ -48,30 +49,20 @@ class Mlp:
             torch.manual_seed(seed)
             network = _network(torch, features.shape[1], self._width, shift.shape[1])
             self._train(torch, network, x, y)
-        arrays = [p.detach().numpy().astype(np.float64) for p in network.parameters()]
-        self._layers = list(zip(arrays[0::2], arrays[1::2], strict=True))
+        self._layers = layers_from_torch(network.parameters(), np.float64)
 
     def predict(self, features: Floats) -> Floats:
         """Shifts (N, E)."""
-        value = features
-        for i, (weight, bias) in enumerate(self._layers):
-            value = value @ weight.T + bias
-            if i < len(self._layers) - 1:
-                value = value / (1.0 + np.exp(-value))
-        return value * self._scale + self._centre
+        return through(self._layers, "SiLU", features) * self._scale + self._centre
 
     def state(self) -> State:
         """Weights and biases by layer, and the scale of the labels."""
-        layers = {f"weight_{i}": w for i, (w, _) in enumerate(self._layers)}
-        biases = {f"bias_{i}": b for i, (_, b) in enumerate(self._layers)}
-        return {**layers, **biases, "centre": self._centre, "scale": self._scale}
+        return {**named(self._layers), "centre": self._centre, "scale": self._scale}
 
     def restore(self, state: State) -> None:
         """Take over a fit."""
-        count = sum(name.startswith("weight_") for name in state)
-        floats = {name: np.asarray(value, dtype=np.float64) for name, value in state.items()}
-        self._layers = [(floats[f"weight_{i}"], floats[f"bias_{i}"]) for i in range(count)]
-        self._centre, self._scale = floats["centre"], floats["scale"]
+        self._layers = layers_of(state, np.float64)
+        self._centre, self._scale = (numbers_of(state[name], 1, np.float64) for name in ("centre", "scale"))
 
     def _train(self, torch: Any, network: Any, x: Any, y: Any) -> None:
         steps = self._steps or min(max(len(x), 400), 3000)

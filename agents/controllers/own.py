@@ -14,7 +14,7 @@ from pnt_gym.errors import PntGymError, one_sentence
 
 from ..ground.cli import UsageError
 from ..ground.environments import Env, core_of, own_module
-from ..learning.runs import load_actor, read_arguments
+from ..learning.runs import RunFolder
 from ..learning.trained import check_trust, find_trained
 from ..policies.actor import Actor
 from .adaptive import check_begins
@@ -31,7 +31,7 @@ METHODS: Final = ("reset", "act", "learn")
 class Policy(Controller):
     """What maps observations to actions and learns nothing."""
 
-    def __init__(self, function: Function, name: str, kind: type[np.generic] = np.float32) -> None:
+    def __init__(self, function: Function, name: str, kind: type[Any] = np.float32) -> None:
         self.function, self.name, self._kind = function, name, kind
 
     def act(self, observation: Observation) -> Actions:
@@ -106,7 +106,8 @@ def trained_policy(place: Path, env: Env, *, trust: bool = False) -> Controller:
     """
     found, what = find_trained(place), f"the policy of {str(place)!r}"
     if found.is_run:
-        return run_policy(load_actor(place), read_arguments(place), env, what)
+        run = RunFolder(place)
+        return run_policy(run.load_actor(), run.arguments, env, what)
     check_trust(place, trust)
     from ..learning.sb3 import load_policy, load_statistics  # noqa: PLC0415 - torch takes a second to import
     from ..learning.vec_env import SameStepVecEnv  # noqa: PLC0415 - as above
@@ -118,7 +119,12 @@ def trained_policy(place: Path, env: Env, *, trust: bool = False) -> Controller:
     if not isinstance(policy, Policy):
         raise UsageError(f"{what} is recurrent and its observations were normalised, which is not understood together")
     statistics = load_statistics(found.statistics, SameStepVecEnv(env))
-    return Policy(lambda features: policy.function(statistics.normalize_obs(features)), policy.name)
+
+    def normalised(features: NDArray[np.float32]) -> Any:
+        seen: Any = statistics.normalize_obs(features)
+        return policy.function(seen)
+
+    return Policy(normalised, policy.name)
 
 
 def run_policy(actor: Actor, asked: Mapping[str, Any], env: Env, what: str, name: str | None = None) -> Controller:
@@ -156,7 +162,9 @@ def model_policy(model: Any, name: str, env: Env, what: str = "the model") -> Co
     if hasattr(getattr(model, "policy", None), "lstm_actor"):
         from ..policies.weights import actor_of  # noqa: PLC0415 - as above
 
-        return _acting(actor_of(model), name, env, what)
+        actor = actor_of(model)
+        assert isinstance(actor, Actor)  # scorers have no LSTM
+        return _acting(actor, name, env, what)
     _check_fit(model.observation_space.shape, model.action_space.shape, env, what)
     return Policy(lambda features: model.predict(features, deterministic=True)[0], name)
 

@@ -7,7 +7,7 @@ carried out in numpy.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Final, Self, final
 
@@ -15,6 +15,7 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats
 
+from ..policies.networks import Dense, Gru, dense_of, layers_from_torch, through
 from .protocol import State
 
 UNIT: Final = 0.01
@@ -43,48 +44,43 @@ class Recurrent:
     """The network.
 
     Args:
-        layers: weights (out, in) and bias (out,) of each of `LAYERS`.
+        unit: takes in lessons.
+        head: of the hidden layer, which sees the memory and what is to be thrown.
+        answer: from the hidden layer to what is foreseen.
     """
 
-    def __init__(self, layers: Mapping[str, tuple[Floats, Floats]]) -> None:
-        self._layers = dict(layers)
+    def __init__(self, unit: Gru, head: Dense, answer: Dense) -> None:
+        self._unit, self._head, self._answer = unit, head, answer
 
     @property
     def size(self) -> int:
         """Numbers in its memory H."""
-        return self._layers["memory_kept"][0].shape[1]
+        return self._unit.size
 
     def remembered(self, memory: Floats, features: Floats, z: Floats) -> Floats:
         """The memory (N, H) after lessons: what was thrown (N, D), and how far off it came down (N, 2) [m]."""
-        lesson = np.concatenate([features, _bounded(z)], axis=1)
-        new, old = self._through("memory_in", lesson), self._through("memory_kept", memory)
-        size = memory.shape[1]
-        reset, update = (_sigmoid((new + old)[:, part : part + size]) for part in (0, size))
-        candidate = np.tanh(new[:, 2 * size :] + reset * old[:, 2 * size :])
-        return (1.0 - update) * candidate + update * memory
+        return self._unit(np.concatenate([features, _bounded(z)], axis=1), memory)
 
     def foreseen(self, memory: Floats, features: Floats) -> Floats:
         """How far off throws (N, D) will come down (N, 2) [m], by memories (N, H)."""
-        hidden = self._through("head", np.concatenate([memory, features], axis=1))
-        return UNIT * self._through("answer", hidden * _sigmoid(hidden))
+        return UNIT * through((self._head, self._answer), "SiLU", np.concatenate([memory, features], axis=1))
 
     def state(self) -> State:
         """All layers by name."""
-        named = (("weight", 0), ("bias", 1))
-        return {f"{layer}_{what}": pair[k] for layer, pair in self._layers.items() for what, k in named}
+        layers = zip(LAYERS, (*self._unit, self._head, self._answer), strict=True)
+        return {f"{name}_{part}": array for name, layer in layers for part, array in layer._asdict().items()}
 
     @classmethod
     def of(cls, state: State) -> Self:
         """The network of a state."""
+        seen, kept, *layers = (dense_of(state, f"{name}_weight", f"{name}_bias", np.float64) for name in LAYERS)
+        return cls(Gru(seen, kept), *layers)
 
-        def one(name: str) -> Floats:
-            return np.asarray(state[name], dtype=np.float64)
-
-        return cls({layer: (one(f"{layer}_weight"), one(f"{layer}_bias")) for layer in LAYERS})
-
-    def _through(self, layer: str, values: Floats) -> Floats:
-        weight, bias = self._layers[layer]
-        return values @ weight.T + bias
+    @classmethod
+    def from_torch(cls, unit: Any, head: Any, answer: Any) -> Self:
+        """Copy a GRUCell and two Linear of torch."""
+        layers = layers_from_torch([*head.parameters(), *answer.parameters()], np.float64)
+        return cls(Gru.from_torch(unit, np.float64), *layers)
 
 
 def trained(
@@ -114,7 +110,7 @@ def trained(
         torch.nn.utils.clip_grad_norm_(parameters, 1.0)
         optimiser.step()
         schedule.step()
-    return Recurrent(_layers(*parts))
+    return Recurrent.from_torch(*parts)
 
 
 def _parts(torch: Any, features: int, size: int) -> tuple[Any, Any, Any]:
@@ -143,20 +139,6 @@ def _loss(torch: Any, parts: tuple[Any, Any, Any], lessons: Lessons) -> Any:
     return torch.nn.functional.huber_loss(torch.stack(foreseen, dim=1), true, delta=1.0)
 
 
-def _layers(unit: Any, head: Any, answer: Any) -> dict[str, tuple[Floats, Floats]]:
-    pairs = {
-        "memory_in": (unit.weight_ih, unit.bias_ih),
-        "memory_kept": (unit.weight_hh, unit.bias_hh),
-        "head": (head.weight, head.bias),
-        "answer": (answer.weight, answer.bias),
-    }
-    return {name: tuple(part.detach().numpy().astype(np.float64) for part in pair) for name, pair in pairs.items()}  # pyright: ignore[reportReturnType] - two each
-
-
 def _bounded(z: Floats) -> Floats:
     """In units, where a throw that was touched or hit a rim is just far off."""
     return np.clip(z / UNIT, -6.0, 6.0)
-
-
-def _sigmoid(values: Floats) -> Floats:
-    return 1.0 / (1.0 + np.exp(-values))

@@ -6,7 +6,7 @@ import errno
 import os
 import re
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -50,10 +50,11 @@ def steps_to_practise(
 
 def save_state(controller: Learner, path: Path) -> None:
     """Write what a controller learned to a .npz file, at once."""
+    arrays: dict[str, Any] = {"controller": np.array(knowledge(controller)[0]), **controller.state()}
 
     def write(temporary: Path) -> None:
         with temporary.open("wb") as file:  # given a name, numpy would append a suffix
-            np.savez(file, controller=np.array(knowledge(controller)[0]), **controller.state())
+            np.savez(file, **arrays)
 
     deliver(path, write)
 

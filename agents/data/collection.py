@@ -121,13 +121,12 @@ class Collection:
         ]
 
     def _key(self) -> str:
-        ships = isinstance(self.level, str)
+        level = self.level
+        said, files = (level, ()) if isinstance(level, str) else (level.model_dump(mode="json"), level.files())
         return key(
             env=self.env,
-            level=self.level if ships else self.level.model_dump(mode="json"),
-            files=[]
-            if ships
-            else [hashlib.sha256(bytes_of(file, MOST_NUMBERS)).hexdigest() for file in self.level.files()],
+            level=said,
+            files=[hashlib.sha256(bytes_of(file, MOST_NUMBERS)).hexdigest() for file in files],
             settings=[self.mode, self.num_envs, self.role, self.seed],
             thrower=self.thrower.digest(),
             code=code_digest(_CODE, ["agents.data.collection"]),

@@ -157,7 +157,7 @@ class Thrown:
         )
         common = [seed for seed in lowest if seed in highest]
         means = [float(np.mean([returns[seed] for seed in common])) for returns in (lowest, highest)]
-        return Scores(*means, len(common))
+        return Scores(means[0], means[1], len(common))
 
     def remove(self) -> None:
         """Forget it, now that it stands in a dataset."""

@@ -213,7 +213,7 @@ def _either(which: Bools, values: NDArray[Any], others: NDArray[Any]) -> NDArray
 def _last(env: Env, seen: Any, info: Mapping[str, Any]) -> list[Any]:
     """The observation after the throw of each row, be it the last one of an episode or not."""
     found = list(iterate(env.observation_space, seen))
-    for row in np.flatnonzero(info.get("_final_obs", ())):
+    for row in np.flatnonzero(info.get("_final_obs", ())).tolist():
         found[row] = _row(info["final_obs"], row)
     return found
 

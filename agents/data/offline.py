@@ -206,11 +206,11 @@ def _buffer(episode: Episode) -> EpisodeBuffer:
     # Minari's arrays of infos have an entry for the reset, so what is hidden of throw k stands beside its outcome.
     hidden = {name: np.concatenate([[np.nan], values]) for name, values in episode.hidden.items()}
     tables = {"outcome": told, "hidden": hidden}
+    arrays: dict[str, Any] = {"actions": episode.actions, "rewards": episode.rewards}
     return EpisodeBuffer(
         seed=episode.seed,
         observations=episode.observations,
-        actions=episode.actions,
-        rewards=episode.rewards,
+        **arrays,
         terminations=last & episode.terminated,
         truncations=last & (not episode.terminated),
         infos={

@@ -53,7 +53,8 @@ def worked_by(act: Act, env: Env, seed: int | list[int], each: int) -> Iterator[
         UsageError: the environment ends shifts before they are over.
     """
     shift = np.zeros(env.num_envs, dtype=np.int64)
-    features, _ = env.reset(seed=seed)
+    seeds: Any = seed  # vector environments take a seed for each row, which the annotation of their base does not say
+    features, _ = env.reset(seed=seeds)
     while (shift < each).any():
         seen = observed_line(features)
         begin = time.perf_counter()

@@ -54,7 +54,8 @@ class Index(Controller):
     """
 
     def __init__(self, name: str, rule: Rule, patience: float = 1.0, share: float = 0.0) -> None:
-        self.name, self._rule = name, rule
+        self.name = name
+        self._rule: Rule = rule
         self.patience, self.share = patience, share
 
     def act(self, observation: Observation) -> NDArray[np.int64]:  # type: ignore[override]

@@ -15,7 +15,7 @@ from pnt_gym.cells.line.state import CHOICES
 
 from ..controllers.protocol import Controller, Observation
 from ..ground.cli import UsageError
-from ..learning.runs import load_numbers, read_arguments
+from ..learning.runs import RunFolder
 from ..policies.scorer import Scorer
 from .rules import HALF, first_of
 
@@ -64,11 +64,12 @@ def run_scores(folder: Path, checkpoint: Path | None = None) -> Scored:
     Raises:
         UsageError: the folder or its policy is missing or damaged, or of another environment.
     """
-    policy = load_numbers(folder, checkpoint)
+    run = RunFolder(folder)
+    policy = run.load_policy(checkpoint)
     if policy.sizes != (ENTRIES, CHOICES) or getattr(policy, "output", "scores") != "scores":
         seen, given = policy.sizes
         raise UsageError(
             f"the policy of {str(folder)!r} takes {seen} entries and gives {given} numbers; a line has {ENTRIES} and "
             f"{CHOICES} choices"
         )
-    return Scored(read_arguments(folder)["algo"], policy)
+    return Scored(run.arguments["algo"], policy)

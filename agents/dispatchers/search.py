@@ -74,7 +74,7 @@ class Beside(Controller):
         """Their actions (C x S,)."""
         parts = np.split(observation.features, len(self._controllers))
         each = zip(self._controllers, parts, strict=True)
-        return np.concatenate([one.act(observed_line(part)) for one, part in each])
+        return np.concatenate([np.asarray(one.act(observed_line(part)), dtype=np.int64) for one, part in each])
 
 
 def gained(controller: Controller, env: Env, seeds: Ints, progress: Progress | None = None) -> Floats:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     import matplotlib.axes
     import matplotlib.figure
+    from matplotlib.typing import LegendLocType
 
 Axes: TypeAlias = "matplotlib.axes.Axes"
 Figure: TypeAlias = "matplotlib.figure.Figure"
@@ -52,12 +53,14 @@ def tiled(count: int, columns: int, size: tuple[float, float], **options: Any) -
     return figure, panels[:count]
 
 
-def dress(axes: Axes, across: str, up: str, title: str = "", *, legend: str = "", **options: Any) -> None:
+def dress(
+    axes: Axes, across: str, up: str, title: str = "", *, legend: LegendLocType | None = None, **options: Any
+) -> None:
     """Names of both axes, a title, a pale grid, a legend at a place, and what else `Axes.set` takes."""
     axes.set(xlabel=across, ylabel=up, **options)
     axes.set_title(title, fontsize=10)
     axes.grid(alpha=0.3)
-    if legend:
+    if legend is not None:
         axes.legend(fontsize=8, loc=legend)
 
 

@@ -182,7 +182,7 @@ def as_vector(env: gym.Env[Any, Any] | Env) -> Env:
         UsageError: it is no cell, or a vector environment that does not begin the next episode in the same step.
     """
     if isinstance(env, gym.Env):
-        env = SyncVectorEnv([lambda: env], autoreset_mode=AutoresetMode.SAME_STEP)
+        return as_vector(SyncVectorEnv([lambda: env], autoreset_mode=AutoresetMode.SAME_STEP))
     check_autoreset(env)
     _checked(env, type(env.unwrapped).__name__ if env.spec is None else env.spec.id)
     return env

@@ -145,7 +145,8 @@ def landing(error: ArrayLike) -> Landing:
 
 def interquartile_mean(values: ArrayLike) -> float:
     """Mean of the middle half of the values."""
-    rows = np.sort(*_columns(values=values))
+    (column,) = _columns(values=values)
+    rows = np.sort(column)
     cut = len(rows) // 4
     return float(rows[cut : len(rows) - cut].mean())
 

@@ -84,7 +84,7 @@ def _on_cluster(
         ray.init(address=address, runtime_env={"working_dir": folder, "env_vars": ALONE}, **_QUIET)
         try:
             _cores(ray)
-            remote = ray.remote(num_cpus=1, max_retries=RETRIES)(_whole(__name__))
+            remote: Any = ray.remote(num_cpus=1, max_retries=RETRIES)(_whole(__name__))
             with handled(interrupt):  # Ray has put a handler of its own in place
                 yield _ended(ray, jobs, lambda job: remote.remote(_sent(job), here, needs.modules, needs.torch))
         finally:

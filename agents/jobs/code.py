@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from functools import cache
 from modulefinder import ModuleFinder
 from pathlib import Path
@@ -48,14 +48,15 @@ def imported_by(name: str, root: Path) -> frozenset[Path]:
     finder.import_hook(name)
     for file in sorted((root / name.replace(".", "/")).glob("**/*.py")):
         finder.import_hook(".".join(file.relative_to(root).with_suffix("").parts).removesuffix(".__init__"))
-    return frozenset(Path(module.__file__) for module in finder.modules.values() if module.__file__)
+    files = (getattr(module, "__file__", None) for module in finder.modules.values())
+    return frozenset(Path(file) for file in files if file)
 
 
 @final
 class _Finder(ModuleFinder):
     """Follows imports within `PACKAGES` alone: others have a version."""
 
-    def find_module(self, name: str, path: Sequence[str] | None, parent: Any = None) -> Any:
+    def find_module(self, name: str, path: Any, parent: Any = None) -> Any:
         if path is None and name not in PACKAGES:
             raise ImportError(name)
         return super().find_module(name, path, parent)

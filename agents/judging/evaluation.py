@@ -9,11 +9,12 @@ from typing import Any
 import gymnasium as gym
 
 from ..controllers.protocol import Controller, Learner
+from ..ground.amounts import NUM_ENVS
 from ..ground.cli import UsageError, at_least
 from ..ground.environments import Env, as_vector, make_vector
 from ..ground.tables import throws_bar
 from .record import Record, Row
-from .trial import NUM_ENVS, Progress, Trial
+from .trial import Progress, Trial
 from .trials import trial_of
 
 

@@ -18,20 +18,18 @@ from pnt_gym.cells.base.config import LevelConfig
 from ..controllers import make_controller
 from ..controllers.own import controller_of, run_policy
 from ..controllers.protocol import Controller, Learner
+from ..ground.amounts import PICKS, PRACTICE
 from ..ground.cli import UsageError
 from ..ground.environments import Env, core_of
 from ..ground.places import POLICY
-from ..learning import runs
+from ..learning.algorithms import RESIDUAL
+from ..learning.runs import RunFolder
 from ..learning.windows import ThrowWindow, Window
 from .card import Card, usual_card
 from .record import Record
 
 Progress = Callable[[float], object]
 """Called with the number of units just done, or of steps in a practice."""
-NUM_ENVS: Final = 16
-"""Rows side by side unless others are asked for: fixed, so that a seed means the same objects on every machine."""
-PRACTICE: Final = 120
-"""Steps from which a learning controller learns before it is judged."""
 EXPERTS: Final[Mapping[str, str]] = dict.fromkeys(("PnTConveyor-v0", "PnTRelease-v0"), str(POLICY))
 """Policies that ship, by the environment in which each is the expert."""
 
@@ -51,7 +49,7 @@ class Trial(ABC):
     """What a controller decides and learns from, in the singular."""
     option: ClassVar[str] = "picks"
     """Option of commands, and key of benchmark plans, that says how many units are counted."""
-    usual: ClassVar[int] = 200
+    usual: ClassVar[int] = PICKS
     """How many are counted unless others are asked for."""
     usual_card: ClassVar[int] = 1000
     """How many are counted for the card of a published policy."""
@@ -61,7 +59,7 @@ class Trial(ABC):
     """Options of commands and keys of benchmark plans that are of use, of those that some kinds have no use for."""
     record: ClassVar[type[Record]]
     """What `run` returns."""
-    algorithms: ClassVar[tuple[str, ...]] = runs.ALGORITHMS
+    algorithms: ClassVar[tuple[str, ...]] = RESIDUAL
     """Those of `agents.train`, the usual one first."""
     checkpoint_every: ClassVar[int] = 2_000
     """Steps of a training between two checkpoints unless others are asked for."""
@@ -212,9 +210,9 @@ class Trial(ABC):
         del settings
         return 0.0
 
-    def policy(self, folder: Path, checkpoint: Path | None, asked: Mapping[str, Any], name: str) -> Controller:
+    def policy(self, folder: RunFolder, checkpoint: Path | None, asked: Mapping[str, Any], name: str) -> Controller:
         """The newest policy of a training, or that of a checkpoint, as a controller called `name`."""
-        return run_policy(runs.load_actor(folder, checkpoint), asked, self.env, "the policy", name)
+        return run_policy(folder.load_actor(checkpoint), asked, self.env, "the policy", name)
 
     @classmethod
     def card(cls) -> Card:

@@ -9,10 +9,11 @@ from typing import Any, Final
 
 from pnt_gym.cells.base.config import LevelConfig
 
+from ..ground.amounts import NUM_ENVS
 from ..ground.cli import UsageError
 from ..ground.environments import Env, config_of, core_of, make_vector, own_module
 from .throws.trial import ThrowTrial
-from .trial import NUM_ENVS, Trial
+from .trial import Trial
 from .work_shifts.trial import ShiftTrial
 
 TRIALS: Final[Mapping[str, type[Trial]]] = {"throws": ThrowTrial, "work_shifts": ShiftTrial}

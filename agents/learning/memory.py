@@ -23,7 +23,7 @@ HEADER: Final = 1024
 
 def save_memory(memory: Any, path: Path) -> None:
     """Write the throws in a replay buffer to a .npz file."""
-    rows = {name: array[: memory.size()] for name, array in _arrays(memory).items()}
+    rows: dict[str, Any] = {name: array[: memory.size()] for name, array in _arrays(memory).items()}
     np.savez(path, pos=memory.pos, full=memory.full, **rows)
 
 

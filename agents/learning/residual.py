@@ -5,7 +5,6 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Any, Final, final
 
-import numpy as np
 import torch
 from sb3_contrib.common.maskable.policies import MaskableActorCriticPolicy
 from torch import Tensor, nn
@@ -13,6 +12,7 @@ from torch import Tensor, nn
 from pnt_gym.cells.line.observation import CHOICE_TABLE, LINE_TABLE
 from pnt_gym.cells.line.state import CHOICES
 
+from ..policies.networks import layers_from_torch
 from ..policies.scorer import INPUTS, NAMES, Scorer, rule
 
 WIDTHS: Final = (64, 64)
@@ -39,6 +39,7 @@ class Scoring(nn.Module):
         super().__init__()
         self.patience = patience
         weight, constant = rule(patience)
+        self.weight: Tensor
         self.register_buffer("weight", torch.as_tensor(weight, dtype=torch.float32), persistent=False)
         self.constant = constant
         layers = [nn.Linear(before, after) for before, after in pairwise((INPUTS, *widths, 1))]
@@ -55,12 +56,7 @@ class Scoring(nn.Module):
 
     def numbers(self) -> Scorer:
         """As it is now, for good."""
-        full = [part for part in self.added if isinstance(part, nn.Linear)]
-        layers = tuple(
-            (layer.weight.detach().numpy().copy(), layer.bias.detach().numpy().copy().astype(np.float32))
-            for layer in full
-        )
-        return Scorer(layers, self.patience)
+        return Scorer(layers_from_torch(self.added.parameters()), self.patience)
 
 
 @final
@@ -127,12 +123,13 @@ class ResidualPolicy(MaskableActorCriticPolicy):
         super().__init__(*given, **{"net_arch": list(WIDTHS), **options})
 
     def _build(self, lr_schedule: Any) -> None:
-        widths = tuple(self.net_arch)
+        widths = tuple(int(width) for width in self.net_arch)
         outlook = Outlook(widths[-1] if widths else WIDTHS[-1])
         self.mlp_extractor = Sides(Scoring(self._patience, widths), outlook, self._sharpness)
         self.action_net = nn.Identity()
         self.value_net = nn.Linear(widths[-1] if widths else WIDTHS[-1], 1)
-        self.optimizer = self.optimizer_class(self.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)
+        optimizer_class: Any = self.optimizer_class
+        self.optimizer = optimizer_class(self.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)
 
     def numbers(self) -> Scorer:
         """Its scorer as it is now, for good."""

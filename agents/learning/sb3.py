@@ -30,8 +30,8 @@ from pnt_gym.errors import PntGymError, one_sentence
 from pnt_gym.reading import ReadError, archive, parsed_json
 
 from ..ground.cli import UsageError
+from .algorithms import MASKED, MOST_MODEL, RECURRENT, RESIDUAL
 from .hyperparameters import FALLING, WIDEST, begin, checked
-from .runs import ALGORITHMS, CHOOSING, MOST_MODEL, RECURRENT
 from .vec_env import rows_thrown
 
 COUNTS = ("num_timesteps", "_n_updates", "_episode_num")
@@ -77,8 +77,7 @@ class ThrownBuffer(ReplayBuffer):
         kept = np.arange(len(infos))
         others = np.setdiff1d(kept, thrown)
         kept[others] = np.resize(thrown or others, len(others))
-        parts = (part[kept] for part in (obs, next_obs, action, reward, done))
-        super().add(*parts, [infos[row] for row in kept])
+        super().add(obs[kept], next_obs[kept], action[kept], reward[kept], done[kept], [infos[row] for row in kept])
 
 
 @final
@@ -117,13 +116,13 @@ def algorithm_class(name: str) -> type[BaseAlgorithm]:
         from sb3_contrib import RecurrentPPO  # noqa: PLC0415 - as above
 
         return RecurrentPPO
-    if name in CHOOSING:
+    if name in MASKED:
         from sb3_contrib import MaskablePPO  # noqa: PLC0415 - as above
 
         return MaskablePPO
     classes: dict[str, type[BaseAlgorithm]] = {"sac": SAC, "td3": TD3, "ppo": PPO, "a2c": A2C}
     if name not in classes:
-        raise UsageError(f"unknown algorithm {name!r}; known are {', '.join((*ALGORITHMS, *CHOOSING))}")
+        raise UsageError(f"unknown algorithm {name!r}; known are {', '.join((*RESIDUAL, *MASKED))}")
     return classes[name]
 
 
@@ -213,7 +212,7 @@ def build(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> Bas
     """A new model whose first policy is the analytic planner, give or take its exploration.
 
     Args:
-        algo: one of `ALGORITHMS`.
+        algo: one of `RESIDUAL`.
         env: the adapted environment.
         settings: hyperparameters in RL-Zoo syntax; `n_timesteps` and `n_envs` are for the caller.
         seed: of network weights and exploration.

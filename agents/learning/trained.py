@@ -28,7 +28,8 @@ import yaml
 from pnt_gym.reading import PlainLoader, ReadError, bytes_of, yaml_of
 
 from ..ground.cli import UsageError
-from . import runs
+from .algorithms import MOST_MODEL
+from .runs import RunFolder
 
 LevelT = TypeVar("LevelT")
 STATISTICS: Final = "vecnormalize.pkl"
@@ -61,7 +62,7 @@ def _ordered(loader: _ZooLoader, node: yaml.SequenceNode) -> dict[str, Any]:
 
 
 _ZooLoader.add_constructor("tag:yaml.org,2002:python/object/apply:collections.OrderedDict", _ordered)
-_ZooLoader.add_constructor("tag:yaml.org,2002:python/tuple", lambda loader, node: loader.construct_sequence(node))
+_ZooLoader.add_constructor("tag:yaml.org,2002:python/tuple", _ZooLoader.construct_sequence)
 
 
 def find_trained(place: Path) -> Trained:
@@ -77,9 +78,10 @@ def find_trained(place: Path) -> Trained:
     inner = sorted(path.parent for path in place.glob("*/args.yml"))
     if inner and not (place / "args.yml").is_file():
         return _zoo(place, inner[0])
-    asked = runs.read_arguments(place)
+    run = RunFolder(place)
+    asked = run.arguments
     known = {"env": asked["env"], "level": str(place / "env.yaml"), "action_mode": asked["action_mode"]}
-    return Trained(runs.policy_of(place), None, known, is_run=True)
+    return Trained(run.policy_file(), None, known, is_run=True)
 
 
 def files_of(place: Path) -> dict[str, bytes]:
@@ -91,7 +93,7 @@ def files_of(place: Path) -> dict[str, bytes]:
     root = place.resolve()
     kept = [root] if root.suffix == ".npz" else _parts(root)
     try:
-        return {path.relative_to(root.parent).as_posix(): bytes_of(path, runs.MOST_MODEL) for path in kept}
+        return {path.relative_to(root.parent).as_posix(): bytes_of(path, MOST_MODEL) for path in kept}
     except ReadError as error:
         raise UsageError(f"cannot read the files of {str(place)!r}: {error}") from None
 

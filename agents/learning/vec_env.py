@@ -65,7 +65,9 @@ class SameStepVecEnv(VecEnv):
     def reset(self) -> NDArray[np.float32]:
         """Reset every row; with the seeds of the last `seed` call if there was one."""
         seeded = [s for s in self._seeds if s is not None]
-        observation, info = self.env.reset(seed=seeded if len(seeded) == self.num_envs else None)
+        # Vector environments take a seed for each row, which the annotation of their base does not say.
+        seeds: Any = seeded if len(seeded) == self.num_envs else None
+        observation, info = self.env.reset(seed=seeds)
         self.reset_infos = [{key: info[key][i] for key in ("kind",) if key in info} for i in range(self.num_envs)]
         self._reset_seeds()
         self._reset_options()
@@ -86,7 +88,7 @@ class SameStepVecEnv(VecEnv):
         if self._price:
             reward = reward - self._price * found["dt"]
         infos = [{key: found[key][i].item() for key in INFO_KEYS if key in found} for i in range(self.num_envs)]
-        for i in np.flatnonzero(done):
+        for i in np.flatnonzero(done).tolist():
             infos[i].update(self._ending(info, i, bool(truncated[i] and not terminated[i])))
         self._returns[done] = 0.0
         self._lengths[done] = 0
@@ -128,8 +130,8 @@ class SameStepVecEnv(VecEnv):
 
     def get_images(self) -> Sequence[NDArray[np.uint8] | None]:
         """One image per row, None where the environment does not render."""
-        images = self.env.render() if self.render_mode == "rgb_array" else None
-        return list(images) if images is not None else [None] * self.num_envs
+        images: Any = self.env.render() if self.render_mode == "rgb_array" else None
+        return [None] * self.num_envs if images is None else list(images)
 
     @property
     def _masks(self) -> Callable[[], NDArray[np.bool_]]:

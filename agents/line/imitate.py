@@ -16,13 +16,13 @@ from pnt_gym.cells.line.config import LineConfig
 from ..dispatchers.registry import ENV, line_controller, the_line
 from ..dispatchers.scored import Scored
 from ..dispatchers.settings import settings
+from ..ground.amounts import NUM_ENVS
 from ..ground.cli import at_least, option
 from ..ground.environments import make_vector, stream_seed
 from ..ground.outputs import check_writable, deliver
 from ..ground.places import module_name
 from ..ground.tables import console, throws_bar
 from ..judging.evaluation import compare
-from ..judging.trial import NUM_ENVS
 from ..judging.trials import open_trial
 from ..judging.work_shifts.trial import ShiftTrial
 

@@ -84,7 +84,8 @@ def found(level: LineConfig, arguments: Arguments) -> dict[str, list[Tried]]:
     first = stream_seed("practice", arguments.seed)
     told: dict[str, list[Tried]] = {}
     with throws_bar() as bar:
-        for what in (what for what in ORDER if what in arguments.what):
+        wanted: list[What] = [what for what in ORDER if what in arguments.what]
+        for what in wanted:
             task = bar.add_task(f"shifts for {what}", total=most(what, level, arguments))
             bench = Bench(level, np.arange(first, first + arguments.shifts), partial(bar.advance, task))
             told[what] = tried(what, bench, arguments, told)

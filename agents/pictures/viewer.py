@@ -8,7 +8,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final, final
 
-import mujoco
 import numpy as np
 from mujoco.studio import app, launch_passive, messages, plugin, viewer_protocol
 from mujoco.studio.dear_imgui import dear_imgui as imgui
@@ -16,6 +15,7 @@ from mujoco.studio.dear_imgui import dear_imgui as imgui
 from pnt_gym.arrays import joined
 from pnt_gym.cells.base.canvas import Marker
 from pnt_gym.cells.base.view import Scene, ThrowView
+from pnt_gym.engine import mujoco
 from pnt_gym.errors import PntGymError
 
 from ..controllers import NAMES

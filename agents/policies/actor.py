@@ -15,11 +15,8 @@
 
 from __future__ import annotations
 
-import importlib
 import re
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final, Self, final
 
@@ -30,66 +27,11 @@ from pnt_gym.arrays import Floats
 from pnt_gym.reading import arrays_of
 
 from ..ground.cli import UsageError
+from .networks import ACTIVATIONS, LAYER, LSTM, Array, Layers, Lstm, layers_of, lstm_of, named, numbers_of, through
 
-Array = NDArray[np.float32]
-Layers = tuple[tuple[Array, Array], ...]
-"""Weight and bias of each full layer."""
 OUTPUTS: Final = ("squashed", "clipped", "scores")
-LSTM: Final = ("lstm_in", "lstm_kept", "lstm_bias")
-PARTS: Final = re.compile(rf"(?:weight|bias)_\d{{1,3}}|{'|'.join(LSTM)}|activation|output|bound|low|high")
+PARTS: Final = re.compile(rf"{LAYER}|{'|'.join(LSTM)}|activation|output|bound|low|high")
 """Names of the arrays in a file."""
-
-
-def _gelu(x: Floats) -> Floats:
-    erf = importlib.import_module("scipy.special").erf  # at first use, because it takes a while
-    return 0.5 * x * (1.0 + erf(x / np.sqrt(2.0)))
-
-
-def _sigmoid(x: Floats) -> Floats:
-    return 0.5 * (1.0 + np.tanh(0.5 * x))
-
-
-ACTIVATIONS: Final[Mapping[str, Callable[[Floats], Floats]]] = {
-    "ELU": lambda x: np.where(x > 0.0, x, np.expm1(np.minimum(x, 0.0))),
-    "GELU": _gelu,
-    "LeakyReLU": lambda x: np.where(x > 0.0, x, 0.01 * x),
-    "Mish": lambda x: x * np.tanh(np.logaddexp(0.0, x)),
-    "ReLU": lambda x: np.maximum(x, 0.0),
-    "SiLU": lambda x: x * _sigmoid(x),
-    "Sigmoid": _sigmoid,
-    "Softplus": lambda x: np.logaddexp(0.0, x),
-    "Tanh": np.tanh,
-}
-"""By their names in torch.nn, whose default settings they have."""
-
-
-@final
-@dataclass(frozen=True)
-class Lstm:
-    """A layer of H long short-term memories, as torch computes it.
-
-    Its gates lie one after the other: input, forget, cell, output.
-    """
-
-    seen: Array
-    """Weights of what is seen (4H, D)."""
-    kept: Array
-    """Weights of what it gave before (4H, H)."""
-    bias: Array
-    """(4H,)"""
-
-    @property
-    def size(self) -> int:
-        """Memories H."""
-        return self.kept.shape[1]
-
-    def __call__(self, seen: Floats, memory: Floats) -> Floats:
-        """The memory (N, 2, H) after what is seen (N, D): what it gives, and its cells."""
-        before, cell = memory[:, 0], memory[:, 1]
-        gates = seen @ self.seen.T + before @ self.kept.T + self.bias
-        take, keep, new, give = np.split(gates, 4, axis=1)
-        cell = _sigmoid(keep) * cell + _sigmoid(take) * np.tanh(new)
-        return np.stack([_sigmoid(give) * np.tanh(cell), cell], axis=1)
 
 
 @final
@@ -138,16 +80,13 @@ class Actor:
     @property
     def sizes(self) -> tuple[int, int]:
         """Numbers in an observation and in an action."""
-        first = self.layers[0][0] if self.lstm is None else self.lstm.seen
+        first = self.layers[0].weight if self.lstm is None else self.lstm.seen
         return first.shape[1], len(self.low)
 
     @property
     def numbers(self) -> dict[str, Array]:
         """Weights and biases by their names in a file."""
-        numbers: dict[str, Array] = {}
-        if self.lstm is not None:
-            numbers |= dict(zip(LSTM, (self.lstm.seen, self.lstm.kept, self.lstm.bias), strict=True))
-        return numbers | named(self.layers)
+        return dict(zip(LSTM, self.lstm or (), strict=False)) | named(self.layers)
 
     def save(self, file: Path) -> None:
         """Write it to a file."""
@@ -170,7 +109,7 @@ class Actor:
                 float(found["bound"]),
                 numbers_of(found["low"], 1),
                 numbers_of(found["high"], 1),
-                _lstm(found) if found.keys() & set(LSTM) else None,
+                lstm_of(found),
             )
             _check(actor)
         except Exception as error:
@@ -179,58 +118,11 @@ class Actor:
         return actor
 
 
-def _lstm(found: Mapping[str, NDArray[Any]]) -> Lstm:
-    """The layer that a file holds."""
-    parts = zip(LSTM, (2, 2, 1), strict=True)
-    return Lstm(*(numbers_of(found[name], axes) for name, axes in parts))
-
-
-def through(layers: Layers, activation: str, value: Floats) -> Floats:
-    """What full layers make of values S + (D,), with an activation after every layer but the last."""
-    *hidden, (weight, bias) = layers
-    for inner, shift in hidden:
-        value = ACTIVATIONS[activation](value @ inner.T + shift)
-    return value @ weight.T + bias
-
-
-def named(layers: Layers) -> dict[str, Array]:
-    """Weights and biases by their names in a file."""
-    numbers: dict[str, Array] = {}
-    for k, (weight, bias) in enumerate(layers):
-        numbers |= {f"weight_{k}": weight, f"bias_{k}": bias}
-    return numbers
-
-
-def layers_of(found: Mapping[str, NDArray[Any]]) -> Layers:
-    """The layers that a file holds.
-
-    Raises:
-        ValueError: they do not fit together.
-        KeyError: there is none, or one lacks its bias.
-    """
-    count = max(sum(name.startswith("weight_") for name in found), 1)
-    layers = tuple((numbers_of(found[f"weight_{k}"], 2), numbers_of(found[f"bias_{k}"], 1)) for k in range(count))
-    fits = [after.shape[1] == len(before) for (before, _), (after, _) in pairwise(layers)]
-    if not all([*fits, *(bias.shape == weight.shape[:1] for weight, bias in layers)]):
-        raise ValueError("layers that do not fit together")
-    return layers
-
-
-def numbers_of(array: NDArray[Any], axes: int) -> Array:
-    """Finite numbers in so many axes."""
-    if array.dtype != np.float32 or array.ndim != axes or not np.isfinite(array).all():
-        raise ValueError(f"{array.dtype} {array.shape}")
-    return array
-
-
 def _check(actor: Actor) -> None:
     """Make sure that the parts fit together."""
-    weights = [weight for weight, _ in actor.layers]
-    fits = [actor.low.shape == actor.high.shape == weights[-1].shape[:1], bool((actor.low < actor.high).all())]
+    first, last = actor.layers[0].weight, actor.layers[-1].weight
+    fits = [actor.low.shape == actor.high.shape == last.shape[:1], bool((actor.low < actor.high).all())]
     fits += [actor.activation in ACTIVATIONS, actor.output in OUTPUTS, actor.bound > 0.0]
-    if actor.lstm is not None:
-        size, lstm = actor.lstm.size, actor.lstm
-        fits += [len(part) == 4 * size for part in (lstm.seen, lstm.kept, lstm.bias)]
-        fits += [weights[0].shape[1] == size > 0]
+    fits += [actor.lstm is None or first.shape[1] == actor.lstm.size > 0]
     if not all(fits):
         raise ValueError("parts that do not fit together")

@@ -8,7 +8,7 @@ A file of it is a NumPy archive of numbers and one name:
 
     weight_0, bias_0, weight_1, ...   full layers, weights (outputs, inputs), float32; of the first the inputs are the
                                       entries of `CHOICE_TABLE`, then those of `LINE_TABLE`, as observations have them
-    activation                        after every layer but the last, see `agents.policies.actor`
+    activation                        after every layer but the last, see `agents.policies.networks`
     patience                          of the ATC index [s]
 """
 
@@ -30,7 +30,7 @@ from pnt_gym.errors import one_sentence
 from pnt_gym.reading import arrays_of
 
 from ..ground.cli import UsageError
-from .actor import ACTIVATIONS, Layers, layers_of, named, through
+from .networks import ACTIVATIONS, LAYER, Dense, Layers, layers_of, named, through
 
 NAMES: Final = CHOICE_TABLE.names
 """Of a choice's entries."""
@@ -40,9 +40,9 @@ INPUTS: Final = len(CHOICE_TABLE) + len(LINE_TABLE)
 
 def inputs(observations: NDArray[np.floating]) -> Floats:
     """What a scorer sees of each choice, (N, CHOICES, INPUTS), in observations (N, ENTRIES)."""
-    rows, head = len(observations), len(LINE_TABLE)
-    each = np.asarray(observations[:, head:], dtype=np.float64).reshape(rows, CHOICES, -1)
-    line = np.broadcast_to(observations[:, None, :head], (rows, CHOICES, head))
+    seen, head = np.asarray(observations, dtype=np.float64), len(LINE_TABLE)
+    each = seen[:, head:].reshape(len(seen), CHOICES, -1)
+    line = np.broadcast_to(seen[:, None, :head], (len(seen), CHOICES, head))
     return np.concatenate([each, line], axis=-1)
 
 
@@ -59,7 +59,7 @@ def rule(patience: float) -> tuple[Floats, float]:
     return weight, constant
 
 
-PARTS: Final = re.compile(r"(?:weight|bias)_\d{1,3}|activation|patience")
+PARTS: Final = re.compile(rf"{LAYER}|activation|patience")
 """Names of the arrays in a file."""
 
 
@@ -88,7 +88,7 @@ class Scorer:
             if name not in NAMES:
                 raise UsageError(f"an index weighs {one_sentence(name, 40)!r}; entries are {', '.join(NAMES)}")
             weight[0, NAMES.index(name)] = value
-        return cls(((weight, np.zeros(1, dtype=np.float32)),), patience)
+        return cls((Dense(weight, np.zeros(1, dtype=np.float32)),), patience)
 
     def __call__(self, observations: NDArray[np.floating]) -> Floats:
         """Scores (N, CHOICES) for observations (N, ENTRIES); those of choices that are not there mean nothing."""
@@ -107,8 +107,9 @@ class Scorer:
 
     def save(self, file: Path) -> None:
         """Write it to a file."""
+        arrays: dict[str, Any] = {**self.numbers, "activation": np.array(self.activation)}
         with file.open("wb") as place:  # given a name, numpy would append a suffix
-            np.savez(place, **self.numbers, activation=np.array(self.activation))
+            np.savez(place, **arrays)
 
     @classmethod
     def load(cls, file: Path) -> Self:
@@ -131,7 +132,7 @@ class Scorer:
 
 def _check(scorer: Scorer) -> None:
     """Make sure that the parts fit together."""
-    first, last = scorer.layers[0][0], scorer.layers[-1][0]
+    first, last = scorer.layers[0].weight, scorer.layers[-1].weight
     fits = (first.shape[1], len(last)) == (INPUTS, 1) and scorer.activation in ACTIVATIONS
     if not (fits and np.isfinite(scorer.patience) and scorer.patience > 0.0):
         raise ValueError("parts that do not fit together")

@@ -12,7 +12,8 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
 from ..ground.cli import UsageError
-from .actor import ACTIVATIONS, Actor, Lstm
+from .actor import Actor
+from .networks import ACTIVATIONS, Lstm, layers_from_torch
 from .scorer import Scorer
 
 
@@ -36,14 +37,15 @@ def actor_of(model: BaseAlgorithm) -> Actor | Scorer:
             f"(net_arch), with activation_fn one of {', '.join(ACTIVATIONS)} of nn, a recurrent one "
             "through one plain LSTM before them"
         )
-    lstm = None if recurrent is None else _lstm(recurrent)
-    layers = tuple((step.weight.detach().numpy().copy(), step.bias.detach().numpy().copy()) for step in steps[::2])
+    lstm = None if recurrent is None else Lstm.from_torch(recurrent)
+    layers = layers_from_torch(tensor for step in steps[::2] for tensor in (step.weight, step.bias))
     if isinstance(model.action_space, Discrete):
         low = np.full(int(model.action_space.n), np.finfo(np.float32).min, dtype=np.float32)
         return Actor(layers, known[0], "scores", bound, low, -low)
     given = cast("Box", model.action_space)
+    low, high = (np.asarray(end, dtype=np.float32) for end in (given.low, given.high))
     output = "squashed" if policy.squash_output else "clipped"
-    return Actor(layers, known[0], output, bound, given.low, given.high, lstm)
+    return Actor(layers, known[0], output, bound, low, high, lstm)
 
 
 def _is_plain(lstm: torch.nn.LSTM) -> bool:
@@ -51,11 +53,6 @@ def _is_plain(lstm: torch.nn.LSTM) -> bool:
     return (lstm.num_layers, lstm.proj_size, lstm.bidirectional, lstm.bias, lstm.batch_first) == (
         1, 0, False, True, False,
     )  # fmt: skip
-
-
-def _lstm(lstm: torch.nn.LSTM) -> Lstm:
-    seen, kept, *biases = (part.detach().numpy().copy() for part in lstm.parameters())
-    return Lstm(seen, kept, biases[0] + biases[1])
 
 
 def _steps(model: BaseAlgorithm) -> tuple[list[Any], float]:

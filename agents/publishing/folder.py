@@ -19,6 +19,7 @@ from ..ground.cli import UsageError
 from ..ground.files import read_yaml
 from ..judging.trial import Trial
 from ..learning import runs
+from ..learning.algorithms import RECURRENT
 from ..pictures.stage import Stage
 from .card import CURVE, GRAPH, REPLAY, curve
 from .onnx_graph import save_onnx
@@ -53,7 +54,8 @@ def check_model(folder: Path) -> None:
     """
     from ..policies.weights import actor_of  # noqa: PLC0415 - imports torch
 
-    kept, made = (actor.numbers for actor in (runs.load_numbers(folder), actor_of(runs.load_model(folder))))
+    run = runs.RunFolder(folder)
+    kept, made = (policy.numbers for policy in (run.load_policy(), actor_of(run.load_model())))
     if kept.keys() != made.keys() or not all(np.array_equal(kept[name], made[name]) for name in kept):
         raise UsageError(
             f"run folder {str(folder)!r} is damaged: {runs.POLICY} and {runs.MODEL} are not of the same throw; "
@@ -67,7 +69,7 @@ def check_graph(asked: Mapping[str, Any]) -> None:
     Raises:
         UsageError: it is not all of it.
     """
-    if asked["algo"] in runs.RECURRENT:
+    if asked["algo"] in RECURRENT:
         raise UsageError(f"a policy of {asked['algo']} remembers, which policy.onnx has no place for; give --no-onnx")
     if asked["over"] != PLANNER:
         raise UsageError(f"policy.onnx would lack the controller {asked['over']!r} under the policy; give --no-onnx")
@@ -101,7 +103,7 @@ def fill(
     curve(folder / "progress.csv", trial).savefig(parts / CURVE, dpi=100, metadata={"Software": None})
     if onnx:
         about = {name: str(asked[name]) for name in ("env", "level", "algo", "steps", "seed", "action_mode")}
-        save_onnx(runs.load_numbers(folder), parts / GRAPH, about)
+        save_onnx(runs.RunFolder(folder).load_policy(), parts / GRAPH, about)
     if film_seed is not None:
         with closing(Stage(str(folder), env_id, None, film_seed)) as stage:
             if isinstance(stage.view, ThrowView | LineView):

@@ -14,7 +14,7 @@ from typing import Any, Final, final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pnt_gym.cells.line.observation import CHOICE_TABLE, ENTRIES, LINE_TABLE
+from pnt_gym.cells.line.observation import ENTRIES, LINE_TABLE
 from pnt_gym.cells.line.state import CHOICES
 
 from ..dispatchers.decisions import observed_line
@@ -22,8 +22,9 @@ from ..dispatchers.rules import HALF
 from ..dispatchers.scored import REAL, Scored, there
 from ..ground.cli import UsageError
 from ..ground.versions import versions
-from ..policies.actor import Actor, Layers
-from ..policies.scorer import Scorer, rule
+from ..policies.actor import Actor
+from ..policies.networks import ACTIVATIONS, NUMBERS, Dense
+from ..policies.scorer import INPUTS, Scorer, rule
 
 OPSET: Final = 17
 IR: Final = 8
@@ -33,20 +34,6 @@ PARITY: Final = 1e-4
 range."""
 ROWS: Final = 256
 """Observations that both are asked for."""
-ACTIVATIONS: Final[Mapping[str, tuple[tuple[str, ...], ...]]] = {
-    "ELU": (("Elu", "x"),),
-    "GELU": (("Mul", "x", "root_half"), ("Erf", "y"), ("Add", "y", "one"), ("Mul", "y", "half"), ("Mul", "y", "x")),
-    "LeakyReLU": (("LeakyRelu", "x"),),
-    "Mish": (("Softplus", "x"), ("Tanh", "y"), ("Mul", "y", "x")),
-    "ReLU": (("Relu", "x"),),
-    "SiLU": (("Sigmoid", "x"), ("Mul", "y", "x")),
-    "Sigmoid": (("Sigmoid", "x"),),
-    "Softplus": (("Softplus", "x"),),
-    "Tanh": (("Tanh", "x"),),
-}
-"""Those of `agents.policies.actor` as operators with their inputs: x from the layer, y from the operator before, or a
-number."""
-NUMBERS: Final = {"root_half": np.sqrt(0.5), "half": 0.5, "one": 1.0}
 
 
 def save_onnx(policy: Actor | Scorer, file: Path, about: Mapping[str, str]) -> None:
@@ -73,10 +60,10 @@ def graph(policy: Actor | Scorer, about: Mapping[str, str]) -> Any:
     seen, given = policy.sizes
     nodes, floats = _Nodes(), TensorProto.FLOAT
     if isinstance(policy, Actor) and policy.output != "scores":
-        nodes.add("Identity", _output(nodes, policy, _layers(nodes, policy)), name="action")
+        nodes.add("Identity", _output(nodes, policy, _layers(nodes, policy, "observation")), name="action")
         outputs = [helper.make_tensor_value_info("action", floats, ["N", given])]
     else:
-        scores = _scores(nodes, policy) if isinstance(policy, Scorer) else _layers(nodes, policy)
+        scores = _scores(nodes, policy) if isinstance(policy, Scorer) else _layers(nodes, policy, "observation")
         _choice(nodes, scores)
         outputs = [
             helper.make_tensor_value_info("action", TensorProto.INT64, ["N"]),
@@ -118,49 +105,42 @@ class _Nodes:
         self.constants.append(numpy_helper.from_array(np.asarray(value, dtype=kind), name))
         return name
 
+    def dense(self, name: str, value: str, layer: Dense) -> str:
+        """Append a full layer; returns the name of what it gives."""
+        weight, bias = self.constant(f"weight_{name}", layer.weight), self.constant(f"bias_{name}", layer.bias)
+        return self.add("Gemm", value, weight, bias, transB=1)
+
+    def reshaped(self, name: str, value: str, *shape: int) -> str:
+        """Append another shape of a value; returns its name."""
+        return self.add("Reshape", value, self.constant(f"{name}_shape", shape, np.int64))
+
     def part(self, name: str, of: str, entries: slice) -> str:
         """Append a part of each row; returns its name."""
         ends = {"from": entries.start, "to": entries.stop, "axis": 1, "step": entries.step or 1}
         return self.add("Slice", of, *(self.constant(f"{name}_{end}", [at], np.int64) for end, at in ends.items()))
 
 
-def _layers(nodes: _Nodes, actor: Actor) -> str:
+def _layers(nodes: _Nodes, policy: Actor | Scorer, value: str) -> str:
     """What the last layer gives."""
-    _numbers(nodes, actor.activation)
-    value = "observation"
-    for k, (weight, bias) in enumerate(actor.layers):
-        value = _activated(nodes, actor.activation, value) if k > 0 else value
-        inputs = (nodes.constant(f"weight_{k}", weight), nodes.constant(f"bias_{k}", bias))
-        value = nodes.add("Gemm", value, *inputs, transB=1)
+    _numbers(nodes, policy.activation)
+    for k, layer in enumerate(policy.layers):
+        value = _activated(nodes, policy.activation, value) if k > 0 else value
+        value = nodes.dense(str(k), value, layer)
     return value
 
 
 def _scores(nodes: _Nodes, scorer: Scorer) -> str:
     """Scores (N, CHOICES) by a scorer: what its layers and its rule say of each choice, seen with its line."""
-    head, whole = len(LINE_TABLE), (-1, CHOICES, len(CHOICE_TABLE))
-    line = nodes.part("line", "observation", slice(0, head))
-    shape = nodes.constant("whole", whole, np.int64)
-    each = nodes.add("Reshape", nodes.part("choices", "observation", slice(head, ENTRIES)), shape)
-    _numbers(nodes, scorer.activation)
+    head = len(LINE_TABLE)
+    each = nodes.part("choices", "observation", slice(head, ENTRIES))
+    each = nodes.reshaped("each", each, -1, CHOICES, INPUTS - head)
+    line = nodes.reshaped("line", nodes.part("line", "observation", slice(0, head)), -1, 1, head)
+    line = nodes.add("Expand", line, nodes.constant("choices_each", [1, CHOICES, 1], np.int64))
+    seen = nodes.reshaped("seen", nodes.add("Concat", each, line, axis=2), -1, INPUTS)
     weight, constant = rule(scorer.patience)
-    said = _seen(nodes, "rule", each, line, ((weight[None].astype(np.float32), np.float32([constant])),))
-    first, *later = scorer.layers
-    value = _seen(nodes, "first", each, line, (first,))
-    for k, (factors, bias) in enumerate(later, 1):
-        value = _activated(nodes, scorer.activation, value)
-        value = nodes.add("MatMul", value, nodes.constant(f"weight_{k}", factors.T))
-        value = nodes.add("Add", value, nodes.constant(f"bias_{k}", bias))
-    return nodes.add("Squeeze", nodes.add("Add", value, said), nodes.constant("last", [2], np.int64))
-
-
-def _seen(nodes: _Nodes, name: str, each: str, line: str, layers: Layers) -> str:
-    """What one layer gives of each choice (N, CHOICES, H), whose inputs are the choice's entries, then the line's."""
-    ((weight, bias),) = layers
-    own, common = weight[:, : len(CHOICE_TABLE)], weight[:, len(CHOICE_TABLE) :]
-    inputs = (nodes.constant(f"{name}_common", common), nodes.constant(f"{name}_bias", bias))
-    same = nodes.add("Gemm", line, *inputs, transB=1)
-    same = nodes.add("Unsqueeze", same, nodes.constant(f"{name}_axis", [1], np.int64))
-    return nodes.add("Add", nodes.add("MatMul", each, nodes.constant(f"{name}_own", own.T)), same)
+    index = nodes.dense("rule", seen, Dense(weight[None], np.array([constant])))
+    scores = nodes.add("Add", _layers(nodes, scorer, seen), index)
+    return nodes.reshaped("scores_each", scores, -1, CHOICES)
 
 
 def _choice(nodes: _Nodes, scores: str) -> None:

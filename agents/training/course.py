@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..controllers.between import as_seen
 from ..ground.cli import UsageError
 from ..ground.environments import Env, core_of, make_vector, stream_seed
 from ..ground.tables import throws_bar
-from ..learning import runs
+from ..learning.runs import RunFolder
 from ..learning.windows import Window
 
 if TYPE_CHECKING:
@@ -38,7 +37,7 @@ def in_flight(cell: Env, asked: Mapping[str, Any], threads: int) -> Env | None:
 def learn(
     model: BaseAlgorithm,
     env: SameStepVecEnv,
-    folder: Path,
+    folder: RunFolder,
     asked: Mapping[str, Any],
     stop: Stop,
     window: Window,
@@ -60,7 +59,7 @@ def learn(
     from ..learning.progress import ProgressCallback  # noqa: PLC0415
     from ..learning.sb3 import begin_leg  # noqa: PLC0415
 
-    logger = configure(str(folder / "tensorboard"), ["tensorboard"]) if tensorboard else Logger(None, [])
+    logger = configure(str(folder.path / "tensorboard"), ["tensorboard"]) if tensorboard else Logger(None, [])
     model.set_logger(logger)
     total, every = asked["steps"], asked["checkpoint_every"]
     change, judged = total - asked.get("full_last", 0) if quick is not None else 0, env.env
@@ -85,7 +84,7 @@ def learn(
                 error=window.text(figure),
             )
 
-        callback = ProgressCallback(folder / "progress.csv", model.num_timesteps, stop, window, show)
+        callback = ProgressCallback(folder.path / "progress.csv", model.num_timesteps, stop, window, show)
         while model.num_timesteps < (until or total) and not stop.asked:
             done = model.num_timesteps
             env.env = quick if quick is not None and done < change else judged
@@ -94,5 +93,5 @@ def learn(
             begin_leg(model, done + leg, total)
             model._last_obs = None  # makes learn() reset the environment
             model.learn(leg, callback=callback, log_interval=16, reset_num_timesteps=False)
-            runs.save_checkpoint(folder, model)
+            folder.save_checkpoint(model)
     env.env = judged

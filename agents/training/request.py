@@ -10,8 +10,8 @@ from ..controllers.between import PLANNER
 from ..ground.cli import UsageError
 from ..ground.environments import config_of
 from ..judging.trials import trial_class
-from ..learning import runs
 from ..learning.hyperparameters import hyperparameters, size
+from ..learning.runs import RunFolder, check_new
 from ..learning.trained import own_environment
 
 LEVELS: Final[Mapping[str, str]] = dict.fromkeys(("PnTConveyor-v0", "PnTRelease-v0"), "waste")
@@ -58,7 +58,7 @@ def request(arguments: Mapping[str, Any]) -> dict[str, Any]:
     if arguments["resume"] is not None:
         return _resumed(arguments["resume"], arguments, given)
     if arguments["out"] is not None:
-        runs.check_new(arguments["out"])
+        check_new(arguments["out"])
     asked = {**DEFAULTS, **given}
     if asked["full_last"] and asked["fidelity"] != "flight":
         raise UsageError("--full-last goes with --fidelity flight")
@@ -70,7 +70,7 @@ def request(arguments: Mapping[str, Any]) -> dict[str, Any]:
 
 def _resumed(folder: Path, arguments: Mapping[str, Any], given: dict[str, Any]) -> dict[str, Any]:
     """What the run in a folder was asked for, and how many steps it is to go on for."""
-    recorded = runs.read_arguments(folder)
+    recorded = RunFolder(folder).arguments
     if given.get("env") == recorded["env"]:
         recorded["env"] = given.pop("env")
     else:

@@ -15,7 +15,8 @@ from ..ground.files import held
 from ..ground.places import module_name
 from ..ground.streams import destination
 from ..judging.trial import Trial
-from ..learning import runs
+from ..learning.algorithms import ON_POLICY
+from ..learning.runs import RunFolder, name_of
 from .course import in_flight, learn
 from .table import TABLE
 
@@ -51,25 +52,20 @@ class Session:
         from ..learning.vec_env import SameStepVecEnv  # noqa: PLC0415 - as above
 
         torch.set_num_threads(1)  # small networks are slower on many threads
-        self.env = SameStepVecEnv(seen, even=asked["algo"] in runs.ON_POLICY, price=price)
+        self.env = SameStepVecEnv(seen, even=asked["algo"] in ON_POLICY, price=price)
 
-    def create(self, folder: Path | None) -> tuple[Path, BaseAlgorithm]:
+    def create(self, folder: Path | None) -> tuple[RunFolder, BaseAlgorithm]:
         """A new run folder with its untrained model; without a folder one in `runs`, called after the training."""
         from ..learning.sb3 import build  # noqa: PLC0415 - imports torch
 
         config = self.trial.core.config
         model = build(self.asked["algo"], self.env, self.settings, self.asked["seed"])
-        name = f"{runs.name_of(self.asked, config.name)}-{time.strftime('%Y%m%d-%H%M%S')}"
+        name = f"{name_of(self.asked, config.name)}-{time.strftime('%Y%m%d-%H%M%S')}"
         place = destination(Path("runs") / name) if folder is None else folder
-        runs.create(place, self.asked, self.settings, config, model)
-        return place, model
-
-    def restore(self, folder: Path) -> BaseAlgorithm:
-        """The model of a run folder as it was left."""
-        return runs.restore(folder, self.env)
+        return RunFolder.create(place, self.asked, self.settings, config, model), model
 
     def learn(
-        self, model: BaseAlgorithm, folder: Path, stop: Stop, *, checkpoint_every: int | None = None, **how: Any
+        self, model: BaseAlgorithm, folder: RunFolder, stop: Stop, *, checkpoint_every: int | None = None, **how: Any
     ) -> None:
         """Train in legs.
 
@@ -91,7 +87,7 @@ class Session:
 
 def run_session(
     session: Session, out: Path | None, resume: Path | None, more: int | None, tensorboard: bool
-) -> tuple[Path, int, int | None]:
+) -> tuple[RunFolder, int, int | None]:
     """Train until the training is done or stopped.
 
     Args:
@@ -109,28 +105,29 @@ def run_session(
     with Stop().listening() as stop, ExitStack() as ends:
         if resume is not None:
             ends.enter_context(held(resume))
-            folder, model = resume, _restored(session, resume, more)
+            folder = RunFolder(resume)
+            model = _restored(session, folder, more)
         else:
             folder, model = session.create(None if out is None else destination(out))
-            ends.enter_context(held(folder))
-            ends.enter_context(runs.nothing_left(folder))
+            ends.enter_context(held(folder.path))
+            ends.enter_context(folder.nothing_left())
         session.learn(model, folder, stop, tensorboard=tensorboard)
     return folder, model.num_timesteps, stop.number
 
 
-def _restored(session: Session, folder: Path, more: int | None) -> BaseAlgorithm:
+def _restored(session: Session, folder: RunFolder, more: int | None) -> BaseAlgorithm:
     """The model of a run that goes on.
 
     Raises:
         UsageError: the run has done all that it was asked for.
     """
-    model, asked = session.restore(folder), session.asked
+    model, asked = folder.restore(session.env), session.asked
     if more is not None and more > model.num_timesteps:
-        (folder / TABLE).unlink(missing_ok=True)  # of fewer throws
-        runs.write_arguments(folder, asked)
-    if model.num_timesteps >= asked["steps"] and (folder / TABLE).is_file():
+        (folder.path / TABLE).unlink(missing_ok=True)  # of fewer throws
+        folder.write_arguments(asked)
+    if model.num_timesteps >= asked["steps"] and (folder.path / TABLE).is_file():
         raise UsageError(
-            f"run {str(folder)!r} has done {model.num_timesteps} throws of {asked['steps']}; "
+            f"run {str(folder.path)!r} has done {model.num_timesteps} throws of {asked['steps']}; "
             "give a larger --steps to go on"
         )
     return model

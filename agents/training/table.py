@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any, Final
 
 from ..ground.files import write_json
 from ..ground.tables import console
 from ..judging.evaluation import compare
 from ..judging.trial import Trial
+from ..learning.runs import RunFolder
 
 SEED: Final = 0
 """Of the held-out units."""
@@ -17,7 +17,7 @@ TABLE: Final = "evaluation.json"
 """The table in the run folder."""
 
 
-def show_table(trial: Trial, folder: Path, steps: int, asked: Mapping[str, Any], count: int | None) -> None:
+def show_table(trial: Trial, folder: RunFolder, steps: int, asked: Mapping[str, Any], count: int | None) -> None:
     """Print the table, and keep it in the run folder.
 
     Args:
@@ -37,6 +37,7 @@ def show_table(trial: Trial, folder: Path, steps: int, asked: Mapping[str, Any],
         practice_seed=asked["seed"],
     )  # fmt: skip
     rows += compare(trial, [(learned.name, learned, steps)], count, SEED)
-    title = f"{count} held-out {trial.unit} each, level {trial.core.config.name}; run folder {folder}"
+    title = f"{count} held-out {trial.unit} each, level {trial.core.config.name}; run folder {folder.path}"
     console().print(trial.record.comparison(title, rows, trial.reference))
-    write_json(folder / TABLE, [{"controller": name, "throws": learned_from, **s} for name, learned_from, s in rows])
+    table = [{"controller": name, "throws": learned_from, **summary} for name, learned_from, summary in rows]
+    write_json(folder.path / TABLE, table)

@@ -17,7 +17,7 @@ import yaml
 
 from agents.ground.files import held, sweep, write_text
 from agents.ground.places import SHIPPED
-from agents.learning import runs
+from agents.learning.runs import RunFolder
 from tests.tools.commands import answered, environment, refused
 from tests.tools.killed_commands import LEARNER, small_reproduction
 from tests.tools.kills import state
@@ -136,7 +136,7 @@ def test_a_table_of_fewer_throws_is_not_taken_for_that_of_more(run: Path, monkey
     with monkeypatch.context() as patch:
         patch.setattr("agents.judging.throws.trial.held_out", killed)
         assert answered(*RESUME, "--steps", "24")[0] != 0
-    assert runs.load_model(run).num_timesteps == 24
+    assert RunFolder(run).load_model().num_timesteps == 24
     assert not (run / "evaluation.json").exists()
     assert answered(*RESUME)[0] == 0
     assert (run / "evaluation.json").exists()
@@ -178,7 +178,7 @@ def test_a_disk_that_is_full_costs_no_more_than_the_leg(run: Path, here: Path, s
     kept = state(here)
     assert all(kept[name] == whole[name] for name in whole if "/checkpoints/0" in name and "buffer" not in name)
     assert answered(*RESUME, "--steps", "24")[0] in (0, 2)
-    assert runs.load_model(run).num_timesteps == 24
+    assert RunFolder(run).load_model().num_timesteps == 24
 
 
 LEARNS = ("torch", "stable_baselines3", "sb3_contrib")
@@ -247,4 +247,4 @@ def test_a_run_folder_with_spaces_and_umlauts(here: Path) -> None:
     assert answered(*[("Läufe/mein Lauf ß" if word == "run" else word) for word in command])[0] == 0
     more = ("agents.train", "--resume", "Läufe/mein Lauf ß", "--steps", "16", "--eval-picks", "0")
     assert answered(*more)[0] == 0
-    assert runs.load_model(here / "Läufe" / "mein Lauf ß").num_timesteps == 16
+    assert RunFolder(here / "Läufe" / "mein Lauf ß").load_model().num_timesteps == 16

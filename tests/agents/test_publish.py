@@ -16,7 +16,7 @@ import yaml
 from agents import publish
 from agents.ground.cli import UsageError
 from agents.judging.evaluation import evaluate
-from agents.learning import runs
+from agents.learning.runs import RunFolder
 from agents.publish import Arguments
 from tests.tools.commands import answer, call, call_here, refused
 
@@ -67,13 +67,13 @@ def test_a_published_policy_throws_as_the_run_did(run: Path, tmp_path: Path) -> 
 
 def test_the_graph_acts_as_the_policy(run: Path, tmp_path: Path) -> None:
     publish.main(Arguments(run, to=tmp_path / "kept", picks=4, video=False))
-    actor = runs.load_actor(tmp_path / "kept" / NAME)
+    actor = RunFolder(tmp_path / "kept" / NAME).load_actor()
     session = onnxruntime.InferenceSession(tmp_path / "kept" / NAME / "policy.onnx")
     seen = np.random.default_rng(1).standard_normal((9, actor.sizes[0])).astype(np.float32)
     np.testing.assert_allclose(session.run(["action"], {"observation": seen})[0], actor(seen), rtol=0, atol=1e-6)
     about = session.get_modelmeta().custom_metadata_map
     assert about["env"] == "OneJointThrow-v0"
-    assert about["action_mode"] == runs.read_arguments(run)["action_mode"]
+    assert about["action_mode"] == RunFolder(run).arguments["action_mode"]
 
 
 @pytest.mark.usefixtures("opengl")
@@ -121,7 +121,7 @@ def test_a_graph_that_is_not_the_whole_policy_is_not_written(
     run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, changes: dict[str, str], said: str
 ) -> None:
     monkeypatch.setattr(publish, "check_model", lambda folder: None)
-    runs.write_arguments(run, {**runs.read_arguments(run), **changes})
+    RunFolder(run).write_arguments({**RunFolder(run).arguments, **changes})
     with pytest.raises(UsageError, match=f"{said}; give --no-onnx"):
         publish.main(Arguments(run, to=tmp_path / "kept", picks=4, video=False))
     assert not (tmp_path / "kept").exists()

@@ -19,7 +19,7 @@ from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
 from agents.judging.throws.data import summary
 from agents.judging.throws.trial import held_out
-from agents.learning import runs
+from agents.learning.runs import RunFolder
 from agents.learning.vec_env import SameStepVecEnv
 from agents.train import Arguments, main
 from tests.tools.toy_cell import ToyVectorEnv, register_toy
@@ -53,17 +53,17 @@ def asked(tmp_path: Path) -> Arguments:
 
 
 def weights(folder: Path) -> list[np.ndarray]:
-    return [p.detach().numpy() for p in runs.load_model(folder).policy.parameters()]
+    return [p.detach().numpy() for p in RunFolder(folder).load_model().policy.parameters()]
 
 
 def restored(folder: Path, env: str) -> Any:
-    return runs.restore(folder, SameStepVecEnv(make_vector(env, "waste", 8)))
+    return RunFolder(folder).restore(SameStepVecEnv(make_vector(env, "waste", 8)))
 
 
 def assert_acts_as_its_model(folder: Path, checkpoint: Path | None = None) -> None:
     seen = np.random.default_rng(5).standard_normal((50, 26)).astype(np.float32)
-    theirs = runs.load_model(folder, None, checkpoint).predict(seen, deterministic=True)[0]
-    np.testing.assert_allclose(runs.load_actor(folder, checkpoint)(seen), theirs, rtol=0, atol=1e-6)
+    theirs = RunFolder(folder).load_model(None, checkpoint).predict(seen, deterministic=True)[0]
+    np.testing.assert_allclose(RunFolder(folder).load_actor(checkpoint)(seen), theirs, rtol=0, atol=1e-6)
 
 
 def resumed(folder: Path, **changes: Any) -> Arguments:
@@ -76,9 +76,9 @@ def test_run_folder_holds_what_it_promises(asked: Arguments, tmp_path: Path) -> 
     promised = {"args.yml", "config.yml", "env.yaml", "versions.json", "command.txt", "model.zip", "policy.npz"}
     assert promised | {"replay_buffer.npz", "progress.csv", "evaluation.json", "checkpoints"} <= found
     assert not any(name.startswith(".") for name in found)
-    assert [p.name for p in runs.checkpoints(tmp_path / "run")] == ["00000000", "00000104", "00000200"]
-    assert runs.read_arguments(tmp_path / "run")["steps"] == 200
-    for checkpoint in (None, *runs.checkpoints(tmp_path / "run")):
+    assert [p.name for p in RunFolder(tmp_path / "run").checkpoints] == ["00000000", "00000104", "00000200"]
+    assert RunFolder(tmp_path / "run").arguments["steps"] == 200
+    for checkpoint in (None, *RunFolder(tmp_path / "run").checkpoints):
         assert_acts_as_its_model(tmp_path / "run", checkpoint)
 
 
@@ -114,7 +114,7 @@ def test_flights_first_and_the_full_physics_last(asked: Arguments, tmp_path: Pat
     main(replace(begun, fidelity="flight", full_last=32, out=tmp_path / "both"))
     main(replace(begun, out=tmp_path / "full"))
     both, full = (
-        runs.restore(tmp_path / name, SameStepVecEnv(make_vector("PnTRelease-v0", "nominal", 8))).replay_buffer
+        RunFolder(tmp_path / name).restore(SameStepVecEnv(make_vector("PnTRelease-v0", "nominal", 8))).replay_buffer
         for name in ("both", "full")
     )
     assert np.array_equal(both.observations, full.observations)
@@ -133,7 +133,7 @@ def test_other_algorithms_train_and_resume(asked: Arguments, tmp_path: Path, alg
     begun = replace(asked, algo=algo, config=config, steps=64, checkpoint_every=64)
     main(begun)
     main(resumed(tmp_path / "run", steps=128))
-    assert runs.load_model(tmp_path / "run").num_timesteps == 128
+    assert RunFolder(tmp_path / "run").load_model().num_timesteps == 128
     assert_acts_as_its_model(tmp_path / "run")
     main(replace(begun, steps=128, out=tmp_path / "whole"))
     assert all(
@@ -173,7 +173,7 @@ def test_ctrl_c_leaves_a_run_that_can_be_continued(
         in capsys.readouterr().err
     )
     main(resumed(tmp_path / "run"))
-    assert runs.load_model(tmp_path / "run").num_timesteps == 200
+    assert RunFolder(tmp_path / "run").load_model().num_timesteps == 200
     lines = (tmp_path / "run" / "progress.csv").read_text().splitlines()
     assert lines[0].startswith("throws,")
 
@@ -184,7 +184,7 @@ def test_a_kill_while_saving_costs_the_leg_not_the_run(asked: Arguments, tmp_pat
     torn.mkdir()
     (torn / "model.zip").write_bytes(b"half")
     main(resumed(tmp_path / "run", steps=200))
-    assert runs.load_model(tmp_path / "run").num_timesteps == 200
+    assert RunFolder(tmp_path / "run").load_model().num_timesteps == 200
 
 
 def damage_nothing_there(run: Path) -> None:

@@ -14,10 +14,10 @@ from typing import Any, Final
 import numpy as np
 
 from agents.benchmark.plan import read_plan
-from agents.controllers import read_state
+from agents.controllers.state import read_state
 from agents.ground.files import read_json
 from agents.learning.hyperparameters import hyperparameters
-from agents.learning.runs import read_arguments
+from agents.learning.runs import RunFolder
 from agents.policies.actor import Actor
 from agents.policies.scorer import Scorer
 from pnt_gym.cells.conveyor.config import ConveyorConfig
@@ -40,7 +40,7 @@ READERS: Final[dict[str, Callable[[Path], Any]]] = {
     "state.npz": read_state,
     "policy.npz": Actor.load,
     "scorer.npz": Scorer.load,
-    "args.yml": lambda path: read_arguments(path.parent),
+    "args.yml": lambda path: RunFolder(path.parent).arguments,
 }
 """What reads a file, by the file's name."""
 LARGEST: Final = 2**28

@@ -16,8 +16,6 @@ from ...dispatchers.decisions import worked_by
 from ...ground.environments import Env
 from ...ground.infos import results
 
-SHIFTS: Final = 32
-"""Shifts that are judged unless others are asked for."""
 MEANS: Final = {
     "value_per_min": "shift_value_per_min",
     "sorted_per_min": "shift_sorted_per_min",

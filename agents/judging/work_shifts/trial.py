@@ -24,10 +24,12 @@ from ...dispatchers.release import releaser
 from ...dispatchers.scored import Scored, run_scores
 from ...dispatchers.settings import PLANNERS, rate
 from ...dispatchers.settings import settings as tuned_settings
+from ...ground.amounts import SHIFTS
 from ...ground.cli import UsageError
 from ...ground.environments import Env, stream_seed
-from ...learning import runs
+from ...learning.algorithms import MASKED, SCORING
 from ...learning.hyperparameters import checked
+from ...learning.runs import RunFolder
 from ...learning.windows import DecisionWindow
 from ...policies.scorer import Scorer
 from ..card import Card
@@ -51,11 +53,11 @@ class ShiftTrial(Trial):
     unit = "work shifts"
     step = "decision"
     option = "shifts"
-    usual = usual_table = 32
+    usual = usual_table = SHIFTS
     usual_card = 100
     options = frozenset({"shifts", "release", "throws", "picture", "video"})
     record = ShiftRecord
-    algorithms = runs.CHOOSING[::-1]
+    algorithms = MASKED[::-1]
     checkpoint_every = 125_000
     window = DecisionWindow
     reference = "atc"
@@ -166,7 +168,7 @@ class ShiftTrial(Trial):
         checked(found)
         robots = len(config.robots)
         found |= {key: round(found[key] ** (1.0 / robots), 6) for key in ("gamma", "gae_lambda") if key in found}
-        if asked["algo"] in runs.SCORING:
+        if asked["algo"] in SCORING:
             found.setdefault("patience", tuned_settings(config.name, "atc")["patience"])
         tuned = rate(config.name)
         found.setdefault("price_of_time", config.price_of_time if tuned is None else tuned)
@@ -177,10 +179,10 @@ class ShiftTrial(Trial):
         checked(settings)
         return float(settings.get("price_of_time", self.core.config.price_of_time)) - self.core.config.price_of_time
 
-    def policy(self, folder: Path, checkpoint: Path | None, asked: Mapping[str, Any], name: str) -> Controller:
+    def policy(self, folder: RunFolder, checkpoint: Path | None, asked: Mapping[str, Any], name: str) -> Controller:
         """The newest policy of a training, or that of a checkpoint."""
         del asked, name
-        return run_scores(folder, checkpoint)
+        return run_scores(folder.path, checkpoint)
 
     @classmethod
     def card(cls) -> Card:

@@ -16,7 +16,6 @@ from gymnasium.wrappers import FrameStackObservation
 from stable_baselines3 import SAC
 from stable_baselines3.common.vec_env import VecEnv
 
-from agents import train
 from agents.benchmark.compare import assemble
 from agents.benchmark.plan import Plan, pieces
 from agents.benchmark.run import run_piece
@@ -29,13 +28,15 @@ from agents.ground.environments import core_of, make_vector
 from agents.judging.evaluation import evaluate
 from agents.judging.throws.trial import held_out, thrown
 from agents.judging.trials import trial_of
-from agents.learning import runs
+from agents.learning.runs import LATER, RunFolder
 from agents.learning.sb3 import build, load_policy
 from agents.learning.vec_env import SameStepVecEnv
 from agents.pictures.stage import Stage
-from agents.policies.actor import Actor, Lstm
+from agents.policies.actor import Actor
+from agents.policies.networks import Dense, Lstm
 from agents.policies.weights import actor_of
 from agents.train import Arguments, main
+from agents.training import course
 from pnt_gym.cells.conveyor.observation import SHIFT_TABLE
 
 torch.set_num_threads(1)
@@ -71,7 +72,9 @@ def an_actor(seen: int, memories: int = 0) -> Actor:
 
     lstm = Lstm(drawn(4 * memories, seen), drawn(4 * memories, memories), drawn(4 * memories)) if memories else None
     low = -np.ones(2, dtype=np.float32)
-    return Actor(((0.1 * drawn(2, memories or seen), drawn(2) * 0.1),), "Tanh", "squashed", np.inf, low, -low, lstm)
+    return Actor(
+        (Dense(0.1 * drawn(2, memories or seen), drawn(2) * 0.1),), "Tanh", "squashed", np.inf, low, -low, lstm
+    )
 
 
 def test_a_stack_is_what_gymnasiums_own_wrapper_shows() -> None:
@@ -202,7 +205,7 @@ def test_a_policy_with_a_memory_does_not_act_elsewhere() -> None:
 
 def test_a_correction_of_a_controller_goes_without_feedback_too() -> None:
     with closing(make_vector("PnTConveyor-v0", {"base": "waste", "fidelity": "flight"}, 4, 1)) as env:
-        zero = replace(an_actor(26), layers=((np.zeros((2, 26), np.float32), np.zeros(2, np.float32)),))
+        zero = replace(an_actor(26), layers=(Dense(np.zeros((2, 26), np.float32), np.zeros(2, np.float32)),))
         policy = run_policy(zero, asked(over="mean_lead"), env, "it")
         own = held_out(make_controller("mean_lead", env), env, 40, 0)
         np.testing.assert_array_equal(held_out(policy, env, 40, 0).told["landing_along"], own.told["landing_along"])
@@ -266,11 +269,11 @@ def test_a_resumed_run_with_a_memory_is_bit_for_bit_the_uninterrupted_one(
     whole, halves = tmp_path / "whole", tmp_path / "halves"
     main(replace(recipe, out=whole))
     main(replace(recipe, out=halves, steps=40))
-    assert [one.name for one in runs.checkpoints(halves)][-1] != "00000080"
+    assert [one.name for one in RunFolder(halves).checkpoints][-1] != "00000080"
     main(Arguments(resume=halves, steps=80, eval_picks=0, threads=2))
-    names = {one.name for one in runs.checkpoints(whole)} & {one.name for one in runs.checkpoints(halves)}
+    names = {one.name for one in RunFolder(whole).checkpoints} & {one.name for one in RunFolder(halves).checkpoints}
     assert names >= {"00000000", "00000040", "00000080"}
-    one, other = (dict(runs.load_model(folder).policy.named_parameters()) for folder in (whole, halves))
+    one, other = (dict(RunFolder(folder).load_model().policy.named_parameters()) for folder in (whole, halves))
     assert all(torch.equal(one[name], other[name]) for name in one)
     assert (whole / "policy.npz").read_bytes() == (halves / "policy.npz").read_bytes()
 
@@ -278,15 +281,15 @@ def test_a_resumed_run_with_a_memory_is_bit_for_bit_the_uninterrupted_one(
 def test_a_run_says_what_stands_between_and_older_ones_need_not(recipe: Arguments, tmp_path: Path) -> None:
     main(replace(recipe, steps=20, stack=2, eval_picks=8))
     run = tmp_path / "run"
-    told = runs.read_arguments(run)
+    told = RunFolder(run).arguments
     assert (told["stack"], told["over"]) == (2, "static")
-    assert runs.load_actor(run).sizes == (2 * FEATURES, 2)
+    assert RunFolder(run).load_actor().sizes == (2 * FEATURES, 2)
     assert [row["controller"] for row in yaml.safe_load((run / "evaluation.json").read_text())] == [
         "analytic", "virtual_goal", "static", "learned (recurrent_ppo)",
     ]  # fmt: skip
-    old = {name: value for name, value in told.items() if name not in runs.LATER}
-    runs.write_arguments(run, old)
-    found = runs.read_arguments(run)
+    old = {name: value for name, value in told.items() if name not in LATER}
+    RunFolder(run).write_arguments(old)
+    found = RunFolder(run).arguments
     assert (found["stack"], found["over"], found["fidelity"]) == (1, "analytic", "full")
 
 
@@ -305,7 +308,7 @@ def test_a_run_folder_that_says_otherwise_is_refused(
 ) -> None:
     main(replace(recipe, steps=20))
     run = tmp_path / "run"
-    runs.write_arguments(run, {**runs.read_arguments(run), name: value})
+    RunFolder(run).write_arguments({**RunFolder(run).arguments, name: value})
     with closing(cells(1)) as env, pytest.raises(UsageError, match=said):
         make_controller(str(run), env)
 
@@ -364,14 +367,14 @@ def test_the_benchmark_trains_policies_with_a_memory_and_goes_on_with_them(tmp_p
 
 def test_the_benchmark_learns_from_flights_and_judges_in_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "level.yaml").write_text(yaml.safe_dump({"name": "brief", **LEVEL, "fidelity": "full"}))
-    level, given, learn = str(tmp_path / "level.yaml"), {}, train.learn
+    level, given, learn = str(tmp_path / "level.yaml"), {}, course.learn
 
     def spied(model: Any, env: Any, *rest: Any, quick: Any, **more: Any) -> None:
         given.update({"judged": core_of(env.env).config.fidelity, "learned": core_of(quick).config.fidelity})
         given["seen"] = env.observation_space.shape == quick.single_observation_space.shape
         learn(model, env, *rest, quick=quick, **more)
 
-    monkeypatch.setattr(train, "learn", spied)
+    monkeypatch.setattr(course, "learn", spied)
     entry = {"label": "stacked", "controller": "sac", "options": STACKED, "stack": 3, "over": "ema", "throws": [20]}
     plans = [
         Plan.model_validate({"name": "x", "env": "PnTAdapt-v0", "train_level": level, "levels": [level], "picks": 20,
@@ -382,7 +385,7 @@ def test_the_benchmark_learns_from_flights_and_judges_in_full(tmp_path: Path, mo
     assert piece.key != full.key
     assert len(run_piece(piece, tmp_path)["results"]) == 1
     assert given == {"judged": "full", "learned": "flight", "seen": True}
-    assert runs.read_arguments(tmp_path / f"{piece.name}-{piece.key}-run")["num_envs"] == 4
+    assert RunFolder(tmp_path / f"{piece.name}-{piece.key}-run").arguments["num_envs"] == 4
 
 
 def test_throws_of_a_policy_with_a_memory_make_a_dataset(recipe: Arguments, tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import torch
 
 from agents.controllers import in_context
 from agents.controllers.in_context import BLURRED, LEVELS, PICKS, SHIFTS, STRONGEST, UNSEEN, InContext, simulated
-from agents.controllers.recurrent import UNIT, Recurrent, _layers, _parts, trained
+from agents.controllers.recurrent import UNIT, Recurrent, _parts, trained
 from agents.controllers.trackers import effects
 from agents.ground.cli import UsageError
 from pnt_gym.cells.conveyor.config import ConveyorConfig
@@ -31,7 +31,7 @@ def parts() -> tuple[torch.nn.GRUCell, torch.nn.Linear, torch.nn.Linear]:
 
 def test_numpy_carries_out_what_torch_has_trained() -> None:
     unit, head, answer = parts()
-    ours, random = Recurrent(_layers(unit, head, answer)), np.random.default_rng(1)
+    ours, random = Recurrent.from_torch(unit, head, answer), np.random.default_rng(1)
     memory = np.zeros((7, SIZE))
     theirs = torch.zeros(7, SIZE)
     for pick in range(9):

@@ -24,6 +24,8 @@ from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
 from agents.judging.work_shifts.data import worked
 from agents.learning import runs
+from agents.learning.algorithms import MASKED
+from agents.learning.runs import RunFolder
 from agents.learning.vec_env import SameStepVecEnv
 from agents.train import Arguments, main
 from agents.training.request import settled
@@ -41,7 +43,7 @@ SMALL: dict[str, Any] = {
     "gamma": 0.9,
     "policy_kwargs": {"net_arch": [16]},
 }
-BOTH = pytest.mark.parametrize("algo", runs.CHOOSING)
+BOTH = pytest.mark.parametrize("algo", MASKED)
 
 
 @pytest.fixture
@@ -62,7 +64,7 @@ def asked(tmp_path: Path, short: str) -> Arguments:
 
 
 def weights(folder: Path) -> list[np.ndarray]:
-    return [p.detach().numpy() for p in runs.load_model(folder).policy.parameters()]
+    return [p.detach().numpy() for p in RunFolder(folder).load_model().policy.parameters()]
 
 
 def of_rule(level: str) -> tuple[Any, Any]:
@@ -75,7 +77,7 @@ def of_rule(level: str) -> tuple[Any, Any]:
 @pytest.mark.parametrize("level", ["value", "skills3_burst"])
 def test_before_it_learns_a_residual_is_the_tuned_rule(asked: Arguments, tmp_path: Path, level: str) -> None:
     main(replace(asked, level=level, steps=1))
-    untrained = run_scores(tmp_path / "run", runs.checkpoints(tmp_path / "run")[0])
+    untrained = run_scores(tmp_path / "run", RunFolder(tmp_path / "run").checkpoints[0])
     env, rule = of_rule(level)
     assert rule.patience == settings(level, "atc")["patience"]
     features, _ = env.reset(seed=7)
@@ -91,8 +93,8 @@ def test_what_is_kept_acts_as_its_model(asked: Arguments, tmp_path: Path, algo: 
     main(replace(asked, algo=algo))
     env, rule = of_rule("value")
     features, _ = env.reset(seed=1)
-    for checkpoint in (None, *runs.checkpoints(tmp_path / "run")):
-        model, kept = runs.load_model(tmp_path / "run", None, checkpoint), run_scores(tmp_path / "run", checkpoint)
+    for checkpoint in (None, *RunFolder(tmp_path / "run").checkpoints):
+        model, kept = RunFolder(tmp_path / "run").load_model(None, checkpoint), run_scores(tmp_path / "run", checkpoint)
         for _ in range(10):
             seen = Observation(np.array(features, dtype=np.float32), np.zeros(4, dtype=np.int64))
             theirs, _ = model.predict(seen.features, deterministic=True, action_masks=there(seen.features))
@@ -106,10 +108,13 @@ def test_a_resumed_run_is_bit_for_bit_the_uninterrupted_one(asked: Arguments, tm
     main(replace(asked, algo=algo, out=whole))
     main(replace(asked, algo=algo, out=halves, steps=32))
     main(Arguments(resume=halves, steps=64, eval_picks=0))
-    assert runs.load_model(halves).num_timesteps == 64
+    assert RunFolder(halves).load_model().num_timesteps == 64
     pairs = list(zip(weights(whole), weights(halves), strict=True))
     assert all(np.array_equal(a, b) for a, b in pairs)
-    before = [p.detach().numpy() for p in runs.load_model(whole, None, runs.checkpoints(whole)[0]).policy.parameters()]
+    before = [
+        p.detach().numpy()
+        for p in RunFolder(whole).load_model(None, RunFolder(whole).checkpoints[0]).policy.parameters()
+    ]
     assert not all(np.array_equal(a, b) for a, (b, _) in zip(before, pairs, strict=True)), "nothing was learned"
 
 
@@ -148,7 +153,7 @@ def test_ctrl_c_leaves_a_run_that_can_be_continued(
     assert stopped.value.code == 130
     assert "continue with: python -m agents.train --resume" in capsys.readouterr().err
     main(Arguments(resume=tmp_path / "run", eval_picks=0))
-    assert runs.load_model(tmp_path / "run").num_timesteps >= 64
+    assert RunFolder(tmp_path / "run").load_model().num_timesteps >= 64
     assert (tmp_path / "run" / "progress.csv").read_text().startswith("throws,seconds,success_rate,value_per_min,")
 
 
@@ -188,7 +193,7 @@ def test_settings_of_the_line_are_noted_in_the_run(asked: Arguments, tmp_path: P
     main(Arguments(resume=tmp_path / "three", steps=33, eval_picks=0))
     noted = yaml.safe_load((tmp_path / "three" / "config.yml").read_text())["PnTLine-v0"]
     assert noted["gamma"] == pytest.approx(0.9 ** (1 / 3), abs=1e-5)
-    assert runs.load_model(tmp_path / "three").gamma == noted["gamma"]
+    assert RunFolder(tmp_path / "three").load_model().gamma == noted["gamma"]
 
 
 def test_a_second_costs_what_training_says() -> None:
@@ -292,7 +297,7 @@ def test_it_learns_what_a_rule_does_not_know(asked: Arguments, tmp_path: Path) -
     (tmp_path / "small.yml").write_text(yaml.safe_dump({"default": wrong}))
     main(replace(asked, level="value", steps=10000, num_envs=16, checkpoint_every=10000))
     env = make_vector("PnTLine-v0", "value", 16, 1)
-    first, *_, last = runs.checkpoints(tmp_path / "run")
+    first, *_, last = RunFolder(tmp_path / "run").checkpoints
     before, after = (worked(run_scores(tmp_path / "run", place), env, 16, 5).value for place in (first, last))
     env.close()
     assert (after - before).mean() > 2.0

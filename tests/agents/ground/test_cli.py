@@ -16,7 +16,7 @@ import yaml
 
 from agents import doctor
 from agents.ground.cli import run
-from agents.learning import runs
+from agents.learning.runs import RunFolder
 from tests.tools.commands import call, call_here, environment
 
 CONTRACT = {
@@ -151,7 +151,7 @@ def test_train_resume_evaluate(tmp_path: Path) -> None:
     assert_one_sentence(call_here("agents.train", "--resume", "run", folder=tmp_path), "give a larger --steps")
     more = call_here("agents.train", "--resume", "run", "--steps", "240", "--eval-picks", "0", folder=tmp_path)
     assert more.returncode == 0, more.stderr
-    assert runs.load_model(tmp_path / "run").num_timesteps == 240
+    assert RunFolder(tmp_path / "run").load_model().num_timesteps == 240
     judged = call_here("agents.evaluate", "--controller", "run", "--picks", "8", "--json", "o.json", folder=tmp_path)
     assert judged.returncode == 0, judged.stderr
     data = json.loads((tmp_path / "o.json").read_text())
@@ -186,11 +186,11 @@ def test_a_signal_leaves_a_run_that_resume_continues(number: signal.Signals, tmp
     assert process.returncode == 128 + number, said
     assert "continue with: python -m agents.train --resume run" in said
     assert "Traceback" not in said
-    done = runs.load_model(tmp_path / "run").num_timesteps
+    done = RunFolder(tmp_path / "run").load_model().num_timesteps
     steps = str(done + 16)
     more = call_here("agents.train", "--resume", "run", "--steps", steps, "--eval-picks", "0", folder=tmp_path)
     assert more.returncode == 0, more.stderr
-    assert runs.load_model(tmp_path / "run").num_timesteps == done + 16
+    assert RunFolder(tmp_path / "run").load_model().num_timesteps == done + 16
 
 
 def test_benchmark_and_report_from_end_to_end(tmp_path: Path) -> None:

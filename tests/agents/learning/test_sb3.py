@@ -10,8 +10,8 @@ import torch
 
 import pnt_gym
 from agents.ground.cli import UsageError
+from agents.learning.algorithms import RESIDUAL
 from agents.learning.hyperparameters import hyperparameters, policy_arguments
-from agents.learning.runs import ALGORITHMS
 from agents.learning.sb3 import build
 from agents.learning.vec_env import SameStepVecEnv
 from agents.learning.windows import DecisionWindow
@@ -20,7 +20,7 @@ from tests.tools.toy_cell import ToyVectorEnv
 torch.set_num_threads(1)
 
 
-@pytest.mark.parametrize("algo", ALGORITHMS)
+@pytest.mark.parametrize("algo", RESIDUAL)
 def test_first_policy_is_the_analytic_planner(algo: str) -> None:
     env = SameStepVecEnv(ToyVectorEnv(4))
     model = build(algo, env, hyperparameters(algo, "PnTRelease-v0"), 0)
@@ -28,7 +28,7 @@ def test_first_policy_is_the_analytic_planner(algo: str) -> None:
     assert np.abs(action).max() < 0.02  # 4 mm of 200
 
 
-@pytest.mark.parametrize("algo", ALGORITHMS)
+@pytest.mark.parametrize("algo", RESIDUAL)
 def test_shipped_hyperparameters_fit_every_environment(algo: str) -> None:
     for env_id in pnt_gym.ENV_IDS:
         assert hyperparameters(algo, env_id)["gamma"] == 0.0

@@ -16,13 +16,14 @@ from stable_baselines3 import PPO, SAC, TD3
 from torch import nn
 
 from agents.ground.cli import UsageError
-from agents.policies.actor import ACTIVATIONS, Actor
+from agents.policies.actor import Actor
+from agents.policies.networks import ACTIVATIONS, activated
 from agents.policies.weights import actor_of
 from tests.tools.models import Space
 
 torch.set_num_threads(1)
 LOW, HIGH = np.array([-2.0, -0.5], np.float32), np.array([1.0, 0.75], np.float32)
-ALGORITHMS = [SAC, TD3, PPO, "TQC"]
+RESIDUAL = [SAC, TD3, PPO, "TQC"]
 NETWORKS: list[dict[str, Any]] = [
     {},
     {"net_arch": [7], "activation_fn": nn.SiLU},
@@ -63,7 +64,7 @@ def assert_same(actor: Actor, made: Any) -> None:
 
 
 @pytest.mark.parametrize("settings", NETWORKS, ids=lambda s: str(s.get("net_arch", "default")))
-@pytest.mark.parametrize("algorithm", ALGORITHMS, ids=lambda a: getattr(a, "__name__", a))
+@pytest.mark.parametrize("algorithm", RESIDUAL, ids=lambda a: getattr(a, "__name__", a))
 def test_actions_are_the_models(algorithm: Any, settings: dict[str, Any], tmp_path: Path) -> None:
     made = model(algorithm, settings)
     actor_of(made).save(tmp_path / "policy.npz")
@@ -75,7 +76,7 @@ def test_actions_are_the_models(algorithm: Any, settings: dict[str, Any], tmp_pa
 @pytest.mark.parametrize("name", ACTIVATIONS)
 def test_every_activation_is_torchs(name: str) -> None:
     x = np.linspace(-40.0, 40.0, 4001)
-    np.testing.assert_allclose(ACTIVATIONS[name](x), getattr(nn, name)()(torch.tensor(x)).numpy(), rtol=0, atol=3e-9)
+    np.testing.assert_allclose(activated(name, x), getattr(nn, name)()(torch.tensor(x)).numpy(), rtol=0, atol=3e-9)
     assert_same(actor_of(made := model(SAC, {"net_arch": [8, 8], "activation_fn": getattr(nn, name)})), made)
 
 

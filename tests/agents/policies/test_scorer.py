@@ -17,6 +17,7 @@ from agents.dispatchers.scored import Scored, there
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
 from agents.learning.residual import Scoring, choices_of
+from agents.policies.networks import Dense
 from agents.policies.scorer import INPUTS, NAMES, Scorer, inputs, rule
 from pnt_gym.cells.line.observation import LINE_TABLE, decoded
 
@@ -44,7 +45,7 @@ def random_scorer(seed: int = 0, patience: float = 1.7) -> Scorer:
     random = np.random.default_rng(seed)
     shapes = ((8, INPUTS), (4, 8), (1, 4))
     layers = tuple(
-        (random.normal(size=s).astype(np.float32), random.normal(size=s[0]).astype(np.float32)) for s in shapes
+        Dense(random.normal(size=s).astype(np.float32), random.normal(size=s[0]).astype(np.float32)) for s in shapes
     )
     return Scorer(layers, patience)
 

@@ -19,8 +19,9 @@ from agents.dispatchers.scored import Scored, run_scores, there
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
 from agents.judging.evaluation import evaluate
-from agents.learning import runs
+from agents.learning.runs import RunFolder
 from agents.policies.actor import Actor
+from agents.policies.networks import Dense
 from agents.policies.scorer import INPUTS, Scorer
 from agents.publish import Arguments
 from agents.publishing import onnx_graph
@@ -50,8 +51,9 @@ def seen() -> np.ndarray:
 def layers(*sizes: int, seed: int = 0) -> Any:
     random = np.random.default_rng(seed)
     shapes = zip(sizes[1:], sizes[:-1], strict=True)
-    return tuple((random.normal(size=s).astype(np.float32) / 4, random.normal(size=s[0]).astype(np.float32))
-                 for s in shapes)  # fmt: skip
+    return tuple(
+        Dense(random.normal(size=s).astype(np.float32) / 4, random.normal(size=s[0]).astype(np.float32)) for s in shapes
+    )
 
 
 def chooser(activation: str = "Tanh") -> Actor:
@@ -110,7 +112,7 @@ def run(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 def test_a_published_policy_works_as_the_run_did(run: Path, seen: np.ndarray, tmp_path: Path) -> None:
     publish.main(Arguments(run, to=tmp_path, shifts=3, video=False))
     (copy,) = tmp_path.iterdir()
-    algo = runs.read_arguments(run)["algo"]
+    algo = RunFolder(run).arguments["algo"]
     assert copy.name == f"PnTLine-v0-brief-{algo}-seed0"
     told = [evaluate(str(place), "PnTLine-v0", 3, level=str(run / "env.yaml")) for place in (run, copy)]
     for one in told:

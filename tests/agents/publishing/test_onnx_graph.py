@@ -13,11 +13,11 @@ import pytest
 from torch import nn
 
 from agents.ground.cli import UsageError
-from agents.policies import actor
+from agents.policies.networks import ACTIVATIONS, Dense
 from agents.policies.weights import actor_of
 from agents.publishing import onnx_graph
 from agents.publishing.onnx_graph import save_onnx
-from tests.agents.policies.test_actor import ALGORITHMS, HIGH, LOW, NETWORKS, PPO, SAC, model, seen
+from tests.agents.policies.test_actor import HIGH, LOW, NETWORKS, PPO, RESIDUAL, SAC, model, seen
 
 
 def assert_runs_as(made: Any, file: Path) -> None:
@@ -30,14 +30,14 @@ def assert_runs_as(made: Any, file: Path) -> None:
 
 
 @pytest.mark.parametrize("settings", NETWORKS, ids=lambda s: str(s.get("net_arch", "default")))
-@pytest.mark.parametrize("algorithm", ALGORITHMS, ids=lambda a: getattr(a, "__name__", a))
+@pytest.mark.parametrize("algorithm", RESIDUAL, ids=lambda a: getattr(a, "__name__", a))
 def test_the_runtime_acts_as_the_model(algorithm: Any, settings: dict[str, Any], tmp_path: Path) -> None:
     made = model(algorithm, settings)
     save_onnx(actor_of(made), tmp_path / "policy.onnx", {})
     assert_runs_as(made, tmp_path / "policy.onnx")
 
 
-@pytest.mark.parametrize("name", actor.ACTIVATIONS)
+@pytest.mark.parametrize("name", ACTIVATIONS)
 def test_every_activation_has_its_operators(name: str, tmp_path: Path) -> None:
     made = model(SAC, {"net_arch": [8, 8], "activation_fn": getattr(nn, name)})
     save_onnx(actor_of(made), tmp_path / "policy.onnx", {})
@@ -68,7 +68,7 @@ def test_a_graph_that_acts_otherwise_is_refused(tmp_path: Path, monkeypatch: pyt
     right = actor_of(model(SAC, {"net_arch": [8]}))
     (weight, bias), last = right.layers
     for wrong in (
-        replace(right, layers=((weight, bias + np.float32(0.01)), last)),
+        replace(right, layers=(Dense(weight, bias + np.float32(0.01)), last)),
         replace(right, activation="Softplus"),
         replace(right, high=right.high + np.float32(0.01)),
         replace(right, bound=0.5),

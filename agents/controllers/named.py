@@ -1,0 +1,123 @@
+"""Controllers that have a name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from gymnasium import Space
+
+from pnt_gym.cells.base.action import Correction
+from pnt_gym.cells.base.core import Core
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+
+from ..ground.cli import UsageError
+from ..ground.environments import Env, core_of
+from ..ground.places import ADAPTIVE
+from .adaptive import IN_CONTEXT, STATIC, Adaptive, is_told
+from .analytic import Analytic
+from .ballistic import AnalyticHeight, MeanLead
+from .bucket_table import mean_shift, virtual_goal
+from .in_context import InContext
+from .mlp import Mlp
+from .newton import NewtonGoal
+from .oracle import Oracle
+from .protocol import Controller
+from .random import Random
+from .regression import OnPolicyRegression
+from .ridge import Ridge
+from .state import read_state
+from .trackers import Kalman, Known, Nothing, RecursiveRidge, RunningMean, Tracker
+
+_ANY_ACTIONS: Mapping[str, Callable[..., Controller]] = {
+    "analytic": lambda env: Analytic(_entries(env.single_action_space)),
+    "random": lambda env: Random(_entries(env.single_action_space)),
+}
+_SHIFTS: Mapping[str, Callable[..., Controller]] = {
+    "analytic_height": lambda env, correction: AnalyticHeight(_conveyor(env, "analytic_height"), correction),
+    "mean_lead": lambda env, correction: MeanLead(_conveyor(env, "mean_lead"), correction),
+    "mean_shift": lambda env, correction: mean_shift(correction),
+    "virtual_goal": lambda env, correction, **options: virtual_goal(correction, **options),
+    "newton_goal": lambda env, correction: NewtonGoal(correction),
+    "ridge": lambda env, correction: OnPolicyRegression("ridge", correction, _features(env), Ridge()),
+    "mlp": lambda env, correction, **options: OnPolicyRegression("mlp", correction, _features(env), Mlp(**options)),
+    "oracle": lambda env, correction, **options: Oracle(_whole_core(env), correction, **options),
+}
+_TRACKERS: Mapping[str, Callable[..., Tracker]] = {
+    STATIC: lambda core: Nothing(),
+    "ema": lambda core, **options: RunningMean(**options),
+    "kalman": lambda core, **options: Kalman(
+        core.config.belt.camera_x, **{"noise": core.config.feedback.noise, **options}
+    ),
+    "recursive_ridge": lambda core, **options: RecursiveRidge(**options),
+    IN_CONTEXT: lambda core, **options: InContext(core.config.belt.camera_x, **options),
+    "oracle_drift": Known,
+}
+"""What is taken from the static policy's shift, of controllers that are told of the throw before."""
+NAMES = (*_ANY_ACTIONS, *_SHIFTS, *_TRACKERS)
+
+
+def named_controller(name: str, env: Env, **options: Any) -> Controller:
+    """Make the controller of one of `NAMES`, fitted to an environment.
+
+    Raises:
+        UsageError: it cannot act in this environment.
+    """
+    if name in _ANY_ACTIONS:
+        return _ANY_ACTIONS[name](env, **options)
+    if name in _SHIFTS:
+        return _SHIFTS[name](env, _needed_correction(name, env), **options)
+    return _adaptive(name, env, options)
+
+
+def _adaptive(name: str, env: Env, options: Mapping[str, Any]) -> Adaptive:
+    """A controller that is told of the throw before, with a static policy that ships.
+
+    `static` has learned under drift; what lies under the others in a cell without, where nothing blurs what it learns.
+    """
+    correction, core = _needed_correction(name, env), core_of(env)
+    if not is_told(core):
+        raise UsageError(f"controller {name!r} goes by what is told of the throw before; use --env PnTAdapt-v0")
+    tracker, file = _TRACKERS[name](core, **options), STATIC if name == STATIC else IN_CONTEXT
+    shipped = read_state(ADAPTIVE / f"{file}.npz")[1]
+    return Adaptive(name, correction, _features(env), core.item_names, tracker, shipped)
+
+
+def _needed_correction(name: str, env: Env) -> Correction:
+    """The correction of an environment, which has none in some action modes."""
+    core = core_of(env)
+    if core.correction is not None:
+        return core.correction
+    if not core.shift_modes:
+        raise UsageError(f"controller {name!r} shifts the landing, which no action mode of this environment does")
+    sizes = sorted({core.action_sizes[mode] for mode in core.shift_modes})
+    raise UsageError(
+        f"controller {name!r} shifts the landing and needs an action of {' or '.join(map(str, sizes))} numbers, "
+        f"not {_entries(env.single_action_space)}; use the action mode {' or '.join(core.shift_modes)}"
+    )
+
+
+def _whole_core(env: Env) -> Core:
+    """The core of all rows, unless each has its own."""
+    core = core_of(env)
+    if hasattr(env.unwrapped, "envs") and env.num_envs > 1:
+        raise UsageError("controller 'oracle' looks ahead in all cells at once; here each has its own: use 1 cell")
+    return core
+
+
+def _conveyor(env: Env, name: str) -> ConveyorConfig:
+    """The level of an environment that has to be a conveyor."""
+    config = core_of(env).config
+    if not isinstance(config, ConveyorConfig):
+        raise UsageError(f"controller {name!r} knows the physics of the conveyor only; choose another one here")
+    return config
+
+
+def _features(env: Env) -> int:
+    return _entries(env.single_observation_space)
+
+
+def _entries(space: Space[Any]) -> int:
+    """Numbers in one action or observation."""
+    return int(np.prod(space.shape or (1,)))

@@ -1,0 +1,222 @@
+"""Networks as records of arrays: layers that NumPy carries out, taken from torch, and named as files name them.
+
+An activation is a list of operators by their names in ONNX. NumPy carries it out here, and `agents.publishing` puts the
+same operators into a graph.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Iterable, Mapping
+from itertools import pairwise
+from typing import Any, Final, NamedTuple, Self, final
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from pnt_gym.arrays import Floats
+
+Array = NDArray[np.floating]
+LAYER: Final = r"(?:weight|bias)_\d{1,3}"
+"""Names of the arrays of full layers in a file."""
+LSTM: Final = ("lstm_in", "lstm_kept", "lstm_bias")
+"""Names of the arrays of an LSTM in a file."""
+
+
+def _erf(x: Floats) -> Floats:
+    return importlib.import_module("scipy.special").erf(x)  # at first use, because the import takes a while
+
+
+def sigmoid(x: Floats) -> Floats:
+    """Compute 1 / (1 + exp(-x)) in a form that no x overflows."""
+    return 0.5 * (1.0 + np.tanh(0.5 * x))
+
+
+OPERATORS: Final[Mapping[str, Callable[..., Floats]]] = {
+    "Add": np.add,
+    "Div": np.divide,
+    "Elu": lambda x: np.where(x > 0.0, x, np.expm1(np.minimum(x, 0.0))),
+    "Erf": _erf,
+    "LeakyRelu": lambda x: np.where(x > 0.0, x, 0.01 * x),
+    "Mul": np.multiply,
+    "Relu": lambda x: np.maximum(x, 0.0),
+    "Sigmoid": sigmoid,
+    "Softplus": lambda x: np.logaddexp(0.0, x),
+    "Tanh": np.tanh,
+}
+"""Operators of ONNX, with ONNX's default settings."""
+NUMBERS: Final = {"root_two": np.sqrt(2.0), "half": 0.5, "one": 1.0}
+ACTIVATIONS: Final[Mapping[str, tuple[tuple[str, ...], ...]]] = {
+    "ELU": (("Elu", "x"),),
+    "GELU": (("Div", "x", "root_two"), ("Erf", "y"), ("Add", "y", "one"), ("Mul", "y", "half"), ("Mul", "y", "x")),
+    "LeakyReLU": (("LeakyRelu", "x"),),
+    "Mish": (("Softplus", "x"), ("Tanh", "y"), ("Mul", "y", "x")),
+    "ReLU": (("Relu", "x"),),
+    "SiLU": (("Sigmoid", "x"), ("Mul", "y", "x")),
+    "Sigmoid": (("Sigmoid", "x"),),
+    "Softplus": (("Softplus", "x"),),
+    "Tanh": (("Tanh", "x"),),
+}
+"""Operators with their inputs, by the activation's name in torch.nn, whose default settings it has.
+
+An input is x from the layer, y from the operator before, or one of `NUMBERS`.
+"""
+
+
+def activated(name: str, value: Floats) -> Floats:
+    """Carry out one of `ACTIVATIONS`."""
+    inputs: dict[str, Any] = {"x": value, **NUMBERS}
+    for operator, *names in ACTIVATIONS[name]:
+        inputs["y"] = OPERATORS[operator](*(inputs[key] for key in names))
+    return inputs["y"]
+
+
+@final
+class Dense(NamedTuple):
+    """A full layer from I inputs to O outputs."""
+
+    weight: Array
+    """(O, I)"""
+    bias: Array
+    """(O,)"""
+
+    def __call__(self, value: Floats) -> Floats:
+        """Compute outputs S + (O,) of inputs S + (I,)."""
+        return value @ self.weight.T + self.bias
+
+
+Layers = tuple[Dense, ...]
+
+
+@final
+class Lstm(NamedTuple):
+    """A layer of H long short-term memories, as torch computes it.
+
+    Its gates lie one after the other: input, forget, cell, output.
+    """
+
+    seen: Array
+    """Weights of the inputs (4H, D)."""
+    kept: Array
+    """Weights of the outputs before (4H, H)."""
+    bias: Array
+    """(4H,)"""
+
+    @property
+    def size(self) -> int:
+        """Memories H."""
+        return self.kept.shape[1]
+
+    def __call__(self, seen: Floats, memory: Floats) -> Floats:
+        """Compute the memory (N, 2, H), outputs and cells, after inputs (N, D)."""
+        before, cell = memory[:, 0], memory[:, 1]
+        gates = seen @ self.seen.T + before @ self.kept.T + self.bias
+        take, keep, new, give = np.split(gates, 4, axis=1)
+        cell = sigmoid(keep) * cell + sigmoid(take) * np.tanh(new)
+        return np.stack([sigmoid(give) * np.tanh(cell), cell], axis=1)
+
+    @classmethod
+    def from_torch(cls, lstm: Any) -> Self:
+        """Copy a plain `torch.nn.LSTM`, whose two biases count as one."""
+        seen, kept, *biases = (tensor.detach().numpy().copy() for tensor in lstm.parameters())
+        return cls(seen, kept, biases[0] + biases[1])
+
+
+@final
+class Gru(NamedTuple):
+    """A layer of H gated recurrent units, as torch computes it.
+
+    Its gates lie one after the other: reset, update, candidate.
+    """
+
+    seen: Dense
+    """Of the inputs (3H, D)."""
+    kept: Dense
+    """Of the memory before (3H, H)."""
+
+    @property
+    def size(self) -> int:
+        """Units H."""
+        return self.kept.weight.shape[1]
+
+    def __call__(self, seen: Floats, memory: Floats) -> Floats:
+        """Compute the memory (N, H) after inputs (N, D)."""
+        new, old = self.seen(seen), self.kept(memory)
+        reset, update = (sigmoid((new + old)[:, part : part + self.size]) for part in (0, self.size))
+        candidate = np.tanh(new[:, 2 * self.size :] + reset * old[:, 2 * self.size :])
+        return (1.0 - update) * candidate + update * memory
+
+    @classmethod
+    def from_torch(cls, unit: Any, kind: DTypeLike = np.float32) -> Self:
+        """Copy a `torch.nn.GRUCell` as numbers of a kind."""
+        return cls(*layers_from_torch((unit.weight_ih, unit.bias_ih, unit.weight_hh, unit.bias_hh), kind))
+
+
+def layers_from_torch(tensors: Iterable[Any], kind: DTypeLike = np.float32) -> Layers:
+    """Copy full layers from tensors of torch, weight and bias in turn, as numbers of a kind."""
+    arrays = [tensor.detach().numpy().astype(kind) for tensor in tensors]
+    return tuple(map(Dense, arrays[0::2], arrays[1::2]))
+
+
+def through(layers: Layers, activation: str, value: Floats) -> Floats:
+    """Compute what full layers make of values S + (D,), with an activation after every layer but the last."""
+    *hidden, last = layers
+    for layer in hidden:
+        value = activated(activation, layer(value))
+    return last(value)
+
+
+def named(layers: Layers) -> dict[str, Array]:
+    """Name the arrays of full layers as in a file."""
+    return {f"{part}_{k}": array for k, layer in enumerate(layers) for part, array in layer._asdict().items()}
+
+
+def layers_of(arrays: Mapping[str, NDArray[Any]], kind: DTypeLike = np.float32) -> Layers:
+    """Find the full layers among the arrays of a file.
+
+    Raises:
+        ValueError: the layers do not fit together, or are no finite numbers of the kind.
+        KeyError: there is no layer, or one lacks its bias.
+    """
+    count = max(sum(name.startswith("weight_") for name in arrays), 1)
+    layers = tuple(dense_of(arrays, f"weight_{k}", f"bias_{k}", kind) for k in range(count))
+    fits = [after.weight.shape[1] == len(before.weight) for before, after in pairwise(layers)]
+    if not all([*fits, *(layer.bias.shape == layer.weight.shape[:1] for layer in layers)]):
+        raise ValueError("layers that do not fit together")
+    return layers
+
+
+def dense_of(arrays: Mapping[str, NDArray[Any]], weight: str, bias: str, kind: DTypeLike = np.float32) -> Dense:
+    """Find a full layer by the names of its arrays.
+
+    Raises:
+        ValueError: they are no finite numbers of the kind, or have other axes.
+        KeyError: one is missing.
+    """
+    return Dense(numbers_of(arrays[weight], 2, kind), numbers_of(arrays[bias], 1, kind))
+
+
+def lstm_of(arrays: Mapping[str, NDArray[Any]]) -> Lstm | None:
+    """Find the LSTM among the arrays of a file, if there is one.
+
+    Raises:
+        ValueError: its arrays do not fit together, or are no finite numbers.
+        KeyError: one of its arrays is missing.
+    """
+    if not arrays.keys() & set(LSTM):
+        return None
+    lstm = Lstm(*(numbers_of(arrays[name], axes) for name, axes in zip(LSTM, (2, 2, 1), strict=True)))
+    if any(len(part) != 4 * lstm.size for part in lstm):
+        raise ValueError("an LSTM whose parts do not fit together")
+    return lstm
+
+
+def numbers_of(array: NDArray[Any], axes: int, kind: DTypeLike = np.float32) -> Array:
+    """Return an array if it holds finite numbers of a kind in so many axes.
+
+    Raises:
+        ValueError: it does not.
+    """
+    if array.dtype != kind or array.ndim != axes or not np.isfinite(array).all():
+        raise ValueError(f"{array.dtype} {array.shape}")
+    return array

@@ -1,0 +1,43 @@
+"""Run folders: what a command reads of them."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from agents.ground.places import POLICY
+from agents.learning.runs import RunFolder
+from tests.tools.commands import call_here
+
+COMMANDS = {
+    "evaluate": ("--controller", "run", "--picks", "8"),
+    "publish": ("run", "--to", "kept", "--picks", "8", "--levels", "waste", "unseen", "--no-video"),
+}
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_command_reads_the_arguments_of_a_run_once(name: str, tmp_path: Path, monkeypatch: Any) -> None:
+    shutil.copytree(POLICY, tmp_path / "run")
+    opened, real = list[str](), os.open
+    monkeypatch.setattr(os, "open", lambda path, *rest, **more: opened.append(str(path)) or real(path, *rest, **more))
+    done = call_here(f"agents.{name}", *COMMANDS[name], folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert len([path for path in opened if path.endswith("args.yml")]) == 1
+
+
+def test_arguments_that_change_are_read_anew(tmp_path: Path) -> None:
+    run = RunFolder(tmp_path)
+    run.write_arguments(RunFolder(POLICY).arguments)
+    more = {**run.arguments, "steps": run.arguments["steps"] + 1}
+    run.write_arguments(more)
+    assert run.arguments == more
+
+
+def test_who_changes_arguments_changes_none_of_others(tmp_path: Path) -> None:
+    before = RunFolder(POLICY).arguments
+    RunFolder(POLICY).arguments["steps"] = 0
+    assert RunFolder(POLICY).arguments == before

@@ -1,0 +1,52 @@
+"""Networks in numpy: layers compute what torch computes, and files give them back."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+from torch import nn
+
+from agents.policies.networks import Dense, Gru, Lstm, activated, layers_from_torch, layers_of, named, through
+
+
+def normal(*shape: int) -> np.ndarray:
+    return np.random.default_rng(sum(shape)).standard_normal(shape)
+
+
+def test_a_gru_and_an_lstm_remember_as_torchs() -> None:
+    seen, memory = normal(7, 5), normal(7, 4)
+    x, h = torch.tensor(seen).float(), torch.tensor(memory).float()
+    unit, lstm = nn.GRUCell(5, 4), nn.LSTM(5, 4)
+    np.testing.assert_allclose(Gru.from_torch(unit)(seen, memory), unit(x, h).detach(), atol=1e-6)
+    _, parts = lstm(x[None], (h[None], -h[None]))
+    expected = torch.cat(parts).detach().numpy().transpose(1, 0, 2)
+    np.testing.assert_allclose(Lstm.from_torch(lstm)(seen, np.stack([memory, -memory], axis=1)), expected, atol=1e-6)
+
+
+def test_full_layers_compute_as_torchs_and_come_back_from_their_names() -> None:
+    network, seen = nn.Sequential(nn.Linear(5, 4), nn.GELU(), nn.Linear(4, 2)), normal(3, 6, 5)
+    layers = layers_of(named(layers_from_torch(network.parameters())))
+    expected = network(torch.tensor(seen).float()).detach()
+    np.testing.assert_allclose(through(layers, "GELU", seen), expected, atol=1e-6)
+
+
+def test_a_layer_is_of_its_moment() -> None:
+    full = nn.Linear(3, 3)
+    (layer,) = layers_from_torch(full.parameters())
+    before = layer.weight.copy()
+    nn.init.zeros_(full.weight)
+    np.testing.assert_array_equal(layer.weight, before)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("name", ["Sigmoid", "SiLU", "Softplus", "Mish", "ELU", "GELU"])
+def test_nothing_is_too_far_off_for_an_activation(name: str) -> None:
+    np.testing.assert_allclose(activated(name, np.array([-1e4])), 0.0 if name != "ELU" else -1.0, atol=1e-12)
+
+
+def test_layers_of_another_kind_of_numbers_are_refused() -> None:
+    arrays = named((Dense(normal(2, 3), normal(2)),))
+    assert layers_of(arrays, np.float64)
+    with pytest.raises(ValueError, match="float64"):
+        layers_of(arrays)
