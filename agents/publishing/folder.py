@@ -105,7 +105,12 @@ def fill(
         about = {name: str(asked[name]) for name in ("env", "level", "algo", "steps", "seed", "action_mode")}
         save_onnx(runs.RunFolder(folder).load_policy(), parts / GRAPH, about)
     if film_seed is not None:
-        with closing(Stage(str(folder), env_id, None, film_seed)) as stage:
-            if isinstance(stage.view, ThrowView | LineView):
-                stage.view.aim(FRAME)
-            stage.film(parts / REPLAY)
+        film(folder, env_id, film_seed, parts / REPLAY)
+
+
+def film(folder: Path, env_id: str, seed: int, file: Path) -> None:
+    """Some steps of the policy on the level of its training, in small frames."""
+    with closing(Stage(str(folder), env_id, None, seed)) as stage:
+        if isinstance(stage.view, ThrowView | LineView):
+            stage.view.aim(FRAME)
+        stage.film(file)

@@ -23,7 +23,7 @@ from agents.ground.places import SHIPPED
 from agents.judging.evaluation import evaluate
 from agents.judging.work_shifts.data import LISTS, MEANS, worked
 from agents.judging.work_shifts.results import summarise
-from agents.learning.runs import checkpoints
+from agents.learning.runs import RunFolder
 from agents.report.__main__ import benchmark_chapter
 from tests.tools.commands import call
 
@@ -116,8 +116,8 @@ def test_what_is_trained_is_what_the_command_trains(done: dict[str, Any], work: 
     more = ["--steps", "20", "--num-envs", "2", "--checkpoint-every", "8", "--seed", "1", "--eval-picks", "0"]
     assert call("agents.train", *given, *more, "--out", "run", folder=work).returncode == 0
     (folder,) = work.glob("ppo-one-8-20-seed1-*-run")
-    theirs, ours = (np.load(checkpoints(place)[1] / "policy.npz") for place in (work / "run", folder))
-    assert checkpoints(folder)[1].name == "00000008"
+    theirs, ours = (np.load(RunFolder(place).checkpoints[1] / "policy.npz") for place in (work / "run", folder))
+    assert RunFolder(folder).checkpoints[1].name == "00000008"
     for name in theirs.files:
         np.testing.assert_array_equal(theirs[name], ours[name])
 

@@ -36,7 +36,7 @@ from agents.policies.actor import Actor
 from agents.policies.networks import Dense, Lstm
 from agents.policies.weights import actor_of
 from agents.train import Arguments, main
-from agents.training import course
+from agents.training import session
 from pnt_gym.cells.conveyor.observation import SHIFT_TABLE
 
 torch.set_num_threads(1)
@@ -320,7 +320,7 @@ def test_a_run_with_a_memory_is_evaluated_and_watched(recipe: Arguments, tmp_pat
     own = evaluate("static", "PnTAdapt-v0", 40, level=LEVEL)
     assert abs(figures["landing_error_mean_m"] - own["landing_error_mean_m"]) < 0.005, "static's throws, or near them"
     with closing(Stage(str(run), None, None, 0)) as stage:
-        assert len([next(stage.throws) for _ in range(7)]) == 7
+        assert len([next(stage.steps) for _ in range(7)]) == 7
 
 
 def test_who_ships_knowing_does_not_practise_before_it_is_watched() -> None:
@@ -328,7 +328,7 @@ def test_who_ships_knowing_does_not_practise_before_it_is_watched() -> None:
         ema = make_controller("ema", env)
         ema.reset(0)
         own = held_out(ema, env, 4, 0).told["landing_along"]
-        np.testing.assert_array_equal([next(stage.throws).told["landing_along"][0] for _ in range(4)], own)
+        np.testing.assert_array_equal([next(stage.steps).told["landing_along"][0] for _ in range(4)], own)
 
 
 def test_the_benchmark_trains_policies_with_a_memory_and_goes_on_with_them(tmp_path: Path) -> None:
@@ -367,14 +367,14 @@ def test_the_benchmark_trains_policies_with_a_memory_and_goes_on_with_them(tmp_p
 
 def test_the_benchmark_learns_from_flights_and_judges_in_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "level.yaml").write_text(yaml.safe_dump({"name": "brief", **LEVEL, "fidelity": "full"}))
-    level, given, learn = str(tmp_path / "level.yaml"), {}, course.learn
+    level, given, learn = str(tmp_path / "level.yaml"), {}, session.learn
 
     def spied(model: Any, env: Any, *rest: Any, quick: Any, **more: Any) -> None:
         given.update({"judged": core_of(env.env).config.fidelity, "learned": core_of(quick).config.fidelity})
         given["seen"] = env.observation_space.shape == quick.single_observation_space.shape
         learn(model, env, *rest, quick=quick, **more)
 
-    monkeypatch.setattr(course, "learn", spied)
+    monkeypatch.setattr(session, "learn", spied)
     entry = {"label": "stacked", "controller": "sac", "options": STACKED, "stack": 3, "over": "ema", "throws": [20]}
     plans = [
         Plan.model_validate({"name": "x", "env": "PnTAdapt-v0", "train_level": level, "levels": [level], "picks": 20,

@@ -25,6 +25,7 @@ from agents.policies.networks import Dense
 from agents.policies.scorer import INPUTS, Scorer
 from agents.publish import Arguments
 from agents.publishing import onnx_graph
+from agents.publishing.folder import film
 from agents.publishing.onnx_graph import save_onnx
 from pnt_gym.cells.base.canvas import Picture
 from pnt_gym.cells.base.view import record_video
@@ -138,9 +139,9 @@ def test_a_published_policy_works_as_the_run_did(run: Path, seen: np.ndarray, tm
 @pytest.mark.usefixtures("opengl")
 def test_the_film_shows_the_line(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("agents.judging.work_shifts.trial.SECONDS", 3.0)
-    monkeypatch.setattr(publish, "FRAME", Picture(width=160, height=96))
-    monkeypatch.setattr(publish, "record_video", partial(record_video, fps=5))
-    publish.film(Arguments(run), "PnTLine-v0", tmp_path / "replay.mp4", None)
+    monkeypatch.setattr("agents.publishing.folder.FRAME", Picture(width=160, height=96))
+    monkeypatch.setattr("agents.pictures.stage.record_video", partial(record_video, fps=5))
+    film(run, "PnTLine-v0", 0, tmp_path / "replay.mp4")
     frames = iio.imread(tmp_path / "replay.mp4")
     assert frames.shape[1:] == (96, 160, 3)
     assert 5 <= len(frames) <= 15
@@ -149,5 +150,5 @@ def test_the_film_shows_the_line(run: Path, tmp_path: Path, monkeypatch: pytest.
 
 def test_what_goes_with_throws_is_refused(run: Path, tmp_path: Path) -> None:
     said = refused("agents.publish", run, "--to", tmp_path / "kept", "--picks", "16")
-    assert "--picks goes with throws, and not with a policy of" in said
+    assert "--picks goes with throws; PnTLine-v0 is judged by work shifts" in said
     assert not (tmp_path / "kept").exists()
