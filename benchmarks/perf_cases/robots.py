@@ -10,6 +10,7 @@ import numpy as np
 from mujoco.batch import Batch
 
 from benchmarks.timing import Count, Options, Row, Timing
+from papers.leveziel.scan import scan_workspace, tau_hull
 from pnt_gym.arrays import Floats
 from pnt_gym.robots.gripper import (
     check_pose,
@@ -19,8 +20,6 @@ from pnt_gym.robots.gripper import (
     jacobian,
     kappa,
     line,
-    scan_workspace,
-    tau_hull,
 )
 from pnt_gym.robots.specification import set_options
 from pnt_gym.robots.t3kr.kinematics import closed_pose

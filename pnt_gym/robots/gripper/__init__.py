@@ -1,5 +1,8 @@
-"""The 4-DoF parallel robot with a built-in gripper (Leveziel et al.): kinematics, indices, workspace and motions."""
+"""The 4-DoF parallel robot with a built-in gripper (Leveziel et al.): kinematics, indices and motions."""
 
+from typing import TYPE_CHECKING
+
+from pnt_gym.errors import moved
 from pnt_gym.robots.gripper.check import check_pose
 from pnt_gym.robots.gripper.geometry import PROTOTYPE, Dimensions
 from pnt_gym.robots.gripper.indices import (
@@ -27,7 +30,6 @@ from pnt_gym.robots.gripper.motion import (
 )
 from pnt_gym.robots.gripper.pose import PoseError
 from pnt_gym.robots.gripper.profile import MOTOR_SPEED, JointLimits, Profile
-from pnt_gym.robots.gripper.workspace import TauHull, Workspace, scan_workspace, tau_hull
 
 __all__ = [
     "CIRCLE_RADIUS",
@@ -41,8 +43,6 @@ __all__ = [
     "PoseMotion",
     "Profile",
     "Singularity",
-    "TauHull",
-    "Workspace",
     "check_pose",
     "circle",
     "closing_time",
@@ -59,10 +59,12 @@ __all__ = [
     "joint_move",
     "kappa",
     "line",
-    "scan_workspace",
     "singular_angle",
     "singularity",
     "tau",
-    "tau_hull",
     "travel_time",
 ]
+
+if not TYPE_CHECKING:
+    _SCAN = ("TauHull", "Workspace", "scan_workspace", "tau_hull")
+    __getattr__ = moved(__name__, dict.fromkeys(_SCAN, "papers.leveziel.scan"))

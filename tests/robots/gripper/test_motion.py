@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from papers.leveziel.scan import scan_workspace
 from pnt_gym.robots.gripper import (
     MOTOR_SPEED,
     JointLimits,
@@ -15,7 +16,6 @@ from pnt_gym.robots.gripper import (
     joint_deviation,
     joint_move,
     line,
-    scan_workspace,
     travel_time,
 )
 

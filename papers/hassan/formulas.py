@@ -1,0 +1,184 @@
+"""Formulas of Hassan et al. 2022 that need a word or a constraint more than is printed, each on an example."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+
+from agents.reproduce.finding import Row
+from pnt_gym.constants import GRAVITY
+from pnt_gym.planning import brake_distance, landing_point, plan_release, plan_release_batch
+
+from .cases import (
+    CEILING,
+    CELLS,
+    FOLD,
+    PICKS,
+    PROTOCOLS,
+    TARGETS,
+    WORKSPACE,
+    cell_cycle,
+    limits_at,
+    scene,
+)
+from .nlp import method_1
+
+FOLD_CASE: Final = ((-0.389, -0.443, -0.85), (0.209, 0.2, -0.79), 45)
+"""A throw with a flat and a steep branch below the ceiling: pick, target [m] and percentage."""
+LOW_BIN: Final = 0.2
+"""Depth of a bin below the belt that tells the definitions of theta_r apart [m]."""
+HIGH_BIN: Final = 0.2
+"""Height of a bin above the ceiling that no slow throw reaches [m]."""
+TOLERANCE: Final = PROTOCOLS["paper-clock"].rules.tolerance
+PICK, TARGET = np.array(PICKS[0]), np.array(TARGETS["inside"])
+
+
+def formula_rows() -> list[Row]:
+    """Branches below a ceiling, then single formulas, then statements about the throws outside."""
+    return [_branches(), _fold(), _root_argument(), _bound_order(), _angle(), *_outside_30(), _elevations()]
+
+
+def _branches() -> Row:
+    """Below a ceiling the feasible elevations can fall apart; "unique minimum" (III-E) does not cover that."""
+    pick, target, percent = FOLD_CASE
+    limits = limits_at(percent)
+    exact, local = plan_release(pick, target, limits, ceiling=CEILING), method_1(pick, target, limits, ceiling=CEILING)
+    return Row.ours(
+        "hassan/inconsistency/two-branches",
+        local.time,
+        "s",
+        note=f"release time by method 1 (SLSQP, success reported: {local.success}) where the optimum takes "
+        f"{exact.time:.4f} s, from {pick} to {target} at {percent} % below z = {CEILING} m; the unique minimum of "
+        "III-E is without a ceiling",
+        optimum_s=exact.time,
+        ratio=local.time / exact.time,
+        optimal_angle_rad=exact.angle,
+    )
+
+
+def _fold() -> Row:
+    """What makes one cell of Table I so sensitive."""
+    heights = (-0.7550, -0.7475)
+    low, high = (plan_release(PICK, TARGET, limits_at(FOLD[2]), ceiling=height) for height in heights)
+    flat, steep = (math.degrees(found.angle) for found in (low, high))
+    return Row.ours(
+        "hassan/inconsistency/fold",
+        high.distance,
+        "m",
+        note=f"release distance of the first throw of {'/'.join(map(str, FOLD))} with the ceiling 7.5 mm higher, "
+        f"instead of {low.distance:.3f} m: the elevation jumps from {flat:.0f} to {steep:.0f} degrees, which is why "
+        "this cell reads 120",
+        low_distance_m=low.distance,
+        ceilings_m=list(heights),
+    )
+
+
+def _root_argument() -> Row:
+    """Eq. 18 takes the root of (V sin / g)^2 + 2 (z - Z_f) / g; Eqs. 14-17 do not keep it from being negative."""
+    rise = limits_at(5).numbers()[0] / GRAVITY
+    greatest = rise * rise - 2.0 * HIGH_BIN / GRAVITY
+    return Row.compared(
+        "hassan/inconsistency/root-of-equation-18",
+        "a real t_f",
+        greatest,
+        "s2",
+        holds=greatest >= 0.0,
+        note=f"greatest argument at 5 % with a bin {HIGH_BIN} m above the ceiling: negative for every admissible x, so "
+        "t_f is complex; the target's height needs a constraint of its own",
+    )
+
+
+def _bound_order() -> Row:
+    """Section III-D bounds x_3 by X_0 <= x_3 <= X_rmax, which holds only for targets in +x."""
+    mirror = np.array([-1.0, 1.0, 1.0])
+    pick, target = PICK * mirror, TARGET * mirror
+    azimuth = np.arctan2(*(target - pick)[1::-1])
+    bounds = WORKSPACE.line_bounds(pick[None], np.cos([azimuth]), np.sin([azimuth]))
+    width = float(bounds.far[0] * math.cos(azimuth))
+    return Row.compared(
+        "hassan/inconsistency/order-of-bounds",
+        "X_0 <= X_rmax",
+        width,
+        "m",
+        holds=width >= 0.0,
+        note="X_rmax - X_0 of the first throw mirrored to -x: no point lies between the printed bounds of x_3",
+    )
+
+
+def _angle() -> Row:
+    """Theta_r is measured from P0-Pf in the words of III-A, from the horizontal in the formulas of III-D."""
+    target = TARGET - np.array([0.0, 0.0, LOW_BIN])
+    level = (target - PICK)[:2] / np.hypot(*(target - PICK)[:2])
+    found = plan_release(PICK, target, limits_at(30), ceiling=CEILING)
+    fall = math.atan2(target[2] - PICK[2], np.hypot(*(target - PICK)[:2]))
+    readings = {"from the line P0-Pf": found.angle - fall, "from the horizontal": found.angle}
+    misses: dict[str, float] = {}
+    for name, theta in readings.items():
+        velocity = found.speed * np.array([*(math.cos(theta) * level), math.sin(theta)])
+        misses[name] = float(np.hypot(*(landing_point(found.position, velocity, target[2]) - target)[:2]))
+    wrong = readings["from the line P0-Pf"]
+    return Row.compared(
+        "hassan/inconsistency/definition-of-angle",
+        "from the line P0-Pf",
+        min(misses, key=lambda name: misses[name]),
+        "-",
+        note=f"theta_r in the words of III-A beside what Eq. 18 needs to hit, as III-D has it: the first throw at 30 % "
+        f"into a bin {LOW_BIN} m below the belt rises at {math.degrees(found.angle):.1f} degrees, not at "
+        f"{math.degrees(wrong):.1f}",
+        landing_errors_m=misses,
+    )
+
+
+def _outside_30() -> list[Row]:
+    """Section IV-C3: below 35 % the speed is not sufficient to throw outside."""
+    picks, targets, _ = scene("outside")
+    releases = [
+        plan_release_batch(picks, targets, limits_at(30, constant_jerk=constant), CEILING, TOLERANCE, WORKSPACE)
+        for constant in (False, True)
+    ]
+    reach = max(float(np.hypot(*found.position[:, :2].T).max()) for found in releases)
+    level = [cell_cycle(name, "horizontal-throw", "outside", 30) for name in ("paper-clock", "constant-jerk-overlap")]
+    cycle, limits = level[0], limits_at(30)
+    speed = np.linalg.norm(cycle.release_velocity, axis=1)
+    stop = cycle.release_position + (brake_distance(speed, limits) / speed)[:, None] * cycle.release_velocity
+    radius = float(np.hypot(stop[:, 0], stop[:, 1]).max())
+    note = "throws to the outside target at 30 %, J scaled or constant, with the release inside the workspace"
+    return [
+        Row.compared(
+            "hassan/inconsistency/outside-30-proposed",
+            0.0,
+            float(min(found.feasible.sum() for found in releases)),
+            "throws",
+            note=f"{note}; the release lies at most {reach:.2f} m from the axis",
+        ),
+        Row.compared(
+            "hassan/inconsistency/outside-30-horizontal",
+            0.0,
+            float(min(found.feasible.sum() for found in level)),
+            "throws",
+            note=f"{note} and the hand stopping there, at most {radius:.3f} m from the axis: not the speed but the "
+            "reach would have to forbid them",
+            stop_radius_m=radius,
+        ),
+    ]
+
+
+def _elevations() -> Row:
+    """The proposed throw leaves the belt without a lift."""
+    angles: list[float] = []
+    for zone, percent in CELLS:
+        picks, targets, _ = scene(zone)
+        release = plan_release_batch(picks, targets, limits_at(percent), CEILING, TOLERANCE)
+        angles += np.degrees(release.angle).tolist()
+    angles.sort()
+    rise = 100.0 * math.sin(math.radians(angles[-2]))
+    return Row.ours(
+        "hassan/inconsistency/no-lift",
+        angles[0],
+        "deg",
+        note=f"flattest of the 18 throws of the table; all but one ({angles[-1]:.0f} deg) stay below {angles[-2]:.0f} "
+        f"deg, so in the first 100 mm the object rises at most {rise:.0f} mm above the belt and its neighbours",
+        angles_deg=angles,
+    )
