@@ -13,17 +13,7 @@ from pnt_gym.arrays import Floats, joined, length, take
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning import MotionLimits, flight_state, flight_time, min_time_scurve, release_at_elevation, speed_at
 
-from .cases import (
-    CLOSE,
-    METHODS,
-    PERCENTAGES,
-    PICKS,
-    PROTOCOLS,
-    PUBLISHED,
-    TARGETS,
-    TITLES,
-    cell_cycle,
-)
+from .cases import CLOSE, METHODS, PERCENTAGES, PICKS, PROTOCOLS, PUBLISHED, TARGETS, TITLES, cell_cycle
 from .planning.cycle import Cycle, CycleSamples
 
 RATE: Final = 1000.0

@@ -11,18 +11,7 @@ from agents.reproduce.finding import Row
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning import brake_distance, landing_point, plan_release, plan_release_batch
 
-from .cases import (
-    CEILING,
-    CELLS,
-    FOLD,
-    PICKS,
-    PROTOCOLS,
-    TARGETS,
-    WORKSPACE,
-    cell_cycle,
-    limits_at,
-    scene,
-)
+from .cases import CEILING, CELLS, FOLD, PICKS, PROTOCOLS, TARGETS, WORKSPACE, cell_cycle, limits_at, scene
 from .nlp import method_1
 
 FOLD_CASE: Final = ((-0.389, -0.443, -0.85), (0.209, 0.2, -0.79), 45)

@@ -22,29 +22,9 @@ from pnt_gym.planning.free.rules import HandRules
 from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
 
 from ..common.fastest import NoMotionFound
-from .cases import (
-    CEILING,
-    CELLS,
-    KEPT,
-    PUBLISHED,
-    TARGETS,
-    cell_cycle,
-    cycle_details,
-    limits_at,
-    picks_per_min,
-    scene,
-)
+from .cases import CEILING, CELLS, KEPT, PUBLISHED, TARGETS, cell_cycle, cycle_details, limits_at, picks_per_min, scene
 from .figures import draw_flight, side_view
-from .per_pick import (
-    CYCLE,
-    Cell,
-    loss_rows,
-    mover_of,
-    per_pick_cycle,
-    per_pick_grid,
-    timing_rows,
-    two_phases,
-)
+from .per_pick import CYCLE, Cell, loss_rows, mover_of, per_pick_cycle, per_pick_grid, timing_rows, two_phases
 from .planning.cycle import Cycle
 from .planning.optimum import fastest_throw
 from .planning.throw_check import SAMPLE_RATE, check_throw

@@ -12,18 +12,7 @@ from agents.ground.tables import Grid
 from agents.reproduce.finding import Overview
 from agents.reproduce.grids import NONE, JsonRow, Rows, number, value
 
-from .cases import (
-    CELLS,
-    CHOSEN,
-    CLOSE,
-    CLOSE_FOLD,
-    DWELLS,
-    METHODS,
-    PERCENTAGES,
-    PROTOCOLS,
-    SHOWN,
-    TITLES,
-)
+from .cases import CELLS, CHOSEN, CLOSE, CLOSE_FOLD, DWELLS, METHODS, PERCENTAGES, PROTOCOLS, SHOWN, TITLES
 
 Cells: TypeAlias = Sequence[JsonRow | None]
 """The rows of a folder by the columns of Table I."""

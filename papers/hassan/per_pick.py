@@ -21,17 +21,7 @@ from pnt_gym.cells.conveyor.free_mover import FreeMover
 from pnt_gym.planning import EllipticWorkspace, InfeasibleThrow, JerkTrajectory, Reason, ReleaseBatch
 from pnt_gym.robots.t3kr.geometry import T3KR
 
-from .cases import (
-    CEILING,
-    CELLS,
-    PICKS,
-    PROTOCOLS,
-    RISE,
-    TARGETS,
-    limits_at,
-    picks_per_min,
-    scene,
-)
+from .cases import CEILING, CELLS, PICKS, PROTOCOLS, RISE, TARGETS, limits_at, picks_per_min, scene
 from .methods import timed
 from .planning.cycle import Cycle
 from .planning.throw_check import check_throw

@@ -14,19 +14,7 @@ from pnt_gym.arrays import Floats
 from pnt_gym.robots.gripper import CIRCLE_RADIUS, MOTOR_SPEED, PoseMotion, circle
 from pnt_gym.robots.gripper.geometry import N_ARMS
 
-from .cases import (
-    ANGLES,
-    HOME_THETA,
-    PIXEL,
-    SAMPLES,
-    SIDE,
-    SMOOTH,
-    STILL,
-    Followed,
-    follow_motions,
-    held,
-    posed,
-)
+from .cases import ANGLES, HOME_THETA, PIXEL, SAMPLES, SIDE, SMOOTH, STILL, Followed, follow_motions, held, posed
 
 HEIGHTS: Final = (-0.20, -0.22, -0.24)
 """At which the circle is drawn in its section [m]."""

@@ -13,18 +13,7 @@ from agents.reproduce.grids import listed
 from pnt_gym.arrays import Floats
 from pnt_gym.robots.gripper import PUBLISHED_TAU_SCALE, folding_speed, singularity, tau
 
-from .cases import (
-    AROUND,
-    CENTRE,
-    CLOSED,
-    HOME_THETA,
-    OPEN,
-    PAPER_STEP,
-    held,
-    lowest,
-    posed,
-    reduced,
-)
+from .cases import AROUND, CENTRE, CLOSED, HOME_THETA, OPEN, PAPER_STEP, held, lowest, posed, reduced
 from .scan import TauHull, tau_hull
 
 RATIOS: Final = (3.4, 10.3)

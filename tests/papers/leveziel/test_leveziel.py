@@ -16,15 +16,7 @@ from papers.leveziel import indices as leveziel_indices
 from papers.leveziel import workspace as leveziel_workspace
 from papers.leveziel.cases import held, lowest, posed, positions_of, random_poses, reduced
 from pnt_gym.arrays import Floats
-from pnt_gym.robots.gripper import (
-    PROTOTYPE,
-    inverse_kinematics,
-    jacobian_q,
-    jacobian_x,
-    kappa,
-    singular_angle,
-    tau,
-)
+from pnt_gym.robots.gripper import PROTOTYPE, inverse_kinematics, jacobian_q, jacobian_x, kappa, singular_angle, tau
 from tests.tools.leveziel import ALL, HOME, PIXEL, STEP, K, L, R, V, W, allowed, angles_of, findings, row
 
 
