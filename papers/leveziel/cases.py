@@ -12,12 +12,13 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.base.plant import staged_rollout
 from pnt_gym.engine import Batch, mujoco
-from pnt_gym.robots.gripper import PROTOTYPE, PoseMotion, Profile, inverse_kinematics
+from pnt_gym.robots.gripper import PROTOTYPE, inverse_kinematics
 from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD, Build
 from pnt_gym.robots.gripper.geometry import N_ARMS
 from pnt_gym.robots.gripper.model import add_gripper, set_options
 from pnt_gym.robots.gripper.references import MotorReferences, closed_pose, motor_references
 
+from .motion import PoseMotion, Profile
 from .scan import Workspace, scan_workspace
 
 HOME_THETA: Final = PROTOTYPE.home_theta

@@ -11,10 +11,11 @@ from agents.ground.drawings import COLOURS, Figure, dress, subplots
 from agents.reproduce.finding import Findings, Row
 from agents.reproduce.grids import listed
 from pnt_gym.arrays import Floats
-from pnt_gym.robots.gripper import CIRCLE_RADIUS, MOTOR_SPEED, PoseMotion, circle
+from pnt_gym.robots.gripper import MOTOR_SPEED
 from pnt_gym.robots.gripper.geometry import N_ARMS
 
 from .cases import ANGLES, HOME_THETA, PIXEL, SAMPLES, SIDE, SMOOTH, STILL, Followed, follow_motions, held, posed
+from .motion import CIRCLE_RADIUS, PoseMotion, circle
 
 HEIGHTS: Final = (-0.20, -0.22, -0.24)
 """At which the circle is drawn in its section [m]."""

@@ -11,11 +11,12 @@ from agents.ground.drawings import COLOURS, Figure, dress, subplots
 from agents.reproduce.finding import Findings, Row
 from agents.reproduce.grids import listed
 from pnt_gym.arrays import Floats, take
-from pnt_gym.robots.gripper import Profile, closing_time, forward_kinematics, inverse_kinematics
+from pnt_gym.robots.gripper import forward_kinematics, inverse_kinematics
 from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD, Build
 from pnt_gym.robots.gripper.references import MotorReferences, motor_references
 
 from .cases import CENTRE, CLOSED, HOME_THETA, PAPER_STEP, STEP, follow, posed, reduced
+from .motion import Profile, closing_time
 
 PUBLISHED: Final = 0.060
 """The gripper closes within it [s]."""

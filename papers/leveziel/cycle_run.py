@@ -15,9 +15,11 @@ from pnt_gym.cells.gripper.motion import TossPlans, eased
 from pnt_gym.cells.gripper.outcome import Flown, Outcome, judge
 from pnt_gym.cells.gripper.plant import GripperPlant
 from pnt_gym.cells.gripper.scene import SENSORS
-from pnt_gym.robots.gripper import MOTOR_SPEED, JointLimits, joint_move
+from pnt_gym.robots.gripper import MOTOR_SPEED, JointLimits
 from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD
 from pnt_gym.robots.gripper.references import closed_pose, motor_references
+
+from .motion import joint_move
 
 RISE, ACROSS = 0.050, 0.070
 """Displacements along z and y [m] (section VI-B)."""

@@ -16,10 +16,11 @@ from agents.ground.tables import Grid
 from agents.reproduce.finding import Findings, Row
 from agents.reproduce.grids import by_quantity, plain
 from pnt_gym.arrays import Floats
-from pnt_gym.robots.gripper import Deviation, JointLimits, PoseMotion, joint_deviation, joint_move, line
+from pnt_gym.robots.gripper import JointLimits
 from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD
 
 from .cases import ANGLES, CLOSED, SAMPLES, SMOOTH, STILL, Followed, follow_motions, held, posed, random_poses
+from .motion import Deviation, PoseMotion, joint_deviation, joint_move, line
 
 MOVES: Final = {
     "z": ((0.0, 0.0, -0.230), (0.0, 0.0, -0.180)),

@@ -13,6 +13,7 @@ LEFT = [
     ("pnt_gym.planning.one_joint", "random_goals"),
     ("pnt_gym.planning.one_joint", "next_virtual_goal"),
     ("pnt_gym.robots.gripper", "scan_workspace"),
+    ("pnt_gym.robots.gripper", "joint_move"),
 ]
 
 

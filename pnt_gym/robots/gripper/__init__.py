@@ -1,4 +1,4 @@
-"""The 4-DoF parallel robot with a built-in gripper (Leveziel et al.): kinematics, indices and motions."""
+"""The 4-DoF parallel robot with a built-in gripper (Leveziel et al.): kinematics and indices."""
 
 from typing import TYPE_CHECKING
 
@@ -17,35 +17,19 @@ from pnt_gym.robots.gripper.indices import (
 )
 from pnt_gym.robots.gripper.jacobian import inverse_jacobian, jacobian, jacobian_q, jacobian_x
 from pnt_gym.robots.gripper.kinematics import closure_excess, forward_kinematics, inverse_kinematics
-from pnt_gym.robots.gripper.motion import (
-    CIRCLE_RADIUS,
-    Deviation,
-    PoseMotion,
-    circle,
-    closing_time,
-    joint_deviation,
-    joint_move,
-    line,
-    travel_time,
-)
+from pnt_gym.robots.gripper.motion import travel_time
 from pnt_gym.robots.gripper.pose import PoseError
-from pnt_gym.robots.gripper.profile import MOTOR_SPEED, JointLimits, Profile
+from pnt_gym.robots.gripper.profile import MOTOR_SPEED, JointLimits
 
 __all__ = [
-    "CIRCLE_RADIUS",
     "MOTOR_SPEED",
     "PROTOTYPE",
     "PUBLISHED_TAU_SCALE",
-    "Deviation",
     "Dimensions",
     "JointLimits",
     "PoseError",
-    "PoseMotion",
-    "Profile",
     "Singularity",
     "check_pose",
-    "circle",
-    "closing_time",
     "closure_excess",
     "conditioning",
     "folding_speed",
@@ -55,10 +39,7 @@ __all__ = [
     "jacobian",
     "jacobian_q",
     "jacobian_x",
-    "joint_deviation",
-    "joint_move",
     "kappa",
-    "line",
     "singular_angle",
     "singularity",
     "tau",
@@ -66,5 +47,12 @@ __all__ = [
 ]
 
 if not TYPE_CHECKING:
+    _MOTION = (
+        "CIRCLE_RADIUS", "Deviation", "PoseMotion", "Profile", "circle", "closing_time", "joint_deviation",
+        "joint_move", "line",
+    )  # fmt: skip
     _SCAN = ("TauHull", "Workspace", "scan_workspace", "tau_hull")
-    __getattr__ = moved(__name__, dict.fromkeys(_SCAN, "papers.leveziel.scan"))
+    __getattr__ = moved(
+        __name__,
+        {**dict.fromkeys(_MOTION, "papers.leveziel.motion"), **dict.fromkeys(_SCAN, "papers.leveziel.scan")},
+    )

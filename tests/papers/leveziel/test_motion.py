@@ -13,8 +13,8 @@ from papers.leveziel import formulas as leveziel_formulas
 from papers.leveziel import moves as leveziel_moves
 from papers.leveziel import overview
 from papers.leveziel.cases import posed
+from papers.leveziel.motion import joint_deviation
 from pnt_gym.arrays import Floats
-from pnt_gym.robots.gripper import joint_deviation
 from pnt_gym.robots.gripper.references import motor_references
 from tests.tools.leveziel import ALL, HOME, L, allowed, angles_of, findings, row
 
