@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Final
+from typing import Final, cast
 
 import numpy as np
 from scipy.optimize import brentq
@@ -182,7 +182,7 @@ def _optimum() -> Iterator[Row]:
         **{f"length_{angle:g}deg_m": length for angle, length in flatter.items()},
     )
     note = "below this angle Eq. 27 gives the ellipse a length below the straight line between its ends"
-    limit = float(brentq(lambda angle: example_at(angle).approximate_length - CHORD, CRITICAL + 1e-6, 10.0))
+    limit = cast(float, brentq(lambda angle: example_at(angle).approximate_length - CHORD, CRITICAL + 1e-6, 10.0))
     yield Row.ours("choe/eq-27/shorter-than-the-chord-below", limit, "deg", note=note)
 
 

@@ -89,9 +89,9 @@ def scene_findings() -> Findings:
 
 def carry(level: dict[str, Any]) -> Carried:
     """Carry objects out of one box and into the other, by the method of a level."""
-    core = Core(ConveyorCell(ConveyorConfig.load(level), OBJECTS, "independent"))
+    cell = ConveyorCell(ConveyorConfig.load(level), OBJECTS, "independent")
+    core = Core(cell)
     core.reset(np.arange(OBJECTS), [np.random.default_rng([0, row]) for row in range(OBJECTS)], seeded=True)
-    cell = core.cell
     pick = cell.context.pick.copy()
     pick[:, :2] = FROM
     cell.context, good = cell.planner.plan(cell.context.objects, pick)

@@ -143,11 +143,11 @@ def times_figure() -> Figure:
     values = [float(motion(case).duration[0]) for case in shown]
     values += [float(bound(name).duration[0]) for name in ("bound-50mm-top-100mm", "bound-50mm")]
     colours = [_colour(case.name) for case in shown] + ["#8c8c8c"] * 2
-    places = np.arange(len(values))
+    places = np.arange(len(values), dtype=np.float64)
     bars.hlines(places, 0.0, values, color=colours, linewidth=1)
     for place, seconds, colour in zip(places, values, colours, strict=True):
         bars.plot(seconds, place, "o", color=colour)
-        bars.text(seconds + 0.008, place, f"{seconds:.3f}", va="center", fontsize=8)
+        bars.text(seconds + 0.008, float(place), f"{seconds:.3f}", va="center", fontsize=8)
     bars.set_yticks(places, labels, fontsize=8)
     bars.invert_yaxis()
     dress(bars, "time one way [s]", "", "0.82 m, vertical parts of 50 mm", xlim=(0.65, 0.90))

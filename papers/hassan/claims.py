@@ -61,9 +61,9 @@ def _scurve_rows(limits: MotionLimits) -> list[Row]:
     rows = np.repeat(np.arange(THROWS), STROKES.size)
     curve = min_time_scurve(np.tile(STROKES, THROWS), take(limits, rows))
     times, speeds = (values.reshape(THROWS, -1) for values in (curve.duration, curve.velocity))
-    slower = (np.diff(speeds, axis=1) < -ROUNDING * speeds[:, 1:]).any(axis=1)
+    slower = np.any(np.diff(speeds, axis=1) < -ROUNDING * speeds[:, 1:], axis=1)
     return [
-        _none("time-increases", (np.diff(times, axis=1) <= 0.0).any(axis=1), "limits at which T(P) falls (II-C)"),
+        _none("time-increases", np.any(np.diff(times, axis=1) <= 0.0, axis=1), "limits at which T(P) falls (II-C)"),
         _none("speed-never-falls", slower, "limits at which V(P) falls (II-C)"),
     ]
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Final, Literal, TypeAlias, final
+from typing import Final, Literal, TypeAlias, cast, final
 
 import numpy as np
 from scipy.optimize import brentq, minimize
@@ -214,7 +214,7 @@ def _fixed_speed(problem: _Problem, speed: float) -> tuple[float, float]:
         return math.sin(theta) * _line(problem, theta)[1] - speed / GRAVITY
 
     low = max(math.atan2(problem.vector[2], problem.reach), 0.0)
-    theta = float(brentq(slope, low, 0.5 * math.pi - 1e-9, xtol=1e-14))
+    theta = cast(float, brentq(slope, low, 0.5 * math.pi - 1e-9, xtol=1e-14))
     length, flight = _line(problem, theta)
     return theta, length - speed * flight
 

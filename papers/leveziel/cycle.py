@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import closing
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -75,12 +75,13 @@ def _displacements(cycles: Cycles, where: str) -> Iterator[Row]:
     ways = cycles.cork[:, end] - cycles.cork[:, begin]
     for name, axis, asked in (("rise", "z", RISE), ("across", "y", ACROSS)):
         way = ways[:, "xyz".index(axis)]
-        within, details = share(asked, NEARLY), {"smallest": float(way.min()), "largest": float(way.max())}
+        details: dict[str, Any] = {"smallest": float(way.min()), "largest": float(way.max())}
         note = (
             f"of the cork along {axis}, mean at the end of the way across; {where}. The paper says around "
             f"{1e3 * asked:.0f} mm"
         )
         mean = float(way.mean())
+        within = share(asked, NEARLY)
         yield Row.compared(f"leveziel/cycle/{name}", asked, mean, "m", within=within, note=note, **details)
 
 

@@ -157,7 +157,7 @@ def course(config: GripperConfig, plans: TossPlans, share: float) -> Course:
         rest,
     )
     ends = np.cumsum([len(leg) for leg in legs]).tolist()
-    phases = dict(zip(PHASES, map(slice, (0, *ends), ends), strict=True))
+    phases: dict[str, slice] = dict(zip(PHASES, map(slice, (0, *ends), ends), strict=True))
     return Course(np.concatenate(legs), phases, {name: rows.stop * step for name, rows in phases.items()})
 
 

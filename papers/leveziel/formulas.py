@@ -5,7 +5,7 @@ from __future__ import annotations
 import timeit
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import Final
+from typing import Final, cast
 
 import numpy as np
 from scipy.optimize import brentq
@@ -183,7 +183,8 @@ def _condition_row(count: int) -> Row:
 
 def _coplanar_row() -> Row:
     """Where entry (2, 4) of J_x vanishes, and where J_x is singular, at one position."""
-    at = float(brentq(lambda theta: jacobian_x([*ASIDE, theta])[1, 3], *np.deg2rad([60.0, 80.0]), xtol=1e-12))
+    ends = np.deg2rad([60.0, 80.0])
+    at = cast(float, brentq(lambda theta: jacobian_x([*ASIDE, theta])[1, 3], *ends, xtol=1e-12))
     coplanar, singular = [*ASIDE, at], [*ASIDE, float(singular_angle(ASIDE))]
     entries = jacobian_x(singular)[[1, 3], 3]
     index = float(tau(coplanar))

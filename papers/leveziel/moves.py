@@ -214,8 +214,8 @@ def moves_figure(moves: Moves, done: Followed) -> Figure:
             (row + 1, "joint-linear", pair.joint, "-"),
         ):
             seen = np.flatnonzero(done.time <= motion.duration)[::20]
-            told = motion.time, motion.pose, {"linestyle": style, "label": f"{name}, {kind}"}
-            for time, pose, look in (told, (done.time[seen], done.pose[way, seen], dots)):
+            told: dict[str, Any] = {"linestyle": style, "label": f"{name}, {kind}"}
+            for time, pose, look in ((motion.time, motion.pose, told), (done.time[seen], done.pose[way, seen], dots)):
                 angle.plot(1e3 * time, np.rad2deg(pose[:, 3]), color=COLOURS[k], **look)
                 path.plot(1e3 * time, 1e3 * beside(pose[:, :3], first, last), color=COLOURS[k], **look)
     angle.plot([], [], color="gray", label="in MuJoCo", **dots)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import closing
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, cast
 
 import numpy as np
 
@@ -115,6 +115,7 @@ def _row(judged: Judged, seeds: Sequence[int], env: Env, what: str) -> Row:
     """Success of one controller, with landing errors and moments of the release among the details."""
     throws, names = joined(judged.by_seed), map(called, core_of(env).item_names)
     figures = summary(throws)
+    missed = cast(float, figures["landing_error_mean_m"])
     rate = wilson(int(throws.is_success.sum()), len(throws))
     by_item = {name: throws.item == k for k, name in enumerate(names)}
     delay = {name: throws.error[mine, 2] for name, mine in by_item.items() if mine.any()}
@@ -123,8 +124,8 @@ def _row(judged: Judged, seeds: Sequence[int], env: Env, what: str) -> Row:
     note = (
         f"of {len(throws)} held-out throws cross their compartment's opening and come to lie in it, by {what}; level "
         f"{judged.level}, seeds {', '.join(map(str, seeds))}, 95 % interval {100.0 * rate.low:.1f} to "
-        f"{100.0 * rate.high:.1f} %. Landing error "
-        f"{1e3 * float(figures['landing_error_mean_m']):.1f} mm on average; objects come free against the plan: {late}"
+        f"{100.0 * rate.high:.1f} %. Landing error {1e3 * missed:.1f} mm on average; objects come free against the "
+        f"plan: {late}"
     )
     return Row.ours(
         f"leveziel/toss/{judged.level}/{stage}",

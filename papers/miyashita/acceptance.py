@@ -96,7 +96,7 @@ def _row(name: str, learned: Learned, mine: slice, reserve: Bools, why: str) -> 
     """How many of the goals in `mine` were learned; `reserve` tells which stay within the arm's limits."""
     seen, true = misses(learned.measured[-1, mine]), misses(learned.true[-1, mine])
     good = _within(seen)
-    once = _within(misses(learned.measured[:, mine])).any(axis=0)
+    once = np.any(_within(misses(learned.measured[:, mine])), axis=0)
     lost = ~good & (learned.guarded[mine] | ~reserve)
     details: dict[str, Any] = {
         "share_at_least_once": percent(once),

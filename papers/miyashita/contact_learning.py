@@ -97,7 +97,7 @@ def _learn(name: str, goal: Floats, seed: int, practice: int) -> Throws:
 
 def _rows(name: str, course: Course, practice: int) -> list[Row]:
     goals, throws = course.near.shape
-    ever, last = course.near.any(axis=1), course.near[:, -KEPT:]
+    ever, last = np.any(course.near, axis=1), course.near[:, -KEPT:]
     kept = last.sum(axis=1) > KEPT // 2
     refused = course.refused[:, :practice]
     base = (

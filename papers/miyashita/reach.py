@@ -147,7 +147,7 @@ class Search:
         from scipy.stats import qmc  # noqa: PLC0415 - heavy, needed for this search only
 
         self._config = config
-        drawn: Floats = qmc.Sobol(3, seed=9).random(scanned)
+        drawn: Floats = qmc.Sobol(3, seed=9).random(scanned)  # pyright: ignore[reportCallIssue] - the name in scipy 1.14
         self._share = drawn[has_motion(drawn)]
         self._path = paths(config, self._share)
 

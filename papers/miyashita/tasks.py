@@ -85,7 +85,7 @@ def sorting_findings(runs: int = RUNS, practice: int = PRACTICE) -> Findings:
     what = "runs of three throws, one into each pallet: all three at rest in their pallets and no other pallet touched"
     plans = plan_throws(np.stack([pallet.state for pallet in SORTING]))
     rows = (
-        _success("miyashita/sorting", done.all(axis=0), what, practice, per_pallet=done.sum(axis=1).tolist()),
+        _success("miyashita/sorting", np.all(done, axis=0), what, practice, per_pallet=done.sum(axis=1).tolist()),
         *(_clearance_row(k, plans.u) for k in range(len(SORTING))),
         _speeds_row(),
     )
@@ -177,7 +177,8 @@ def assembly_frames(controller: Controller, size: tuple[int, int] = (720, 960)) 
         fresh = make_controller("virtual_goal", env)
         if isinstance(fresh, Learner) and isinstance(controller, Learner):
             fresh.restore(controller.state())
-        with closing(ThrowView(core_of(env).cell, camera(), DOTS, size)) as view:
+        cell: Any = core_of(env).cell
+        with closing(ThrowView(cell, camera(), DOTS, size)) as view:
             return _filmed(fresh, env, view)
 
 
