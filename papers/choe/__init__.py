@@ -7,20 +7,20 @@ from typing import Final
 from agents.reproduce.finding import Overview, Parts
 from agents.reproduce.grids import Rows
 
-from . import curvature, ellipse, lengths, scene, simulated, speed, times
+from . import ellipse, lengths, simulated, speed, times
 
 SHORT: Final = "Choe et al. 2023"
 PARTS: Final[Parts] = {
     "example": ellipse.example_findings,
     "length": ellipse.length_findings,
-    "curvature": curvature.curvature_findings,
+    "curvature": speed.curvature_findings,
     "speed": speed.speed_findings,
     "joints": speed.joint_findings,
     "lengths": lengths.length_findings,
     "example-times": times.example_findings,
     "long-times": times.long_findings,
     "simulated": simulated.simulated_findings,
-    "scene": scene.scene_findings,
+    "scene": simulated.scene_findings,
 }
 
 

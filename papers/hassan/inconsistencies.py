@@ -32,10 +32,9 @@ from .cases import (
     picks_per_min,
     scene,
 )
-from .claims import claim_rows
 from .example import example_rows
 from .figures import AXIS_END
-from .formulas import formula_rows
+from .formulas import claim_rows, formula_rows
 from .planning.blend import begin_times, throw_move
 from .planning.cycle import CycleRules
 

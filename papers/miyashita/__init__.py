@@ -8,19 +8,7 @@ from typing import Final
 from agents.reproduce.finding import Overview, Parts
 from agents.reproduce.grids import Rows, plain
 
-from . import (
-    acceptance,
-    accessible,
-    cases,
-    contact,
-    contact_learning,
-    contact_level,
-    contact_reach,
-    example,
-    formulas,
-    learning,
-    tasks,
-)
+from . import acceptance, accessible, cases, contact, contact_learning, example, formulas, learning, tasks
 
 SHORT: Final = "Miyashita et al. 2010"
 PARTS: Final[Parts] = {
@@ -29,9 +17,9 @@ PARTS: Final[Parts] = {
     "learning": learning.learning_findings,
     **{f"acceptance-{1e3 * late:.0f}ms": partial(acceptance.acceptance_findings, late) for late in cases.DELAYS},
     "contact": contact.contact_findings,
-    "contact-reach": contact_reach.reach_findings,
+    "contact-reach": contact.reach_findings,
     "contact-learning": contact_learning.learning_findings,
-    "contact-level": contact_level.level_findings,
+    "contact-level": contact_learning.level_findings,
     "sorting": tasks.sorting_findings,
     "assembly": tasks.assembly_findings,
     "formulas": formulas.formula_findings,

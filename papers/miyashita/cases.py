@@ -18,8 +18,7 @@ from pnt_gym.cells.one_joint.measure import estimated_state
 from pnt_gym.cells.one_joint.plant import OneJointPlant
 from pnt_gym.planning.one_joint import Arm, Block, ThrowPlans, plan_throws
 
-from .planning.goals import random_goals
-from .planning.virtual_goal import next_virtual_goal, pull_back
+from .planning.goals import next_virtual_goal, pull_back, random_goals
 
 GOAL: Final = np.array([0.0, 0.4, np.deg2rad(150.0), 0.0])
 """z_d of the paper's simulation and experiment (sections 4.5 and 6.2)."""

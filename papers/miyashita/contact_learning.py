@@ -1,7 +1,8 @@
-"""Learning where the stoppers push the block, by this project's controllers, at goals that some release reaches."""
+"""Learning where the stoppers push the block, by our controllers: goal by goal, and on the level `contact`."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import closing
 from typing import Any, Final, NamedTuple
 
@@ -10,12 +11,13 @@ import numpy as np
 from agents.controllers import make_controller
 from agents.ground.drawings import COLOURS, Figure, dress, subplots
 from agents.ground.environments import make_vector, stream_seed
-from agents.judging.evaluation import thrown
+from agents.judging.evaluation import held_out, practise, thrown
 from agents.judging.throws import Throws
 from agents.reproduce.finding import Findings, Row
 from agents.reproduce.grids import listed
 from pnt_gym.arrays import Bools, Floats, joined
 from pnt_gym.cells.one_joint.config import OneJointConfig
+from pnt_gym.cells.one_joint.tasks import PUSHED
 
 from .cases import percent, rounded
 from .reach import SCALES, SCANNED, WITHIN, Search, errors, goals_above_arm, paths, size
@@ -32,6 +34,10 @@ REPEATS: Final = 8
 ANY_SPEED: Final = 10.0
 """Tolerance of the vertical speed, which is left free [m/s]."""
 NEAR: Final = f"within {1e3 * WITHIN[0]:g} mm and {WITHIN[1]:g} deg"
+SEEDS: Final = (0, 1, 2, 3, 4, 5)
+"""Of practice and held-out throws."""
+LEVEL_PRACTICE, HELD, ROWS = 240, 96, 16
+"""Throws of practice, some 30 per goal, held-out throws, and cells side by side."""
 
 
 class Course(NamedTuple):
@@ -170,3 +176,27 @@ def course_figure(courses: dict[str, Course], floor: float) -> Figure:
     )
     figure.legend(*panel.get_legend_handles_labels(), fontsize=8, ncols=3, loc="outside lower center")
     return figure
+
+
+def level_findings(seeds: Sequence[int] = SEEDS, practice: int = LEVEL_PRACTICE, held: int = HELD) -> Findings:
+    """Held-out throws of each controller, with and without practice."""
+    rows: list[Row] = []
+    with closing(make_vector("OneJointThrow-v0", "contact", ROWS, threads=1)) as env:
+        for name in ("analytic", *CONTROLLERS):
+            controller, throws = make_controller(name, env), list[Throws]()
+            for seed in seeds:
+                controller.reset(seed)
+                practise(controller, env, practice, seed)
+                throws.append(held_out(controller, env, held, seed))
+            rows.append(_level_row(name, throws, practice))
+    return listed("Level contact", rows, drop="miyashita/")
+
+
+def _level_row(name: str, throws: list[Throws], practice: int) -> Row:
+    by_seed = [percent(one.is_success) for one in throws]
+    learned = "" if name == "analytic" else f", after {practice} throws of practice with {len(PUSHED)} goals"
+    note = (
+        f"of {sum(map(len, throws))} held-out throws on the level `contact` {NEAR}{learned}, {len(throws)} seeds, "
+        f"{ROWS} cells side by side"
+    )
+    return Row.ours(f"miyashita/contact/level/{name}", float(np.mean(by_seed)), "%", note=note, success_by_seed=by_seed)

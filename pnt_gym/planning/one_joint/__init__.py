@@ -30,11 +30,11 @@ __all__ = [
 ]
 
 if not TYPE_CHECKING:
+    _GOALS = ("GoalBatch", "ReleaseBox", "next_virtual_goal", "pull_back", "random_goals")
     __getattr__ = moved(
         __name__,
         {
-            **dict.fromkeys(("GoalBatch", "ReleaseBox", "random_goals"), "papers.miyashita.planning.goals"),
+            **dict.fromkeys(_GOALS, "papers.miyashita.planning.goals"),
             **dict.fromkeys(("ThrowPlan", "plan_throw"), "papers.miyashita.planning.plan"),
-            **dict.fromkeys(("next_virtual_goal", "pull_back"), "papers.miyashita.planning.virtual_goal"),
         },
     )

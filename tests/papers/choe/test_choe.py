@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from agents.reproduce.finding import Row
-from papers.choe import PARTS, cases, curvature, ellipse, scene
+from papers.choe import PARTS, cases, ellipse, simulated, speed
 from papers.choe.planning.timing import time_path
 from pnt_gym.planning.paths import EllipsePath
 
@@ -253,8 +253,8 @@ def test_the_robot_carries_the_motions_out():
 
 def test_derivatives_of_the_curvature_are_those_of_differences():
     theta, small = np.linspace(0.1, 3.0, 50), 1e-5
-    around = [curvature.FIG_3.radius_of_curvature(theta + k * small) for k in (-1, 0, 1)]
-    value, slope, bend = curvature.derivatives(curvature.FIG_3, theta)
+    around = [speed.FIG_3.radius_of_curvature(theta + k * small) for k in (-1, 0, 1)]
+    value, slope, bend = speed.derivatives(speed.FIG_3, theta)
     np.testing.assert_allclose(value, around[1])
     np.testing.assert_allclose(slope, (around[2] - around[0]) / (2.0 * small), atol=1e-6)
     np.testing.assert_allclose(bend, (around[2] - 2.0 * around[1] + around[0]) / small**2, atol=1e-4)
@@ -262,7 +262,7 @@ def test_derivatives_of_the_curvature_are_those_of_differences():
 
 def test_the_profile_adds_up_to_the_way():
     nodes = cases.example().nodes(cases.RATE, clip=False)
-    found = curvature.Profile.of(cases.example(), nodes)
+    found = speed.Profile.of(cases.example(), nodes)
     assert [len(v) for v in (found.curvature, found.velocity, found.acceleration, found.jerk)] == [80, 79, 78, 77]
     assert found.displacement[-1] == pytest.approx(nodes.steps.sum())
     assert found.velocity[0] + found.acceleration.sum() == pytest.approx(found.velocity[-1])
@@ -271,10 +271,10 @@ def test_the_profile_adds_up_to_the_way():
 
 def test_objects_leave_one_box_and_come_to_lie_in_another():
     """Fig. 4, in the simulator; boxes too narrow for an object are told by a touch."""
-    found = {row.quantity: row.reproduced for row in scene.scene_findings().rows}
+    found = {row.quantity: row.reproduced for row in simulated.scene_findings().rows}
     assert found["choe/fig-4/touched"] == 0.0
     assert found["choe/fig-4/arrived"] == 1.0
     assert 0.0 < found["choe/fig-4/clearance"] < 0.2
-    walls = [{**one, "size": [0.16, 0.16]} for one in scene.LEVEL["bins"]["fixed"]]
-    narrow = scene.carry({**scene.LEVEL, "bins": {**scene.LEVEL["bins"], "fixed": walls}})
+    walls = [{**one, "size": [0.16, 0.16]} for one in simulated.LEVEL["bins"]["fixed"]]
+    narrow = simulated.carry({**simulated.LEVEL, "bins": {**simulated.LEVEL["bins"], "fixed": walls}})
     assert narrow.touched.any()

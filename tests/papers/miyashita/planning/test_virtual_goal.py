@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from papers.miyashita.planning.goals import random_goals
-from papers.miyashita.planning.virtual_goal import next_virtual_goal, pull_back
+from papers.miyashita.planning.goals import next_virtual_goal, pull_back, random_goals
 from pnt_gym.planning.one_joint import release_states_batch
 
 
