@@ -33,15 +33,13 @@ LOW_BIN: Final = 0.2
 """Depth of a bin below the belt that tells the definitions of theta_r apart [m]."""
 HIGH_BIN: Final = 0.2
 """Height of a bin above the ceiling that no slow throw reaches [m]."""
-TOLERANCE: Final = PROTOCOLS["paper-clock"].rules.tolerance
+RULES: Final = PROTOCOLS["paper-clock"].rules
 PICK, TARGET = np.array(PICKS[0]), np.array(TARGETS["inside"])
 THROWS: Final = 2000
 GRID: Final = 300
 STROKES: Final = np.geomspace(1e-3, 5.0, 200)
 """Strokes P of the S-curve [m]."""
 ROUNDING: Final = 1e-12
-APPROACH: Final = 0.05
-"""Vertical approach Z_off [m]."""
 SMALL_GAIN: Final = 0.1
 """Gain of the cycle time [%] up to which the quickest release counts as the quickest cycle."""
 
@@ -146,7 +144,7 @@ def _outside_30() -> list[Row]:
     """Section IV-C3: below 35 % the speed is not sufficient to throw outside."""
     picks, targets, _ = scene("outside")
     releases = [
-        plan_release_batch(picks, targets, limits_at(30, constant_jerk=constant), CEILING, TOLERANCE, WORKSPACE)
+        plan_release_batch(picks, targets, limits_at(30, constant_jerk=constant), CEILING, RULES.tolerance, WORKSPACE)
         for constant in (False, True)
     ]
     reach = max(float(np.hypot(*found.position[:, :2].T).max()) for found in releases)
@@ -181,7 +179,7 @@ def _elevations() -> Row:
     angles: list[float] = []
     for zone, percent in CELLS:
         picks, targets, _ = scene(zone)
-        release = plan_release_batch(picks, targets, limits_at(percent), CEILING, TOLERANCE)
+        release = plan_release_batch(picks, targets, limits_at(percent), CEILING, RULES.tolerance)
         angles += np.degrees(release.angle).tolist()
     angles.sort()
     rise = 100.0 * math.sin(math.radians(angles[-2]))
@@ -275,8 +273,8 @@ def _cycle_time(release: ReleaseBatch, following: Floats, limits: MotionLimits) 
     """Throw, brake, straight back above the next pick, down; every move ends before the next begins [s]."""
     way = brake_distance(release.speed, limits)
     stop = release.position + way[:, None] * release.direction
-    back = length(following + np.array([0.0, 0.0, APPROACH]) - stop)
-    down = np.full(len(back), APPROACH)
+    back = length(following + np.array([0.0, 0.0, RULES.approach]) - stop)
+    down = np.full(len(back), RULES.approach)
     # The brake takes as long as twice its way at release speed.
     moves = min_time_scurve(back, limits).duration + min_time_scurve(down, limits).duration
     return release.time + 2.0 * way / release.speed + moves

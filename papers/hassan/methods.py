@@ -19,14 +19,13 @@ from agents.reproduce.grids import NONE, by_quantity, value
 from pnt_gym.arrays import Floats
 from pnt_gym.planning import InfeasibleThrow, MotionLimits, plan_release, plan_release_batch
 
+from .cases import RISE
 from .nlp import NlpRelease, method_1, method_2
 
 T = TypeVar("T")
 PERCENTAGES = (15, 30, 45, 60, 75, 90, 100)
 PAIRS = 30
 """Pick-target pairs per percentage and way to scale the jerk: 420 throws in all."""
-RISE = 0.10
-"""Greatest height of a release above its pick where there is a ceiling [m]."""
 TRUST_CASES = 24
 """Throws given to trust-constr, which is slow."""
 BATCH = 100
