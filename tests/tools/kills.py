@@ -23,7 +23,6 @@ import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any, Final, final
 from unittest import mock
@@ -176,8 +175,8 @@ def _run(line: Line, folder: Path, log: Path) -> int:
         contextlib.redirect_stdout(words),
         contextlib.redirect_stderr(words),
         mock.patch("agents.jobs.work.multiprocessing.get_context", lambda _: FORK),
-        mock.patch.object(plan, "code_digest", cache(lambda *_, **__: "code")),
-        mock.patch.object(papers, "code_digest", cache(lambda *_, **__: "code")),
+        mock.patch.object(plan, "code_digest", lambda *_, **__: "code"),
+        mock.patch.object(papers, "code_digest", lambda *_, **__: "code"),
         mock.patch("agents.learning.runs.git_state", lambda: "commit\n"),
     ):
         warnings.filterwarnings("ignore", message=".*found in sys.modules", category=RuntimeWarning)
