@@ -47,6 +47,7 @@ lint: dev ## style, types, and the one-way flow between rooms
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
+	$(BIN)/pyright -p papers
 	$(BIN)/lint-imports
 
 format: dev ## rewrite the code in the project's style

@@ -83,7 +83,7 @@ def main() -> int:
     parser.add_argument("--only", nargs="*", default=[""], metavar="WORD", help="only commands with such a name")
     parser.add_argument("--toy", action="store_true", help="throw on paper, which no new process knows")
     arguments = parser.parse_args()
-    for name in (*IMPORTED, *(["agents.reproduce.choe"] if "" in arguments.only else [])):
+    for name in (*IMPORTED, *(["papers.choe"] if "" in arguments.only else [])):
         importlib.import_module(name)
     began = time.monotonic()
     with tempfile.TemporaryDirectory() as name:

@@ -5,6 +5,9 @@ ValueError. `except PntGymError` therefore catches "there is no throw" (`plannin
 release" (`planning.one_joint.UnreachableGoal`), numbers out of range, arrays of the wrong shape, and broken configs.
 """
 
+from collections.abc import Callable, Mapping
+from typing import NoReturn
+
 
 def one_sentence(said: object, most: int = 400) -> str:
     """A text, or the message of an error, on one line and no longer than people read."""
@@ -37,3 +40,23 @@ class PhysicsError(PntGymError):
 
 class OrderError(PntGymError):
     """A step of an environment that was not reset, or a call on one that is closed."""
+
+
+class MovedError(PntGymError, ImportError):
+    """A name that has left pnt_gym; an ImportError too, as `from ... import` hides what any other error says."""
+
+
+def moved(module: str, places: Mapping[str, str]) -> Callable[[str], NoReturn]:
+    """Return the `__getattr__` of a module that names have left.
+
+    Args:
+        module: name of the module.
+        places: where each name stands now.
+    """
+
+    def refuse(name: str) -> NoReturn:
+        if name in places:
+            raise MovedError(f"{module}.{name} is {places[name]}.{name} now, in the source tree of pnt_gym")
+        raise AttributeError(f"module {module!r} has no attribute {name!r}")
+
+    return refuse

@@ -211,7 +211,11 @@ SPARED = {"sb3.py": "a model is read for who says --trust"}
 """Files of the code in which a library may read by itself."""
 
 
-@pytest.mark.parametrize("file", [*ROOT.glob("agents/**/*.py"), *ROOT.glob("pnt_gym/**/*.py")], ids=lambda f: f.name)
+@pytest.mark.parametrize(
+    "file",
+    [file for room in ("agents", "papers", "pnt_gym") for file in ROOT.glob(f"{room}/**/*.py")],
+    ids=lambda f: f.name,
+)
 def test_no_other_code_parses_a_file(file):
     if file.parent.name == "reading" or file.name in SPARED:
         return

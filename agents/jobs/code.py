@@ -13,7 +13,7 @@ from ..ground.places import CODE, code_pattern, module_name
 
 DRAWS_ONLY: Final = ("view.py", "canvas.py")
 """Code that shows a robot in its surroundings and changes no result."""
-PACKAGES: Final = ("pnt_gym", "agents")
+PACKAGES: Final = ("pnt_gym", "agents", "papers")
 """Whose modules are followed."""
 
 

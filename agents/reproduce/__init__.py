@@ -1,1 +1,1 @@
-"""The papers' figures and tables, computed anew and set beside what was published."""
+"""The door to `papers/`: the papers' parts as jobs, and what they find as one record and its tables."""

@@ -1,4 +1,4 @@
-"""The papers that can be reproduced, and their parts as jobs."""
+"""The papers that a checkout reproduces, and their parts as jobs."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ from typing import Any, Final, Protocol, cast
 
 from pnt_gym.errors import PntGymError, one_sentence
 
-from ..ground.places import CODE
+from ..ground.cli import UsageError
+from ..ground.places import CODE, SHIPPED
 from ..jobs.code import code_digest
 from ..jobs.work import Job, key
 from .finding import Overview, Parts
 
 PAPERS: Final = {"hassan": "conveyor", "choe": "conveyor", "miyashita": "one_joint", "leveziel": "gripper"}
-"""Papers by the name of their package here, and whose levels they simulate."""
+"""Papers by the name of their folder in `papers/`, and whose levels they simulate."""
 
 
 class Paper(Protocol):
@@ -32,15 +33,26 @@ class Paper(Protocol):
 
 
 def package(name: str) -> Paper:
-    """The package of a paper."""
-    return cast(Paper, importlib.import_module(f".{name}", __package__))
+    """Import the package of a paper.
+
+    Raises:
+        UsageError: this is no checkout; an installed package holds no papers.
+    """
+    if not (SHIPPED / "papers" / name).is_dir():
+        raise UsageError(f"{name} is reproduced in a checkout of pnt_gym, and {str(SHIPPED)!r} has no folder papers")
+    return cast(Paper, importlib.import_module(f"papers.{name}"))
 
 
 def jobs(name: str) -> list[Job]:
-    """One job per part of a paper."""
+    """One job per part of a paper.
+
+    Raises:
+        UsageError: as `package`.
+    """
+    parts = package(name).PARTS
     files = ("pnt_gym/**/*.py", f"configs/cells/{PAPERS[name]}/*.yaml")
-    digest = key(code=code_digest(files, [f"agents.reproduce.{name}"], CODE))
-    return [Job(f"{name}/{part}", digest, partial(run_part, name, part)) for part in package(name).PARTS]
+    digest = key(code=code_digest(files, [f"papers.{name}"], CODE))
+    return [Job(f"{name}/{part}", digest, partial(run_part, name, part)) for part in parts]
 
 
 def run_part(name: str, part: str, _folder: Path) -> dict[str, Any]:

@@ -15,30 +15,28 @@ from typing import NamedTuple
 
 import numpy as np
 
-from agents.reproduce.hassan.cases import CEILING as LOW
-from agents.reproduce.hassan.cases import limits_at
-from agents.reproduce.hassan.nlp import method_1, method_2
-from agents.reproduce.hassan.per_pick import CYCLE, Flown, fly, mover_of, picks_of
-from agents.reproduce.miyashita.accessible import accessible_space
 from benchmarks.timing import Count, Options, Row, Timing
+from papers.hassan.cases import CEILING as LOW
+from papers.hassan.cases import limits_at
+from papers.hassan.nlp import method_1, method_2
+from papers.hassan.per_pick import CYCLE, Flown, fly, mover_of, picks_of
+from papers.hassan.planning.optimum import fastest_throw
+from papers.miyashita.accessible import accessible_space
+from papers.miyashita.planning.goals import ReleaseBox, random_goals
+from papers.miyashita.planning.plan import ThrowPlan, plan_throw
 from pnt_gym.arrays import Floats, Ints, take
 from pnt_gym.planning import InfeasibleThrow, JerkTrajectory, MotionLimits, plan_release, plan_release_batch
 from pnt_gym.planning.motion.scurve import rest_to_rest
 from pnt_gym.planning.one_joint import (
     Arm,
     Block,
-    ReleaseBox,
-    ThrowPlan,
     UnreachableGoal,
     plan_releases,
-    plan_throw,
     plan_throws,
-    random_goals,
     release_states,
     release_states_batch,
 )
 from pnt_gym.planning.one_joint.margins import motion_margins
-from pnt_gym.planning.optimal.free import fastest_throw
 
 CEILING, SCENE, SINGLE, BATCH, CELLS, NLP, STARTS = -0.75, 150_000, 2000, 100_000, 64, 60, 3
 PICKS, OPTIMA = 1024, 10

@@ -10,6 +10,8 @@ import numpy as np
 from mujoco.batch import Batch
 
 from benchmarks.timing import Count, Options, Row, Timing
+from papers.leveziel.motion import line
+from papers.leveziel.scan import scan_workspace, tau_hull
 from pnt_gym.arrays import Floats
 from pnt_gym.robots.gripper import (
     check_pose,
@@ -18,9 +20,6 @@ from pnt_gym.robots.gripper import (
     inverse_kinematics,
     jacobian,
     kappa,
-    line,
-    scan_workspace,
-    tau_hull,
 )
 from pnt_gym.robots.specification import set_options
 from pnt_gym.robots.t3kr.kinematics import closed_pose

@@ -6,11 +6,8 @@ folder     subject                                                     who flies
 motion     limits, S-curves, transfers, meetings with a belt, roots    all cells
 straight   the throw on a straight line (Hassan et al. 2022)           conveyor
 free       the throw in a free direction                               conveyor, level `fast`
-one_joint  the one-joint throw to a pose (Miyashita et al. 2010)       one_joint; papers alone: `plan`,
-                                                                       `programme`, `interior`, `goals`
-cycles     cycles from pick to pick that Hassan et al. 2022 compare    papers alone
-paths      the ellipse and its peers (Choe et al. 2023), their timing  papers alone
-optimal    bounds by nonlinear programming, which need casadi          papers and tests alone
+one_joint  the one-joint throw to a pose (Miyashita et al. 2010)       one_joint
+paths      the ellipse (Choe et al. 2023) and motions over it          conveyor, where objects are put down
 ========== =========================================================== ==========================================
 """
 

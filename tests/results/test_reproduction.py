@@ -14,8 +14,8 @@ import pytest
 from agents.ground.files import read_json
 from agents.ground.places import SHIPPED as ROOT
 from agents.reproduce.finding import Verdict, agree
-from agents.reproduce.hassan.cases import FOLD, METHODS, PERCENTAGES, PUBLISHED
 from agents.reproduce.papers import PAPERS
+from papers.hassan.cases import FOLD, METHODS, PERCENTAGES, PUBLISHED
 
 DATA: dict[str, Any] = read_json(ROOT / "results" / "reproduction.json")
 ROWS: dict[str, dict[str, Any]] = {row["quantity"]: row for row in DATA["rows"]}

@@ -7,12 +7,12 @@ from functools import cache
 import numpy as np
 
 from agents.reproduce.finding import Findings, Row
-from agents.reproduce.leveziel import circle as leveziel_circle
-from agents.reproduce.leveziel import closing as leveziel_closing
-from agents.reproduce.leveziel import formulas as leveziel_formulas
-from agents.reproduce.leveziel import indices as leveziel_indices
-from agents.reproduce.leveziel import moves as leveziel_moves
-from agents.reproduce.leveziel import workspace as leveziel_workspace
+from papers.leveziel import circle as leveziel_circle
+from papers.leveziel import closing as leveziel_closing
+from papers.leveziel import formulas as leveziel_formulas
+from papers.leveziel import indices as leveziel_indices
+from papers.leveziel import moves as leveziel_moves
+from papers.leveziel import workspace as leveziel_workspace
 from pnt_gym.arrays import Bools, Floats
 
 STEP, PIXEL = 0.008, 0.004

@@ -1,7 +1,10 @@
-"""Release states for the tests of pallets, found without the package's planner."""
+"""Release states for the tests of pallets, found without the package's planner; and the limits of an arm's motion."""
 
 import numpy as np
 from scipy.optimize import fsolve
+
+from pnt_gym.planning.one_joint import Arm, Block
+from pnt_gym.planning.one_joint.grasp import joint_torque, reactions, rests, torque_limit
 
 GUESS = {
     "pallet_1": (0.36, 9.3, 0.279, 0.242),
@@ -57,3 +60,18 @@ def is_dynamic_grasp(u, part, arm):
     limit = arm.torque + share * (arm.torque_at_speed - arm.torque)
     torque = arm.inertia * a + normal * r - along * d + part.inertia * a
     return bool(((n_outer > 0.0) & (normal - n_outer > 0.0) & (torque < limit)).any())
+
+
+def assert_keeps_all_limits(motion, radius, static=True):
+    """At 1 kHz and at the release, from the formulas of the forces alone."""
+    arm, block = Arm(), Block()
+    times = np.minimum(np.arange(0.0, motion.duration.max() + 1e-3, 1e-3), motion.duration[:, None])
+    state = motion.sample(times)
+    held = reactions(*state, radius[:, None], block)
+    torque = joint_torque(*state, radius[:, None], arm, block)
+    assert (held.normal > 0).all() and (held.moment_a < 0).all() and (held.moment_b > 0).all()
+    assert (np.abs(torque) < torque_limit(state.speed, arm)).all()
+    assert (np.abs(state.speed) < arm.speed).all()
+    assert (state.angle > arm.angle[0]).all() and (state.angle < arm.angle[1]).all()
+    assert (motion.time_step <= arm.time_step * (1 + 1e-9)).all()
+    assert (rests(motion.start_angle, block) > 0).all() or not static

@@ -1,27 +1,19 @@
-"""What binds a throw in a free direction besides the limits, and whether a motion keeps to it.
+"""What binds a throw in a free direction besides the limits.
 
 In the throw of Hassan et al. 2022 the hand moves on a straight line from the pick to the release, so a low ceiling
 forces flat and slow throws. Here hand and object part with a velocity of any direction. What that must not lead to is
-stated once, in `HandRules`, and checked here on fine samples, by arithmetic that shares nothing with the planners.
+stated once, in `HandRules`.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Final, NamedTuple, final
+from typing import Final, final
 
-import numpy as np
-from numpy.typing import ArrayLike
-
-from pnt_gym.arrays import Bools, Floats, length
-from pnt_gym.constants import GRAVITY
 from pnt_gym.errors import PlanningError
-from pnt_gym.planning.motion.limits import EllipticWorkspace, Limits
-from pnt_gym.planning.motion.trajectory import HandPath
+from pnt_gym.planning.motion.limits import EllipticWorkspace
 
-SAMPLE_RATE: Final = 10_000.0
-"""Samples of the check [1/s]."""
 TOLERANCE: Final = 1e-6
 """Relative excess of a limit, and excess of a height or distance [m], that count as rounding."""
 
@@ -60,104 +52,3 @@ class HandRules:
                 raise PlanningError(f"{name} must be finite and not negative, got {value}")
         if not 0.0 <= self.margin < 1.0:
             raise PlanningError(f"margin must lie in [0, 1), got {self.margin}: at 1 the hand may not fall at all")
-
-
-class ThrowCheck(NamedTuple):
-    """How N motions keep to limits and rules; negative excesses are room to spare.
-
-    Attributes:
-        velocity: largest |v| / V (N,).
-        acceleration: largest |a| / A (N,).
-        jerk: largest |j| / J (N,).
-        gap: least height of the hand over the object beyond the margin, until it is clear sideways (N,) [m].
-        height: how far the hand rises above ceiling and cap (N,) [m].
-        outside: how far it leaves the workspace (N,) [m]; -inf without one.
-        landing: distance of the drag-free landing from the target (N,) [m].
-    """
-
-    velocity: Floats
-    acceleration: Floats
-    jerk: Floats
-    gap: Floats
-    height: Floats
-    outside: Floats
-    landing: Floats
-
-    def good(self, landing: float = TOLERANCE) -> Bools:
-        """Which motions keep everything (N,); the landing to within `landing` [m]."""
-        kept: Bools = np.asarray(np.maximum(np.maximum(self.velocity, self.acceleration), self.jerk) <= 1.0 + TOLERANCE)
-        return (
-            kept
-            & (self.gap >= -TOLERANCE)
-            & (self.height <= TOLERANCE)
-            & (self.outside <= TOLERANCE)
-            & (self.landing <= landing)
-        )
-
-
-def check_throw(
-    path: HandPath,
-    release_time: Floats,
-    targets: Floats,
-    limits: Limits,
-    ceiling: ArrayLike,
-    rules: HandRules,
-) -> ThrowCheck:
-    """Sample N motions and compare them with limits and rules.
-
-    Args:
-        path: N motions of the hand from pick to next pick.
-        release_time: when the object is let go (N,) [s].
-        targets: where it has to come down (N, 3) [m].
-        limits: speed, acceleration and jerk.
-        ceiling: greatest height of the release [m], one number or (N,).
-        rules: what binds the hand.
-    """
-    count = len(release_time)
-    times = np.arange(0.0, float(path.duration.max()) + 1.0 / SAMPLE_RATE, 1.0 / SAMPLE_RATE)
-    bounds = limits.arrays(count)
-    motion = path.sample(times)
-    at = path.sample(release_time[:, None])
-    start, velocity = at.position[:, 0], at.velocity[:, 0]
-    roof = np.broadcast_to(np.asarray(ceiling, dtype=np.float64), (count,))
-    above = motion.position[..., 2].max(axis=1) - roof - rules.hand_cap
-    area = rules.workspace
-    return ThrowCheck(
-        length(motion.velocity).max(axis=1) / bounds[0],
-        length(motion.acceleration).max(axis=1) / bounds[1],
-        length(path.jerk(times)).max(axis=1) / bounds[2],
-        least_gap(motion.position, times[None] - release_time[:, None], start, velocity, rules),
-        np.maximum(above, start[:, 2] - roof),
-        np.full(count, -np.inf) if area is None else -area.margin(motion.position).min(axis=1),
-        miss(start, velocity, targets),
-    )
-
-
-def least_gap(position: Floats, since: Floats, start: Floats, velocity: Floats, rules: HandRules) -> Floats:
-    """Least height (N,) [m] of the hand over the object beyond the margin, until it is clear sideways.
-
-    Args:
-        position: of the hand (N, M, 3) [m].
-        since: time since the release (N, M) [s]; negative times do not count.
-        start: release points (N, 3) [m].
-        velocity: release velocities (N, 3) [m/s].
-        rules: margin and clear distance.
-    """
-    after = since[..., None]
-    away = position - start[:, None] - after * velocity[:, None]
-    sideways = np.sqrt(away[..., 0] ** 2 + away[..., 1] ** 2)
-    left: Bools = np.maximum.accumulate((sideways >= rules.clear_distance) & (since > 0.0), axis=1)
-    gap = away[..., 2] + 0.5 * (1.0 - rules.margin) * GRAVITY * since**2
-    return np.where((since >= 0.0) & ~left, gap, np.inf).min(axis=1)
-
-
-def miss(start: Floats, velocity: Floats, targets: Floats) -> Floats:
-    """Horizontal distance (N,) [m] of the drag-free landing from the target; inf where it never comes down there.
-
-    From below the target's height an object that rises comes down through it, one that falls never does.
-    """
-    drop = start[:, 2] - targets[:, 2]
-    square = velocity[:, 2] ** 2 + 2.0 * GRAVITY * drop
-    flight = (velocity[:, 2] + np.sqrt(np.maximum(square, 0.0))) / GRAVITY
-    off = start[:, :2] + flight[:, None] * velocity[:, :2] - targets[:, :2]
-    return np.where((square >= 0.0) & (flight >= 0.0), np.sqrt(off[:, 0] ** 2 + off[:, 1] ** 2), np.inf)

@@ -1,38 +1,33 @@
-"""Paths of the hand as curves, without time: the ellipse of Choe et al. 2023 and the ones it is compared with."""
+"""Paths of the hand as curves, without time: the ellipse of Choe et al. 2023."""
 
-from pnt_gym.planning.paths.curves import (
-    CurvePoints,
+from typing import TYPE_CHECKING
+
+from pnt_gym.errors import moved
+from pnt_gym.planning.paths.ellipse import (
     Derivatives,
     EllipseArc,
-    LameCorner,
-    Line,
-    MeasuredCurve,
-    PlaneCurve,
-)
-from pnt_gym.planning.paths.ellipse import (
     EllipsePath,
     NodeList,
     approximate_half_circumference,
     half_circumference,
 )
-from pnt_gym.planning.paths.plane import Joint, PlanePath, SpacePath, lame_path, line_ellipse_line, rectangle
 
 __all__ = [
-    "CurvePoints",
     "Derivatives",
     "EllipseArc",
     "EllipsePath",
-    "Joint",
-    "LameCorner",
-    "Line",
-    "MeasuredCurve",
     "NodeList",
-    "PlaneCurve",
-    "PlanePath",
-    "SpacePath",
     "approximate_half_circumference",
     "half_circumference",
-    "lame_path",
-    "line_ellipse_line",
-    "rectangle",
 ]
+
+if not TYPE_CHECKING:
+    _CURVES = ("CurvePoints", "LameCorner", "Line", "MeasuredCurve", "PlaneCurve")
+    _PLANE = ("Joint", "PlanePath", "SpacePath", "lame_path", "line_ellipse_line", "rectangle")
+    __getattr__ = moved(
+        __name__,
+        {
+            **dict.fromkeys(_CURVES, "papers.choe.planning.curves"),
+            **dict.fromkeys(_PLANE, "papers.choe.planning.plane"),
+        },
+    )

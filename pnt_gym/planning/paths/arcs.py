@@ -1,7 +1,7 @@
 """Motions over the ellipse of Choe et al. 2023, N at a time, quick enough to be planned for every pick.
 
-`timing` finds the quickest motion along any path, but one by one and with CasADi. Here a law of a few phases is fitted
-to each arc, which takes some percent longer, and is handed on as pieces of constant jerk.
+`papers.choe.planning.timing` finds the quickest motion along any path, but one by one and with CasADi. Here a law of a
+few phases is fitted to each arc, which takes some percent longer, and is handed on as pieces of constant jerk.
 """
 
 from __future__ import annotations

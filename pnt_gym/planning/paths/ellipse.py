@@ -9,16 +9,16 @@ for some h only.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import final
+from dataclasses import dataclass, field
+from typing import NamedTuple, TypeAlias, final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Floats
 from pnt_gym.errors import PlanningError
-from pnt_gym.planning.paths.curves import EllipseArc, Vector
 
+Vector: TypeAlias = tuple[float, float]
 # A critical angle this close to a whole degree [deg] counts as one: the ellipse would be a line.
 WHOLE_DEGREE = 1e-9
 MOST_NODES = 100_000
@@ -26,6 +26,45 @@ SIZES = (1e-30, 1e30)
 """Lengths that an ellipse may have [m]: powers of lengths beyond would be rounded to 0 or infinity."""
 AXES = (1e-100, 1e100)
 """Semi-axes of which the circumference is computed [m], for the same reason; a flat ellipse has a short one."""
+
+
+class Derivatives(NamedTuple):
+    """Position [m] and its first three derivatives by the parameter, each (M, 2)."""
+
+    position: Floats
+    first: Floats
+    second: Floats
+    third: Floats
+
+
+@final
+@dataclass(frozen=True)
+class EllipseArc:
+    """Part of an ellipse, centre + p cos t + q sin t with t from ``first`` to ``last`` [rad].
+
+    Attributes:
+        centre: of the ellipse [m].
+        p: one half of a diameter [m].
+        q: one half of the diameter conjugate to it [m].
+        first: t at the start.
+        last: t at the end.
+    """
+
+    centre: Vector
+    p: Vector
+    q: Vector
+    first: float
+    last: float
+    straight: bool = field(default=False, init=False)
+
+    def derivatives(self, u: Floats) -> Derivatives:
+        """Return position and derivatives by u at ``u`` (M,), each (M, 2)."""
+        rate = self.last - self.first
+        t = self.first + rate * u[:, None]
+        p, q = np.array(self.p), np.array(self.q)
+        here = p * np.cos(t) + q * np.sin(t)
+        ahead = q * np.cos(t) - p * np.sin(t)
+        return Derivatives(np.array(self.centre) + here, rate * ahead, -(rate**2) * here, -(rate**3) * ahead)
 
 
 @final

@@ -53,3 +53,16 @@ def in_pieces(of: Callable[[Floats], Floats], rows: Floats) -> Floats:
 def columns(rows: Floats) -> Floats:
     """Return (M, K) rows as (K, M) components, each contiguous."""
     return np.ascontiguousarray(rows.T)
+
+
+def pose_pairs(start: ArrayLike, end: ArrayLike) -> tuple[tuple[int, ...], Floats, Floats]:
+    """Two arrays of poses as rows (N, 4), with the shape (...,) that they share.
+
+    Raises:
+        PoseError: the shapes differ or are wrong, or a number is not finite.
+    """
+    shape, first = pose_rows(start, "start")
+    other, last = pose_rows(end, "end")
+    if shape != other:
+        raise PoseError(f"start has shape {(*shape, 4)} but end has {(*other, 4)}; give one row each")
+    return shape, first, last

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import subprocess
 import sys
@@ -11,8 +12,11 @@ from typing import Any
 
 import pytest
 
+from agents.ground.cli import UsageError
 from agents.ground.files import write_json
+from agents.ground.places import CODE
 from agents.ground.tables import Grid
+from agents.jobs.code import imported_by
 from agents.reproduce import papers, record
 from agents.reproduce.__main__ import Arguments, main
 from agents.reproduce.finding import Findings, Overview, Row
@@ -50,6 +54,18 @@ def test_mistakes_are_explained_before_anything_is_done(tmp_path: Path, argument
     assert done.stderr.count("\n") == 1
     assert said in done.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["a_file"]
+
+
+def test_a_package_without_the_papers_says_where_they_are(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(papers, "SHIPPED", tmp_path)
+    with pytest.raises(UsageError, match=r"hassan is reproduced in a checkout of pnt_gym, and .* has no folder papers"):
+        main(Arguments("hassan", work=tmp_path / "work"))
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_former_place_of_a_paper_names_the_new_one() -> None:
+    with pytest.raises(ImportError, match=r"agents.reproduce.hassan is papers.hassan now"):
+        importlib.import_module("agents.reproduce.hassan.nlp")
 
 
 @pytest.mark.parametrize(
@@ -182,10 +198,11 @@ def test_kept_parts_belong_to_the_code_that_made_them(monkeypatch: pytest.Monkey
 
     for name in ("agents/__init__.py", "agents/reproduce/__init__.py", "agents/reproduce/finding.py"):
         write(name, "1")
-    write("agents/reproduce/hassan/__init__.py", "from .. import finding")
+    write("papers/__init__.py", "1")
+    write("papers/hassan/__init__.py", "from agents.reproduce import finding")
     monkeypatch.setattr(papers, "CODE", tmp_path)
     first = key()
-    for name in ("agents/reproduce/choe/a.py", "agents/reproduce/record.py", "pnt_gym/cells/conveyor/view.py",
+    for name in ("papers/choe/a.py", "agents/reproduce/record.py", "pnt_gym/cells/conveyor/view.py",
                  "configs/cells/gripper/a.yaml"):  # fmt: skip
         write(name, "2")
         assert key() == first, name
@@ -196,15 +213,21 @@ def test_kept_parts_belong_to_the_code_that_made_them(monkeypatch: pytest.Monkey
         seen.add(key())
 
 
+def test_a_paper_is_kept_under_what_it_plans_with_and_shares() -> None:
+    files = {path.relative_to(CODE).as_posix() for path in imported_by("papers.choe", CODE)}
+    assert {"papers/choe/planning/timing.py", "papers/common/fastest.py", "agents/reproduce/finding.py"} <= files
+    assert not [name for name in files if name.startswith("papers/hassan")]
+
+
 @pytest.mark.parametrize("paper", PAPERS)
 def test_a_paper_needs_no_code_of_another(paper: str) -> None:
     """What a part is kept under leaves the other papers' code out."""
-    code = f"import sys, agents.reproduce.{paper}; print(*sys.modules)"
+    code = f"import sys, papers.{paper}; print(*sys.modules)"
     done = subprocess.run(
         [sys.executable, "-c", code], env=environment(), capture_output=True, text=True, timeout=60, check=True
     )
-    others = tuple(f"agents.reproduce.{name}" for name in PAPERS if name != paper)
-    assert f"agents.reproduce.{paper}" in done.stdout.split()
+    others = tuple(f"papers.{name}" for name in PAPERS if name != paper)
+    assert f"papers.{paper}" in done.stdout.split()
     assert not [name for name in done.stdout.split() if name.startswith(others)]
 
 

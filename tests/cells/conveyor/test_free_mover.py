@@ -5,12 +5,12 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from papers.hassan.planning.throw_check import check_throw
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.free_mover import FreeMover
 from pnt_gym.cells.conveyor.movers import ThrowMotion
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning import JerkTrajectory
-from pnt_gym.planning.free.rules import check_throw
 from tests.tools.throws import make_core, vary
 
 COUNT = 32

@@ -6,11 +6,11 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 from stable_baselines3.common.env_checker import check_env as check_env_sb3
 
+from papers.hassan.planning.throw_check import check_throw
 from pnt_gym.cells.conveyor.action import MODES
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.movers import StraightMover
 from pnt_gym.errors import ConfigError
-from pnt_gym.planning.free.rules import check_throw
 from pnt_gym.planning.motion.ballistics import landing_point
 from pnt_gym.planning.motion.limits import MotionLimits
 from tests.tools.throws import is_feasible, make_core, same_bits, vary

@@ -13,6 +13,7 @@ from stable_baselines3.common.env_checker import check_env as check_env_sb3
 from agents.controllers import make_controller
 from agents.ground.environments import make_vector
 from agents.judging.throws.trial import held_out
+from papers.hassan.planning.cycle import CycleRules, CycleTask, horizontal_throw, pick_and_place
 from pnt_gym.arrays import take
 from pnt_gym.cells.conveyor.action import MODES
 from pnt_gym.cells.conveyor.cell import ConveyorCell
@@ -21,7 +22,6 @@ from pnt_gym.cells.conveyor.placing import first_not_late
 from pnt_gym.cells.conveyor.scene import LIP_GAP
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning import EllipticWorkspace, JerkTrajectory, MotionLimits
-from pnt_gym.planning.cycles.cycle import CycleRules, CycleTask, horizontal_throw, pick_and_place
 from pnt_gym.planning.straight.plan import Reason
 from tests.tools.throws import CONVEYOR, make_core, same_bits, vary, with_objects
 
@@ -50,7 +50,7 @@ def cycle_of(core, turn=1):
 
 @pytest.mark.parametrize("planner", ["horizontal", "pick_and_place"])
 def test_a_cycle_is_the_papers(planner):
-    """Where objects are put down as high as they lie and nothing is waited for: the moves of `planning.cycles`."""
+    """Where objects are put down as high as they lie and nothing is waited for: the moves of `papers.hassan`."""
     placing = {"over_rim": -0.05, "clear": 0.0}  # the rim of `ideal` is 50 mm above its belt
     core = core_of(planner, "ideal", motion={"placing": placing, "follow_through": {"window": 0.0}}, bins=ONLY_INSIDE)
     context, (motion, following, path) = core.context, cycle_of(core, turn=0)

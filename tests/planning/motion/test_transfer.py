@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from papers.common.fastest import fastest_motion
 from pnt_gym.arrays import take
 from pnt_gym.planning import GRAVITY, JerkTrajectory, MotionLimits, min_time_scurve
 from pnt_gym.planning.motion.transfer import PIECES, Band, Transfers, fast_transfer
-from pnt_gym.planning.optimal.fastest import fastest_motion
 
 
 def units(rng, count):

@@ -3,14 +3,15 @@
 import numpy as np
 import pytest
 
+from papers.choe.planning.plane import PlanePath, SpacePath
+from papers.choe.planning.timing import time_path
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning import JerkTrajectory, MotionLimits
 from pnt_gym.planning.motion.limits import LimitRows
-from pnt_gym.planning.paths import EllipsePath, PlanePath, SpacePath
+from pnt_gym.planning.paths import EllipsePath
 from pnt_gym.planning.paths import arcs as module
 from pnt_gym.planning.paths.arc_kernel import PIECES
 from pnt_gym.planning.paths.arcs import arc_segments
-from pnt_gym.planning.paths.timing import time_path
 
 COUNT = 200
 

@@ -6,6 +6,7 @@ import sys
 import numpy as np
 import pytest
 
+from papers.leveziel.scan import scan_workspace
 from pnt_gym.robots.gripper import (
     PROTOTYPE,
     Dimensions,
@@ -14,7 +15,6 @@ from pnt_gym.robots.gripper import (
     forward_kinematics,
     inverse_kinematics,
     jacobian,
-    scan_workspace,
 )
 
 

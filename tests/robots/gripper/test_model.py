@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
 
+from papers.leveziel.motion import Profile, circle, line
 from pnt_gym.engine import mujoco
 from pnt_gym.errors import ConfigError
-from pnt_gym.robots.gripper import MOTOR_SPEED, JointLimits, PoseError, Profile, circle, forward_kinematics, line
+from pnt_gym.robots.gripper import MOTOR_SPEED, JointLimits, PoseError, forward_kinematics
 from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD, Build, Claws, MotorServo
 from pnt_gym.robots.gripper.geometry import PROTOTYPE
 from pnt_gym.robots.gripper.model import PAD_BIT, add_gripper, set_options

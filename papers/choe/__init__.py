@@ -1,0 +1,30 @@
+"""Choe et al. 2023, "An Approach for Elliptical Trajectory Planning with Vertical Straight Lines", computed anew."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from agents.reproduce.finding import Overview, Parts
+from agents.reproduce.grids import Rows
+
+from . import ellipse, lengths, simulated, speed, times
+
+SHORT: Final = "Choe et al. 2023"
+PARTS: Final[Parts] = {
+    "example": ellipse.example_findings,
+    "length": ellipse.length_findings,
+    "curvature": speed.curvature_findings,
+    "speed": speed.speed_findings,
+    "joints": speed.joint_findings,
+    "lengths": lengths.length_findings,
+    "example-times": times.example_findings,
+    "long-times": times.long_findings,
+    "simulated": simulated.simulated_findings,
+    "scene": simulated.scene_findings,
+}
+
+
+def overview(rows: Rows) -> Overview:
+    """Nothing draws on several parts: each has its own tables."""
+    del rows
+    return Overview()

@@ -1,0 +1,134 @@
+"""The paths and motions of Choe et al. 2023 that several parts of its reproduction use."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.arrays import Floats
+from pnt_gym.planning import MotionLimits
+from pnt_gym.planning.paths import EllipsePath
+
+from .planning.plane import PlanePath, SpacePath, lame_path, line_ellipse_line, rectangle
+from .planning.timing import JointRule, TimedPath, time_path
+
+HALF_WIDTH: Final = 0.150
+"""l of the example [m]: the path is 300 mm wide."""
+HALF_RISE: Final = 0.025
+"""h of the example [m]: the place lies 50 mm above the pick."""
+RATE: Final = 0.77
+"""The paper's r; it takes rad/m to get its figures."""
+LIMITS: Final = MotionLimits.t3kr(30)
+"""1.8 m/s, 36 m/s2, 900 m/s3; the paper states no limits."""
+SPAN: Final = 0.82
+"""Width of the long pick and place of the comparison of times [m]."""
+LIFT: Final = 0.10
+"""Height of its path above both ends [m]."""
+SHORT_LIFT: Final = 0.025
+"""Vertical parts of the example where it is timed with them [m]."""
+BELT: Final = -0.85
+"""Height of the pick in the robot's workspace [m]."""
+
+ASKEW: Final = (-0.09, -0.12, BELT)
+"""Pick of the joint curves [m]: 0.15 m from the middle of the workspace, the place opposite."""
+
+
+def example() -> EllipsePath:
+    """The paper's example."""
+    return EllipsePath.paper(HALF_WIDTH, HALF_RISE)
+
+
+def example_at(degrees: float) -> EllipsePath:
+    """The example with another angle of the major axis."""
+    return EllipsePath.with_angle(HALF_WIDTH, HALF_RISE, math.radians(degrees))
+
+
+def with_lines(ellipse: EllipsePath) -> PlanePath:
+    """An ellipse of the example with short vertical parts."""
+    return line_ellipse_line(ellipse, SHORT_LIFT, SHORT_LIFT)
+
+
+def across(path: PlanePath) -> SpacePath:
+    """A path of the example's width laid askew through the workspace, so that all four arms move differently."""
+    return SpacePath.between(path, ASKEW, (-ASKEW[0], -ASKEW[1], BELT + float(path.end[1] - path.start[1])))
+
+
+def level_ellipse(vertical: float) -> PlanePath:
+    """Lines and a symmetric ellipse over the long way, `LIFT` high with vertical parts of ``vertical`` [m]."""
+    return line_ellipse_line(EllipsePath.with_top(0.5 * SPAN, 0.0, LIFT - vertical), vertical, vertical)
+
+
+def level_lame(vertical: float, width: float, height: float, exponent: float = 3.0) -> PlanePath:
+    """Lines and Lamé corners of ``width`` by ``height`` over the long way [m]."""
+    return lame_path(SPAN, vertical, vertical, (width, height), exponent)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A path that is timed."""
+
+    name: str
+    """Last parts of the quantity's name."""
+    label: str
+    path: PlanePath
+    joints: JointRule = "strict"
+    """What happens where the curvature jumps."""
+
+
+@cache
+def motion(case: Case) -> TimedPath:
+    """The quickest motion of a case along y, the long axis of the workspace, across its middle and from the belt."""
+    span: Floats = case.path.end - case.path.start
+    pick = np.array([0.0, -0.5 * span[0], BELT])
+    placed = SpacePath.between(case.path, pick, pick + np.array([0.0, span[0], span[1]]))
+    return time_path(placed, LIMITS, joints=case.joints)
+
+
+@cache
+def long_cases() -> Mapping[str, Case]:
+    """The pick and place over 0.82 m, by name."""
+    low, high = level_ellipse(0.05), level_ellipse(0.02)
+    corners = [
+        Case(f"lame-50mm-d{round(1000 * width)}", f"Lamé m = 3, d = {width:.2f} m", level_lame(0.05, width, 0.05))
+        for width in (0.05, 0.10, 0.20, 0.41)
+    ]
+    return _by_name(
+        Case("rectangle", "rectangle", rectangle(SPAN, LIFT, LIFT)),
+        Case("ellipse-50mm-strict", "ellipse, strict", low),
+        Case("ellipse-50mm-relaxed", "ellipse, relaxed", low, "relaxed"),
+        *corners,
+        Case("lame-50mm-level", "Lamé m = 3.5, d = 0.12 m", level_lame(0.05, 0.12, 0.05, 3.5)),
+        Case("lame-50mm-tall", "Lamé m = 3, d = 0.16 m, 0.15 m high", level_lame(0.05, 0.16, 0.10)),
+        Case("ellipse-20mm-strict", "ellipse, strict", high),
+        Case("ellipse-20mm-relaxed", "ellipse, relaxed", high, "relaxed"),
+        Case("lame-20mm-d200", "Lamé m = 3, d = 0.20 m", level_lame(0.02, 0.20, 0.08)),
+        Case("ellipse-0mm", "half ellipse alone", level_ellipse(0.0)),
+    )
+
+
+@cache
+def example_cases() -> Mapping[str, Case]:
+    """The paper's ellipse, alone and with vertical parts of 25 mm, and its neighbours, by name."""
+    whole = with_lines(example())
+    top = SHORT_LIFT + example().height
+    others = [
+        Case(f"ellipse-{degrees:g}deg-relaxed", f"ellipse of {degrees:g}°", with_lines(example_at(degrees)), "relaxed")
+        for degrees in (9.5, 12.0, 15.0)
+    ]
+    return _by_name(
+        Case("arc", "ellipse of 10° alone", line_ellipse_line(example(), 0.0, 0.0)),
+        Case("rectangle", "rectangle", rectangle(2.0 * HALF_WIDTH, top, top - 2.0 * HALF_RISE)),
+        Case("ellipse-10deg-strict", "ellipse of 10°, strict", whole),
+        Case("ellipse-10deg-relaxed", "ellipse of 10°", whole, "relaxed"),
+        *others,
+    )
+
+
+def _by_name(*cases: Case) -> dict[str, Case]:
+    return {case.name: case for case in cases}

@@ -1,0 +1,274 @@
+"""The ellipse of Choe et al. 2023: the published example, its length, and the rule that chooses the angle."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Final, cast
+
+import numpy as np
+from scipy.optimize import brentq
+
+from agents.ground.drawings import COLOURS, Axes, Figure, dress, subplots
+from agents.reproduce.finding import Findings, Row, printed
+from agents.reproduce.grids import listed
+from pnt_gym.arrays import Floats
+from pnt_gym.planning.paths import EllipsePath, approximate_half_circumference, half_circumference
+
+from .cases import HALF_RISE, HALF_WIDTH, SHORT_LIFT, example, example_at
+
+CRITICAL: Final = math.degrees(math.atan(HALF_RISE / HALF_WIDTH))
+"""Critical angle of the example [deg]."""
+CHORD: Final = 2.0 * math.hypot(HALF_WIDTH, HALF_RISE)
+"""From T1 to T2 on a straight line [m]."""
+ROUNDING: Final = 1e-9
+"""What counts as zero, in SI units."""
+
+
+def example_findings() -> Findings:
+    """Every printed number of the example, and the claims about it."""
+    rows = (*_printed(), _numbering(), *_tangents())
+    return listed("The published example", rows, {"choe_ellipse.svg": ellipse_figure()}, drop="choe/")
+
+
+def _printed() -> list[Row]:
+    """Every printed number; where it is wrong, with the slip that gives it."""
+    e = example()
+    first, last = math.degrees(e.theta_t1), math.degrees(e.theta_t2)
+    swapped = "Eqs. 41 and 42; the results print the two values with their names exchanged"
+    low = abs(_equation_37(e)[1])
+    short = 100.0 * (1.0 - e.approximate_length / e.length)
+    exact = f"complete elliptic integral; what is printed is Eq. 27, {short:.2f} % short"
+    above = "Eq. 38 as printed gives the top above the centre; the printed height needs + h"
+    figures = (
+        ("example/angle", 10.0, math.degrees(e.angle), "deg", 0, None, f"{CRITICAL:.4f} deg rounded up"),
+        ("example/semi-major", 0.15219, e.semi_major, "m", 5, None, ""),
+        ("example/semi-minor", 0.03511, e.semi_minor, "m", 5, None, ""),
+        ("example/length-eq-27", 0.32058, e.approximate_length, "m", 5, None, "the paper's approximation"),
+        ("example/top-x", 0.08617, e.top[0], "m", 5, None, ""),
+        ("example/top-y", 0.04352, e.top[1], "m", 5, None, ""),
+        ("example/height", 0.06852, e.height, "m", 5, None, "top above T1: y of the top plus h"),
+        ("example/theta-t1", -2.329, first, "deg", 3, last, swapped),
+        ("example/theta-t2", 177.671, last, "deg", 3, first, swapped),
+        ("example/length", 0.32058, e.length, "m", 5, e.approximate_length, exact),
+        ("misprint/eq-38", 0.06852, low, "m", 5, low + HALF_RISE, above),
+    )
+    return [
+        Row.compared(f"choe/{name}", published, value, unit, within=printed(digits), explained=slip, note=note)
+        for name, published, value, unit, digits, slip, note in figures
+    ]
+
+
+def _numbering() -> Row:
+    e = example()
+    found = "37, 38" if math.dist(_equation_37(e), e.top) < ROUNDING else "24, 25"
+    note = (
+        "equations that give the top; the text has another numbering. Evaluated, Eq. 37 gives it, and Eq. 24 is the "
+        f"ellipse itself, A x^2 + B x y + C y^2 = {_equation_24(e, *e.top):.3f}"
+    )
+    return Row.compared(
+        "choe/misprint/equation-numbers",
+        "(24), (25)",
+        found,
+        "-",
+        explained=next((cited for cited, meant in CITED.items() if meant == found), None),
+        note=note,
+        cited_and_meant=CITED,
+    )
+
+
+CITED: Final = {
+    "(16)": "27",
+    "(17)": "28",
+    "(18)": "29",
+    "(18)-(20)": "29-31",
+    "(21)": "33",
+    "(24), (25)": "37, 38",
+    "(26), (27)": "41, 42",
+    "(29)": "44 (34 in the derivation)",
+    "(30), (31)": "45, 46",
+    "(32)": "47",
+    "(34)": "50, 51",
+}
+"""Equations as the text cites them and as they are numbered."""
+
+
+def _coefficients(e: EllipsePath) -> tuple[float, float, float]:
+    """A, B, C of Eq. 25."""
+    a, b, phi = e.semi_major, e.semi_minor, e.angle
+    cos, sin = math.cos(phi), math.sin(phi)
+    return (
+        (cos / a) ** 2 + (sin / b) ** 2,
+        math.sin(2.0 * phi) * (1.0 / a**2 - 1.0 / b**2),
+        (sin / a) ** 2 + (cos / b) ** 2,
+    )
+
+
+def _equation_24(e: EllipsePath, x: float, y: float) -> float:
+    first, second, third = _coefficients(e)
+    return first * x * x + second * x * y + third * y * y
+
+
+def _equation_37(e: EllipsePath) -> tuple[float, float]:
+    """The top by Eqs. 36 and 37 as printed [m]; Eq. 38 is its y."""
+    a, b, phi = e.semi_major, e.semi_minor, e.angle
+    first, second, _ = _coefficients(e)
+    cos, sin = math.cos(phi), math.sin(phi)
+    theta = math.atan((2.0 * first * a * cos + second * a * sin) / (2.0 * first * b * sin - second * b * cos))
+    along, across = a * math.cos(theta), b * math.sin(theta)
+    return along * cos - across * sin, along * sin + across * cos
+
+
+def _tangents() -> Iterator[Row]:
+    e = example()
+    _, second, third = _coefficients(e)
+    slope = abs(second * HALF_WIDTH + 2.0 * third * HALF_RISE)
+    on = abs(_equation_24(e, HALF_WIDTH, HALF_RISE) - 1.0)
+    jump = HALF_WIDTH / e.half_chord**2
+    note = f"B l + 2 C h, zero but for rounding; T2 is on the ellipse to {on:.0e}"
+    yield Row.compared("choe/claim/vertical-tangents", 0.0, slope, "1/m", within=ROUNDING, note=note)
+    note = (
+        "the curvature jumps by this, from 0 on the line to l / w^2 on the ellipse: the normal acceleration is "
+        "continuous at T1 and T2 only when the hand stops there"
+    )
+    yield Row.compared(
+        "choe/claim/continuous-at-the-tangent-points", "continuous", jump, "1/m", holds=jump < ROUNDING, note=note
+    )
+
+
+def length_findings() -> Findings:
+    """Length over angle, the approximation, and what the rule of whole degrees does."""
+    rows = (*_approximation(), *_optimum(), *_clearance_rows(), *_refused_rows())
+    headline = "Length over the angle, and the rule of whole degrees"
+    return listed(headline, rows, {"choe_length.svg": length_figure()}, drop="choe/")
+
+
+def _approximation() -> Iterator[Row]:
+    """Eq. 27 against the exact length over the paper's range, all pairs of whole numbers."""
+    a, b = np.meshgrid(np.arange(5.0, 21.0), np.arange(2.0, 21.0), indexing="ij")
+    exact = np.vectorize(half_circumference)(a, b)
+    error = np.abs(approximate_half_circumference(a, b) - exact)
+    thin = 1.0 - float(approximate_half_circumference(1.0, 1e-9)) / half_circumference(1.0, 1e-9)
+    note = (
+        "a from 5 to 20 and b from 2 to 20, all pairs; the paper's step is not given, here it is 1. Equal within a "
+        "whole unit of the last digit, as the printed figures may be cut instead of rounded"
+    )
+    mean, relative, most = error.mean(), 100.0 * (error / exact).mean(), 100.0 * (error / exact).max()
+    yield Row.compared("choe/eq-27/mean-absolute-error", 0.078, float(mean), "-", within=1e-3, note=note)
+    yield Row.compared("choe/eq-27/mean-relative-error", 0.231, float(relative), "%", within=1e-3, note=note)
+    note = f"at b / a = 0.1; {100.0 * thin:.1f} % as b goes to 0, which is where the paper's rule leads"
+    yield Row.ours("choe/eq-27/largest-relative-error", float(most), "%", note=note)
+
+
+def _optimum() -> Iterator[Row]:
+    """The length falls with the angle down to the critical one: 10 deg is the grid, not the optimum."""
+    angles = np.linspace(CRITICAL + 1e-3, 89.9, 2000)
+    lengths = np.array([example_at(float(angle)).length for angle in angles])
+    rising = "yes" if (np.diff(lengths) > 0.0).all() else "no"
+    flatter = {angle: example_at(angle).length for angle in (9.5, 9.6)}
+    note = "from the critical angle to 90 deg; a^2 = l^2 + l h tan(phi) and b^2 = l^2 - l h cot(phi) both rise"
+    yield Row.compared("choe/claim/length-rises-with-the-angle", "yes", rising, "-", note=note)
+    note = (
+        "ellipses of 9.5 and 9.6 deg are shorter than that of 10 deg, which is the step of the plot; the shortest "
+        f"length is the limit, the chord of {CHORD:.5f} m with b = 0"
+    )
+    yield Row.compared(
+        "choe/claim/optimal-angle",
+        10.0,
+        CRITICAL,
+        "deg",
+        holds=example().length <= min(flatter.values()),
+        note=note,
+        **{f"length_{angle:g}deg_m": length for angle, length in flatter.items()},
+    )
+    note = "below this angle Eq. 27 gives the ellipse a length below the straight line between its ends"
+    limit = cast(float, brentq(lambda angle: example_at(angle).approximate_length - CHORD, CRITICAL + 1e-6, 10.0))
+    yield Row.ours("choe/eq-27/shorter-than-the-chord-below", limit, "deg", note=note)
+
+
+def _clearance_rows() -> Iterator[Row]:
+    """What the rule of whole degrees leaves above T2."""
+    for millimetres, what in ((26.4, "just below a whole degree"), (26.5, "just above"), (1.0, "a small rise")):
+        e = EllipsePath.paper(HALF_WIDTH, millimetres / 1000.0)
+        longer = e.length / (2.0 * math.hypot(HALF_WIDTH, e.half_rise)) - 1.0
+        name = f"choe/whole-degrees/clearance-h-{millimetres:g}mm"
+        note = f"top above T2, {what}: {100.0 * longer:.0f} % longer than the chord"
+        yield Row.ours(name, e.top_height - e.half_rise, "m", note=note)
+
+
+def _refused_rows() -> Iterator[Row]:
+    """Rises for which the rule of whole degrees has no ellipse."""
+    whole = HALF_WIDTH * math.tan(math.radians(10))
+    for name, rise in (("level", 0.0), ("falling", -HALF_RISE), ("whole-degree", whole)):
+        quantity = f"choe/whole-degrees/{name}"
+        try:
+            e = EllipsePath.paper(HALF_WIDTH, rise)
+        except ValueError as error:
+            yield Row.missing(quantity, "an ellipse", "m", "infeasible", note=str(error))
+        else:
+            yield Row.ours(quantity, e.length, "m", note=f"the rule gives {math.degrees(e.angle):.0f} deg")
+
+
+def ellipse_figure() -> Figure:
+    """The example with its verticals, tangent points, axes and top, and the same ends with other tops."""
+    figure, (left, right) = subplots(1, 2, (11.0, 3.6))
+    e = example()
+    _draw_path(left, e, COLOURS[0], "the paper's ellipse, 10°")
+    reach = np.array([[-1.0], [1.0]])
+    for length, turn, style in ((e.semi_major, 0.0, "-."), (e.semi_minor, 0.5 * math.pi, ":")):
+        axis = 1000.0 * length * reach * [math.cos(e.angle + turn), math.sin(e.angle + turn)]
+        left.plot(
+            axis[:, 0], axis[:, 1], style, color="gray", linewidth=1, label="major axis" if not turn else "minor axis"
+        )
+    marks = {"$T_1$": e.point(e.theta_t1), "$T_2$": e.point(e.theta_t2), "top": np.array(e.top)}
+    shifts = {"$T_1$": (6, -12), "$T_2$": (-20, 4), "top": (-8, 6)}
+    for name, point in marks.items():
+        left.plot(*(1000.0 * point), "o", color=COLOURS[3], markersize=5)
+        left.annotate(name, 1000.0 * point, shifts[name], textcoords="offset points")
+    for k, top in enumerate((0.0265, 0.030, example().top_height, 0.060, 0.090)):
+        other = EllipsePath.with_top(HALF_WIDTH, HALF_RISE, top)
+        label = f"top {1000 * top:.1f} mm, {math.degrees(other.angle):.1f}°, {1000 * other.length:.1f} mm long"
+        _draw_path(right, other, COLOURS[k], label)
+    for axes, title in ((left, "Choe et al. 2023, the example"), (right, "chosen by the height of the top")):
+        limits = {"aspect": "equal", "ylim": (-115.0, 100.0)}
+        dress(axes, "x from the centre [mm]", "y [mm]", title, legend="lower right", **limits)
+    return figure
+
+
+def _draw_path(axes: Axes, e: EllipsePath, colour: str, label: str) -> None:
+    arc = 1000.0 * e.point(np.linspace(e.theta_t1, e.theta_t2, 400))
+    axes.plot(arc[:, 0], arc[:, 1], color=colour, label=label)
+    for x, y in (arc[0], arc[-1]):
+        axes.plot([x, x], [y, y - 1000.0 * SHORT_LIFT], color=colour)
+
+
+def length_figure() -> Figure:
+    """Length over the angle (the paper's Fig. 2), and the clearance that the rule of whole degrees leaves."""
+    figure, (left, right) = subplots(1, 2, (11.0, 3.8))
+    angles = CRITICAL + np.geomspace(1e-3, 60.0 - CRITICAL, 500)
+    shapes = [example_at(float(angle)) for angle in angles]
+    left.plot(angles, [1000.0 * e.length for e in shapes], color=COLOURS[0], label="exact")
+    left.plot(angles, [1000.0 * e.approximate_length for e in shapes], "--", color=COLOURS[1], label="Eq. 27")
+    left.axhline(1000.0 * CHORD, color="gray", linewidth=1, linestyle=":", label="chord")
+    left.plot(10.0, 1000.0 * example().length, "o", color=COLOURS[3], label="the paper's choice, 10°")
+    limits = {"xlim": (8.0, 30.0), "ylim": (280.0, 400.0)}
+    dress(left, "angle of the major axis [°]", "length [mm]", "length over the angle", legend="best", **limits)
+    rises = np.arange(0.25, 60.0, 0.05)
+    right.plot(rises, _clearances(rises), color=COLOURS[0])
+    right.plot(
+        1000.0 * HALF_RISE, 1000.0 * (example().top_height - HALF_RISE), "o", color=COLOURS[3], label="the example"
+    )
+    title = "clearance by the rule of whole degrees, l = 150 mm"
+    dress(right, "half rise h [mm]", "top above T2 [mm]", title, legend="best")
+    return figure
+
+
+def _clearances(rises: Floats) -> Floats:
+    """Top above T2 [mm] of the paper's ellipse for half rises [mm]; NaN between two degrees, where the rule jumps."""
+    values: list[float] = []
+    degree = 0
+    for rise in rises:
+        e = EllipsePath.paper(HALF_WIDTH, float(rise) / 1000.0)
+        values.append(1000.0 * e.top_height - rise if round(math.degrees(e.angle)) == degree else math.nan)
+        degree = round(math.degrees(e.angle))
+    return np.array(values)

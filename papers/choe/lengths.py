@@ -1,0 +1,95 @@
+"""Lengths of the ellipse of Choe et al. 2023 against the curves of its Fig. 8, under stated definitions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+from agents.ground.drawings import COLOURS, Figure, dress, subplots, svg
+from agents.ground.tables import Grid
+from agents.reproduce.finding import Findings, Row
+from agents.reproduce.grids import by_quantity, plain
+from pnt_gym.planning.paths import EllipsePath
+
+from .cases import HALF_RISE, HALF_WIDTH, example
+from .planning.plane import PlanePath, lame_path, line_ellipse_line
+
+WIDTH: Final = 2.0 * HALF_WIDTH
+RISE: Final = 2.0 * HALF_RISE
+CREST: Final = 0.025
+"""e of the paper's Lamé curves [m]."""
+WIDTHS: Final = (0.05, 0.15)
+"""d of the paper's Lamé curves [m]."""
+EXPONENT: Final = 3.0
+"""m is not given; 3 is the least with continuous curvature."""
+CURVES: Final = ("symmetric ellipse", "Lamé d = 50 mm", "Lamé d = 150 mm")
+"""Curves that the proposed one is compared with."""
+
+
+def length_findings() -> Findings:
+    """Fig. 8 under four readings."""
+    rows: list[Row] = []
+    lines: list[list[str]] = []
+    best = example().length
+    for name, (text, paths) in readings().items():
+        for label, path in paths.items():
+            ratio = path.length / best - 1.0
+            note = f"{text}; {abs(100.0 * ratio):.1f} % {'longer' if ratio > 0 else 'shorter'} than the proposed curve"
+            rows.append(Row.ours(f"choe/fig-8/{name}/{label}", path.length, "m", note=note))
+        shortest = min(path.length for path in paths.values())
+        answer = "shortest" if shortest > best else "not the shortest"
+        note = f"{text}; {best:.4f} m against at least {shortest:.4f} m"
+        rows.append(Row.compared(f"choe/fig-8/{name}/proposed", "shortest", answer, "-", note=note, length_m=best))
+        lengths = [f"{length:.4f} m" for length in (best, *(path.length for path in paths.values()))]
+        lines.append([name.replace("-", " "), *lengths, answer, note])
+    header = ["compared", "proposed", *CURVES, "proposed is", "note"]
+    table = Grid("Lengths of the curves, by what the comparison is taken to mean", header, lines)
+    exponents = list(_exponents())
+    further = plain("The Lamé curves with other exponents", by_quantity(exponents).values(), drop="choe/fig-8/")
+    figures = {"choe_lengths.svg": svg(lengths_figure())}
+    return Findings((*rows, *exponents), figures=figures, grids=(table, further))
+
+
+def readings() -> dict[str, tuple[str, dict[str, PlanePath]]]:
+    """What Fig. 8 may compare: a sentence and the paths by name."""
+    own = example().top_height - HALF_RISE
+    ends, alone = f"from T1 to T2, {RISE} m straight up at the pick, crest", "curves alone, ends of equal height"
+    found = {
+        "same-ends": (f"{ends} {CREST} m above T2", _family(RISE, CREST)),
+        "same-ends-and-top": (f"{ends} at the proposed curve's top", _family(RISE, own)),
+        "curves-only": (f"{alone}: ellipse {RISE} m high, Lame curves {CREST} m", _family(0.0, CREST, RISE)),
+        "curves-only-25mm": (f"{alone}, all {CREST} m high", _family(0.0, CREST)),
+    }
+    return {name: (f"{text}, m = {EXPONENT:g}", paths) for name, (text, paths) in found.items()}
+
+
+def _family(lift: float, crest: float, ellipse_crest: float | None = None) -> dict[str, PlanePath]:
+    level = EllipsePath.with_top(HALF_WIDTH, 0.0, ellipse_crest or crest)
+    paths = {"symmetric-ellipse": line_ellipse_line(level, lift, 0.0)}
+    for width in WIDTHS:
+        paths[f"lame-d{round(1000 * width)}mm"] = lame_path(WIDTH, lift, 0.0, (width, crest), EXPONENT)
+    return paths
+
+
+def _exponents() -> Iterator[Row]:
+    """What the missing exponent does to the comparison."""
+    for exponent in (2.0, 4.0):
+        lengths = [lame_path(WIDTH, RISE, 0.0, (width, CREST), exponent).length for width in WIDTHS]
+        note = f"Lame curves of d = 0.05 and 0.15 m as in same-ends with m = {exponent:g}: the shorter"
+        yield Row.ours(f"choe/fig-8/exponent-{exponent:g}", min(lengths), "m", note=note, lengths_m=lengths)
+
+
+def lengths_figure() -> Figure:
+    """The curves of Fig. 8 under two readings."""
+    figure, panels = subplots(1, 2, (11.0, 3.9))
+    chosen = {"same-ends": "same ends T1 and T2", "curves-only": "curves only, ends of equal height"}
+    own = line_ellipse_line(example(), 0.0, 0.0)
+    for axes, (reading, title) in zip(panels, chosen.items(), strict=True):
+        paths = readings()[reading][1]
+        for k, (label, path) in enumerate([("proposed", own), *zip(CURVES, paths.values(), strict=True)]):
+            points = 1000.0 * path.points(1500)
+            text = f"{label}, {1000.0 * path.length:.1f} mm"
+            axes.plot(points[:, 0], points[:, 1], "--" if k == 3 else "-", color=COLOURS[k], label=text)
+        dress(axes, "x from T1 [mm]", "y [mm]", title, aspect="equal", xlim=(-8.0, 308.0), ylim=(-75.0, 85.0))
+        axes.legend(fontsize=8, loc="lower center", ncols=2)
+    return figure

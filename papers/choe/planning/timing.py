@@ -1,0 +1,197 @@
+"""The quickest motion along a given path under limits on the lengths of velocity, acceleration and jerk.
+
+The hand starts and ends at rest. Between the places where it must stop the motion is optimised as a whole, with
+the third derivative of the arc length piecewise constant; straight runs take the S-curve in closed form.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal, TypeAlias, final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pnt_gym.arrays import Floats, Ints, joined
+from pnt_gym.errors import PlanningError, PntGymError
+from pnt_gym.planning.motion.limits import MotionLimits
+from pnt_gym.planning.motion.scurve import min_time_scurve
+from pnt_gym.planning.motion.trajectory import PeakRatios, Samples
+
+from .curves import CurvePoints
+from .plane import Joint, PlanePath, SpacePath
+from .quickest import Progress, quickest
+
+JointRule: TypeAlias = Literal["strict", "relaxed"]
+# Intervals of a curved run: more than twice as many make it less than 0.1 % quicker.
+INTERVALS = 240
+# What a limit may be exceeded by, relative: rounding.
+TOLERANCE = 1e-6
+# Step at which a motion is checked [s], and the fewest and most steps in each interval.
+CHECK_STEP = 5e-5
+CHECK_STEPS = (8, 100)
+_SIGNS = np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class TimedPath:
+    """One timed path of the hand: a ``HandPath`` of one row.
+
+    Attributes:
+        path: where the hand moves.
+        progress: how the arc length grows, K intervals of constant third derivative.
+        knot_times: borders of the intervals (K + 1,) [s], from 0 to the duration.
+    """
+
+    path: SpacePath
+    progress: Progress
+    knot_times: Floats
+
+    @classmethod
+    def of(cls, path: SpacePath, progress: Progress) -> TimedPath:
+        """Return the motion ``progress`` along ``path``."""
+        return cls(path, progress, np.concatenate([[0.0], np.cumsum(progress.durations)]))
+
+    @property
+    def duration(self) -> Floats:
+        """Total time (1,) [s]."""
+        return self.knot_times[-1:]
+
+    def sample(self, times: ArrayLike) -> Samples:
+        """Return the motion at ``times`` [s], shape (M,) or (1, M), each result (1, M, 3); rest outside."""
+        s, points, moving, _ = self._read(times)
+        speed, rise = moving * s[1], moving * s[2]
+        ahead, aside = self._directions(points)
+        velocity = speed[:, None] * ahead
+        acceleration = rise[:, None] * ahead + (points.curvature * speed**2)[:, None] * aside
+        return Samples(self.path.positions(points.position)[None], velocity[None], acceleration[None])
+
+    def jerk(self, times: ArrayLike) -> Floats:
+        """Return the jerk at ``times`` [s], shape (M,) or (1, M), result (1, M, 3) [m/s3]; zero outside.
+
+        Where the curvature jumps under the relaxed rule the acceleration steps; that instant has no jerk, and the
+        value is the one just after.
+        """
+        s, points, moving, third = self._read(times)
+        along, across = _jerk(points, s[1], s[2], third)
+        ahead, aside = self._directions(points)
+        return (moving[:, None] * (along[:, None] * ahead + across[:, None] * aside))[None]
+
+    def peak_ratios(self, limits: MotionLimits) -> PeakRatios:
+        """Return the largest speed, acceleration and jerk as shares of ``limits``, each (1,).
+
+        They are read on both sides of every border and between them every 0.05 ms or 100 times.
+        """
+        steps = int(np.clip(np.ceil(self.progress.durations.max() / CHECK_STEP), *CHECK_STEPS))
+        course = self.progress.course(np.linspace(0.0, 1.0, steps + 1))
+        points = self.path.path.at(course.s, np.repeat(self.progress.pieces, steps + 1))
+        third = np.repeat(self.progress.jerks, steps + 1)
+        along, across = _jerk(points, course.speed, course.acceleration, third)
+        cross = points.curvature * course.speed**2
+        peaks = np.abs(course.speed), np.hypot(course.acceleration, cross), np.hypot(along, across)
+        return PeakRatios(*(np.array([p.max() / most]) for p, most in zip(peaks, limits.numbers(), strict=True)))
+
+    def slower(self, factor: float) -> TimedPath:
+        """Return the same motion in ``factor`` times the time."""
+        p = self.progress
+        scaled = Progress(
+            p.s, p.speed / factor, p.acceleration / factor**2, p.durations * factor, p.jerks / factor**3, p.pieces
+        )
+        return TimedPath.of(self.path, scaled)
+
+    def _directions(self, points: CurvePoints) -> tuple[Floats, Floats]:
+        """Unit vectors (M, 3) along the path and to its left."""
+        left = np.stack([-points.tangent[:, 1], points.tangent[:, 0]], axis=1)
+        return self.path.vectors(points.tangent), self.path.vectors(left)
+
+    def _read(self, times: ArrayLike) -> tuple[tuple[Floats, Floats, Floats], CurvePoints, Floats, Floats]:
+        """Arc length, speed and acceleration along it; the points there; 1 while moving, else 0; s'''."""
+        time = np.asarray(times, dtype=np.float64)
+        if time.ndim not in (1, 2) or (time.ndim == 2 and time.shape[0] != 1):
+            raise PlanningError(f"times must have shape (M,) or (1, M), got {time.shape}")
+        time = time.reshape(-1)
+        p, end = self.progress, self.knot_times[-1]
+        held = np.clip(time, 0.0, end)
+        k = np.clip(np.searchsorted(self.knot_times, held, side="right") - 1, 0, p.jerks.size - 1)
+        t, v0, a0, third = held - self.knot_times[k], p.speed[k], p.acceleration[k], p.jerks[k]
+        way = p.s[k] + t * (v0 + t * (0.5 * a0 + t * third / 6.0))
+        points = self.path.path.at(way, p.pieces[k])
+        moving = ((time >= 0.0) & (time <= end)).astype(np.float64)
+        return (way, v0 + t * (a0 + 0.5 * t * third), a0 + t * third), points, moving, third
+
+
+def time_path(
+    path: SpacePath, limits: MotionLimits, *, joints: JointRule = "strict", intervals: int = INTERVALS
+) -> TimedPath:
+    """Return the quickest motion along ``path`` from rest to rest.
+
+    The hand stops at corners. Where only the curvature jumps it stops too under the strict rule, which keeps the
+    acceleration continuous; under the relaxed one it runs through and its normal acceleration steps.
+
+    Args:
+        path: where to move.
+        limits: largest lengths of velocity, acceleration and jerk, one set.
+        joints: "strict" or "relaxed".
+        intervals: of constant s''' in each curved run, at least 20.
+
+    Raises:
+        PntGymError: (a ValueError) if CasADi is missing, no timing is found, or the one found cannot be made to
+            keep the limits.
+        ValueError: if the rule is unknown, there are too few intervals, or limits hold more than one set.
+    """
+    if joints not in ("strict", "relaxed"):
+        raise PlanningError(f"joints must be 'strict' or 'relaxed', got {joints!r}")
+    if intervals < 20:
+        raise PlanningError(f"intervals must be at least 20, got {intervals}")
+    limits.numbers()
+    runs = [_run(path, run, limits, intervals) for run in _runs(path.path, joints)]
+    return TimedPath.of(path, _joined(runs))
+
+
+def _runs(path: PlanePath, joints: JointRule) -> Iterator[tuple[int, int]]:
+    """First and one past the last piece of each part that is run through without a stop."""
+    first = 0
+    for k, joint in enumerate(path.joints, start=1):
+        if joint is Joint.CORNER or (joint is Joint.TANGENT and joints == "strict"):
+            yield first, k
+            first = k
+    yield first, len(path.pieces)
+
+
+def _run(path: SpacePath, run: tuple[int, int], limits: MotionLimits, intervals: int) -> Progress:
+    if run[1] - run[0] == 1 and path.path.pieces[run[0]].curve.straight:
+        return _straight(path.path, run[0], limits)
+    found = TimedPath.of(path, quickest(path.path, run, limits, intervals))
+    kept = found.slower(max(1.0, _needed(found, limits)))
+    if _needed(kept, limits) > 1.0 + TOLERANCE / 3.0:
+        raise PntGymError(f"the timing found exceeds its limits: {kept.peak_ratios(limits)}")
+    return kept.progress
+
+
+def _needed(motion: TimedPath, limits: MotionLimits) -> float:
+    """How many times slower the motion must be to keep its limits; below 1 where it could be quicker."""
+    ratios = motion.peak_ratios(limits)
+    roots = float(ratios.velocity[0]), float(ratios.acceleration[0]) ** 0.5, float(ratios.jerk[0]) ** (1.0 / 3.0)
+    return max(roots)
+
+
+def _straight(path: PlanePath, piece: int, limits: MotionLimits) -> Progress:
+    curve = min_time_scurve(float(path.borders[piece + 1] - path.borders[piece]), limits)
+    edges = np.concatenate([[0.0], np.cumsum(curve.durations)])
+    way, speed, acceleration = curve.sample(edges)
+    pieces: Ints = np.full(7, piece, dtype=np.int64)
+    return Progress(path.borders[piece] + way, speed, acceleration, curve.durations, _SIGNS * curve.jerk, pieces)
+
+
+def _joined(runs: list[Progress]) -> Progress:
+    """All runs as one; each ends and starts at rest, so that the shared borders agree."""
+    later = [run._replace(s=run.s[1:], speed=run.speed[1:], acceleration=run.acceleration[1:]) for run in runs[1:]]
+    return joined([runs[0], *later])
+
+
+def _jerk(points: CurvePoints, speed: Floats, rise: Floats, third: Floats) -> tuple[Floats, Floats]:
+    """Jerk along the path and to its left, each (M,)."""
+    bend = points.curvature
+    return third - bend**2 * speed**3, 3.0 * bend * speed * rise + points.slope * speed**3

@@ -1,0 +1,1 @@
+"""What several papers share: bounds by nonlinear programming, which need casadi."""

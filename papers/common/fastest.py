@@ -1,0 +1,218 @@
+"""The fastest motion between two points under norm limits, as one optimum: the bound for every path between them.
+
+The paths of Hassan et al. 2022 and Choe et al. 2023 are given by shape first and timed afterwards. Here only what must
+hold is given - vertical departure and approach, floor, roof, workspace, and the limits of speed, acceleration and jerk
+as Euclidean norms - and path and timing are found together. The programme is solved locally from two first guesses:
+its answer obeys every bound, and nothing faster was found, which is not a proof that nothing is.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from pnt_gym.arrays import Floats, Point, vector
+from pnt_gym.errors import PlanningError, PntGymError
+from pnt_gym.planning.motion.limits import EllipticWorkspace, MotionLimits
+from pnt_gym.planning.motion.scurve import stroke_time
+from pnt_gym.planning.motion.trajectory import JerkTrajectory
+
+from .casadi_module import load_casadi
+from .legs import Leg, add_leg, hermite, inside, join, rest, set_guess, solved
+
+FREE: Final = 40
+"""Intervals of the free part."""
+STRAIGHT: Final = 10
+"""Intervals of a vertical part."""
+ROUNDING: Final = 1e-9
+"""Excess of a height over a bound that counts as rounding [m]."""
+ITERATIONS: Final = 500
+"""Most iterations of a solve."""
+
+
+class NoMotionFound(PntGymError):
+    """No motion within the bounds exists or could be found."""
+
+
+class _MotionTask(NamedTuple):
+    start: Floats
+    end: Floats
+    velocity: Floats
+    lift: float
+    drop: float
+    floor: float
+    roof: float | None
+    workspace: EllipticWorkspace | None
+    limits: tuple[float, float, float]
+
+    @property
+    def above(self) -> dict[str, Floats]:
+        """Where the free part begins and ends (3,) [m]."""
+        up = np.array([0.0, 0.0, 1.0])
+        return {"start": self.start + self.lift * up, "end": self.end + self.drop * up}
+
+    @property
+    def still(self) -> bool:
+        """Whether there is nothing to do."""
+        return not (self.lift or self.drop or self.velocity.any() or (self.start != self.end).any())
+
+
+def fastest_motion(
+    start: Point,
+    end: Point,
+    limits: MotionLimits,
+    *,
+    lift: float = 0.0,
+    drop: float = 0.0,
+    start_velocity: Point | None = None,
+    floor: float | None = None,
+    roof: float | None = None,
+    workspace: EllipticWorkspace | None = None,
+) -> JerkTrajectory:
+    """Return the fastest motion found from start to rest at end, as one row.
+
+    Args:
+        start: first point (3,) [m].
+        end: last point (3,) [m].
+        limits: one set of limits, kept as norms at all times.
+        lift: vertical part at the start [m].
+        drop: vertical part at the end [m], entered without stopping.
+        start_velocity: velocity at the start (3,) [m/s], with no acceleration; rest when not given.
+        floor: least height of the free part [m], at most that of its two ends; the lower of these when not given.
+        roof: greatest height of the whole motion [m].
+        workspace: where the hand may be; None for no bound.
+
+    From rest to the same point without lift and drop the motion takes no time.
+
+    Raises:
+        ValueError: a point, lift or drop is not finite, floor or roof is not a number, lift or drop is negative, both
+            a lift and a velocity are given, or an end of the motion or of its free part lies outside the workspace,
+            above the roof or below the floor.
+        NoMotionFound: the solver found nothing that keeps the bounds.
+        PntGymError: casadi is not installed.
+    """
+    first, last = vector(start, "start"), vector(end, "end")
+    velocity = np.zeros(3) if start_velocity is None else vector(start_velocity, "start_velocity")
+    low = min(first[2] + lift, last[2] + drop)
+    given = low if floor is None else floor
+    task = _MotionTask(first, last, velocity, lift, drop, given, roof, workspace, limits.numbers())
+    _check_numbers(task)
+    _check_room(task)
+    task = task._replace(floor=float(min(low, task.floor)))
+    if task.still:
+        return JerkTrajectory(task.start[None], np.zeros((1, FREE)), np.zeros((1, FREE, 3)))
+    found = [path for guess in _guesses(task) if (path := _solve(task, guess)) is not None]
+    if not found:
+        bounds = [f"above {task.floor:.3f} m"]
+        bounds += [] if task.roof is None else [f"below {task.roof:.3f} m"]
+        bounds += [] if task.workspace is None else ["inside the workspace"]
+        raise NoMotionFound(
+            f"no motion from {task.start.tolist()} to {task.end.tolist()} was found that stays {' and '.join(bounds)}"
+        )
+    return min(found, key=lambda path: float(path.duration[0]))
+
+
+def _check_numbers(task: _MotionTask) -> None:
+    """Check lengths, speed and heights, each by itself."""
+    for name, value in (("lift", task.lift), ("drop", task.drop)):
+        if not (np.isfinite(value) and value >= 0.0):
+            raise PlanningError(f"{name} must be finite and not negative [m], got {value}")
+    if task.lift > 0.0 and task.velocity.any():
+        raise PlanningError(
+            f"a motion that starts at {task.velocity.tolist()} m/s cannot be lifted vertically; leave lift at 0"
+        )
+    speed, most = float(np.sqrt(task.velocity @ task.velocity)), task.limits[0]
+    if speed > most * (1.0 + 1e-9):
+        raise PlanningError(f"start_velocity is {speed:.4g} m/s; the limit is {most:.4g} m/s")
+    for name, height in (("floor", task.floor), ("roof", task.roof)):
+        if height is not None and np.isnan(height):
+            raise PlanningError(f"{name} must be a height [m], got {height}")
+
+
+def _check_room(task: _MotionTask) -> None:
+    """Compare both ends, and those of the free part, with workspace, roof and floor."""
+    ends = {"start": task.start, "end": task.end}
+    free = {f"{name} + {way}": task.above[name] for name, way in (("start", "lift"), ("end", "drop"))}
+    for name, point in (ends | free).items():
+        if task.workspace is not None and task.workspace.margin(point) < -ROUNDING:
+            raise PlanningError(f"{name} {point.tolist()} lies outside the workspace")
+        if task.roof is not None and point[2] > task.roof + ROUNDING:
+            raise PlanningError(f"{name} lies at z = {point[2]:.4g} m, above the roof at {task.roof:.4g} m")
+    if any(point[2] < task.floor - ROUNDING for point in free.values()):
+        heights = " and ".join(f"{name} at z = {point[2]:.4g} m" for name, point in free.items())
+        raise PlanningError(f"floor {task.floor:.4g} m must not lie above either end of the free part: {heights}")
+
+
+def _guesses(task: _MotionTask) -> list[float]:
+    """First guesses of the free part's duration [s]: brisk and slow."""
+    gap = task.end - task.start
+    way = float(np.sqrt(gap @ gap)) + task.lift + task.drop
+    reach = float(stroke_time(np.array([way]), *(np.array([value]) for value in task.limits))[0])
+    _, acceleration, jerk = task.limits
+    stop = float(np.sqrt(task.velocity @ task.velocity)) / acceleration + acceleration / jerk
+    return [reach + stop * bool(task.velocity.any()), 1.6 * (reach + stop)]
+
+
+def _solve(task: _MotionTask, duration: float) -> JerkTrajectory | None:
+    ca = load_casadi()
+    opti: Any = ca.Opti()
+    legs = _legs(opti, task)
+    _bound(opti, task, legs)
+    _start(opti, task, legs, duration)
+    solution = solved(opti, legs.values(), ITERATIONS)
+    if solution is None:
+        return None
+    parts = [leg.values(solution) for leg in legs.values()]
+    return JerkTrajectory.concatenate(task.start[None], parts, task.velocity[None])
+
+
+def _legs(opti: Any, task: _MotionTask) -> dict[str, Leg]:
+    """Lift, free part and drop, joined, with their ends."""
+    legs: dict[str, Leg] = {}
+    if task.lift > 0.0:
+        legs["lift"] = add_leg(opti, STRAIGHT, task.limits, line=(task.start[0], task.start[1]))
+    legs["free"] = add_leg(opti, FREE, task.limits, moving=task.lift == 0.0)
+    if task.drop > 0.0:
+        legs["drop"] = add_leg(opti, STRAIGHT, task.limits, line=(task.end[0], task.end[1]))
+    order = list(legs.values())
+    begin = order[0]
+    opti.subject_to(begin.position[begin.axes, 0] == task.start[begin.axes])
+    opti.subject_to(begin.velocity[begin.axes, 0] == task.velocity[begin.axes])
+    opti.subject_to(begin.acceleration[begin.axes, 0] == 0)
+    for first, second in pairwise(order):
+        join(opti, first, second)
+    last = order[-1]
+    opti.subject_to(last.position[last.axes, -1] == task.end[last.axes])
+    rest(opti, last, -1)
+    return legs
+
+
+def _bound(opti: Any, task: _MotionTask, legs: dict[str, Leg]) -> None:
+    """Heights and workspace; the borders between vertical and free parts."""
+    free = legs["free"]
+    if task.lift > 0.0:
+        opti.subject_to(free.position[2, 0] == task.above["start"][2])
+    if task.drop > 0.0:
+        opti.subject_to(free.position[2, -1] == task.above["end"][2])
+    opti.subject_to(task.floor <= free.control_points(2).T)
+    for leg in legs.values():
+        if task.roof is not None:
+            opti.subject_to(task.roof >= leg.control_points(2).T)
+    if task.workspace is not None:
+        inside(opti, free, task.workspace)
+
+
+def _start(opti: Any, task: _MotionTask, legs: dict[str, Leg], duration: float) -> None:
+    """First guess: straight vertical parts and a cubic between them that has the start's velocity."""
+    below, above = task.above["start"], task.above["end"]
+    zero = np.zeros(3)
+    times = {"lift": 0.4 * duration, "free": duration, "drop": 0.4 * duration}
+    paths = {
+        "lift": hermite(task.start, task.velocity, below, zero, times["lift"], STRAIGHT),
+        "free": hermite(below, task.velocity, above, zero, duration, FREE),
+        "drop": hermite(above, zero, task.end, zero, times["drop"], STRAIGHT),
+    }
+    for name, leg in legs.items():
+        set_guess(opti, leg, times[name], paths[name], task.limits)

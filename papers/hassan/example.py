@@ -1,0 +1,117 @@
+"""The numeric example of Hassan et al. 2022 (section IV-B3): three throws at 30 %, checked against their own model."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from agents.reproduce.finding import Row, printed
+from pnt_gym.arrays import Floats, Point
+from pnt_gym.planning import landing_point, plan_release, plan_release_batch
+
+from .cases import CEILING, PICKS, TARGETS, WORKSPACE, limits_at
+from .nlp import method_2
+
+RELEASES: Final = ((0.09, 0.13, -0.75), (0.15, 0.17, -0.75), (0.12, 0.17, -0.75))
+"""Published release points P_throw of the three picks [m]; the paper states no bound of their height."""
+SPEED: Final = 1.8
+"""Published release speed of all three [m/s]."""
+TOLERANCE: Final = 0.005
+"""Delta [m] (section III-D): how far a landing may be from the target along x and along y."""
+TARGET: Final = np.array(TARGETS["inside"])
+LIMITS: Final = limits_at(30)
+STEPS: Final = 21
+
+
+def example_rows() -> list[Row]:
+    """Where the published throws land, where the optima lie, and what bounded them."""
+    rows: list[Row] = []
+    for k, release in enumerate(RELEASES):
+        rows += [_landing(k, np.array(release)), _optimum(k, np.array(release))]
+    return [*rows, _bound_rule(), _method_2_heights()]
+
+
+def landing_error(pick: Floats, release: Floats, speed: float = SPEED) -> Floats:
+    """Landing less target in the target's plane (..., 2) [m] for releases (..., 3) on a line from the pick."""
+    way = release - pick
+    velocity = speed * way / np.linalg.norm(way, axis=-1, keepdims=True)
+    return (landing_point(release, velocity, TARGET[2]) - TARGET)[..., :2]
+
+
+def best_under_rounding(pick: Floats, release: Floats) -> float:
+    """The least error on the worse axis [m] that any point with the same printed digits gives."""
+    shift = np.linspace(-printed(2), printed(2), STEPS)
+    grid = np.stack(np.meshgrid(shift, shift, shift, indexing="ij"), axis=-1).reshape(-1, 3)
+    return float(np.abs(landing_error(pick, release + grid)).max(axis=1).min())
+
+
+def _landing(k: int, release: Floats) -> Row:
+    pick = np.array(PICKS[k])
+    error = landing_error(pick, release)
+    line = (TARGET - pick)[:2] / np.linalg.norm((TARGET - pick)[:2])
+    return Row.compared(
+        f"hassan/inconsistency/throw-{k + 1}-landing",
+        0.0,
+        best_under_rounding(pick, release),
+        "m",
+        within=TOLERANCE,
+        note="landing from the target on the worse axis, the least that any release with the printed digits gives; "
+        f"delta allows 5 mm. As printed the throw lands {1000 * np.hypot(*error):.1f} mm off",
+        printed_point_m=float(np.hypot(*error)),
+        along_m=float(error @ line),
+        across_m=float(error @ np.array([-line[1], line[0]])),
+    )
+
+
+def _optimum(k: int, release: Floats) -> Row:
+    found = plan_release(PICKS[k], TARGET, LIMITS, ceiling=CEILING, tolerance=TOLERANCE)
+    apart = float(np.linalg.norm(found.position - release))
+    return Row.compared(
+        f"hassan/inconsistency/throw-{k + 1}-point",
+        _digits(release),
+        _digits(found.position),
+        "m",
+        note=f"quickest throw below z = {CEILING} m within delta, to the printed digits: {1000 * apart:.0f} mm from "
+        "the published point",
+        point_m=found.position.tolist(),
+        apart_m=apart,
+        release_time_s=found.time,
+        angle_rad=found.angle,
+    )
+
+
+def _digits(point: Point) -> str:
+    return ", ".join(f"{x:.2f}" for x in np.asarray(point))
+
+
+def _bound_rule() -> Row:
+    """The bound of the release height as section III-D states it: where the line leaves the workspace, a cylinder."""
+    picks = np.array(PICKS)
+    way = TARGET - picks
+    azimuth = np.arctan2(way[:, 1], way[:, 0])
+    bounds = WORKSPACE.line_bounds(picks, np.cos(azimuth), np.sin(azimuth))
+    heights = picks[:, 2] + bounds.far / np.hypot(way[:, 0], way[:, 1]) * way[:, 2]
+    thrown = int(plan_release_batch(picks, np.tile(TARGET, (3, 1)), LIMITS, heights, TOLERANCE).feasible.sum())
+    return Row.compared(
+        "hassan/inconsistency/greatest-height",
+        max(point[2] for point in RELEASES),
+        float(heights.max()),
+        "m",
+        within=printed(2),
+        note="Z_rmax as defined, where the line from pick to target leaves the workspace, is the height of the pick: "
+        f"{thrown} of 3 throws exist below it; the example's points lie at the published value, stated nowhere",
+        throws=thrown,
+    )
+
+
+def _method_2_heights() -> Row:
+    heights = [float(method_2(pick, TARGET, LIMITS).position[2]) for pick in PICKS]
+    return Row.compared(
+        "hassan/inconsistency/method-2-heights",
+        _digits([point[2] for point in RELEASES]),
+        _digits(heights),
+        "m",
+        note="release heights of the example by method 2 as printed, which knows no bound of the height",
+        heights_m=heights,
+    )

@@ -1,0 +1,187 @@
+"""Figures like those of Hassan et al. 2022, drawn from the reproduced motions, and what Fig. 12 says of its motion."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from agents.ground.drawings import COLOURS, Axes, Figure, dress, subplots
+from agents.reproduce.finding import Findings, Row, printed, share
+from agents.reproduce.grids import listed
+from pnt_gym.arrays import Floats, joined, length, take
+from pnt_gym.constants import GRAVITY
+from pnt_gym.planning import MotionLimits, flight_state, flight_time, min_time_scurve, release_at_elevation, speed_at
+
+from .cases import CLOSE, METHODS, PERCENTAGES, PICKS, PROTOCOLS, PUBLISHED, TARGETS, TITLES, cell_cycle
+from .planning.cycle import Cycle, CycleSamples
+
+RATE: Final = 1000.0
+"""Samples per second of drawn motions [Hz]."""
+EXAMPLE: Final = 30
+"""Percentage of the cycle shown in Fig. 12."""
+PEAKS: Final = (1.8, 36.0)
+"""What section IV-C1 reads off Fig. 12: the greatest speed [m/s] and acceleration [m/s2]."""
+AXIS_END: Final = 3.0
+"""Where the time axis of Fig. 12 ends [s]."""
+READINGS: Final = ("paper-clock", "constant-jerk-overlap", "constant-jerk")
+"""Protocols by which Fig. 12 is drawn and judged."""
+
+
+def figures_findings() -> Findings:
+    """Figures 2, 4 and 5, 8 to 10, 11, 12, 13 and 14."""
+    drawn = {
+        "hassan_scurve.svg": scurve_figure(),
+        "hassan_paths.svg": paths_figure(),
+        "hassan_positions_place_inside.svg": positions_figure("inside", ("pick-and-place", "min-time-throw")),
+        "hassan_positions_inside.svg": positions_figure("inside", ("horizontal-throw", "min-time-throw")),
+        "hassan_positions_outside.svg": positions_figure("outside", ("horizontal-throw", "min-time-throw")),
+        "hassan_motion.svg": motion_figure(),
+    }
+    rows = [row for protocol in READINGS for row in figure_12(protocol)]
+    return listed("Fig. 12, by reading", rows, drawn, drop="hassan/figure-12/")
+
+
+def figure_12(protocol: str) -> list[Row]:
+    """What the paper says of the proposed loop at 30 %, beside the loop by one protocol."""
+    cycle, own = cell_cycle(protocol, "min-time-throw", "inside", EXAMPLE).require(), PROTOCOLS[protocol]
+    peaks, bounds = cycle.peak_ratios(own.limits(EXAMPLE)), own.limits(EXAMPLE).numbers()
+    speed, push = (float(ratio.max()) * bound for ratio, bound in zip(peaks[:2], bounds[:2], strict=True))
+    period, published = float(cycle.duration.sum()), float(PUBLISHED["min-time-throw", "inside", EXAMPLE])
+    folder, by = f"hassan/figure-12/{protocol}", f"at {EXAMPLE} %, {own.label}"
+    return [
+        Row.compared(f"{folder}/peak-speed", PEAKS[0], speed, "m/s", within=printed(1), note=by),
+        Row.compared(f"{folder}/peak-acceleration", PEAKS[1], push, "m/s2", within=printed(0), note=by),
+        Row.compared(
+            f"{folder}/picks-per-min",
+            published,
+            180.0 / period,
+            "picks/min",
+            within=share(published, CLOSE),
+            note=f"{by}; the figure's cell of Table I",
+        ),
+        Row.compared(
+            f"{folder}/loop",
+            f"on an axis of {AXIS_END:g} s",
+            period,
+            "s",
+            holds=period <= AXIS_END,
+            note=f"{by}; the closed loop over the three picks",
+        ),
+    ]
+
+
+def scurve_figure() -> Figure:
+    """Time and peak speed over the stroke (Fig. 2), and the release as a crossing (Figs. 4 and 5), in both cases."""
+    figure, (times, speeds, *crossings) = subplots(2, 2, (10.0, 7.4))
+    strokes = np.linspace(1e-4, 0.8, 400)
+    for k, (jerk, label) in enumerate(((450.0, "case 1: √(J V) < A"), (3000.0, "case 2: √(J V) ≥ A"))):
+        curve = min_time_scurve(strokes, MotionLimits(1.8, 36.0, jerk))
+        times.plot(strokes, curve.duration, color=COLOURS[k], label=label)
+        speeds.plot(strokes, curve.velocity, color=COLOURS[k], label=label)
+    dress(times, "stroke P [m]", "time T [s]", "duration of a stroke", legend="best")
+    dress(speeds, "stroke P [m]", "peak speed V [m/s]", "peak speed of a stroke")
+    _crossing(crossings[0], MotionLimits(4.5, 90.0, 1500.0), "case 1")
+    _crossing(crossings[1], MotionLimits(2.4, 48.0, 3000.0), "case 2, 40 % with J constant")
+    return figure
+
+
+def _crossing(axes: Axes, limits: MotionLimits, case: str) -> None:
+    """Release speed over release distance: what the S-curve gives and what the flight needs."""
+    reach = 0.8
+    distances = np.linspace(1e-4, 0.32, 400)
+    axes.plot(distances, speed_at(distances, limits), color="black", label="S-curve: speed at mid-stroke")
+    angles = np.radians(np.linspace(5.0, 60.0, 1101))
+    zero, target = np.zeros((len(angles), 3)), np.tile([reach, 0.0, 0.0], (len(angles), 1))
+    found = release_at_elevation(zero, target, limits, angles)
+    best = int(np.nanargmin(found.distance))
+    for k, angle in enumerate(np.radians([12.0, 20.0, np.degrees(angles[best]), 55.0])):
+        flight = np.sqrt(2.0 * reach * np.tan(angle) / GRAVITY)
+        label = f"flight at {np.degrees(angle):.1f}°" + (" (optimum)" if angle == angles[best] else "")
+        axes.plot(distances, (reach / np.cos(angle) - distances) / flight, color=COLOURS[k], label=label)
+    axes.plot(found.distance[best], found.speed[best], "o", color="black")
+    names, title = ("release distance $P_r$ [m]", "release speed $V_r$ [m/s]"), f"release: S-curve meets flight, {case}"
+    dress(axes, *names, title, legend="lower right", ylim=(0.0, 5.0))
+
+
+def paths_figure() -> Figure:
+    """Side views of the first cycle inside at 30 %: hand and thrown object."""
+    figure, panels = subplots(3, 1, (8.5, 7.6), sharex=True)
+    for axes, method in zip(panels, METHODS, strict=True):
+        for protocol, style in (("paper-clock", "-"), ("constant-jerk", "--")):
+            cycle, label = cell_cycle(protocol, method, "inside", EXAMPLE), f"hand, {PROTOCOLS[protocol].label}"
+            run = cycle.sample(np.linspace(0.0, cycle.duration[0], 800))
+            axes.plot(*side_view(run.position[0], "inside"), style, color=COLOURS[0], label=label)
+        draw_flight(axes, cell_cycle("paper-clock", method, "inside", EXAMPLE), "inside", COLOURS[1])
+        dress(axes, "", "height z [m]", TITLES[method], aspect="equal", ylim=(-0.88, -0.63))
+    panels[-1].set_xlabel("distance from the pick towards the target [m]")
+    figure.legend(*panels[-1].get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=5)
+    return figure
+
+
+def side_view(points: Floats, zone: str) -> tuple[Floats, Floats]:
+    """Horizontal distance from the first pick towards the target, and height."""
+    pick, target = np.array(PICKS[0]), np.array(TARGETS[zone])
+    line = (target - pick)[:2] / np.hypot(*(target - pick)[:2])
+    return (points - pick)[..., :2] @ line, points[..., 2]
+
+
+def draw_flight(axes: Axes, cycle: Cycle, zone: str, colour: str) -> None:
+    """The first cycle's object from release to target, from the side."""
+    start, velocity, target = cycle.release_position[0], cycle.release_velocity[0], np.array(TARGETS[zone])
+    steps = np.linspace(0.0, float(flight_time(start, velocity, target[2])), 100)
+    axes.plot(*side_view(flight_state(start, velocity, steps)[0], zone), ":", color=colour, label="object in flight")
+    axes.plot(*side_view(start, zone), "o", color=colour, markersize=4, label="release or place")
+    axes.plot(*side_view(target, zone), "v", color=COLOURS[3], label="target")
+
+
+def positions_figure(zone: str, methods: tuple[str, str]) -> Figure:
+    """Desired positions over time for two methods at all percentages of a zone (Figs. 11, 13, 14)."""
+    figure, panels = subplots(3, 2, (9.5, 6.4), sharex=True, sharey="row")
+    for column, method in enumerate(methods):
+        for k, percent in enumerate(PERCENTAGES[zone]):
+            run = loop_motion(cell_cycle("paper-clock", method, zone, percent))
+            for row, axes in enumerate(panels[column::2]):
+                axes.plot(run.time[0], run.position[0, :, row], color=COLOURS[k], label=f"{percent} %")
+        for name, axes in zip("xyz", panels[column::2], strict=True):
+            dress(axes, "", f"{name} [m]" if column == 0 else "")
+        panels[column].set_title(f"{TITLES[method]}, target {zone}", fontsize=10)
+        panels[4 + column].set_xlabel("time [s]")
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, fontsize=8, title="share of the limits", ncols=3, loc="outside lower center")
+    return figure
+
+
+def motion_figure() -> Figure:
+    """Position, speed, acceleration and jerk of the proposed loop at 30 % (Fig. 12), by three readings."""
+    figure, panels = subplots(4, len(READINGS), (13.0, 8.4), sharex=True, sharey="row")
+    names = ("position [m]", "speed [m/s]", "acceleration [m/s²]", "jerk [m/s³]")
+    for column, protocol in enumerate(READINGS):
+        own, axes = PROTOCOLS[protocol], panels[column :: len(READINGS)]
+        run = loop_motion(cell_cycle(protocol, "min-time-throw", "inside", EXAMPLE))
+        for axis in range(3):
+            axes[0].plot(run.time[0], run.position[0, :, axis], color=COLOURS[axis], label="xyz"[axis])
+        motions = (run.velocity, run.acceleration, run.jerk)
+        for panel, values, bound in zip(axes[1:], motions, own.limits(EXAMPLE).numbers(), strict=True):
+            panel.plot(run.time[0], length(values[0]), color="black", linewidth=1)
+            panel.axhline(bound, color=COLOURS[3], linestyle="--", linewidth=1, label="limit")
+        dress(axes[0], "", "" if column else names[0], f"{EXAMPLE} %, {own.label}")
+    for k, panel in enumerate(panels[len(READINGS) :], start=len(READINGS)):
+        row, column = divmod(k, len(READINGS))
+        dress(panel, "time [s]" if row == 3 else "", "" if column else names[row], ylim=(0.0, None))
+    entries = [panel.get_legend_handles_labels() for panel in (panels[0], panels[len(READINGS)])]
+    handles, labels = ([item for part in column for item in part] for column in zip(*entries, strict=True))
+    figure.legend(handles, labels, fontsize=8, ncols=4, loc="outside lower center")
+    return figure
+
+
+def loop_motion(cycle: Cycle) -> CycleSamples:
+    """The cycles of a loop one after the other as a single row."""
+    offset, pieces = 0.0, list[CycleSamples]()
+    for k in range(len(cycle)):
+        path = take(cycle.path, np.array([k]))
+        times = np.arange(0.0, path.duration[0], 1.0 / RATE)
+        grip = (times < cycle.release_time[k])[None]
+        pieces.append(CycleSamples(times[None] + offset, *path.sample(times), path.jerk(times), grip))
+        offset += float(path.duration[0])
+    return joined(pieces, axis=1)

@@ -1,0 +1,280 @@
+"""Formulas of Hassan et al. 2022 that need a word or a constraint more than is printed, each on an example.
+
+Beside them its properties of the throw and of the S-curve, counted over many throws.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+
+from agents.reproduce.finding import Row
+from pnt_gym.arrays import Bools, Floats, Ints, length, take
+from pnt_gym.constants import GRAVITY
+from pnt_gym.planning import (
+    MotionLimits,
+    ReleaseBatch,
+    brake_distance,
+    landing_point,
+    min_time_scurve,
+    plan_release,
+    plan_release_batch,
+    release_at_elevation,
+)
+
+from .cases import CEILING, CELLS, FOLD, PICKS, PROTOCOLS, TARGETS, WORKSPACE, cell_cycle, limits_at, scene
+from .nlp import method_1
+
+FOLD_CASE: Final = ((-0.389, -0.443, -0.85), (0.209, 0.2, -0.79), 45)
+"""A throw with a flat and a steep branch below the ceiling: pick, target [m] and percentage."""
+LOW_BIN: Final = 0.2
+"""Depth of a bin below the belt that tells the definitions of theta_r apart [m]."""
+HIGH_BIN: Final = 0.2
+"""Height of a bin above the ceiling that no slow throw reaches [m]."""
+RULES: Final = PROTOCOLS["paper-clock"].rules
+PICK, TARGET = np.array(PICKS[0]), np.array(TARGETS["inside"])
+THROWS: Final = 2000
+GRID: Final = 300
+STROKES: Final = np.geomspace(1e-3, 5.0, 200)
+"""Strokes P of the S-curve [m]."""
+ROUNDING: Final = 1e-12
+SMALL_GAIN: Final = 0.1
+"""Gain of the cycle time [%] up to which the quickest release counts as the quickest cycle."""
+
+
+def formula_rows() -> list[Row]:
+    """Branches below a ceiling, then single formulas, then statements about the throws outside."""
+    return [_branches(), _fold(), _root_argument(), _bound_order(), _angle(), *_outside_30(), _elevations()]
+
+
+def _branches() -> Row:
+    """Below a ceiling the feasible elevations can fall apart; "unique minimum" (III-E) does not cover that."""
+    pick, target, percent = FOLD_CASE
+    limits = limits_at(percent)
+    exact, local = plan_release(pick, target, limits, ceiling=CEILING), method_1(pick, target, limits, ceiling=CEILING)
+    return Row.ours(
+        "hassan/inconsistency/two-branches",
+        local.time,
+        "s",
+        note=f"release time by method 1 (SLSQP, success reported: {local.success}) where the optimum takes "
+        f"{exact.time:.4f} s, from {pick} to {target} at {percent} % below z = {CEILING} m; the unique minimum of "
+        "III-E is without a ceiling",
+        optimum_s=exact.time,
+        ratio=local.time / exact.time,
+        optimal_angle_rad=exact.angle,
+    )
+
+
+def _fold() -> Row:
+    """What makes one cell of Table I so sensitive."""
+    heights = (-0.7550, -0.7475)
+    low, high = (plan_release(PICK, TARGET, limits_at(FOLD[2]), ceiling=height) for height in heights)
+    flat, steep = (math.degrees(found.angle) for found in (low, high))
+    return Row.ours(
+        "hassan/inconsistency/fold",
+        high.distance,
+        "m",
+        note=f"release distance of the first throw of {'/'.join(map(str, FOLD))} with the ceiling 7.5 mm higher, "
+        f"instead of {low.distance:.3f} m: the elevation jumps from {flat:.0f} to {steep:.0f} degrees, which is why "
+        "this cell reads 120",
+        low_distance_m=low.distance,
+        ceilings_m=list(heights),
+    )
+
+
+def _root_argument() -> Row:
+    """Eq. 18 takes the root of (V sin / g)^2 + 2 (z - Z_f) / g; Eqs. 14-17 do not keep it from being negative."""
+    rise = limits_at(5).numbers()[0] / GRAVITY
+    greatest = rise * rise - 2.0 * HIGH_BIN / GRAVITY
+    return Row.compared(
+        "hassan/inconsistency/root-of-equation-18",
+        "a real t_f",
+        greatest,
+        "s2",
+        holds=greatest >= 0.0,
+        note=f"greatest argument at 5 % with a bin {HIGH_BIN} m above the ceiling: negative for every admissible x, so "
+        "t_f is complex; the target's height needs a constraint of its own",
+    )
+
+
+def _bound_order() -> Row:
+    """Section III-D bounds x_3 by X_0 <= x_3 <= X_rmax, which holds only for targets in +x."""
+    mirror = np.array([-1.0, 1.0, 1.0])
+    pick, target = PICK * mirror, TARGET * mirror
+    azimuth = np.arctan2(*(target - pick)[1::-1])
+    bounds = WORKSPACE.line_bounds(pick[None], np.cos([azimuth]), np.sin([azimuth]))
+    width = float(bounds.far[0] * math.cos(azimuth))
+    return Row.compared(
+        "hassan/inconsistency/order-of-bounds",
+        "X_0 <= X_rmax",
+        width,
+        "m",
+        holds=width >= 0.0,
+        note="X_rmax - X_0 of the first throw mirrored to -x: no point lies between the printed bounds of x_3",
+    )
+
+
+def _angle() -> Row:
+    """Theta_r is measured from P0-Pf in the words of III-A, from the horizontal in the formulas of III-D."""
+    target = TARGET - np.array([0.0, 0.0, LOW_BIN])
+    level = (target - PICK)[:2] / np.hypot(*(target - PICK)[:2])
+    found = plan_release(PICK, target, limits_at(30), ceiling=CEILING)
+    fall = math.atan2(target[2] - PICK[2], np.hypot(*(target - PICK)[:2]))
+    readings = {"from the line P0-Pf": found.angle - fall, "from the horizontal": found.angle}
+    misses: dict[str, float] = {}
+    for name, theta in readings.items():
+        velocity = found.speed * np.array([*(math.cos(theta) * level), math.sin(theta)])
+        misses[name] = float(np.hypot(*(landing_point(found.position, velocity, target[2]) - target)[:2]))
+    wrong = readings["from the line P0-Pf"]
+    return Row.compared(
+        "hassan/inconsistency/definition-of-angle",
+        "from the line P0-Pf",
+        min(misses, key=lambda name: misses[name]),
+        "-",
+        note=f"theta_r in the words of III-A beside what Eq. 18 needs to hit, as III-D has it: the first throw at 30 % "
+        f"into a bin {LOW_BIN} m below the belt rises at {math.degrees(found.angle):.1f} degrees, not at "
+        f"{math.degrees(wrong):.1f}",
+        landing_errors_m=misses,
+    )
+
+
+def _outside_30() -> list[Row]:
+    """Section IV-C3: below 35 % the speed is not sufficient to throw outside."""
+    picks, targets, _ = scene("outside")
+    releases = [
+        plan_release_batch(picks, targets, limits_at(30, constant_jerk=constant), CEILING, RULES.tolerance, WORKSPACE)
+        for constant in (False, True)
+    ]
+    reach = max(float(np.hypot(*found.position[:, :2].T).max()) for found in releases)
+    level = [cell_cycle(name, "horizontal-throw", "outside", 30) for name in ("paper-clock", "constant-jerk-overlap")]
+    cycle, limits = level[0], limits_at(30)
+    speed = np.linalg.norm(cycle.release_velocity, axis=1)
+    stop = cycle.release_position + (brake_distance(speed, limits) / speed)[:, None] * cycle.release_velocity
+    radius = float(np.hypot(stop[:, 0], stop[:, 1]).max())
+    note = "throws to the outside target at 30 %, J scaled or constant, with the release inside the workspace"
+    return [
+        Row.compared(
+            "hassan/inconsistency/outside-30-proposed",
+            0.0,
+            float(min(found.feasible.sum() for found in releases)),
+            "throws",
+            note=f"{note}; the release lies at most {reach:.2f} m from the axis",
+        ),
+        Row.compared(
+            "hassan/inconsistency/outside-30-horizontal",
+            0.0,
+            float(min(found.feasible.sum() for found in level)),
+            "throws",
+            note=f"{note} and the hand stopping there, at most {radius:.3f} m from the axis: not the speed but the "
+            "reach would have to forbid them",
+            stop_radius_m=radius,
+        ),
+    ]
+
+
+def _elevations() -> Row:
+    """The proposed throw leaves the belt without a lift."""
+    angles: list[float] = []
+    for zone, percent in CELLS:
+        picks, targets, _ = scene(zone)
+        release = plan_release_batch(picks, targets, limits_at(percent), CEILING, RULES.tolerance)
+        angles += np.degrees(release.angle).tolist()
+    angles.sort()
+    rise = 100.0 * math.sin(math.radians(angles[-2]))
+    return Row.ours(
+        "hassan/inconsistency/no-lift",
+        angles[0],
+        "deg",
+        note=f"flattest of the 18 throws of the table; all but one ({angles[-1]:.0f} deg) stay below {angles[-2]:.0f} "
+        f"deg, so in the first 100 mm the object rises at most {rise:.0f} mm above the belt and its neighbours",
+        angles_deg=angles,
+    )
+
+
+def claim_rows() -> list[Row]:
+    """Monotone S-curve, unique minimum, least distance in least time, falling hits, quickest cycle."""
+    rng = np.random.default_rng(44)
+    share = rng.uniform(0.1, 1.0, THROWS)
+    limits = MotionLimits(6.0 * share, 120.0 * share, 3000.0 * rng.uniform(0.1, 1.0, THROWS))
+    reach, nothing = rng.uniform(0.2, 1.5, THROWS), np.zeros(THROWS)
+    picks, targets = np.zeros((THROWS, 3)), np.stack([reach, nothing, rng.uniform(-0.3, 0.3, THROWS)], axis=1)
+    best = plan_release_batch(picks, targets, limits)
+    distance, time = _profiles(picks, targets, limits)
+    quicker = time.min(axis=1) < best.time * (1.0 - 1e-9)
+    rising = best.velocity[:, 2] - GRAVITY * best.flight_time > 0.0
+    return [
+        *_scurve_rows(limits),
+        _none("unique-minimum", _minima(distance) > 1, "throws whose release distance has several minima (III-E)"),
+        _none("least-distance-is-least-time", quicker, "throws with a quicker release than the nearest one (III-E)"),
+        _none("falling-hit", rising, "optimal throws that hit the target on their way up (Eq. 19 has both)"),
+        _quickest_cycle(),
+    ]
+
+
+def _none(name: str, broken: Bools, note: str) -> Row:
+    """A claim that no case may break."""
+    return Row.compared(f"hassan/claim/{name}", 0.0, float(np.sum(broken)), "-", note=f"{note}; of {len(broken)}")
+
+
+def _scurve_rows(limits: MotionLimits) -> list[Row]:
+    """Section II-C: T(P) increases, V(P) does not decrease."""
+    rows = np.repeat(np.arange(THROWS), STROKES.size)
+    curve = min_time_scurve(np.tile(STROKES, THROWS), take(limits, rows))
+    times, speeds = (values.reshape(THROWS, -1) for values in (curve.duration, curve.velocity))
+    slower = np.any(np.diff(speeds, axis=1) < -ROUNDING * speeds[:, 1:], axis=1)
+    return [
+        _none("time-increases", np.any(np.diff(times, axis=1) <= 0.0, axis=1), "limits at which T(P) falls (II-C)"),
+        _none("speed-never-falls", slower, "limits at which V(P) falls (II-C)"),
+    ]
+
+
+def _profiles(picks: Floats, targets: Floats, limits: MotionLimits) -> tuple[Floats, Floats]:
+    """Release distance [m] and time [s] over the elevation, (N, GRID) each."""
+    foot = np.arctan2(targets[:, 2], targets[:, 0])
+    share = (np.arange(GRID) + 0.5) / GRID
+    angles = foot[:, None] + (0.5 * np.pi - foot[:, None]) * share
+    rows = np.repeat(np.arange(len(picks)), GRID)
+    found = release_at_elevation(picks[rows], targets[rows], take(limits, rows), angles.ravel())
+    return found.distance.reshape(-1, GRID), found.time.reshape(-1, GRID)
+
+
+def _minima(values: Floats) -> Ints:
+    """Number of inner points of each row below both neighbours."""
+    inner = values[:, 1:-1]
+    return ((inner < values[:, :-2]) & (inner < values[:, 2:])).sum(axis=1)
+
+
+def _quickest_cycle() -> Row:
+    """Section III-D: the quickest release gives the quickest cycle; here with a stop on the line and no ceiling."""
+    gain = max(float(_gains(zone, limits_at(percent)).max()) for zone, percent in CELLS)
+    return Row.compared(
+        "hassan/claim/quickest-release-is-quickest-cycle",
+        0.0,
+        100.0 * gain,
+        "%",
+        within=SMALL_GAIN,
+        note="largest gain of the cycle time of the table's 18 throws, without a ceiling, when any elevation may be",
+    )
+
+
+def _gains(zone: str, limits: MotionLimits) -> Floats:
+    picks, targets, following = scene(zone)
+    best = plan_release_batch(picks, targets, limits)
+    angles = (best.angle[:, None] + np.linspace(-0.15, 0.15, 2 * GRID + 1)).ravel()
+    rows = np.repeat(np.arange(len(picks)), 2 * GRID + 1)
+    found = release_at_elevation(picks[rows], targets[rows], limits, angles)
+    times = _cycle_time(found, following[rows], limits).reshape(len(picks), -1)
+    return 1.0 - times.min(axis=1) / _cycle_time(best, following, limits)
+
+
+def _cycle_time(release: ReleaseBatch, following: Floats, limits: MotionLimits) -> Floats:
+    """Throw, brake, straight back above the next pick, down; every move ends before the next begins [s]."""
+    way = brake_distance(release.speed, limits)
+    stop = release.position + way[:, None] * release.direction
+    back = length(following + np.array([0.0, 0.0, RULES.approach]) - stop)
+    down = np.full(len(back), RULES.approach)
+    # The brake takes as long as twice its way at release speed.
+    moves = min_time_scurve(back, limits).duration + min_time_scurve(down, limits).duration
+    return release.time + 2.0 * way / release.speed + moves

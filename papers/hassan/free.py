@@ -1,0 +1,219 @@
+"""The throw of Hassan et al. 2022 with a release in any direction: what the best motion under the same limits can do.
+
+Same picks, targets, release ceiling, tolerance and vertical approach as Table I. The hand keeps above the falling
+object until it is clear of it; its height and the window after the release are varied (`headroom/...`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import cache, partial
+from typing import Any, Final, TypeAlias
+
+import numpy as np
+
+from agents.ground.drawings import COLOURS, Axes, dress, subplots, svg
+from agents.reproduce.finding import Findings, Row
+from pnt_gym.arrays import joined, length
+from pnt_gym.planning import InfeasibleThrow
+from pnt_gym.planning.free.rules import HandRules
+from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
+
+from ..common.fastest import NoMotionFound
+from .cases import CEILING, CELLS, KEPT, PUBLISHED, TARGETS, cell_cycle, cycle_details, limits_at, picks_per_min, scene
+from .figures import draw_flight, side_view
+from .per_pick import CYCLE, Cell, loss_rows, mover_of, per_pick_cycle, per_pick_grid, timing_rows, two_phases
+from .planning.cycle import Cycle
+from .planning.optimum import fastest_throw
+from .planning.throw_check import SAMPLE_RATE, check_throw
+from .simulated import simulated, simulated_details, simulated_rows
+
+OPTIMUM: Final = "table1/limits-respected/free-direction-throw"
+PER_PICK: Final = "table1/limits-respected/free-direction-per-pick"
+CONSTANT_JERK: Final = "table1/constant-jerk/free-direction-throw"
+KEPT_MISS: Final = math.sqrt(2.0) * CYCLE.tolerance + KEPT
+"""Throws are aimed short of the target by delta along x or y, so by up to delta sqrt 2 [m]."""
+RULES: Final = mover_of(40).rules
+"""What binds the hand besides the limits: what binds it in the cell, without a window after the release."""
+Planned: TypeAlias = Mapping[Cell, Cycle | str]
+"""The cycles of every cell, or why there are none."""
+HEADROOM: Final = {
+    "hand-cap-0": replace(RULES, hand_cap=0.0),
+    "hand-cap-0.05": replace(RULES, hand_cap=0.05),
+    "window-10ms": replace(RULES, window=0.010),
+    "window-30ms": replace(RULES, window=0.030),
+}
+"""The same throw with a lower roof for the hand, or with a hand that moves on unchanged after the release."""
+
+EXAMPLE: Final = ("outside", 45)
+"""Zone and percentage that are drawn, from the first pick."""
+RATE: Final = 2000.0
+"""Samples per second of the drawn motions [Hz]."""
+
+
+def free_findings() -> Findings:
+    """The optimum in every cell, how close the planning per pick comes to it, and two throws drawn."""
+    best = optima(RULES)
+    quick = planned(per_pick_cycle)
+    note = (
+        "as the conveyor cell plans it with planner: free_direction, pick by pick and before the next pick is known, "
+        f"beside the optimum for a known next pick; {bounds(RULES)}"
+    )
+    later = [*loss_rows(PER_PICK, _cycles(quick), _cycles(best)), *timing_rows(PER_PICK, KEPT_MISS)]
+    rows = [
+        *free_rows(OPTIMUM, best, RULES, f"fastest motion found in a free direction; {bounds(RULES)}"),
+        *free_rows(PER_PICK, quick, RULES, note),
+        *later,
+    ]
+    drawing = free_figure(free_cycle)
+    return Findings(tuple(rows), figures={"hassan_free_direction.svg": drawing}, grids=(per_pick_grid(later),))
+
+
+def constant_jerk_findings() -> Findings:
+    """The optimum in every cell with J = 3000 m/s3 at every percentage."""
+    found = planned(partial(free_cycle, constant_jerk=True))
+    note = f"fastest motion found in a free direction, J = 3000 m/s3 at every percentage; {bounds(RULES)}"
+    return Findings(tuple(free_rows(CONSTANT_JERK, found, RULES, note, constant_jerk=True)))
+
+
+def headroom_findings(variant: str) -> Findings:
+    """The optimum in every cell with one more bound."""
+    rules = HEADROOM[variant]
+    return Findings(tuple(free_rows(f"headroom/{variant}", optima(rules), rules, f"as {OPTIMUM}, but {bounds(rules)}")))
+
+
+def optima(rules: HandRules) -> Planned:
+    """The fastest cycles of every cell under the limits with scaled jerk."""
+    return planned(partial(free_cycle, rules=rules), f"{bounds(rules)}: ")
+
+
+def planned(plan: Callable[[str, int], Cycle], under: str = "") -> Planned:
+    """The cycles that a planner finds for zone and percentage of every cell; a reason begins with its bounds."""
+    found: dict[Cell, Cycle | str] = {}
+    for cell in CELLS:
+        try:
+            found[cell] = plan(*cell).require()
+        except (NoMotionFound, InfeasibleThrow) as error:
+            found[cell] = f"{under}{error}"
+    return found
+
+
+@cache
+def free_cycle(zone: str, percent: float, rules: HandRules = RULES, *, constant_jerk: bool = False) -> Cycle:
+    """The fastest cycles of the loop, one row per pick.
+
+    Raises:
+        NoMotionFound: for a pick of the loop nothing was found that keeps every bound.
+    """
+    limits = limits_at(percent, constant_jerk=constant_jerk)
+    throws = [
+        fastest_throw(*ends, limits, ceiling=CEILING, tolerance=CYCLE.tolerance, rules=rules)
+        for ends in zip(*scene(zone), strict=True)
+    ]
+    return two_phases(
+        stacked([throw.path for throw in throws]),
+        np.array([throw.release_time for throw in throws]),
+        np.stack([throw.position for throw in throws]),
+        np.stack([throw.velocity for throw in throws]),
+    )
+
+
+def stacked(paths: Sequence[JerkTrajectory]) -> JerkTrajectory:
+    """Paths below one another; those with fewer segments end in segments of no duration."""
+    most = max(path.durations.shape[1] for path in paths)
+    filled = [Segments(path.durations, path.jerks).padded(most) for path in paths]
+    return joined(
+        [replace(path, durations=each.durations, jerks=each.jerks) for path, each in zip(paths, filled, strict=True)]
+    )
+
+
+def bounds(rules: HandRules) -> str:
+    """What sets one set of rules apart from another, in words."""
+    window = f"a window of {1e3 * rules.window:.0f} ms" if rules.window else "no window"
+    return f"the hand at most {rules.hand_cap:.2f} m above the release ceiling, {window} after the release"
+
+
+def free_rows(folder: str, found: Planned, rules: HandRules, note: str, *, constant_jerk: bool = False) -> list[Row]:
+    """The row of every cell, planned or not, then the sums of the simulation."""
+    names = {cell: f"{folder}/{cell[0]}/{cell[1]}" for cell in CELLS}
+    measured = simulated({names[cell]: (cycle, TARGETS[cell[0]]) for cell, cycle in _cycles(found).items()})
+    rows: list[Row] = []
+    for cell, name in names.items():
+        cycle = found[cell]
+        if isinstance(cycle, str):
+            rows.append(Row.missing(name, None, "picks/min", "infeasible", note=cycle))
+            continue
+        details = free_details(cell, cycle, rules, constant_jerk=constant_jerk) | simulated_details(measured[name])
+        rows.append(Row.ours(name, picks_per_min(cycle), "picks/min", note=note, **details))
+    return rows + (simulated_rows(folder, measured.values()) if measured else [])
+
+
+def _cycles(found: Planned) -> dict[Cell, Cycle]:
+    return {cell: cycle for cell, cycle in found.items() if isinstance(cycle, Cycle)}
+
+
+def free_details(cell: Cell, cycle: Cycle, rules: HandRules, *, constant_jerk: bool = False) -> dict[str, Any]:
+    """How a cell's cycles compare with the published throw, and how they keep to limits and rules at 10 kHz."""
+    targets, limits = scene(cell[0])[1], limits_at(cell[1], constant_jerk=constant_jerk)
+    check = check_throw(cycle.path, cycle.release_time, targets, limits, CEILING, rules)
+    best = float(PUBLISHED["min-time-throw", *cell])
+    top = cycle.sample(rate=SAMPLE_RATE).position[..., 2].max(axis=1) - CEILING
+    level = np.hypot(cycle.release_velocity[:, 0], cycle.release_velocity[:, 1])
+    return {
+        "published_best": best,
+        "over_published_best": picks_per_min(cycle) / best - 1.0,
+        "limits_kept": bool(check.good(KEPT_MISS).all()),
+        "peak_velocity_ratio": float(check.velocity.max()),
+        "peak_acceleration_ratio": float(check.acceleration.max()),
+        "peak_jerk_ratio": float(check.jerk.max()),
+        "least_gap_m": float(check.gap.min()),
+        "hand_above_ceiling_m": float(top.max()),
+        "inside_workspace_m": float(-check.outside.max()),
+        "planned_miss_m": float(check.landing.max()),
+        "release_angles_deg": np.degrees(np.arctan2(cycle.release_velocity[:, 2], level)).tolist(),
+        **cycle_details(cycle),
+    }
+
+
+def free_figure(free: Callable[[str, float], Cycle]) -> str:
+    """Side view, speed and acceleration of both throws, as SVG."""
+    cycles = {
+        "straight throw": cell_cycle("limits-respected", "min-time-throw", *EXAMPLE),
+        "free direction": free(*EXAMPLE),
+    }
+    figure, axes = subplots(2, 2, (12.5, 5.6), width_ratios=(1.3, 1.0))
+    for k, (name, cycle) in enumerate(cycles.items()):
+        _side_view(axes[2 * k], cycle, f"{name}: pick to pick in {cycle.duration[0]:.3f} s")
+    handles = axes[0].get_legend_handles_labels()
+    axes[2].legend(*handles, fontsize=8, ncols=3, loc="upper center", bbox_to_anchor=(0.5, -0.28))
+    limits = limits_at(EXAMPLE[1]).numbers()
+    for k, name in enumerate(("speed [m/s]", "acceleration [m/s²]")):
+        _over_time(axes[2 * k + 1], cycles, k, name, limits[k])
+    axes[1].legend(fontsize=8)
+    figure.suptitle(f"first pick, target {EXAMPLE[0]}, {EXAMPLE[1]} % of the robot's limits, J scaled", fontsize=11)
+    return svg(figure)
+
+
+def _side_view(axes: Axes, cycle: Cycle, title: str) -> None:
+    """The hand before and after the release, the object in flight, and the ceiling of the release."""
+    released, ended = float(cycle.release_time[0]), float(cycle.duration[0])
+    for k, (begin, end, label) in enumerate(((0.0, released, "hand and object"), (released, ended, "hand alone"))):
+        points = cycle.sample(np.linspace(begin, end, 400)).position[0]
+        axes.plot(*side_view(points, EXAMPLE[0]), color=COLOURS[k], label=label)
+    draw_flight(axes, cycle, EXAMPLE[0], "black")
+    axes.axhline(CEILING, color=COLOURS[3], linewidth=1, label="ceiling of the release")
+    across, up = "distance from the pick towards the target [m]", "height z [m]"
+    dress(axes, across, up, title, aspect="equal", ylim=(-0.88, -0.56))
+
+
+def _over_time(axes: Axes, cycles: Mapping[str, Cycle], row: int, name: str, limit: float) -> None:
+    """Speed (row 0) or acceleration (row 1) of both hands, and their limit."""
+    for colour, (title, cycle) in zip((COLOURS[2], COLOURS[4]), cycles.items(), strict=True):
+        times = np.arange(0.0, cycle.duration[0], 1.0 / RATE)
+        motion = cycle.sample(times)
+        axes.plot(times, length((motion.velocity, motion.acceleration)[row][0]), color=colour, label=title)
+        axes.axvline(cycle.release_time[0], color=colour, linestyle=":", linewidth=1)
+    axes.axhline(limit, color=COLOURS[3], linestyle="--", linewidth=1, label="limit")
+    dress(axes, "time [s]; dotted: release", name, ylim=(0.0, None))

@@ -1,0 +1,234 @@
+"""The two methods of Hassan et al. 2022 and the exact solver on the same throws: agreement, failures, time.
+
+Times are those of the processor, so that other work on the machine changes little.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from typing import Final, NamedTuple, TypeVar
+
+import numpy as np
+
+from agents.ground.tables import Grid
+from agents.reproduce.finding import Findings, Row
+from agents.reproduce.grids import NONE, by_quantity, value
+from pnt_gym.arrays import Floats
+from pnt_gym.planning import InfeasibleThrow, MotionLimits, plan_release, plan_release_batch
+
+from .cases import RISE
+from .nlp import NlpRelease, method_1, method_2
+
+T = TypeVar("T")
+PERCENTAGES = (15, 30, 45, 60, 75, 90, 100)
+PAIRS = 30
+"""Pick-target pairs per percentage and way to scale the jerk: 420 throws in all."""
+TRUST_CASES = 24
+"""Throws given to trust-constr, which is slow."""
+BATCH = 100
+"""How often the throws are repeated to time the batched solver."""
+ROUNDS = 5
+"""How often the exact solver runs: the median of all its single calls and the best of its batches count."""
+ROUNDING = 1e-9
+BOUNDS: Final = {"no-ceiling": "no ceiling", "ceiling": "under a ceiling"}
+FORMS: Final = {
+    "agreements": "{:.0f}",
+    "wrong-answers": "{:.0f}",
+    "failures": "{:.0f}",
+    "invented": "{:.0f}",
+    "slowest-answer": "{:.3g}",
+    "median-time": "{:,.0f} us",
+    "time-ratio": "{:.0f}",
+}
+"""Columns of the table of methods, and how their figures are written."""
+
+
+class Case(NamedTuple):
+    """One throw."""
+
+    pick: Floats
+    target: Floats
+    limits: MotionLimits
+    ceiling: float | None
+
+
+class Method(NamedTuple):
+    """A way to find the release of a throw, by its name for people.
+
+    It agrees with the exact optimum up to `precision`, a relative difference of the release time.
+    """
+
+    label: str
+    precision: float
+    solve: Callable[[Case], NlpRelease]
+
+
+def _by_trust_constr(case: Case) -> NlpRelease:
+    with warnings.catch_warnings():
+        # It warns of constraints that look linear or dependent; its answers are judged by the caller.
+        warnings.simplefilter("ignore", UserWarning)
+        return method_1(case.pick, case.target, case.limits, ceiling=case.ceiling, solver="trust-constr")
+
+
+METHODS: Final = {
+    "method-1-slsqp": Method(
+        "Method 1 (SLSQP)", 1e-6, lambda case: method_1(case.pick, case.target, case.limits, ceiling=case.ceiling)
+    ),
+    "method-1-trust-constr": Method("Method 1 (trust-constr)", 1e-4, _by_trust_constr),
+    "method-2": Method("Method 2", 1e-6, lambda case: method_2(case.pick, case.target, case.limits)),
+}
+
+
+def cases(*, roofed: bool) -> list[Case]:
+    """Throws off the belt at seven percentages, the jerk scaled with them or left at 3000 m/s3; fixed seed."""
+    rng = np.random.default_rng(2022)
+    return [
+        Case(pick, target, MotionLimits(6.0 * share, 120.0 * share, jerk), float(pick[2]) + RISE if roofed else None)
+        for share in np.array(PERCENTAGES) / 100.0
+        for jerk in (3000.0 * share, 3000.0)
+        for pick, target in _pairs(rng)
+    ]
+
+
+def _pairs(rng: np.random.Generator) -> Iterator[tuple[Floats, Floats]]:
+    for _ in range(PAIRS):
+        pick = np.array([*rng.uniform((-0.35, -0.45), (0.35, 0.45)), -0.85])
+        reach, azimuth = rng.uniform(0.25, 1.2), rng.uniform(-np.pi, np.pi)
+        rise = rng.uniform(-0.15, 0.18)
+        yield pick, pick + np.array([reach * np.cos(azimuth), reach * np.sin(azimuth), rise])
+
+
+def methods_findings() -> Findings:
+    """Every method with and without a ceiling, and the batch against single plans."""
+    rows = [row for name in BOUNDS for row in _compared(f"hassan/methods/{name}", cases(roofed=name == "ceiling"))]
+    return Findings((*rows, _claim(rows)), grids=(_grid(rows),))
+
+
+def _compared(folder: str, throws: list[Case]) -> list[Row]:
+    exact, seconds = _exact(throws)
+    reference = statistics.median(seconds)
+    rows = [Row.ours(f"{folder}/exact/median-time", 1e6 * reference, "us", note="one plan at a time")]
+    rows += _batch_rows(folder, throws, exact, reference)
+    few = slice(None, None, max(1, len(throws) // TRUST_CASES))
+    for name, method in METHODS.items():
+        part = few if name == "method-1-trust-constr" else slice(None)
+        rows += _method_rows(f"{folder}/{name}", method, throws[part], exact[part], reference)
+    return rows
+
+
+def timed(run: Callable[[], T]) -> tuple[T, float]:
+    """What a call returns, and the processor time it takes [s]."""
+    begin = time.thread_time()
+    found = run()
+    return found, time.thread_time() - begin
+
+
+def _exact(throws: list[Case]) -> tuple[list[float | None], list[float]]:
+    """Release times, None where there is no throw, and how long each plan of every round took [s]."""
+    found = [timed(lambda case=case: _exact_time(case)) for _ in range(ROUNDS) for case in throws]
+    times, seconds = zip(*found, strict=True)
+    return list(times[: len(throws)]), list(seconds)
+
+
+def _exact_time(case: Case) -> float | None:
+    try:
+        return plan_release(case.pick, case.target, case.limits, ceiling=case.ceiling).time
+    except InfeasibleThrow:
+        return None
+
+
+def _method_rows(
+    name: str, method: Method, throws: list[Case], exact: list[float | None], reference: float
+) -> list[Row]:
+    """How a method did: counts over all throws, its slowest answer over the optimum, and its time."""
+    # The first call loads the solver.
+    method.solve(throws[0])
+    answers = [timed(lambda case=case: method.solve(case)) for case in throws]
+    median = statistics.median(seconds for _, seconds in answers)
+    tried = [(case, found, best) for case, (found, _), best in zip(throws, answers, exact, strict=True)]
+    invented = [found.success for _, found, best in tried if best is None]
+    over = [(case, found, found.time / best) for case, found, best in tried if best is not None]
+    solved = [(_kept(case, found), ratio) for case, found, ratio in over if found.success]
+    agreed = sum(kept and abs(ratio - 1.0) <= method.precision for kept, ratio in solved)
+    of = f"of {len(over)} throws that exist"
+    found = {
+        "agreements": (agreed, "throws", f"{of}: release time within {method.precision:g} of the exact optimum"),
+        "wrong-answers": (
+            len(solved) - agreed,
+            "throws",
+            f"{of}: success, but slower than the optimum or above the ceiling",
+        ),
+        "failures": (len(over) - len(solved), "throws", f"{of}: no success reported"),
+        "invented": (sum(invented), "throws", f"of {len(invented)} throws that do not exist: success reported"),
+        "slowest-answer": (
+            max([1.0, *(ratio for _, ratio in solved)]),
+            "-",
+            "largest release time of an answer over that of the optimum",
+        ),
+        "median-time": (1e6 * median, "us", f"median of {len(answers)} calls"),
+        "time-ratio": (median / reference, "-", "median time over that of the exact solver"),
+    }
+    return [Row.ours(f"{name}/{what}", float(one), unit, note=note) for what, (one, unit, note) in found.items()]
+
+
+def _kept(case: Case, found: NlpRelease) -> bool:
+    return bool(case.ceiling is None or found.position[2] <= case.ceiling + ROUNDING)
+
+
+def _batch_rows(folder: str, throws: list[Case], exact: list[float | None], reference: float) -> list[Row]:
+    picks, targets = (np.tile([getattr(case, name) for case in throws], (BATCH, 1)) for name in ("pick", "target"))
+    numbers = np.array([case.limits.numbers() for case in throws])
+    limits = MotionLimits(*(np.tile(column, BATCH) for column in numbers.T))
+    ceiling = None if throws[0].ceiling is None else picks[:, 2] + RISE
+    rounds = [timed(lambda: plan_release_batch(picks, targets, limits, ceiling=ceiling)) for _ in range(ROUNDS + 1)]
+    batch, each = rounds[0][0], min(seconds for _, seconds in rounds[1:]) / len(picks)
+    single = np.array([np.nan if value is None else value for value in exact])
+    together = batch.time[: len(throws)]
+    same = np.isnan(single) == np.isnan(together)
+    apart = np.abs(together / single - 1.0)
+    worst = float(np.nanmax(apart)) if same.all() else "not the same throws are feasible"
+    unfit = f"of {len(throws)}: no release exists below the ceiling"
+    apart_note = "largest relative difference of the release time between the batch and single plans"
+    ratio_note = "time per plan over the median of single plans"
+    batched = f"{folder}/exact-batch"
+    return [
+        Row.ours(f"{folder}/exact/infeasible", float(np.isnan(single).sum()), "throws", note=unfit),
+        Row.ours(f"{batched}/difference", worst, "-", note=apart_note),
+        Row.ours(f"{batched}/plans-per-second", 1.0 / each, "1/s", note=f"best batch of {len(picks)}"),
+        Row.ours(f"{batched}/time-ratio", each / reference, "-", note=ratio_note),
+    ]
+
+
+def _claim(rows: list[Row]) -> Row:
+    """Section III-E: the simplified method takes less time than the nonlinear programme."""
+    times = {row.quantity: row.reproduced for row in rows if isinstance(row.reproduced, float)}
+    first, second = (times[f"hassan/methods/no-ceiling/{name}/median-time"] for name in ("method-1-slsqp", "method-2"))
+    return Row.compared(
+        "hassan/methods/simplification-gain",
+        "less time",
+        first / second,
+        "-",
+        holds=second < first,
+        note="median time of method 1 (SLSQP) over that of method 2; the paper gives no numbers",
+    )
+
+
+def _grid(rows: list[Row]) -> Grid:
+    """The paper's ways to find a release beside the exact solver, on the same throws."""
+    known = by_quantity(rows)
+    lines: list[list[str]] = []
+    for folder, bound in BOUNDS.items():
+        base = f"hassan/methods/{folder}"
+        exact = value(known, f"{base}/exact/median-time", FORMS["median-time"])
+        rate = value(known, f"{base}/exact-batch/plans-per-second", "{:,.0f} per s")
+        ratio = value(known, f"{base}/exact-batch/time-ratio", "{:.2f}")
+        lines.append([f"exact, {bound}", *[NONE] * 5, exact, "1"])
+        lines.append([f"exact in batches, {bound}", *[NONE] * 5, rate, ratio])
+        for name, method in METHODS.items():
+            figures = [value(known, f"{base}/{name}/{what}", form) for what, form in FORMS.items()]
+            lines.append([f"{method.label}, {bound}", *figures])
+    header = ["method", "agree", "wrong", "failed", "invented", "slowest answer", "median", "over exact"]
+    return Grid("Ways to find the release, on the same throws", header, lines)

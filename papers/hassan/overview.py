@@ -1,0 +1,232 @@
+"""Tables of Hassan et al. 2022 that draw on several parts: Table I, and the free direction beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Final, TypeAlias
+
+import numpy as np
+
+from agents.ground.drawings import COLOURS, Figure, dress, subplots, svg
+from agents.ground.tables import Grid
+from agents.reproduce.finding import Overview
+from agents.reproduce.grids import NONE, JsonRow, Rows, number, value
+
+from .cases import CELLS, CHOSEN, CLOSE, CLOSE_FOLD, DWELLS, METHODS, PERCENTAGES, PROTOCOLS, SHOWN, TITLES
+
+Cells: TypeAlias = Sequence[JsonRow | None]
+"""The rows of a folder by the columns of Table I."""
+Cell: TypeAlias = Callable[[JsonRow | None], str]
+After: TypeAlias = Callable[[Cells], list[str]]
+COLUMNS: Final = [f"{zone} {percent} %" for zone, percent in CELLS]
+STRAIGHT: Final = {
+    f"table1/{protocol}/{method}": f"{TITLES[method]}, {PROTOCOLS[protocol].label}"
+    for method in METHODS
+    for protocol in SHOWN
+}
+"""The paper's methods by folder of their rows."""
+FREE: Final = {
+    "table1/limits-respected/free-direction-throw": "free direction, optimum, J scaled",
+    "table1/limits-respected/free-direction-per-pick": "free direction, planned per pick, J scaled",
+    "table1/constant-jerk/free-direction-throw": "free direction, optimum, J constant",
+}
+HEADROOM: Final = {
+    "headroom/hand-cap-0": "hand not above the release ceiling",
+    "headroom/hand-cap-0.05": "hand at most 0.05 m above it",
+    "headroom/window-10ms": "window of 10 ms after the release",
+    "headroom/window-30ms": "window of 30 ms",
+}
+ALL: Final = STRAIGHT | FREE
+PROPOSED: Final = {folder: name for folder, name in STRAIGHT.items() if folder.endswith("/min-time-throw")} | FREE
+"""The minimum-time throw along a straight line and in a free direction."""
+_SCALED, _CONSTANT = SHOWN[1:]
+GAINS: Final = (
+    *((folder, protocol) for folder in list(FREE)[:2] for protocol in (_SCALED, _CONSTANT)),
+    (list(FREE)[2], _CONSTANT),
+)
+"""Free direction, and the straight throw that it is set against, within the limits."""
+_BARS: Final = ("black", COLOURS[3], COLOURS[0], COLOURS[9], COLOURS[2], COLOURS[8], COLOURS[4])
+
+
+def overview(rows: Rows) -> Overview:
+    """Table I with what belongs to it; only what was computed."""
+    grids = {
+        "table1": table1(rows),
+        "gains": gains(rows),
+        "simulated": simulated(rows),
+        "headroom": headroom(rows),
+        "dwells": dwells(rows),
+    }
+    drawn = {"hassan_picks_per_min.svg": svg(picks_figure(rows))} if grids["table1"].rows else {}
+    return Overview({name: grid for name, grid in grids.items() if grid.rows}, {"table1": note(rows)}, drawn)
+
+
+def _cells(rows: Rows, folder: str) -> list[JsonRow | None]:
+    return [rows.get(f"{folder}/{zone}/{percent}") for zone, percent in CELLS]
+
+
+def _lines(rows: Rows, folders: Mapping[str, str], cell: Cell, after: After = lambda _: []) -> list[list[str]]:
+    """One line a folder that has rows: its name, its cells, and what sums them up."""
+    found = {name: _cells(rows, folder) for folder, name in folders.items()}
+    return [[name, *map(cell, cells), *after(cells)] for name, cells in found.items() if any(cells)]
+
+
+def table1(rows: Rows) -> Grid:
+    """Picks per minute: published, by each reading, and in a free direction."""
+    lines: list[list[str]] = []
+    for folder, name in ALL.items():
+        if folder.startswith("table1/paper-clock"):
+            published = {folder: f"{TITLES[folder.rsplit('/', 1)[1]]}, published"}
+            lines += _lines(rows, published, _published, lambda _: [NONE])
+        lines += _lines(rows, {folder: name}, _picks, _peak)
+    return Grid("Table I, published and reproduced", ["picks/min", *COLUMNS, "peak acceleration"], lines)
+
+
+def _published(row: JsonRow | None) -> str:
+    return number(row, "published", 0)
+
+
+def _picks(row: JsonRow | None) -> str:
+    return "infeasible" if row is not None and row["verdict"] == "infeasible" else number(row, "reproduced", 1)
+
+
+def _peak(cells: Cells) -> list[str]:
+    peaks = [row["peak_acceleration_ratio"] for row in cells if row and "peak_acceleration_ratio" in row]
+    return [f"{max(peaks):.2f} A" if peaks else NONE]
+
+
+def gains(rows: Rows) -> Grid:
+    """The free direction against the straight throw within the limits, by either reading of the jerk."""
+    lines: list[list[str]] = []
+    for folder, protocol in GAINS:
+        found = _gain(rows, folder, protocol)
+        if any(one is not None for one in found):
+            name = f"{FREE[folder]}, over {TITLES['min-time-throw']}, {PROTOCOLS[protocol].label}"
+            lines.append([name, *(NONE if one is None else f"{100 * one:+.1f} %" for one in found)])
+    return Grid("Gain of the free direction over the straight throw within the limits", ["picks/min", *COLUMNS], lines)
+
+
+def _gain(rows: Rows, folder: str, protocol: str) -> list[float | None]:
+    """Share by which the free direction brings more picks per minute, None where one of the two is missing."""
+    pairs = zip(_cells(rows, folder), _cells(rows, f"table1/{protocol}/min-time-throw"), strict=True)
+    return [
+        None if free is None or straight is None or free["reproduced"] is None
+        else free["reproduced"] / straight["reproduced"] - 1.0
+        for free, straight in pairs
+    ]  # fmt: skip
+
+
+def note(rows: Rows) -> str:
+    """How far each reading is off, what it was chosen by, and what the free direction gains."""
+    heights = [row["hand_above_ceiling_m"] for row in rows.values() if "hand_above_ceiling_m" in row]
+    sentences = (
+        "The paper leaves open whether the largest jerk J is scaled with the percentage, as in its numeric example, or "
+        "stays at 3000 m/s3, and how far moves overlap: the table cannot tell.",
+        _off(rows, "paper-clock", "Paper clock (J scaled, whole ramps overlap)"),
+        value(rows, "table1/paper-clock/peak-acceleration", _PEAK),
+        _off(rows, "constant-jerk", "J constant and every limit kept at all times"),
+        _off(rows, "limits-respected", "J scaled and every limit kept"),
+        f"A cell counts as reproduced within {100 * CLOSE:.0f} %, the minimum-time throw inside at 40 %, which jumps "
+        f"for small causes, within {100 * CLOSE_FOLD:.0f} %.",
+        *(_gain_sentence(rows, *pair) for pair in (*GAINS[:2], GAINS[-1])),
+        "Every release lies below the same ceiling.",
+        f"In the free direction the hand rises up to {max(heights):.2f} m above it." if heights else NONE,
+    )
+    return " ".join(sentence for sentence in sentences if sentence != NONE)
+
+
+_PEAK: Final = f"Its {CHOSEN}. Where the hand turns round it reaches {{:.2f}} A, unlike Fig. 12 of the paper."
+
+
+def _off(rows: Rows, protocol: str, name: str) -> str:
+    mean, worst = (rows.get(f"table1/{protocol}/{which}-difference") for which in ("mean", "worst"))
+    if mean is None or worst is None:
+        return NONE
+    return f"{name}: {mean['reproduced']:.1f} % off on average, {worst['reproduced']:.1f} % at worst."
+
+
+def _gain_sentence(rows: Rows, folder: str, protocol: str) -> str:
+    found = [100.0 * one for one in _gain(rows, folder, protocol) if one is not None]
+    if not found:
+        return NONE
+    against = f"the straight throw with {PROTOCOLS[protocol].label}"
+    return f"F{FREE[folder][1:]}: {min(found):+.0f} to {max(found):+.0f} % over {against}."
+
+
+def simulated(rows: Rows) -> Grid:
+    """What the closed-chain cell gave for the cells of Table I."""
+    done = {name: row for name, row in rows.items() if "simulated" in row}
+    return Grid(
+        "Table I in the simulator: worst landing error without mismatch, and how many are sorted with it",
+        ["landing, sorted", *COLUMNS, "touched again", "touched with mismatch", "peak torque"],
+        _lines(done, ALL, _landing, lambda cells: [_touched(cells, "0"), _touched(cells, "1"), _torque(cells)]),
+    )
+
+
+def _landing(row: JsonRow | None) -> str:
+    if row is None:
+        return NONE
+    ideal, realistic = row["simulated"]["0"], row["simulated"]["1"]
+    return f"{1000 * ideal['landing_error_max']:.1f} mm, {realistic['sorted']}/{realistic['trials']}"
+
+
+def _entries(cells: Cells, mismatch: str, entry: str) -> list[Any]:
+    """A figure of every cell that was simulated."""
+    return [row["simulated"][mismatch][entry] for row in cells if row and "simulated" in row]
+
+
+def _touched(cells: Cells, mismatch: str) -> str:
+    return f"{sum(_entries(cells, mismatch, 'recontacts'))}/{sum(_entries(cells, mismatch, 'trials'))}"
+
+
+def _torque(cells: Cells) -> str:
+    return f"{max(torque for mismatch in '01' for torque in _entries(cells, mismatch, 'peak_torque')):.0f} N m"
+
+
+def headroom(rows: Rows) -> Grid:
+    """The free direction beside the best straight throw, and what further bounds cost."""
+    published = {"table1/paper-clock/min-time-throw": "published, minimum-time throw"}
+    lines = _lines(rows, published, _published, lambda _: [NONE, NONE])
+    lines += _lines(rows, PROPOSED | HEADROOM, _picks, _outcome)
+    header = ["picks/min", *COLUMNS, "touched again", "sorted with mismatch"]
+    return Grid("Release in a free direction, and what bounds cost", header, lines)
+
+
+def _outcome(cells: Cells) -> list[str]:
+    """Touched again without mismatch, and sorted with it, over all cells of a line."""
+    trials = sum(_entries(cells, "1", "trials"))
+    share = f"{100 * sum(_entries(cells, '1', 'sorted')) / trials:.0f} %" if trials else NONE
+    return [_touched(cells, "0") if trials else NONE, share]
+
+
+def dwells(rows: Rows) -> Grid:
+    """Picks per minute with a gripper that waits at every pick."""
+    waits = " or ".join(f"{wait} s" for wait in DWELLS)
+    headline = f"With a gripper that waits {waits} at every pick"
+    return Grid(headline, ["picks/min", *COLUMNS], _lines(rows, ALL, _dwell))
+
+
+def _dwell(row: JsonRow | None) -> str:
+    return NONE if row is None else " / ".join(number(row, f"picks_per_min_dwell_{wait}", 1) for wait in DWELLS)
+
+
+def picks_figure(rows: Rows) -> Figure:
+    """Picks per minute of the proposed throw in every cell: published, reproduced, and in a free direction."""
+    shown = {name: (folder, "reproduced") for folder, name in PROPOSED.items()}
+    bars = {"published": ("table1/paper-clock/min-time-throw", "published"), **shown}
+    colours = dict(zip(bars, _BARS, strict=True))
+    bars = {name: bar for name, bar in bars.items() if any(_cells(rows, bar[0]))}
+    figure, panels = subplots(1, 2, (12.5, 4.4), sharey=True)
+    width = 0.86 / len(bars)
+    for axes, (zone, percents) in zip(panels, PERCENTAGES.items(), strict=True):
+        places = np.arange(len(percents))
+        for k, (label, (folder, entry)) in enumerate(bars.items()):
+            found = [rows.get(f"{folder}/{zone}/{percent}", {}).get(entry) or np.nan for percent in percents]
+            shift = (k - (len(bars) - 1) / 2) * width
+            drawn = axes.bar(places + shift, found, 0.92 * width, color=colours[label], label=label)
+            axes.bar_label(drawn, ["" if np.isnan(one) else f"{one:.0f}" for one in found], fontsize=7, padding=1)
+        dress(axes, "share of the robot's limits", "", f"target {zone} the workspace", axisbelow=True)
+        axes.set_xticks(places, [f"{percent} %" for percent in percents])
+    panels[0].set_ylabel("picks per minute")
+    figure.legend(*panels[0].get_legend_handles_labels(), fontsize=8, ncols=3, loc="outside lower center")
+    return figure

@@ -1,0 +1,180 @@
+"""The throw in a free direction as the conveyor cell plans it, pick by pick: what it loses and how long it takes.
+
+The cell's mover chooses the release before it knows the next pick, and the way back once it does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from agents.ground.tables import Grid
+from agents.reproduce.finding import Row
+from agents.reproduce.grids import NONE
+from pnt_gym.arrays import Bools, Floats, take
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.free_mover import FreeMover
+from pnt_gym.planning import EllipticWorkspace, InfeasibleThrow, JerkTrajectory, Reason, ReleaseBatch
+from pnt_gym.robots.t3kr.geometry import T3KR
+
+from .cases import CEILING, CELLS, PICKS, PROTOCOLS, RISE, TARGETS, limits_at, picks_per_min, scene
+from .methods import timed
+from .planning.cycle import Cycle
+from .planning.throw_check import check_throw
+from .trial import trial_context
+
+CYCLE: Final = PROTOCOLS["limits-respected"].rules
+"""What Table I leaves open, as for the straight throw within the limits."""
+WORKSPACE: Final = EllipticWorkspace(T3KR.workspace_x, T3KR.workspace_y, T3KR.z_min, T3KR.z_max)
+BATCH: Final = 256
+ROUNDS: Final = 9
+TIMED: Final = (("inside", 40), ("outside", 45))
+"""Cells whose target and limits the timed picks have."""
+COUNTS: Final = {
+    "picks": "random picks of the belt in one batch",
+    "planned": "planned",
+    "straight": "of them straight",
+    "limits_kept": "of them within limits and rules",
+}
+
+Cell = tuple[str, int]
+
+
+def cell_config(percent: float) -> ConveyorConfig:
+    """The conveyor cell with what Table I leaves open, and no window after the release."""
+    return ConveyorConfig.load(
+        {
+            "base": "nominal_plain",
+            "planner": "free_direction",
+            "limits": {"percent": (percent,)},
+            "motion": {"ceiling": RISE, "clearance": CYCLE.approach, "follow_through": {"window": 0.0}},
+        }
+    )
+
+
+def mover_of(percent: float) -> FreeMover:
+    """The cell's planner of motions."""
+    return FreeMover(cell_config(percent), WORKSPACE)
+
+
+class Flown(NamedTuple):
+    """Throws of N picks: which exist (N,), and release and motion of those that do."""
+
+    good: Bools
+    release: ReleaseBatch
+    release_time: Floats
+    path: JerkTrajectory
+
+
+def picks_of(picks: Floats, targets: Floats, percent: float) -> Context:
+    """Picks at which the cell throws at its targets, aimed short by delta as in Table I."""
+    config, count = cell_config(percent), len(picks)
+    # The nearest point of the box of half width delta around the target, on the way to it (Eqs. 16-17).
+    way = targets - picks
+    aims = targets - CYCLE.tolerance / np.abs(way[:, :2]).max(axis=1)[:, None] * way
+    plan = mover_of(percent).plan(picks, aims, limits_at(percent), np.full(count, CEILING))
+    return trial_context(config, config.items[:1] * count, range(count), picks, aims, plan, ceiling=CEILING)
+
+
+def fly(mover: FreeMover, context: Context, following: Floats) -> Flown:
+    """Release, throw and return as the cell's mover plans them, from rest at the picks to rest at the next ones."""
+    release = mover.plan(context.pick, context.target, context.limits, context.ceiling)
+    good = mover.is_feasible(context.pick, release, context.limits)
+    thrown, release = take(context, good), take(release, good)
+    motion = mover.throw(thrown.pick, release, thrown.limits, thrown.ceiling)
+    back = mover.back(motion, following[good], thrown.limits)
+    path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back])
+    return Flown(good, release, motion.release_time, path)
+
+
+def per_pick_cycle(zone: str, percent: float) -> Cycle:
+    """The cycles of the loop, one row per pick.
+
+    Raises:
+        InfeasibleThrow: a pick of the loop has no throw.
+    """
+    picks, targets, following = scene(zone)
+    found = fly(mover_of(percent), picks_of(picks, targets, percent), following)
+    if not found.good.all():
+        raise InfeasibleThrow(Reason.WORKSPACE)
+    return two_phases(found.path, found.release_time, found.release.position, found.release.velocity)
+
+
+def two_phases(path: JerkTrajectory, release_time: Floats, position: Floats, velocity: Floats) -> Cycle:
+    """Cycles that throw and return, with a release that no straight line leads to; every row is feasible."""
+    count = len(release_time)
+    return Cycle(
+        path=path,
+        phases=("throw", "return"),
+        phase_ends=np.stack([release_time, path.duration], axis=1),
+        release_time=release_time,
+        release_position=position,
+        release_velocity=velocity,
+        feasible=np.ones(count, dtype=np.bool_),
+        reason=np.full(count, int(Reason.FEASIBLE)),
+    )
+
+
+def loss_rows(folder: str, quick: Mapping[Cell, Cycle], optimum: Mapping[Cell, Cycle]) -> list[Row]:
+    """The largest loss of picks per minute against the optimum."""
+    both = [cell for cell in quick if cell in optimum]
+    if not both:
+        return []
+    loss = {cell: 100.0 * (1.0 - picks_per_min(quick[cell]) / picks_per_min(optimum[cell])) for cell in both}
+    worst = max(both, key=lambda cell: loss[cell])
+    note = f"largest loss of picks/min against the optimum, at {worst[0]}/{worst[1]}"
+    by_cell = {f"{zone}/{percent}": value for (zone, percent), value in loss.items()}
+    return [Row.ours(f"{folder}/loss-max", loss[worst], "%", note=note, loss_by_cell=by_cell)]
+
+
+def timing_rows(folder: str, near: float) -> Iterator[Row]:
+    """Processor time per pick in a batch of random picks of the belt, and what came of them.
+
+    `near` is how far from the target a throw may be planned to land [m].
+    """
+    for zone, percent in TIMED:
+        picks, following = random_picks()
+        targets = np.tile(TARGETS[zone], (BATCH, 1))
+        mover, context = mover_of(percent), picks_of(picks, targets, percent)
+        found = fly(mover, context, following)
+        seconds = min(timed(partial(fly, mover, context, following))[1] for _ in range(ROUNDS)) / BATCH
+        aims, limits = targets[found.good], limits_at(percent)
+        checked = check_throw(found.path, found.release_time, aims, limits, CEILING, mover.rules)
+        yield Row.ours(
+            f"{folder}/time-per-pick-{zone}-{percent}",
+            1e6 * seconds,
+            "us",
+            note=f"release, throw and return: best of {ROUNDS} batches of {BATCH} random picks of the belt at "
+            f"{percent} %, target {zone}, one core",
+            picks=BATCH,
+            planned=int(found.good.sum()),
+            straight=int(found.release.straight.sum()),
+            limits_kept=int(checked.good(near).sum()),
+        )
+
+
+def random_picks() -> tuple[Floats, Floats]:
+    """Picks and next picks, each (BATCH, 3) [m], where a belt brings its objects; fixed seed."""
+    belt = ConveyorConfig.load().belt
+    rng = np.random.default_rng(256)
+    low, high = (np.array([belt.pick_x[k], belt.lane_y[k]]) for k in (0, 1))
+    level = np.full((2, BATCH, 1), PICKS[0][2])
+    points = np.concatenate([rng.uniform(low, high, (2, BATCH, 2)), level], axis=2)
+    return points[0], points[1]
+
+
+def per_pick_grid(rows: Sequence[Row]) -> Grid:
+    """What planning per pick loses against the optimum, and how it did on random picks of the belt."""
+    known = {row.quantity.rsplit("/", 1)[1]: row for row in rows}
+    loss = known["loss-max"].details["loss_by_cell"] if "loss-max" in known else {}
+    costs = [known.get(f"time-per-pick-{zone}-{percent}") for zone, percent in CELLS]
+    shares = [loss.get(f"{zone}/{percent}") for zone, percent in CELLS]
+    lines = [["loss of picks/min against the optimum", *(NONE if one is None else f"{one:.1f} %" for one in shares)]]
+    for entry, name in COUNTS.items():
+        lines.append([name, *(NONE if row is None else str(row.details[entry]) for row in costs)])
+    lines.append(["processor time per pick", *(NONE if row is None else f"{row.reproduced:.0f} us" for row in costs)])
+    return Grid("Free direction, planned per pick", ["", *(f"{zone} {percent} %" for zone, percent in CELLS)], lines)

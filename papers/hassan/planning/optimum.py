@@ -1,0 +1,272 @@
+"""The minimum-time throw in a free direction, planned as one motion from pick to next pick.
+
+Five legs are optimised together: throw, window, clearing (until the hand is clear of the falling object), return, and
+vertical approach. Release point, release velocity and flight time are unknowns like the motion itself. The straight
+throw of Hassan et al. 2022 is one of the motions this programme may choose from.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final, NamedTuple, final
+
+import numpy as np
+
+from pnt_gym.arrays import Floats, Point, vector
+from pnt_gym.constants import GRAVITY
+from pnt_gym.errors import PlanningError
+from pnt_gym.planning.free.rules import HandRules
+from pnt_gym.planning.motion.limits import MotionLimits
+from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
+from pnt_gym.planning.straight.frame import Frame
+
+from ...common.casadi_module import load_casadi
+from ...common.fastest import ROUNDING, NoMotionFound
+from ...common.legs import Leg, add_leg, hermite, inside, join, rest, set_guess, solved
+
+INTERVALS: Final = {"throw": 28, "clearing": 16, "return": 30, "approach": 10}
+"""Pieces of constant jerk per leg; twice as many of them gain less than 0.5 %."""
+ITERATIONS: Final = 300
+"""Most iterations of a solve."""
+STARTS: Final = ((0.62, 1.0), (0.74, 1.0), (0.35, 0.9))
+"""First guesses: elevation of the release velocity [rad] and its share of the speed limit."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class FreeThrow:
+    """One throw in a free direction, from rest at the pick to rest at the next pick.
+
+    Attributes:
+        path: the motion of the hand, one row.
+        release_time: when the object is let go [s].
+        position: where (3,) [m].
+        velocity: with which velocity (3,) [m/s].
+        flight_time: from the release to the target [s].
+        legs: duration of each leg by name [s].
+    """
+
+    path: JerkTrajectory
+    release_time: float
+    position: Floats
+    velocity: Floats
+    flight_time: float
+    legs: dict[str, float]
+
+    @property
+    def duration(self) -> float:
+        """Time from pick to next pick [s]."""
+        return float(self.path.duration[0])
+
+
+class _ThrowTask(NamedTuple):
+    pick: Floats
+    aim: Floats
+    following: Floats
+    ceiling: float
+    rules: HandRules
+    limits: tuple[float, float, float]
+
+    @property
+    def roof(self) -> float:
+        return self.ceiling + self.rules.hand_cap
+
+
+def fastest_throw(
+    pick: Point,
+    target: Point,
+    next_pick: Point,
+    limits: MotionLimits,
+    *,
+    ceiling: float,
+    tolerance: float = 0.0,
+    rules: HandRules | None = None,
+) -> FreeThrow:
+    """Return the fastest throw found that keeps limits and rules at all times.
+
+    Args:
+        pick: where the hand rests with the object (3,) [m].
+        target: where the object has to come down (3,) [m].
+        next_pick: where the hand comes to rest (3,) [m].
+        limits: one set of limits, kept as norms.
+        ceiling: greatest height of the release [m], above the pick. After the release the hand stays above the top
+            of the approach, or above the middle between pick and ceiling where that is lower.
+        tolerance: delta of Hassan et al. 2022, Eqs. 16-17: the throw is aimed that much short of the target [m].
+        rules: what binds the hand; the defaults when not given.
+
+    Raises:
+        ValueError: an input is not finite, the pick is not below the ceiling, the next pick or the top of its approach
+            is above the greatest height of the hand, or one of the three is outside the workspace.
+        NoMotionFound: the solver found nothing that keeps every bound.
+        PntGymError: casadi is not installed.
+    """
+    task = _checked(pick, target, next_pick, limits, ceiling, tolerance, rules or HandRules())
+    found = [throw for start in STARTS if (throw := _solve(task, *start)) is not None]
+    if not found:
+        raise NoMotionFound(
+            f"no throw from {task.pick.tolist()} to {task.aim.tolist()} with a release below {ceiling:.3f} m was found "
+            f"at a speed limit of {task.limits[0]:.3g} m/s"
+        )
+    return min(found, key=lambda throw: throw.duration)
+
+
+def _checked(
+    pick: Point,
+    target: Point,
+    next_pick: Point,
+    limits: MotionLimits,
+    ceiling: float,
+    tolerance: float,
+    rules: HandRules,
+) -> _ThrowTask:
+    first, last = vector(pick, "pick"), vector(next_pick, "next_pick")
+    if not np.isfinite(ceiling):
+        raise PlanningError(f"ceiling must be finite [m], got {ceiling}")
+    if not first[2] < ceiling:
+        raise PlanningError(f"pick lies at z = {first[2]:.4g} m; it must lie below the ceiling at {ceiling:.4g} m")
+    above = last + np.array([0.0, 0.0, rules.approach])
+    roof = ceiling + rules.hand_cap
+    for name, point in (("pick", first), ("next_pick", last), ("next_pick + approach", above)):
+        if rules.workspace is not None and rules.workspace.margin(point) < -ROUNDING:
+            raise PlanningError(f"{name} {point.tolist()} lies outside the workspace")
+        if point[2] > roof + ROUNDING:
+            raise PlanningError(
+                f"{name} lies at z = {point[2]:.4g} m, above ceiling + hand_cap, where the hand may be at most: "
+                f"{roof:.4g} m"
+            )
+    frame = Frame.of(first[None], vector(target, "target")[None], tolerance)
+    reach = float(frame.reach[0])
+    if reach <= 0.0:
+        raise PlanningError(f"target {list(target)} lies within the tolerance of the pick; there is nothing to throw")
+    aim = first + np.array([reach * frame.cosine[0], reach * frame.sine[0], frame.rise[0]])
+    return _ThrowTask(first, aim, last, ceiling, rules, limits.numbers())
+
+
+def _solve(task: _ThrowTask, elevation: float, share: float) -> FreeThrow | None:
+    ca = load_casadi()
+    opti: Any = ca.Opti()
+    legs = {name: add_leg(opti, INTERVALS[name], task.limits) for name in ("throw", "clearing", "return")}
+    line = (task.following[0], task.following[1])
+    legs["approach"] = add_leg(opti, INTERVALS["approach"], task.limits, line=line)
+    flight = opti.variable()
+    _ends(opti, task, legs)
+    _release(opti, task, legs, flight)
+    _clearing(opti, task, legs)
+    _heights(opti, task, legs)
+    opti.set_initial(flight, _start(opti, task, legs, elevation, share))
+    solution = solved(opti, legs.values(), ITERATIONS)
+    if solution is None:
+        return None
+    return _read(task, legs, solution, flight)
+
+
+def _ends(opti: Any, task: _ThrowTask, legs: dict[str, Leg]) -> None:
+    """Rest at both picks, the joints, and the borders of the vertical approach."""
+    throw, clearing, back, down = (legs[name] for name in INTERVALS)
+    opti.subject_to(throw.position[:, 0] == task.pick)
+    rest(opti, throw, 0)
+    opti.subject_to(throw.acceleration[:, -1] == 0)
+    window = task.rules.window
+    opti.subject_to(clearing.position[:, 0] == throw.position[:, -1] + window * throw.velocity[:, -1])
+    opti.subject_to(clearing.velocity[:, 0] == throw.velocity[:, -1])
+    opti.subject_to(clearing.acceleration[:, 0] == 0)
+    join(opti, clearing, back)
+    join(opti, back, down)
+    opti.subject_to(down.position[2, 0] == task.following[2] + task.rules.approach)
+    opti.subject_to(down.position[2, -1] == task.following[2])
+    rest(opti, down, -1)
+
+
+def _release(opti: Any, task: _ThrowTask, legs: dict[str, Leg], flight: Any) -> None:
+    """The flight from the release ends at the aim (Hassan et al. 2022, Eq. 8), coming down."""
+    throw = legs["throw"]
+    start, velocity = throw.position[:, -1], throw.velocity[:, -1]
+    fall = np.array([0.0, 0.0, -0.5 * GRAVITY])
+    opti.subject_to(start + flight * velocity + fall * flight**2 == task.aim)
+    opti.subject_to(velocity[2] <= GRAVITY * flight)
+    opti.subject_to(flight >= 0.01)
+    opti.subject_to(start[2] <= task.ceiling)
+
+
+def _clearing(opti: Any, task: _ThrowTask, legs: dict[str, Leg]) -> None:
+    """The hand stays above the falling object by the margin until it is clear sideways.
+
+    The gap is a cubic in every interval; its Bernstein coefficients are bounded.
+    """
+    ca = load_casadi()
+    throw, clearing, back = legs["throw"], legs["clearing"], legs["return"]
+    start, velocity = throw.position[:, -1], throw.velocity[:, -1]
+    count, step = INTERVALS["clearing"], clearing.step
+    since = task.rules.window + step * np.arange(count + 1)[None]
+    share = 0.5 * (1.0 - task.rules.margin) * GRAVITY
+    gap = clearing.position[2, :] - start[2] - velocity[2] * since + share * since**2
+    slope = clearing.velocity[2, :] - velocity[2] + 2.0 * share * since
+    opti.subject_to(gap[:, 1:].T >= 0)
+    opti.subject_to((gap[:, 1:-1] + step * slope[:, 1:-1] / 3.0).T >= 0)
+    opti.subject_to((gap[:, 1:] - step * slope[:, 1:] / 3.0).T >= 0)
+    away = back.position[:2, 0] - start[:2] - velocity[:2] * since[0, -1]
+    opti.subject_to(ca.sumsqr(away) >= task.rules.clear_distance**2)
+
+
+def _heights(opti: Any, task: _ThrowTask, legs: dict[str, Leg]) -> None:
+    """Floor before the release and after it, roof everywhere, workspace.
+
+    The floor after the release is the top of the approach, or the middle between pick and ceiling where that is lower:
+    a hand that lets go below the top of the approach could not be above it at once.
+    """
+    opti.subject_to(task.pick[2] <= legs["throw"].control_points(2)[:, 1:].T)
+    top, middle = task.following[2] + task.rules.approach, 0.5 * (task.pick[2] + task.ceiling)
+    low = middle if middle < top - ROUNDING else top
+    opti.subject_to(low <= legs["return"].control_points(2)[:, :-1].T)
+    opti.subject_to(low <= legs["clearing"].control_points(2).T)
+    for name in ("throw", "clearing", "return"):
+        if np.isfinite(task.roof):
+            opti.subject_to(task.roof >= legs[name].control_points(2).T)
+        if task.rules.workspace is not None:
+            inside(opti, legs[name], task.rules.workspace)
+
+
+def _start(opti: Any, task: _ThrowTask, legs: dict[str, Leg], elevation: float, share: float) -> float:
+    """Set the first guess: a release at the ceiling, cubics in between; return its flight time [s]."""
+    way = task.aim[:2] - task.pick[:2]
+    reach = float(np.sqrt(way @ way))
+    height = task.ceiling - task.aim[2]
+    speed = share * task.limits[0]
+    rise = speed * np.sin(elevation)
+    flight = (rise + np.sqrt(max(rise**2 + 2.0 * GRAVITY * height, 1e-4))) / GRAVITY
+    level = min(speed * np.cos(elevation), 0.9 * reach / flight)
+    direction = way / reach
+    velocity = np.array([*(level * direction), rise])
+    point = np.array([*(task.aim[:2] - level * flight * direction), task.ceiling])
+    hover = point + 0.06 * velocity
+    above = task.following + np.array([0.0, 0.0, task.rules.approach])
+    zero, falling = np.zeros(3), np.array([0.0, 0.0, -0.3 * speed])
+    guesses = {
+        "throw": (task.pick, zero, point, velocity),
+        "clearing": (point, velocity, hover, zero),
+        "return": (hover, zero, above, falling),
+        "approach": (above, falling, task.following, zero),
+    }
+    ramp = task.limits[0] / task.limits[1] + task.limits[1] / task.limits[2]
+    for name, (first, before, last, after) in guesses.items():
+        time = ramp + 1.5 * float(np.sqrt(np.sum((last - first) ** 2))) / task.limits[0]
+        path = hermite(first, before, last, after, time, INTERVALS[name])
+        set_guess(opti, legs[name], time, path, task.limits)
+    return float(flight)
+
+
+def _read(task: _ThrowTask, legs: dict[str, Leg], solution: Any, flight: Any) -> FreeThrow:
+    parts = {name: leg.values(solution) for name, leg in legs.items()}
+    window = Segments(np.full((1, 1), task.rules.window), np.zeros((1, 1, 3)))
+    path = JerkTrajectory.concatenate(
+        task.pick[None], [parts["throw"], window, parts["clearing"], parts["return"], parts["approach"]]
+    )
+    release = INTERVALS["throw"]
+    return FreeThrow(
+        path=path,
+        release_time=float(path.knot_times[0, release]),
+        position=path.knots.position[0, release],
+        velocity=path.knots.velocity[0, release],
+        flight_time=float(solution.value(flight)),
+        legs={"window": task.rules.window, **{name: float(part.durations.sum()) for name, part in parts.items()}},
+    )

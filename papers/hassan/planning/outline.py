@@ -1,0 +1,99 @@
+"""From the moves of a cycle to its path and clock."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats, joined, replaced, take
+from pnt_gym.planning.motion.limits import EllipticWorkspace, MotionLimits
+from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
+
+from ...common.fastest import fastest_motion
+from .blend import RELEASE_SEGMENTS, Overlap, begin_times, blend
+
+
+class Outline(NamedTuple):
+    """N cycles before they are timed.
+
+    Attributes:
+        picks: where the cycles begin (N, 3) [m].
+        next_picks: where they end (N, 3) [m].
+        own: the moves by name up to the one that ends with the place or contains the release.
+        back: the moves by name after it.
+        thrown: whether the last of ``own`` is a throw; else it ends in a place.
+        position: where the objects are let go (N, 3) [m].
+        velocity: how fast (N, 3) [m/s].
+        lift: vertical part right after the place [m].
+        drop: vertical part at the end [m].
+        feasible: whether the row holds a plan (N,); the moves of other rows take no time.
+    """
+
+    picks: Floats
+    next_picks: Floats
+    own: dict[str, Segments]
+    back: dict[str, Segments]
+    thrown: bool
+    position: Floats
+    velocity: Floats
+    lift: float
+    drop: float
+    feasible: Bools
+
+
+class Timed(NamedTuple):
+    """Path of N cycles, names and ends (N, P) [s] of their phases, and when the objects are let go (N,) [s]."""
+
+    path: JerkTrajectory
+    phases: tuple[str, ...]
+    phase_ends: Floats
+    release_time: Floats
+
+
+def straight_return(outline: Outline, overlap: Overlap) -> Timed:
+    """Run through all moves; the hand rests at the place and at the next pick, elsewhere moves may overlap."""
+    moves = [*outline.own.values(), *outline.back.values()]
+    last = len(outline.own) - 1
+    begins = begin_times(moves, overlap, () if outline.thrown else (last,))
+    ends = begins + np.stack([move.durations.sum(axis=1) for move in moves], axis=1)
+    names = list(outline.own) + list(outline.back)
+    let_go = ends[:, last]
+    if outline.thrown:
+        let_go = begins[:, last] + moves[last].durations[:, :RELEASE_SEGMENTS].sum(axis=1)
+        ends = np.insert(ends, last, let_go, axis=1)
+        names.insert(last + 1, "brake")
+    return Timed(blend(outline.picks, moves, begins), tuple(names), ends, let_go)
+
+
+def fastest_return(outline: Outline, limits: MotionLimits, workspace: EllipticWorkspace | None) -> Timed:
+    """Stop after every move up to the release or the place, then take the fastest motion found."""
+    parts = list(outline.own.values())
+    if outline.thrown:
+        throw = parts.pop()
+        parts.append(take(throw, np.s_[:, :RELEASE_SEGMENTS]))
+    ends = np.cumsum(np.stack([part.durations.sum(axis=1) for part in parts], axis=1), axis=1)
+    rows = [_return(outline, int(row), limits, workspace) for row in np.flatnonzero(outline.feasible)]
+    path = JerkTrajectory.concatenate(outline.picks, [*parts, _stacked(rows, outline.feasible)])
+    phase_ends = np.concatenate([ends, path.duration[:, None]], axis=1)
+    return Timed(path, (*outline.own, "return"), phase_ends, ends[:, -1])
+
+
+def _return(outline: Outline, row: int, limits: MotionLimits, workspace: EllipticWorkspace | None) -> Segments:
+    found = fastest_motion(
+        outline.position[row],
+        outline.next_picks[row],
+        take(limits, row),
+        lift=outline.lift,
+        drop=outline.drop,
+        start_velocity=outline.velocity[row] if outline.thrown else None,
+        workspace=workspace,
+    )
+    return Segments(found.durations, found.jerks)
+
+
+def _stacked(rows: list[Segments], feasible: Bools) -> Segments:
+    """Segments of single rows as one batch: shorter ones are filled up with segments of no time."""
+    columns = max((row.durations.shape[1] for row in rows), default=1)
+    nothing = Segments(np.zeros((len(feasible), columns)), np.zeros((len(feasible), columns, 3)))
+    return replaced(nothing, feasible, joined([row.padded(columns) for row in rows])) if rows else nothing

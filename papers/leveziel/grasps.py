@@ -1,0 +1,150 @@
+"""Friction grasps of the three objects of Leveziel et al. (section VI-B), lifted by 50 mm in the simulator."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from agents.ground.drawings import COLOURS, Figure, dress, subplots
+from agents.ground.metrics import wilson
+from agents.reproduce.finding import Findings, Row
+from agents.reproduce.grids import listed
+from pnt_gym.arrays import Bools, Floats
+from pnt_gym.cells.gripper.cell import GripperCell
+from pnt_gym.cells.gripper.config import GripperConfig
+from pnt_gym.cells.gripper.hidden import Hidden, expected_hidden
+
+from .cases import called
+
+GRASPS: Final = 240
+"""Of each object."""
+SEED: Final = 0
+LIFT: Final = 0.050
+LIFT_TIME: Final = 0.25
+"""[s]"""
+SLIP: Final = 0.0005
+"""An object has slipped that has moved along the pads by more than this [m]."""
+LEAST: Final = 0.98
+"""Share of the grasps that have to hold."""
+PLACE, YAW, SIZE, MASS, FRICTION = 0.004, 8.0, 0.05, 0.30, 0.20
+"""Largest errors: place per axis [m], direction [deg], and relative ones of size, mass and friction."""
+
+
+class Grasps(NamedTuple):
+    """N grasps of one object."""
+
+    name: str
+    yaw: Floats
+    """Direction against the pads (N,) [deg]."""
+    lifted: Bools
+    """By 50 mm at the end (N,)."""
+    slip: Floats
+    """Way along the pads from leaving the table on (N,) [m]."""
+    settling: Floats
+    """The same from the closed grip on (N,) [m]."""
+
+    @property
+    def held(self) -> Bools:
+        """Lifted without slip (N,)."""
+        return self.lifted & (self.slip < SLIP)
+
+
+def grasp_findings(grasps: int = GRASPS) -> Findings:
+    """Every object gripped and lifted many times."""
+    cell = GripperCell(GripperConfig.load("drop"), grasps)
+    found = [grasped(cell, kind) for kind in range(len(cell.item_names))]
+    rows = tuple(row for one in found for row in (_held_row(one), _settling_row(one)))
+    figures = {"leveziel_grasps.svg": grasps_figure(found)}
+    return listed("Grasps in the simulator", rows, figures, drop="leveziel/grasps/")
+
+
+def grasped(cell: GripperCell, kind: int) -> Grasps:
+    """Grip objects of one kind all over the pick area and lift them straight up.
+
+    Args:
+        cell: of the level `drop`; one grasp in each of its rows.
+        kind: index of the object.
+    """
+    rng = np.random.default_rng([SEED, kind])
+    kinds, table = np.full(cell.count, kind, dtype=np.int64), cell.config.table
+    low, high = np.array([table.pick_x, table.pick_y]).T
+    place = rng.uniform(low, high, (cell.count, 2))
+    hidden = drawn(cell, kind, rng)
+    plans = cell.planner.plan(kinds, place)
+    up = plans.pick + np.array([0.0, 0.0, LIFT])
+    # What happens after the opening is no matter here, so no flight is waited for.
+    still = np.zeros(cell.count)
+    plans = replace(plans, release=up, move_time=np.full(cell.count, LIFT_TIME), flight_time=still)
+    flown = cell.plant.fly(replace(cell.context, kind=kinds, place=place, hidden=hidden), plans)
+    rows, step = np.arange(cell.count), cell.config.timestep
+    closed, told = ((time / step).astype(np.int64) for time in (plans.grip_time, plans.open_time))
+    along = (flown.flight.position - flown.hand)[..., [0, 2]]
+    settling = np.hypot(*(along[rows, told] - along[rows, closed]).T)
+    name = called(cell.item_names[kind])
+    return Grasps(name, np.rad2deg(hidden.yaw), flown.lifted > LIFT - 0.001, flown.slip, settling)
+
+
+def drawn(cell: GripperCell, kind: int, rng: np.random.Generator) -> Hidden:
+    """Objects (N,) of one kind with errors drawn evenly up to the largest ones."""
+    item, count, even = cell.config.item_list()[kind], cell.count, rng.uniform
+    expected = expected_hidden(np.full(count, kind, dtype=np.int64), cell.config)
+    return replace(
+        expected,
+        size=np.array(item.size) * even(1.0 - SIZE, 1.0 + SIZE, (count, 1)),
+        mass=expected.mass * even(1.0 - MASS, 1.0 + MASS, count),
+        friction=expected.friction * even(1.0 - FRICTION, 1.0 + FRICTION, count),
+        offset=even(-PLACE, PLACE, (count, 2)),
+        yaw=np.deg2rad(even(-YAW, YAW, count)),
+        delay=np.zeros(count),
+    )
+
+
+def _held_row(found: Grasps) -> Row:
+    held = found.held
+    rate = wilson(int(held.sum()), held.size)
+    note = (
+        f"of {held.size} grasps lifted by 50 mm without slip, that is moved by less than {1e3 * SLIP:g} mm along the "
+        f"pads after leaving the table (the most is {1e3 * found.slip.max():.2f} mm); places up to {1e3 * PLACE:g} mm "
+        f"and directions up to {YAW:g} deg off, sizes {100 * SIZE:.0f} %, masses {100 * MASS:.0f} % and friction "
+        f"{100 * FRICTION:.0f} %, seed {SEED}. 95 % interval from {100.0 * rate.low:.1f} %"
+    )
+    return Row.compared(
+        f"leveziel/grasps/{found.name}",
+        "picked up",
+        100.0 * rate.value,
+        "%",
+        holds=rate.value >= LEAST,
+        note=note,
+        grasps=int(held.size),
+        lifted=int(found.lifted.sum()),
+        slip_max_m=float(found.slip.max()),
+        slip_median_m=float(np.median(found.slip)),
+    )
+
+
+def _settling_row(found: Grasps) -> Row:
+    still = 100.0 * float((found.lifted & (found.settling < SLIP)).mean())
+    askew = "One that lies askew is held at two edges and turns into line with the pads as soon as the table lets it"
+    turning = "Round about the vertical, it has nothing to turn into line" if still == 100.0 else askew
+    note = (
+        f"the most that the same {found.settling.size} objects move along the pads from the end of the closing until "
+        f"they have been lifted; {still:.1f} % move by less than {1e3 * SLIP:g} mm. {turning}"
+    )
+    quantity, median = f"leveziel/grasps/{found.name}-from-closed-grip", float(np.median(found.settling))
+    return Row.ours(quantity, float(found.settling.max()), "m", note=note, share_still=still, median_m=median)
+
+
+def grasps_figure(found: list[Grasps]) -> Figure:
+    """How far objects moved along the pads, over how askew they lay."""
+    figure, axes = subplots(1, len(found), (4.0 * len(found), 3.6), sharey=True)
+    for panel, one in zip(axes, found, strict=True):
+        ways = {"from the closed grip": one.settling, "from leaving the table": one.slip}
+        for colour, (name, way) in zip((COLOURS[1], COLOURS[0]), ways.items(), strict=True):
+            panel.scatter(one.yaw, 1e3 * way, s=10, alpha=0.7, color=colour, linewidths=0, label=name)
+        panel.axhline(1e3 * SLIP, color="black", linestyle="--", linewidth=1, label="counts as slip")
+        up = "way along the pads [mm]" if panel is axes[0] else ""
+        dress(panel, "direction against the pads [°]", up, f"{one.name}, {one.yaw.size} grasps")
+    axes[0].legend(fontsize=8, loc="upper center")
+    return figure

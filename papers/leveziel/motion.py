@@ -1,0 +1,294 @@
+"""Motions of the robot: straight lines, circles and joint-linear moves under the motors' limits (section VI-B).
+
+The prototype's motors are given a largest speed and nothing else; an acceleration limit is the user's to add. A motion
+goes from rest to rest: a path times a progress u from 0 to 1, stretched in time until the worst motor just keeps its
+limits at the samples. Moves along a line hold theta exactly; joint-linear ones do not (`joint_deviation`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, Literal, final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pnt_gym.arrays import Floats
+from pnt_gym.errors import ConfigError
+from pnt_gym.planning import MotionLimits, min_time_scurve
+from pnt_gym.robots.gripper import (
+    PROTOTYPE,
+    Dimensions,
+    JointLimits,
+    PoseError,
+    check_pose,
+    forward_kinematics,
+    inverse_jacobian,
+    inverse_kinematics,
+    travel_time,
+)
+from pnt_gym.robots.gripper.pose import CHUNK, pieces, pose_pairs, pose_rows
+
+CIRCLE_RADIUS: Final = 0.080
+"""Of the circle in the experiments [m] (section VI-B)."""
+
+
+@final
+@dataclass(frozen=True)
+class Profile:
+    """How progress runs from 0 to 1 in a time of 1.
+
+    Raises:
+        ConfigError: (a ValueError) an unknown kind, or a ramp outside (0, 0.5].
+    """
+
+    kind: Literal["trapezoid", "s-curve"] = "trapezoid"
+    """Constant acceleration in the ramps, or one that rises and falls linearly."""
+    ramp: float = 0.25
+    """Share of the time spent speeding up, and again slowing down."""
+
+    def __post_init__(self) -> None:
+        if self.kind not in ("trapezoid", "s-curve"):
+            raise ConfigError(f"profile kind is {self.kind!r}; it must be 'trapezoid' or 's-curve'")
+        if not 0.0 < self.ramp <= 0.5:
+            raise ConfigError(f"profile ramp is {self.ramp}; it must lie in (0, 0.5]")
+
+    def sample(self, time: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return progress and its first two derivatives at times (S,) from 0 to 1."""
+        peak = 1.0 / (1.0 - self.ramp)
+        if self.kind == "s-curve":
+            # Two jerk segments fill a ramp, so its highest acceleration is twice the mean one.
+            limits = MotionLimits(peak, 2.0 * peak / self.ramp, 4.0 * peak / self.ramp**2)
+            return min_time_scurve(1.0, limits).sample(time)
+        slope, left = peak / self.ramp, 1.0 - time
+        early, late = time < self.ramp, left < self.ramp
+        straight = peak * (time - 0.5 * self.ramp)
+        progress = np.where(early, 0.5 * slope * time**2, np.where(late, 1.0 - 0.5 * slope * left**2, straight))
+        return progress, slope * np.minimum(np.minimum(time, left), self.ramp), slope * (1.0 * early - 1.0 * late)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class PoseMotion:
+    """A motion at S equally spaced times."""
+
+    time: Floats
+    """(S,) from 0 [s]."""
+    pose: Floats
+    """(S, 4) x, y, z [m], theta [rad]."""
+    q: Floats
+    """(S, 4) motor angles [rad]."""
+    speed: Floats
+    """(S, 4) of the motors [rad/s]."""
+    acceleration: Floats
+    """(S, 4) of the motors [rad/s2]."""
+
+    @property
+    def duration(self) -> float:
+        """Time from rest to rest [s]."""
+        return float(self.time[-1])
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Deviation:
+    """How far joint-linear moves leave the straight line between their ends."""
+
+    theta: Floats
+    """(...,) largest change of the platform's angle against its linear course, with its sign [rad]."""
+    path: Floats
+    """(...,) largest distance of the platform's middle from the line [m]."""
+
+
+def line(
+    start: ArrayLike,
+    end: ArrayLike,
+    dimensions: Dimensions = PROTOTYPE,
+    *,
+    limits: JointLimits | None = None,
+    profile: Profile | None = None,
+    samples: int = 401,
+) -> PoseMotion:
+    """Return the motion straight from one pose (4,) to another (4,), theta in step with the position.
+
+    Args:
+        start: x, y, z [m], theta [rad].
+        end: the same.
+        dimensions: the robot.
+        limits: of the motors; the prototype's speed when not given.
+        profile: how fast each part of the way is passed, relative to the others.
+        samples: number S of times, at which the limits are kept.
+
+    Raises:
+        PoseError: (a ValueError) an argument is not a pose, or the robot cannot take a pose on the way.
+        ConfigError: (a ValueError) fewer than 3 samples.
+    """
+    first, last = _row(start, "start"), _row(end, "end")
+    time, *progress = _progress(profile, samples)
+    poses = first + progress[0][:, None] * (last - first)
+    slope = np.broadcast_to(last - first, poses.shape)
+    return _along(time, poses, slope, np.zeros_like(poses), progress, dimensions, limits or JointLimits())
+
+
+def circle(
+    centre: ArrayLike = (0.0, 0.0, -0.2),
+    theta: float | None = None,
+    dimensions: Dimensions = PROTOTYPE,
+    *,
+    radius: float = CIRCLE_RADIUS,
+    limits: JointLimits | None = None,
+    profile: Profile | None = None,
+    samples: int = 401,
+) -> PoseMotion:
+    """Return one turn in a horizontal plane, counter-clockwise from the point furthest along +x and back.
+
+    Centre (3,) and radius are in m; the halves keep the angle theta [rad], home's when not given. The other arguments
+    are those of `line`.
+
+    Raises:
+        PoseError: (a ValueError) the centre is no point, the radius is not positive, or the circle leaves the reach.
+        ConfigError: (a ValueError) fewer than 3 samples.
+    """
+    middle = _row(centre, "centre", 3)
+    if not (np.isfinite(radius) and radius > 0.0):
+        raise PoseError(f"radius is {radius} m; it must be positive and finite")
+    angle = dimensions.home_theta if theta is None else float(theta)
+    time, *progress = _progress(profile, samples)
+    turn = 2.0 * np.pi * progress[0]
+    zero = np.zeros_like(turn)
+    spoke = radius * np.column_stack([np.cos(turn), np.sin(turn), zero, zero])
+    rim = radius * np.column_stack([-np.sin(turn), np.cos(turn), zero, zero])
+    poses = np.append(middle, angle) + spoke
+    slope, bend = 2.0 * np.pi * rim, -((2.0 * np.pi) ** 2) * spoke
+    return _along(time, poses, slope, bend, progress, dimensions, limits or JointLimits())
+
+
+def joint_move(
+    start: ArrayLike,
+    end: ArrayLike,
+    dimensions: Dimensions = PROTOTYPE,
+    *,
+    limits: JointLimits | None = None,
+    profile: Profile | None = None,
+    samples: int = 401,
+) -> PoseMotion:
+    """Return the synchronised point-to-point motion of the motors from one pose (4,) to another (4,).
+
+    Arguments and errors as `line`. The platform leaves the straight line and its angle changes on the way.
+    """
+    first, last = ends = np.stack([_row(start, "start"), _row(end, "end")])
+    check_pose(ends, dimensions, theta_limits=False)
+    time, *progress = _progress(profile, samples)
+    q_first, q_last = inverse_kinematics(ends, dimensions)
+    share, rate, growth = (values[:, None] for values in progress)
+    way = q_last - q_first
+    q = q_first + share * way
+    pose = forward_kinematics(q, dimensions, start=first + share * (last - first))
+    if np.isnan(pose).any():
+        raise PoseError(f"the joint-linear move from {first.tolist()} to {last.tolist()} runs through a singularity")
+    return _stretched(time, pose, q, rate * way, growth * way, limits or JointLimits())
+
+
+def joint_deviation(
+    start: ArrayLike, end: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, samples: int = 65
+) -> Deviation:
+    """Return how far joint-linear moves leave the straight line; NaN where an end is out of reach.
+
+    Looked at are `samples` equal joint steps, ends included; start and end are poses (..., 4) of one shape.
+
+    Raises:
+        PoseError: (a ValueError) the shapes differ or are wrong, or a number is not finite.
+        ConfigError: (a ValueError) fewer than 3 samples.
+    """
+    shape, first, last = pose_pairs(start, end)
+    _check_samples(samples)
+    theta, path = np.empty(len(first)), np.empty(len(first))
+    share = np.linspace(0.0, 1.0, samples)[:, None]
+    for piece in pieces(len(first), max(1, CHUNK // share.size)):
+        a, b = first[piece, None], last[piece, None]
+        q_a, q_b = inverse_kinematics(a, dimensions), inverse_kinematics(b, dimensions)
+        straight = a + share * (b - a)
+        poses = forward_kinematics(q_a + share * (q_b - q_a), dimensions, start=straight)
+        turned = poses[..., 3] - straight[..., 3]
+        worst = np.abs(turned).argmax(axis=1)[:, None]
+        theta[piece] = np.take_along_axis(turned, worst, axis=1)[:, 0]
+        path[piece] = _off_line(poses[..., :3] - a[..., :3], (b - a)[..., :3]).max(axis=1)
+    return Deviation(theta.reshape(shape), path.reshape(shape))
+
+
+def closing_time(position: ArrayLike = (0.0, 0.0, -0.2), dimensions: Dimensions = PROTOTYPE) -> Floats:
+    """Return how long the gripper takes to close from home's angle when only `MOTOR_SPEED` limits it.
+
+    Args:
+        position: (..., 3) of the platform's middle [m], which stays there.
+        dimensions: the robot.
+
+    Returns:
+        (...,) [s]; NaN where out of reach.
+
+    Raises:
+        PoseError: (a ValueError) the shape is not (..., 3), or a number is not finite.
+    """
+    shape, rows = pose_rows(position, "position", 3)
+    ends = dimensions.home_theta, dimensions.theta[0]
+    start, end = (np.column_stack([rows, np.full(len(rows), angle)]) for angle in ends)
+    return travel_time(start, end, dimensions).reshape(shape)
+
+
+def _along(
+    time: Floats, poses: Floats, slope: Floats, bend: Floats, progress: list[Floats], dims: Dimensions, top: JointLimits
+) -> PoseMotion:
+    """The motion on a path with its first two derivatives by progress, (S, 4) each."""
+    check_pose(poses, dims, theta_limits=False)
+    q = inverse_kinematics(poses, dims)
+    rate = _rate(poses, slope, dims)
+    # How the rates change along the path, by central differences over a short way.
+    step = 1e-5
+    ahead = _rate(poses + step * slope, slope + step * bend, dims)
+    behind = _rate(poses - step * slope, slope - step * bend, dims)
+    curve = (ahead - behind) / (2.0 * step)
+    if not np.isfinite(curve).all():
+        raise PoseError("the path touches the edge of the reach, where a motor would need infinite speed")
+    one, two = progress[1][:, None], progress[2][:, None]
+    return _stretched(time, poses, q, rate * one, curve * one * one + rate * two, top)
+
+
+def _rate(poses: Floats, slope: Floats, dims: Dimensions) -> Floats:
+    return (inverse_jacobian(poses, dims) @ slope[..., None])[..., 0]
+
+
+def _stretched(
+    time: Floats, pose: Floats, q: Floats, speed: Floats, acceleration: Floats, limits: JointLimits
+) -> PoseMotion:
+    """The motion of duration 1, slowed until the limits hold; one without motion takes no time."""
+    duration = max(
+        float(np.abs(speed).max()) / limits.speed, float(np.sqrt(np.abs(acceleration).max() / limits.acceleration))
+    )
+    scale = 1.0 / duration if duration > 0.0 else 0.0
+    return PoseMotion(time * duration, pose, q, speed * scale, acceleration * scale * scale)
+
+
+def _progress(profile: Profile | None, samples: int) -> tuple[Floats, Floats, Floats, Floats]:
+    _check_samples(samples)
+    time = np.linspace(0.0, 1.0, samples)
+    return time, *(profile or Profile()).sample(time)
+
+
+def _check_samples(samples: int) -> None:
+    if samples < 3:
+        raise ConfigError(f"samples is {samples}; a motion needs at least 3")
+
+
+def _row(value: ArrayLike, name: str, width: int = 4) -> Floats:
+    shape, rows = pose_rows(value, name, width)
+    if shape:
+        raise PoseError(f"{name} must have shape ({width},), got {(*shape, width)}")
+    return rows[0]
+
+
+def _off_line(offset: Floats, way: Floats) -> Floats:
+    """Distance (N, S) of points from the line through the origin along ``way`` (N, 1, 3)."""
+    length = np.sqrt((way * way).sum(axis=-1, keepdims=True))
+    unit = way / np.where(length > 0.0, length, 1.0)
+    beside = offset - (offset * unit).sum(axis=-1, keepdims=True) * unit
+    return np.sqrt((beside * beside).sum(axis=-1))

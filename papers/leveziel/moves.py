@@ -1,0 +1,226 @@
+"""Cartesian and joint-linear moves of Leveziel et al. (section VI-B): what they do to the platform's angle.
+
+In closed form, and carried out by the robot in MuJoCo with the motors at up to 70 rpm. The moves have the lengths of
+the paper's cork cycle; where in the workspace they were made is not printed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from agents.ground.drawings import COLOURS, Figure, dress, subplots, svg
+from agents.ground.tables import Grid
+from agents.reproduce.finding import Findings, Row
+from agents.reproduce.grids import by_quantity, plain
+from pnt_gym.arrays import Floats
+from pnt_gym.robots.gripper import JointLimits
+from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD
+
+from .cases import ANGLES, CLOSED, SAMPLES, SMOOTH, STILL, Followed, follow_motions, held, posed, random_poses
+from .motion import Deviation, PoseMotion, joint_deviation, joint_move, line
+
+MOVES: Final = {
+    "z": ((0.0, 0.0, -0.230), (0.0, 0.0, -0.180)),
+    "y": ((0.0, 0.0, -0.180), (0.0, 0.070, -0.180)),
+    "x": ((0.0, 0.0, -0.180), (0.070, 0.0, -0.180)),
+}
+"""50 mm up and 70 mm aside, as in Fig. 8 [m]."""
+LIMITS: Final = JointLimits(acceleration=150.0)
+"""70 rpm as in the paper; with this acceleration the servos keep within their torque [rad/s2]."""
+PAIRS: Final = 2000
+"""Random moves of 50 to 100 mm."""
+PIECES: Final = (2, 4, 8)
+"""Joint-linear moves that a line is cut into."""
+
+
+class Pair(NamedTuple):
+    """A move made both ways."""
+
+    straight: PoseMotion
+    joint: PoseMotion
+    deviation: Deviation
+
+
+Moves = Mapping[tuple[str, float], Pair]
+"""By direction and angle of the halves [rad]."""
+
+
+def move_findings(pairs: int = PAIRS) -> Findings:
+    """Angle and path of the platform in moves of both kinds, in closed form and simulated."""
+    moves = {(name, theta): _pair(name, theta) for name in MOVES for theta in ANGLES}
+    told, done = follow_motions([motion for pair in moves.values() for motion in (pair.straight, pair.joint)])
+    joint, simulated = tuple(_joint_linear(moves)), tuple(_simulated(moves, told, done))
+    others = (_cartesian(moves), _random(pairs), _pieces(), *simulated)
+    tables = (
+        _table(joint, *(row.details["by_move"] for row in simulated)),
+        plain("Cartesian and joint-linear moves", by_quantity(others).values(), drop="leveziel/"),
+    )
+    data = {
+        f"{name}, {np.rad2deg(theta):.0f} deg": {
+            "theta_deg": float(np.rad2deg(pair.deviation.theta)),
+            "path_m": float(pair.deviation.path),
+            "line_s": pair.straight.duration,
+            "joint_s": pair.joint.duration,
+        }
+        for (name, theta), pair in moves.items()
+    }
+    figures = {"leveziel_moves.svg": svg(moves_figure(moves, done))}
+    return Findings((*joint, *others), {"leveziel_moves": data}, figures, tables)
+
+
+def _pair(name: str, theta: float) -> Pair:
+    first, last = (posed(np.array(place), theta) for place in MOVES[name])
+    straight = line(first, last, limits=LIMITS, profile=SMOOTH, samples=SAMPLES)
+    joint = joint_move(first, last, limits=LIMITS, profile=SMOOTH, samples=SAMPLES)
+    return Pair(straight, joint, joint_deviation(first, last))
+
+
+def _table(joint: Iterable[Row], straight: Mapping[str, float], simulated: Mapping[str, float]) -> Grid:
+    """One line per move and angle: how the platform's angle changes in moves of both kinds."""
+    lines = [
+        [
+            f"{row.details['length_mm']:.0f} mm in {name}",
+            f"{theta} deg",
+            f"{straight[f'{name}, {theta} deg']:.2f} deg",
+            f"{turned:.2f} deg",
+            f"{simulated[f'{name}, {theta} deg']:.2f} deg",
+            f"{1e3 * row.details['path_m'][theta]:.1f} mm",
+        ]
+        for name, row in zip(MOVES, joint, strict=True)
+        for theta, turned in row.details["by_theta"].items()
+    ]
+    header = (
+        "move", "theta", "line, simulated", "joint-linear, closed form", "joint-linear, simulated", "off the line",
+    )  # fmt: skip
+    return Grid("How far a move turns the platform's halves; by the paper not at all", header, lines)
+
+
+def _cartesian(moves: Moves) -> Row:
+    still = max(float(np.abs(pair.straight.pose[:, 3] - theta).max()) for (_, theta), pair in moves.items())
+    note = "largest change of theta in moves along lines, which hold it by construction"
+    return Row.compared("leveziel/moves/cartesian", 0.0, float(np.rad2deg(still)), "deg", within=STILL, note=note)
+
+
+def _joint_linear(moves: Moves) -> Iterator[Row]:
+    claw = 1e3 * PROTOTYPE_BUILD.claws.length
+    for name, (first, last) in MOVES.items():
+        found = {f"{np.rad2deg(a):.0f}": moves[name, a].deviation for a in ANGLES}
+        turned = {angle: float(np.rad2deg(one.theta)) for angle, one in found.items()}
+        worst = max(turned.values(), key=abs)
+        listed = ", ".join(f"{value:.2f} at {angle} deg" for angle, value in turned.items())
+        away = 1e3 * max(float(one.path) for one in found.values())
+        path = f"the path leaves the line by up to {away:.1f} mm" if away > 1e-6 else "the path stays on the line"
+        length = 1e3 * float(np.linalg.norm(np.subtract(last, first)))
+        note = (
+            f"largest change of theta in a point-to-point motion of the motors over {length:.0f} mm in {name}: "
+            f"{listed}; {path}, and each pad, {claw:.0f} mm below its axis, moves by "
+            f"{claw * np.deg2rad(abs(worst)):.1f} mm"
+        )
+        yield Row.compared(
+            f"leveziel/moves/joint-linear-{name}",
+            0.0,
+            worst,
+            "deg",
+            within=STILL,
+            note=note,
+            by_theta=turned,
+            path_m={angle: float(one.path) for angle, one in found.items()},
+            length_mm=length,
+        )
+
+
+def random_moves(count: int, seed: int = 0) -> tuple[Floats, Floats]:
+    """Ends (count, 4) of moves of 50 to 100 mm within the reduced workspace at one angle each."""
+    rng = np.random.default_rng(seed)
+    first = random_poses(6 * count, seed)
+    way = rng.normal(size=(len(first), 3))
+    way *= rng.uniform(0.05, 0.10, (len(first), 1)) / np.linalg.norm(way, axis=1, keepdims=True)
+    last = first + np.column_stack([way, np.zeros(len(first))])
+    inside = held(last)
+    return first[inside][:count], last[inside][:count]
+
+
+def _random(pairs: int) -> Row:
+    first, last = random_moves(pairs)
+    found = joint_deviation(first, last)
+    turned, path = np.rad2deg(np.abs(found.theta)), 1e3 * found.path
+    note = (
+        f"median over {len(first):,} random moves of 50 to 100 mm in the reduced workspace, theta -60 to -30 deg, seed "
+        f"0: one in twenty changes theta by more than {np.quantile(turned, 0.95):.1f} deg; the path leaves the line by "
+        f"{np.median(path):.1f} mm, one in twenty by more than {np.quantile(path, 0.95):.1f} mm"
+    )
+    details = {"quantile_95_deg": float(np.quantile(turned, 0.95)), "path_median_m": 1e-3 * float(np.median(path))}
+    median = float(np.median(turned))
+    return Row.ours("leveziel/moves/joint-linear-anywhere", median, "deg", beside=0.0, note=note, **details)
+
+
+def _pieces() -> Row:
+    """The worst of the moves as several shorter ones."""
+    first, last = (posed(np.array(place), CLOSED) for place in MOVES["z"])
+    vias = {str(count): np.linspace(first, last, count + 1) for count in PIECES}
+    left = {n: float(np.rad2deg(np.abs(joint_deviation(v[:-1], v[1:]).theta).max())) for n, v in vias.items()}
+    listed = ", ".join(f"{value:.2f} deg with {count}" for count, value in left.items())
+    note = (
+        f"largest change of theta over 50 mm in z at -60 deg, cut into {PIECES[-1]} joint-linear moves alike; {listed}"
+    )
+    return Row.ours("leveziel/moves/joint-linear-in-pieces", left[str(PIECES[-1])], "deg", note=note, by_pieces=left)
+
+
+def _simulated(moves: Moves, told: Floats, done: Followed) -> Iterator[Row]:
+    turned = np.rad2deg(done.pose[..., 3] - told[:, :1, 3])
+    worst = np.take_along_axis(turned, np.abs(turned).argmax(axis=1)[:, None], axis=1)[:, 0]
+    away = 1e3 * np.linalg.norm(done.pose[:, :-1, :3] - told[:, 1:, :3], axis=-1).max(axis=1)
+    names = [f"{name}, {np.rad2deg(theta):.0f} deg" for name, theta in moves]
+    closed = np.array([float(np.rad2deg(pair.deviation.theta)) for pair in moves.values()])
+    torque = float(np.abs(done.torque).max())
+    straight, joint = worst[0::2], worst[1::2]
+    most = int(np.abs(joint).argmax())
+    gap = float(np.abs(joint - closed).max())
+    along = (
+        f"largest change of theta in {len(names)} moves along lines by the robot in MuJoCo, motors at up to 70 rpm and "
+        f"empty claws; the path stays within {away[0::2].max():.2f} mm, torque below {torque:.1f} N m"
+    )
+    turning = (
+        f"largest change of theta in {len(names)} joint-linear moves by the robot in MuJoCo, {names[most]}; {gap:.2f} "
+        "deg off the closed form at most"
+    )
+    for kind, found, by_move, note, further in (
+        ("cartesian", float(np.abs(straight).max()), straight, along, {"torque": torque}),
+        ("joint-linear", float(joint[most]), joint, turning, {"gap": gap}),
+    ):
+        details = {"by_move": dict(zip(names, by_move.tolist(), strict=True)), **further}
+        yield Row.compared(f"leveziel/simulated/{kind}", 0.0, found, "deg", within=STILL, note=note, **details)
+
+
+def beside(points: Floats, first: Floats, last: Floats) -> Floats:
+    """Distances (S,) of points (S, 3) from the line through two others [m]."""
+    way = (last - first) / np.linalg.norm(last - first)
+    return np.linalg.norm(np.cross(points - first, way), axis=1)
+
+
+def moves_figure(moves: Moves, done: Followed) -> Figure:
+    """Angle of the halves and distance from the line over the time, with the gripper closed."""
+    figure, (angle, path) = subplots(1, 2, (11.0, 4.2), sharex=True)
+    dots: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 2.5}
+    for k, name in enumerate(MOVES):
+        pair = moves[name, CLOSED]
+        first, last = pair.straight.pose[[0, -1], :3]
+        row = 2 * list(moves).index((name, CLOSED))
+        for way, kind, motion, style in (
+            (row, "line", pair.straight, "--"),
+            (row + 1, "joint-linear", pair.joint, "-"),
+        ):
+            seen = np.flatnonzero(done.time <= motion.duration)[::20]
+            told: dict[str, Any] = {"linestyle": style, "label": f"{name}, {kind}"}
+            for time, pose, look in ((motion.time, motion.pose, told), (done.time[seen], done.pose[way, seen], dots)):
+                angle.plot(1e3 * time, np.rad2deg(pose[:, 3]), color=COLOURS[k], **look)
+                path.plot(1e3 * time, 1e3 * beside(pose[:, :3], first, last), color=COLOURS[k], **look)
+    angle.plot([], [], color="gray", label="in MuJoCo", **dots)
+    dress(angle, "time [ms]", "angle of the platform's halves θ [°]")
+    dress(path, "time [ms]", "distance from the straight line [mm]")
+    figure.legend(*angle.get_legend_handles_labels(), fontsize=8, ncols=4, loc="outside lower center")
+    figure.suptitle("50 mm in z, 70 mm in y and in x with θ = -60°, motors at up to 70 rpm", fontsize=11)
+    return figure

@@ -1,0 +1,278 @@
+"""Tosses by the gripper robot of Leveziel et al. in the simulator: the planner, an oracle, and learning when to let go.
+
+The paper shows that the robot tosses and measures nothing, so every figure here is ours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import closing
+from typing import Final, NamedTuple, cast
+
+import numpy as np
+
+from agents.controllers import make_controller
+from agents.ground.drawings import COLOURS, Axes, Figure, dress, subplots, svg
+from agents.ground.environments import Env, core_of, make_vector
+from agents.ground.metrics import wilson
+from agents.ground.tables import Grid
+from agents.judging.throws.data import Throws, summary
+from agents.judging.throws.trial import held_out, practise
+from agents.reproduce.finding import Findings, Overview, Row
+from agents.reproduce.grids import JsonRow, Rows, below, number, plain
+from pnt_gym.arrays import Floats, joined
+from pnt_gym.cells.gripper.config import GripperConfig
+from pnt_gym.cells.gripper.planner import TossPlanner
+from pnt_gym.planning.motion.ballistics import landing_point
+
+from .cases import called
+
+ENV: Final = "GripperToss-v0"
+ROWS: Final = 16
+"""Cells side by side."""
+SEEDS: Final = (0, 1, 2)
+"""Of practice and of the held-out objects."""
+HELD: Final = 64
+"""Held-out throws of each seed."""
+LEVELS: Final = ("nominal", "late", "patient", "drop", "belt")
+"""`belt` is the up-scaled robot at the conveyor cell's belt."""
+STAGES: Final = (10, 100, 1000)
+"""Throws of practice after which a learner is judged."""
+LEARNERS: Final[Mapping[str, Mapping[str, Sequence[int]]]] = {
+    "virtual_goal": {"nominal": STAGES, "late": STAGES[:2], "belt": STAGES[:2]},
+    "ridge": {"nominal": STAGES, "late": STAGES[:2], "belt": STAGES[:2]},
+    "mlp": {"nominal": STAGES},
+}
+"""What learns, where, and when it is judged."""
+PLANNERS: Final = {
+    "analytic": "the planner alone, which opens the claws at one fixed time before the release",
+    "oracle": "a controller that simulates each throw with its hidden values beforehand, all but the scatter of the "
+    "opening",
+}
+DRAWN: Final = ("nominal", "virtual_goal", 100)
+"""Level, controller and throws of practice whose releases are drawn."""
+CURVES: Final = ("nominal", "late", "belt")
+"""Levels whose learning curves are drawn."""
+LINES: Final = {"analytic": "the planner alone", "oracle": "oracle"}
+"""Controllers that do not learn."""
+MILLI: Final = 1e3
+RANGE: Final = (-0.012, 0.050)
+"""Moments of the release that are drawn, after the planned one [s]."""
+
+
+class Judged(NamedTuple):
+    """Held-out throws of one controller at one stage, seed by seed."""
+
+    level: str
+    controller: str
+    practice: int
+    by_seed: list[Throws]
+
+
+def planner_findings(levels: Sequence[str] = LEVELS, seeds: Sequence[int] = SEEDS, held: int = HELD) -> Findings:
+    """The planner and the oracle, which learn nothing, on every level."""
+    cycles, found = list[int](), list[Row]()
+    for level in levels:
+        with closing(make_vector(ENV, level, ROWS, threads=1)) as env:
+            for name, what in PLANNERS.items():
+                found += [_row(one, seeds, env, what) for one in _judged(name, env, level, (0,), seeds, held, cycles)]
+    return Findings((*found, _endurance("planner", cycles)))
+
+
+def learner_findings(
+    name: str, stages: Mapping[str, Sequence[int]], seeds: Sequence[int] = SEEDS, held: int = HELD
+) -> Findings:
+    """A learner, judged at each stage of one practice on every level, and what it did to the release."""
+    cycles, found, figures = list[int](), list[Row](), dict[str, str]()
+    for level, counts in stages.items():
+        with closing(make_vector(ENV, level, ROWS, threads=1)) as env:
+            for one in _judged(name, env, level, counts, seeds, held, cycles):
+                found.append(_row(one, seeds, env, f"{name} after {one.practice:,} throws of practice"))
+                if (one.level, one.controller, one.practice) == DRAWN:
+                    (before,) = _judged("analytic", env, level, (0,), seeds, held, cycles)
+                    title = f"{name.replace('_', ' ')}, {one.practice} throws"
+                    panels = {"the planner alone": joined(before.by_seed), title: joined(one.by_seed)}
+                    figures["leveziel_release.svg"] = svg(release_figure(panels, core_of(env).config))
+    return Findings((*found, _endurance(name, cycles)), {}, figures)
+
+
+def _judged(
+    name: str, env: Env, level: str, counts: Sequence[int], seeds: Sequence[int], held: int, cycles: list[int]
+) -> list[Judged]:
+    found = [Judged(level, name, count, []) for count in counts]
+    controller = make_controller(name, env)
+    for seed in seeds:
+        controller.reset(seed)
+        done = 0
+        for one in found:
+            practise(controller, env, one.practice - done, seed, start=done, progress=cycles.append)
+            done = one.practice
+            one.by_seed.append(held_out(controller, env, held, seed, progress=cycles.append))
+    return found
+
+
+def _row(judged: Judged, seeds: Sequence[int], env: Env, what: str) -> Row:
+    """Success of one controller, with landing errors and moments of the release among the details."""
+    throws, names = joined(judged.by_seed), map(called, core_of(env).item_names)
+    figures = summary(throws)
+    missed = cast(float, figures["landing_error_mean_m"])
+    rate = wilson(int(throws.is_success.sum()), len(throws))
+    by_item = {name: throws.item == k for k, name in enumerate(names)}
+    delay = {name: throws.error[mine, 2] for name, mine in by_item.items() if mine.any()}
+    late = ", ".join(f"{name} {1e3 * times.mean():.1f} +- {1e3 * times.std():.1f} ms" for name, times in delay.items())
+    stage = f"{judged.controller}-{judged.practice}" if judged.practice > 0 else judged.controller
+    note = (
+        f"of {len(throws)} held-out throws cross their compartment's opening and come to lie in it, by {what}; level "
+        f"{judged.level}, seeds {', '.join(map(str, seeds))}, 95 % interval {100.0 * rate.low:.1f} to "
+        f"{100.0 * rate.high:.1f} %. Landing error {1e3 * missed:.1f} mm on average; objects come free against the "
+        f"plan: {late}"
+    )
+    return Row.ours(
+        f"leveziel/toss/{judged.level}/{stage}",
+        100.0 * rate.value,
+        "%",
+        note=note,
+        level=judged.level,
+        controller=judged.controller,
+        practice=judged.practice,
+        throws=len(throws),
+        success_low=100.0 * rate.low,
+        success_high=100.0 * rate.high,
+        success_by_seed=[100.0 * float(t.is_success.mean()) for t in judged.by_seed],
+        success_by_item={n: 100.0 * float(throws.is_success[m].mean()) for n, m in by_item.items() if m.any()},
+        landing_error_m=figures["landing_error_mean_m"],
+        landing_error_p95_m=figures["landing_error_p95_m"],
+        landing_error_by_seed_m=[float(np.nanmean(t.landing_error)) for t in judged.by_seed],
+        release_delay_s={name: float(times.mean()) for name, times in delay.items()},
+        release_delay_spread_s={name: float(times.std()) for name, times in delay.items()},
+        release_delay_error_s=float(np.abs(throws.error[:, 2]).mean()),
+        cycle_time_s=figures["cycle_time_mean_s"],
+        recontact=figures["recontact_rate"],
+    )
+
+
+def _endurance(part: str, cycles: Sequence[int]) -> Row:
+    note = (
+        "cycles of grip, lift, toss and landing without a single warning of the physics engine, which would have "
+        "stopped the reproduction; counted are the throws of practice and evaluation of this part, not the previews of "
+        "the oracle"
+    )
+    return Row.ours(f"leveziel/endurance/{part}", float(sum(cycles)), "-", note=note, warnings=0)
+
+
+def toss_overview(rows: Rows) -> Overview:
+    """All tosses side by side, and learning curves where something was learned."""
+    tosses = list(below(rows, "leveziel/toss").values())
+    cycles = below(rows, "leveziel/endurance").values()
+    endurance = plain("Cycles without a warning", cycles, verdict=False, drop="leveziel/")
+    curves = {level: [row for row in tosses if row["level"] == level] for level in CURVES}
+    curves = {level: mine for level, mine in curves.items() if any(row["practice"] > 0 for row in mine)}
+    figures = {"leveziel_toss.svg": svg(learning_figure(curves))} if curves else {}
+    return Overview({"tosses": _table(tosses), "endurance": endurance}, figures=figures)
+
+
+def _table(tosses: Sequence[JsonRow]) -> Grid:
+    """One line per level, controller and practice."""
+    lines = [
+        [
+            row["level"],
+            row["controller"],
+            str(row["practice"] or "-"),
+            f"{row['reproduced']:.1f} %",
+            f"{row['success_low']:.1f} to {row['success_high']:.1f} %",
+            f"{MILLI * row['landing_error_m']:.1f} mm",
+            f"{MILLI * row['release_delay_error_s']:.1f} ms",
+            f"{number(row, 'cycle_time_s', 2)} s",
+        ]
+        for row in tosses
+    ]
+    header = (
+        "level", "controller", "throws of practice", "success", "95 % interval", "landing error", "off the plan",
+        "cycle",
+    )  # fmt: skip
+    return Grid("Tosses into the tray's compartments, held-out throws", header, lines)
+
+
+def release_figure(panels: Mapping[str, Throws], config: GripperConfig) -> Figure:
+    """Landing along the throw over the moment of the release; throws by the title of their panel."""
+    figure, axes = subplots(1, len(panels), (5.4 * len(panels), 4.2), sharex=True, sharey=True)
+    times, landings = free_landings(config)
+    for panel, (name, throws) in zip(axes, panels.items(), strict=True):
+        for k, item in enumerate(config.items):
+            panel.plot(MILLI * times, MILLI * landings[k], color="gray", linewidth=1)
+            _dots(panel, throws, k, called(item))
+        for side in (-0.5, 0.5):
+            panel.axhline(side * MILLI * config.tray.opening[0], color="black", linestyle="--", linewidth=1)
+        brake = MILLI * config.motion.after
+        panel.axvline(brake, color="gray", linestyle=":", linewidth=1)
+        panel.text(brake + 0.5, 0.02, "robot brakes", fontsize=8, color="gray", transform=panel.get_xaxis_transform())
+        up = "landing from the target along the throw [mm]" if panel is axes[0] else ""
+        title = f"{name}: {100.0 * float(throws.is_success.mean()):.0f} % succeed"
+        dress(panel, "object comes free after the planned moment [ms]", up, title)
+    axes[0].plot([], [], color="gray", linewidth=1, label="let go on the planned path, no air")
+    axes[0].plot([], [], color="black", linestyle="--", linewidth=1, label="edges of the compartment")
+    figure.legend(*axes[0].get_legend_handles_labels(), fontsize=8, ncols=4, loc="outside lower center")
+    return figure
+
+
+def _dots(panel: Axes, throws: Throws, item: int, name: str) -> None:
+    for done, marker, line, label in ((True, "o", 0, name), (False, "x", 1, f"{name}, missed")):
+        rows = (throws.item == item) & (throws.is_success == done)
+        if rows.any():
+            x, y = MILLI * throws.error[rows, 2], MILLI * throws.told["landing_along"][rows]
+            panel.scatter(x, y, s=14, marker=marker, color=COLOURS[item], linewidths=line, label=label)
+
+
+def free_landings(config: GripperConfig) -> tuple[Floats, Floats]:
+    """Moments of the release (M,) [s] and where objects land that leave the planned path then, along the throw (K, M).
+
+    Without air and without a push of the claws; the pick is in the middle of where objects lie.
+    """
+    kinds = np.arange(len(config.items), dtype=np.int64)
+    middle: Floats = np.array([config.table.pick_x, config.table.pick_y], dtype=np.float64).mean(axis=1)
+    place = np.tile(middle, (kinds.size, 1))
+    plans = TossPlanner(config).plan(kinds, place)
+    step = config.timestep
+    times = np.arange(RANGE[0] - step, RANGE[1] + step, step)
+    position = plans.pose(plans.release_time[:, None] + times)[..., :3]
+    velocity = np.asarray(np.gradient(position, step, axis=1), dtype=np.float64)
+    position[..., 2] -= plans.hang[:, None]
+    miss = landing_point(position, velocity, config.tray.rim) - plans.target[:, None]
+    # At its ends a gradient is not central.
+    return times[1:-1], (miss * plans.heading[:, None]).sum(axis=-1)[:, 1:-1]
+
+
+def learning_figure(levels: dict[str, list[JsonRow]]) -> Figure:
+    """Success and landing error over throws of practice, one column per level, all seeds with their spread."""
+    figure, axes = subplots(2, len(levels), (4.2 * len(levels), 6.4), sharex=True, sharey="row")
+    learners = sorted({row["controller"] for rows in levels.values() for row in rows if row["practice"] > 0})
+    colours = dict(zip((*LINES, *learners), ("black", "gray", *COLOURS), strict=False))
+    for column, (level, rows) in enumerate(levels.items()):
+        upper, lower = axes[column], axes[column + len(levels)]
+        for name, colour in colours.items():
+            mine = sorted((row for row in rows if row["controller"] == name), key=lambda row: row["practice"])
+            if mine:
+                _curve(upper, mine, "success_by_seed", 1.0, colour)
+                _curve(lower, mine, "landing_error_by_seed_m", 1e3, colour)
+        dress(upper, "", "" if column else "held-out throws that succeed [%]", f"level {level}")
+        up = "" if column else "landing error, mean [mm]"
+        dress(lower, "throws of practice", up, xscale="log", yscale="log")
+    ticks = sorted({row["practice"] for rows in levels.values() for row in rows if row["practice"] > 0})
+    for panel in axes:
+        panel.set_xticks(ticks, [f"{tick:,}" for tick in ticks])
+        panel.minorticks_off()
+    axes[len(levels)].set_yticks([2, 5, 10, 20, 50], ["2", "5", "10", "20", "50"])
+    figure.legend(*axes[0].get_legend_handles_labels(), fontsize=8, ncols=5, loc="outside lower center")
+    return figure
+
+
+def _curve(panel: Axes, rows: list[JsonRow], entry: str, unit: float, colour: str) -> None:
+    """Mean and range over the seeds; a line across for a controller that does not learn."""
+    values = [unit * np.array(row[entry], dtype=float) for row in rows]
+    name = str(rows[0]["controller"])
+    if name in LINES:
+        panel.axhline(float(values[0].mean()), color=colour, linestyle="--", linewidth=1.2, label=LINES[name])
+        return
+    throws = [row["practice"] for row in rows]
+    panel.plot(throws, [v.mean() for v in values], "o-", color=colour, label=name.replace("_", " "))
+    panel.fill_between(throws, [v.min() for v in values], [v.max() for v in values], color=colour, alpha=0.15, lw=0)

@@ -1,0 +1,269 @@
+"""The accessible space of Miyashita et al. 2010 (Fig. 8): how much of it dynamics and motor take away."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Final, NamedTuple, final
+
+import numpy as np
+
+from agents.ground.drawings import COLOURS, Axes, Figure, dress, subplots
+from agents.reproduce.finding import Findings, Row
+from agents.reproduce.grids import listed
+from pnt_gym.arrays import Floats, Ints, joined, take
+from pnt_gym.constants import GRAVITY
+from pnt_gym.planning.one_joint import Arm, plan_releases
+from pnt_gym.planning.one_joint.flight import land
+from pnt_gym.planning.one_joint.grasp import acceleration_window
+
+from .cases import ARM, BLOCK
+
+Sizes = tuple[float, float, float]
+Counts = tuple[int, int, int]
+
+CELL: Final = (0.02, 0.02, float(np.deg2rad(5.0)))
+"""Size of a cell in x, y [m] and phi [rad] (section 4.5)."""
+SAMPLES: Final = (160, 120, 64)
+"""Releases sampled: angles, speeds and radii; the counts grow by 2 to 6 % from here to twice as many of each."""
+TORQUES: Final = (18.0, 4.7, 1.5)
+"""Largest torque of the motor: published, its continuous rating, and a weak one [N m]."""
+FASTER: Final = (2, 4)
+"""Multiples of the motor's largest speed, for what the arm alone would reach; twice the last adds 4 %."""
+ONE_TURN: Final = 2.0 * np.pi
+"""Only angles up to here are counted: with any number of turns the space of a fast arm has no end [rad]."""
+CONSIDERABLE: Final = 50.0
+"""Share of the cells from which on their loss counts as considerable [%]: less than half is left."""
+SLICES: Final = (60.0, 90.0, 120.0, 150.0, 180.0, 210.0)
+"""Angles of the drawn slices [deg]."""
+SPAN: Final = 1 << 20
+"""More cells than there are in any direction."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class AccessibleSpace:
+    """The cells of a grid that throws reach; cell (i, j, k) begins at i, j, k times the cell's size.
+
+    Attributes:
+        kinematic: cells within the arm's geometry and largest speed (K, 3).
+        grasp: those of them with a release whose acceleration window is open (K, 3).
+        cells: those of them to which a motion from rest was planned (K, 3).
+        u: a release for each of ``cells`` (K, 4).
+    """
+
+    kinematic: Ints
+    grasp: Ints
+    cells: Ints
+    u: Floats
+
+
+class _Landings(NamedTuple):
+    """Releases (K, 4), the cell each lands in (K,), and the share of the arm's room it needs to run up (K,)."""
+
+    u: Floats
+    key: Ints
+    effort: Floats
+
+    def easiest(self) -> _Landings:
+        """The one release of each cell that needs the least effort."""
+        order = np.lexsort((self.effort, self.key))
+        return take(self, order[np.diff(self.key[order], prepend=-1) > 0])
+
+
+def accessible_space(*, arm: Arm = ARM, size: Sizes = CELL, samples: Counts = SAMPLES) -> AccessibleSpace:
+    """Return the cells (x, y, phi) that throws reach with no vertical speed, as in Fig. 8.
+
+    A cell counts when one of the sampled releases lands in it and, of those the motor can hold, the one that asks for
+    the least run-up has a plan from rest. A lower rating of the motor is a lower ``arm.torque``.
+
+    Args:
+        arm: what throws the paper's block.
+        size: of a cell in x, y [m] and phi [rad].
+        samples: angles, speeds and radii of the sampled releases.
+    """
+    kinematic, held = list[Ints](), list[_Landings]()
+    for u, radius in _releases(arm, samples):
+        landings = _Landings(u, _key(u, size), _effort(u, radius, arm))
+        kinematic.append(np.unique(landings.key))
+        held.append(take(landings, np.isfinite(landings.effort)).easiest())
+    best = joined(held).easiest()
+    good = plan_releases(best.u, arm=arm).feasible
+    return AccessibleSpace(
+        _cells(np.unique(np.concatenate(kinematic))), _cells(best.key), _cells(best.key[good]), best.u[good]
+    )
+
+
+def reach(times: int, samples: Counts) -> Ints:
+    """Cells (K, 3) that an arm reaches which may turn ``times`` as fast as the published one, whatever moves it."""
+    angles, speeds, radii = samples
+    faster = replace(ARM, speed=times * ARM.speed)
+    keys = [np.unique(_key(u, CELL)) for u, _ in _releases(faster, (angles, times * speeds, radii))]
+    cells = _cells(np.unique(np.concatenate(keys)))
+    return cells[cells[:, 2] < round(ONE_TURN / CELL[2])]
+
+
+def _releases(arm: Arm, samples: Counts) -> Iterator[tuple[Floats, Floats]]:
+    """Releases (K, 4) that fly up to their highest point, and their radii (K,), at each sampled angle of the arm."""
+    ranges = (arm.angle, (0.0, arm.speed), (0.0, arm.largest_radius(BLOCK)))
+    angles, speeds, radii = (
+        low + (high - low) * (np.arange(count) + 0.5) / count
+        for (low, high), count in zip(ranges, samples, strict=True)
+    )
+    speed, radius = (axis.ravel() for axis in np.meshgrid(speeds, radii, indexing="ij"))
+    for angle in angles:
+        time = (radius * np.cos(angle) - BLOCK.half_height * np.sin(angle)) * speed / GRAVITY
+        u = np.stack([np.full_like(time, angle), speed, np.hypot(radius, BLOCK.half_height), time], axis=1)
+        yield u[time > 0.0], radius[time > 0.0]
+
+
+def _effort(u: Floats, radius: Floats, arm: Arm) -> Floats:
+    """Share of the way from the lower end of the range that the strongest motion from rest takes (K,).
+
+    Infinite where no acceleration at the release keeps grasp and torque.
+    """
+    window = acceleration_window(u[:, 0], u[:, 1], radius, arm, BLOCK)
+    effort = u[:, 1] ** 2 / (2.0 * np.maximum(window.high, 1e-9) * (u[:, 0] - arm.angle[0]))
+    return np.where(window.is_open, effort, np.inf)
+
+
+def _key(u: Floats, size: Sizes) -> Ints:
+    """One number, not negative, for the cell that each release (K, 4) lands in."""
+    cell = np.floor(land(u, BLOCK.half_height)[:, :3] / np.array(size)).astype(np.int64) + SPAN // 2
+    return (cell[:, 0] * SPAN + cell[:, 1]) * SPAN + cell[:, 2]
+
+
+def _cells(key: Ints) -> Ints:
+    return np.stack([key // SPAN**2, key // SPAN % SPAN, key % SPAN], axis=1) - SPAN // 2
+
+
+def accessible_findings(samples: Counts = SAMPLES) -> Findings:
+    """Counts of cells by what bounds the space, at three torques, and the slices of the space."""
+    alone = {times: reach(times, samples) for times in FASTER}
+    rows = [
+        claim_row(alone[FASTER[-1]], samples),
+        *(_baseline(times, cells, samples) for times, cells in alone.items()),
+        *(_motor(torque, samples) for torque in TORQUES),
+        _whole_arm(samples),
+    ]
+    figures = {"miyashita_accessible.svg": slices_figure(alone[FASTER[-1]], samples)}
+    data = {"miyashita_accessible": {"cell": CELL, "samples": samples}}
+    return listed("Accessible space", rows, figures, data, drop="miyashita/")
+
+
+@cache
+def _space(torque: float, samples: Counts) -> AccessibleSpace:
+    # The torque left at full speed is half of the largest one, as with the published motor.
+    at_speed = torque * ARM.torque_at_speed / ARM.torque
+    return accessible_space(arm=replace(ARM, torque=torque, torque_at_speed=at_speed), samples=samples)
+
+
+def _lost(cells: Ints, baseline: Ints) -> float:
+    return 100.0 * (1.0 - len(cells) / len(baseline))
+
+
+def claim_row(alone: Ints, samples: Counts) -> Row:
+    """Whether motor and dynamic grasp take most of the cells (K, 3) that the arm alone reaches."""
+    space = _space(TORQUES[0], samples)
+    lost, dynamics = _lost(space.cells, alone), _lost(space.cells, space.kinematic)
+    return Row.compared(
+        "miyashita/claim/accessible-space-much-narrower",
+        "considerably narrower",
+        f"{lost:.1f} % fewer",
+        "-",
+        holds=lost >= CONSIDERABLE,
+        note=f"dy = 0, cells of 2 cm x 2 cm x 5 deg: the arm's range and length alone reach {len(alone)} within one "
+        f"turn; the motor and the dynamic grasp leave {len(space.cells)}, and a loss of {CONSIDERABLE:.0f} % or "
+        f"more counts as considerable. Most of it is the motor's speed, which alone leaves {len(space.kinematic)}; "
+        f"torque, grasp and a motion from rest take {dynamics:.1f} % of those",
+        cells=len(space.cells),
+        kinematic=len(space.kinematic),
+        reach=len(alone),
+        lost=lost,
+    )
+
+
+def _baseline(times: int, cells: Ints, samples: Counts) -> Row:
+    space = _space(TORQUES[0], samples)
+    note = (
+        f"cells with dy = 0 within one turn by the arm's range and length, if it could turn {times} times as fast "
+        f"as it does, {4 * times} pi rad/s: {_lost(space.kinematic, cells):.0f} % of them are lost to the motor's "
+        f"speed, {_lost(space.cells, cells):.0f} % to speed, torque and grasp"
+    )
+    return Row.ours(f"miyashita/accessible/reach-{4 * times}pi", float(len(cells)), "-", note=note)
+
+
+def _motor(torque: float, samples: Counts) -> Row:
+    space = _space(torque, samples)
+    left = 100.0 - _lost(space.cells, space.kinematic)
+    return Row.ours(
+        f"miyashita/accessible/torque-{torque:g}",
+        float(len(space.cells)),
+        "-",
+        note=f"cells with dy = 0 at a largest torque of {torque:g} N m, {left:.0f} % of those that reach and speed "
+        f"allow; {len(space.grasp)} if only the release has to keep grasp and torque",
+        kinematic=len(space.kinematic),
+        release_only=len(space.grasp),
+    )
+
+
+def _whole_arm(samples: Counts) -> Row:
+    """The whole half arm as the largest radius: what the length of the block's edge on the plate costs."""
+    longer = ARM.length + 2.0 * BLOCK.half_length
+    # A plate as heavy about the pivot as the published one.
+    arm = replace(ARM, length=longer, thickness=ARM.thickness * (ARM.length / longer) ** 3)
+    space = accessible_space(arm=arm, samples=samples)
+    return Row.ours(
+        "miyashita/accessible/overhanging-block",
+        float(len(space.cells)),
+        "-",
+        note=f"cells if the block's middle may lie at the very end of the arm, 0.31 m instead of 0.28 m; "
+        f"{len(space.kinematic)} by reach and speed alone",
+        kinematic=len(space.kinematic),
+        release_only=len(space.grasp),
+    )
+
+
+def slices_figure(alone: Ints, samples: Counts) -> Figure:
+    """Cells of some angles in the plane, by what they need (Fig. 8 drawn as slices)."""
+    from matplotlib.patches import Circle  # noqa: PLC0415 - heavy, needed for drawings only
+
+    figure, axes = subplots(2, 3, (12.0, 6.6), sharex=True, sharey=True)
+    strong, weak = _space(TORQUES[0], samples), _space(TORQUES[1], samples)
+    layers = (
+        (alone, "#dedede", f"reach alone (to {4 * FASTER[-1]}π rad/s)"),
+        (strong.kinematic, "#8c8c8c", "and the motor's speed"),
+        (strong.cells, COLOURS[0], f"with grasp and {TORQUES[0]:g} N m"),
+        (weak.cells, COLOURS[1], f"with grasp and {TORQUES[1]:g} N m"),
+    )
+    for panel, angle in zip(axes, SLICES, strict=True):
+        at = round(np.deg2rad(angle) / CELL[2])
+        for cells, colour, label in layers:
+            _fill(panel, cells[cells[:, 2] == at, :2], colour, label)
+        panel.add_patch(Circle((0.0, 0.0), 0.5 * ARM.length, fill=False, color="black", linewidth=0.8, linestyle=":"))
+        panel.plot(0.0, 0.0, "o", color="black", markersize=3)
+        if angle == 150.0:
+            panel.plot(0.0, 0.4, "*", color=COLOURS[3], markersize=9, label="the paper's goal")
+        dress(panel, "x [m]", "y [m]", f"arriving at {angle:.0f}° to {angle + 5.0:.0f}°")
+        panel.set_aspect("equal")
+        panel.label_outer()
+    handles, labels = axes[SLICES.index(150.0)].get_legend_handles_labels()
+    figure.legend(handles, labels, fontsize=8, ncols=5, loc="outside lower center", markerscale=1.6)
+    figure.suptitle("where a block can be with no vertical speed; the circle is the arm's reach", fontsize=11)
+    return figure
+
+
+def _fill(axes: Axes, cells: Ints, colour: str, label: str) -> None:
+    """Fill cells (K, 2) of the plane, those in the picture."""
+    from matplotlib.colors import ListedColormap  # noqa: PLC0415 - heavy, needed for drawings only
+
+    axes.scatter([], [], s=25, marker="s", color=colour, label=label, linewidths=0)
+    low, high = np.array([-35, -20]), np.array([50, 40])
+    inside = ((cells >= low) & (cells < high)).all(axis=1)
+    filled = np.full(tuple(high - low), np.nan)
+    filled[tuple((cells[inside] - low).T)] = 1.0
+    (left, bottom), (right, top) = low * CELL[0], high * CELL[0]
+    axes.imshow(
+        filled.T, cmap=ListedColormap([colour]), extent=(left, right, bottom, top), origin="lower", interpolation="none"
+    )

@@ -1,0 +1,191 @@
+"""Where the stoppers stay solid: the block is pushed while it leaves the arm.
+
+What the push does, how the paper's learning fails that knows nothing of it, and which goals some release reaches all
+the same. Miyashita et al. 2010 take the release as instantaneous. What the push does depends on friction and compliance
+that are assumed, so nothing here is judged by the paper.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from agents.ground.drawings import COLOURS, Axes, Figure, dress, subplots
+from agents.reproduce.finding import Findings, Row
+from agents.reproduce.grids import listed
+from pnt_gym.arrays import Bools, Floats
+from pnt_gym.cells.one_joint.config import OneJointConfig
+from pnt_gym.planning.one_joint import plan_throws
+from pnt_gym.robots.one_joint.model import STOPPER_HEIGHT
+
+from .cases import (
+    GOAL,
+    POSITION,
+    TRIALS,
+    Learned,
+    Thrower,
+    drawn_goals,
+    feasible_goals,
+    late,
+    learn,
+    misses,
+    percent,
+    rounded,
+)
+from .reach import ROUNDS, SCANNED, WITHIN, Reached, Search, goals_above_arm, size
+
+GOALS: Final = 20
+"""The paper's goal and random ones."""
+HEIGHTS: Final = (0.0002, 0.0005, 0.001, STOPPER_HEIGHT)
+"""Of stoppers [m]; the last one is published."""
+REACH_GOALS: Final = 200
+"""Of each kind."""
+
+
+def contact_findings(goals: int = GOALS) -> Findings:
+    """What the push does, and how the paper's update fails that knows nothing of it."""
+    every = np.concatenate([GOAL[None], feasible_goals(goals - 1)[0]])
+    learned = learn(Thrower(OneJointConfig.load("contact"), range(goals)), every, np.full(goals, 0.5))
+    missed = size(learned.true)
+    data = {"miyashita_contact": rounded(np.quantile(missed, (0.25, 0.5, 0.75), axis=1).T)}
+    figures = {"miyashita_contact.svg": update_figure(missed)}
+    return listed("Stoppers that push the block", [*_push(), _update_row(learned)], figures, data, drop="miyashita/")
+
+
+def _push() -> list[Row]:
+    """Spin that the block has lost when it is free, by the height of the stoppers."""
+    count = len(HEIGHTS)
+    plans = plan_throws(np.tile(GOAL, (count, 1)))
+    thrower = Thrower(OneJointConfig.load("contact", mismatch=0.0), range(count))
+    sunk = STOPPER_HEIGHT - np.array(HEIGHTS)
+    for body in thrower.plant.scene.stoppers or ():
+        thrower.plant.batch.expand("body_pos")[:, body, 2] -= sunk
+    lost = plans.u[:, 1] - thrower.throw(plans, plans.goal).spin
+    return [
+        Row.ours(
+            f"miyashita/contact/spin-lost-{1e3 * height:g}mm",
+            float(value),
+            "rad/s",
+            beside="0 rad/s" if height == STOPPER_HEIGHT else None,
+            note=f"of {u[1]:.2f} rad/s at the paper's goal, with stoppers of {1e3 * height:g} mm and no other error: "
+            f"{np.rad2deg(value * u[3]):.0f} deg less at the goal. The outer one pushes from below the centre of mass "
+            "until the block has risen past it; the paper takes the release as instantaneous",
+        )
+        for height, value, u in zip(HEIGHTS, lost, plans.u, strict=True)
+    ]
+
+
+def _update_row(learned: Learned) -> Row:
+    first, last = misses(learned.true[0]), misses(learned.true[-1])
+    worse = percent(size(learned.true[-1]) > size(learned.true[0]))
+    own = misses(learned.true[:, 0])
+    return Row.ours(
+        "miyashita/contact/paper-update",
+        float(np.median(last.position)),
+        "m",
+        beside=f"< {POSITION:g} m",
+        note=f"median true position error of {len(learned.guarded)} goals (the paper's, random ones of seed 0) at "
+        f"throw {TRIALS} with K = 0.5, after {np.median(first.position):.3f} m at the first; the angle goes from "
+        f"{np.median(first.angle):.0f} to {np.median(last.angle):.0f} deg, {worse:.0f} % of the goals end farther off "
+        f"than they began: more speed means more push. {percent(learned.guarded):.0f} % of the virtual goals had to be "
+        "held back at the arm's limits",
+        position_paper_goal=own.position.tolist(),
+        angle_paper_goal_deg=own.angle.tolist(),
+        share_worse=worse,
+        share_reached=percent(size(learned.true[-1]) < 1.0),
+    )
+
+
+def update_figure(missed: Floats) -> Figure:
+    """Errors (J, N) from throw to throw: median and quartiles over the goals."""
+    figure, (panel,) = subplots(1, 1, (6.4, 3.6))
+    low, middle, high = np.quantile(missed, (0.25, 0.5, 0.75), axis=1)
+    throws = np.arange(1, len(missed) + 1)
+    panel.plot(throws, middle, ".-", color=COLOURS[3], label=f"the paper's update, K = 0.5 ({missed.shape[1]} goals)")
+    panel.fill_between(throws, low, high, color=COLOURS[3], alpha=0.15, lw=0)
+    panel.axhline(1.0, color="black", linestyle="--", linewidth=1, label="5 mm and 2°")
+    panel.set_yscale("log")
+    title = "block pushed by the stoppers: median and quartiles"
+    dress(panel, "throw", "true error / (5 mm, 2°), the larger", title)
+    panel.legend(fontsize=8)
+    return figure
+
+
+def reach_findings(goals: int = REACH_GOALS, scanned: int = SCANNED) -> Findings:
+    """What is reached of the goals that the cell draws, and of those of any release."""
+    own, others = np.concatenate([GOAL[None], drawn_goals(goals)]), goals_above_arm(goals)
+    pushed, free = Search(OneJointConfig.load("contact"), scanned), Search(late(0.0), scanned)
+    count = len(pushed)
+    here, control = pushed.reach(own), free.reach(own)
+    there, control_there = pushed.reach(others), free.reach(others)
+    rows = (
+        _reach_row("own-goals", "goals, those that OneJointThrow-v0 draws and the paper's,", here, control, count),
+        _reach_row("any-goals", "goals of random releases (seed 0) above the braked arm", there, control_there, count),
+        _paper_goal_row(here),
+    )
+    sizes = {
+        "the cell's goals, pushed": here.size,
+        "the cell's goals, ideal release": control.size,
+        "goals of any release, pushed": there.size,
+        "goals of any release, ideal release": control_there.size,
+    }
+    figures = {"miyashita_contact_reach.svg": reach_figure(sizes, own, others, there)}
+    data = {name: rounded(np.sort(values), 3) for name, values in sizes.items()}
+    headline = "What any release reaches although the block is pushed"
+    return listed(headline, rows, figures, {"miyashita_contact_reach": data}, drop="miyashita/")
+
+
+def _reach_row(name: str, what: str, found: Reached, control: Reached, count: int) -> Row:
+    free = percent(control.size < 1.0)
+    return Row.ours(
+        f"miyashita/contact/reachable/{name}",
+        percent(found.size < 1.0),
+        "%",
+        note=f"of {len(found.size)} {what} that some release reaches within {1e3 * WITHIN[0]:g} mm and {WITHIN[1]:g} "
+        f"deg although the block is pushed, whatever its vertical speed: best of {count} simulated releases all over "
+        f"the arm's range and {ROUNDS} rounds of Gauss-Newton steps from there. The same search with an ideal release "
+        f"reaches {free:.1f} %. The median goal is missed by {np.median(found.size):.1f} times that much, the nearest "
+        f"by {found.size.min():.1f} times",
+        goals=len(found.size),
+        share_ideal=free,
+        missed_quartiles=rounded(np.quantile(found.size, (0.0, 0.25, 0.5, 0.75)), 4),
+    )
+
+
+def _paper_goal_row(found: Reached) -> Row:
+    missed = float(found.size[0])
+    note = (
+        f"times {1e3 * WITHIN[0]:g} mm or {WITHIN[1]:g} deg, the larger, by which the best release of all misses "
+        f"the paper's goal: {1e3 * WITHIN[0] * missed:.0f} mm or {WITHIN[1] * missed:.0f} deg"
+    )
+    return Row.ours("miyashita/contact/reachable/paper-goal", missed, "-", note=note)
+
+
+def reach_figure(sizes: dict[str, Floats], own: Floats, others: Floats, there: Reached) -> Figure:
+    """How near the best release comes to how many goals, and where the goals lie."""
+    figure, (left, right) = subplots(1, 2, (11.0, 3.8))
+    styles = (("-", 3), ("-", 0), ("--", 3), ("--", 0))
+    for (name, values), (style, colour) in zip(sizes.items(), styles, strict=True):
+        share = 100.0 * np.arange(1, len(values) + 1) / len(values)
+        left.step(np.sort(values), share, style, color=COLOURS[colour], label=name, where="post")
+    left.axvline(1.0, color="black", linestyle=":", linewidth=1)
+    left.set_xscale("log")
+    dress(left, "best release's miss / (5 mm, 2°), the larger", "goals [%]")
+    figure.legend(*left.get_legend_handles_labels(), fontsize=8, ncols=2, loc="outside lower left")
+    _places(right, own, others, there.size < 1.0)
+    return figure
+
+
+def _places(panel: Axes, own: Floats, others: Floats, reached: Bools) -> None:
+    """Distance and angle of goals, by whether a pushed block reaches them."""
+    for goals, colour, label in (
+        (own[1:], COLOURS[7], "the cell's goals"),
+        (others[~reached], COLOURS[1], "goals of any release: out of reach"),
+        (others[reached], COLOURS[2], "goals of any release: within reach"),
+    ):
+        away = np.hypot(goals[:, 0], goals[:, 1])
+        panel.scatter(away, np.rad2deg(goals[:, 2]), s=12, color=colour, alpha=0.7, linewidths=0, label=label)
+    panel.scatter(np.hypot(*GOAL[:2]), np.rad2deg(GOAL[2]), s=80, marker="*", color="black", label="the paper's goal")
+    dress(panel, "goal's distance from the pivot [m]", "goal's angle [°]")
+    panel.legend(fontsize=8)

@@ -1,0 +1,202 @@
+"""Learning where the stoppers push the block, by our controllers: goal by goal, and on the level `contact`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import closing
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from agents.controllers import make_controller
+from agents.ground.drawings import COLOURS, Figure, dress, subplots
+from agents.ground.environments import make_vector, stream_seed
+from agents.judging.throws.data import Throws
+from agents.judging.throws.trial import held_out, practise, thrown
+from agents.reproduce.finding import Findings, Row
+from agents.reproduce.grids import listed
+from pnt_gym.arrays import Bools, Floats, joined
+from pnt_gym.cells.one_joint.config import OneJointConfig
+from pnt_gym.cells.one_joint.tasks import PUSHED
+
+from .cases import percent, rounded
+from .reach import SCALES, SCANNED, WITHIN, Search, errors, goals_above_arm, paths, size
+
+CONTROLLERS: Final = ("newton_goal", "virtual_goal")
+GOALS: Final = 34
+"""Learned at most, those first found."""
+SEARCHED: Final = 100
+"""Goals, some third of which is within reach."""
+PRACTICE, KEPT = 25, 5
+"""Throws in which a controller may explore, and throws after them with what it settled on."""
+REPEATS: Final = 8
+"""Throws of the best release, whose scatter is what no controller removes."""
+ANY_SPEED: Final = 10.0
+"""Tolerance of the vertical speed, which is left free [m/s]."""
+NEAR: Final = f"within {1e3 * WITHIN[0]:g} mm and {WITHIN[1]:g} deg"
+SEEDS: Final = (0, 1, 2, 3, 4, 5)
+"""Of practice and held-out throws."""
+LEVEL_PRACTICE, HELD, ROWS = 240, 96, 16
+"""Throws of practice, some 30 per goal, held-out throws, and cells side by side."""
+
+
+class Course(NamedTuple):
+    """What a controller's throws came to at G goals, (G, J) each."""
+
+    near: Bools
+    """The true state was within 5 mm and 2 deg."""
+    refused: Bools
+    """The arm cannot do what was asked for."""
+
+
+def learning_findings(
+    goals: int = GOALS, searched: int = SEARCHED, scanned: int = SCANNED, practice: int = PRACTICE
+) -> Findings:
+    """How many of the goals that a pushed block can be thrown to are learned, and what scatter would leave."""
+    goal, floor = reachable_goals(searched, scanned)
+    goal, floor = goal[:goals], floor[:, :goals]
+    courses = {name: learn_each(name, goal, practice) for name in CONTROLLERS if len(goal) > 0}
+    rows = [row for name, course in courses.items() for row in _rows(name, course, practice)]
+    rows.append(_floor_row(floor))
+    curves = {name: rounded(100.0 * course.near.mean(axis=0), 4) for name, course in courses.items()}
+    figures = {"miyashita_contact_learning.svg": course_figure(courses, percent(floor))} if courses else {}
+    headline = "Learning although the block is pushed, goals that some release reaches"
+    return listed(headline, rows, figures, {"miyashita_contact_learning": curves}, drop="miyashita/")
+
+
+def reachable_goals(searched: int, scanned: int) -> tuple[Floats, Bools]:
+    """Goals (G, 4) that a release reaches, and which of its throws with scatter came near (R, G)."""
+    config, goal = OneJointConfig.load("contact"), goals_above_arm(searched)
+    found = Search(config, scanned).reach(goal)
+    rows = np.flatnonzero(found.size < 1.0)
+    near = [size(errors(paths(config, found.share[rows], seed), goal[rows])) < 1.0 for seed in range(REPEATS)]
+    return goal[rows], np.stack(near)
+
+
+def learn_each(name: str, goal: Floats, practice: int) -> Course:
+    """Let a controller learn goals (G, 4), each in a cell of its own, throw by throw."""
+    throws = [_learn(name, one, row, practice) for row, one in enumerate(goal)]
+    return Course(np.array([t.is_success for t in throws]), np.array([t.clipped for t in throws]))
+
+
+def level(goal: Floats) -> OneJointConfig:
+    """The cell whose stoppers stay solid, with one goal, whose vertical speed is left free."""
+    x, y, phi, dy = (float(value) for value in goal)
+    return OneJointConfig.load(
+        "contact",
+        goals={"fixed": [{"x": x, "y": y, "phi_deg": float(np.rad2deg(phi)), "dy": dy}]},
+        tolerance={"position": WITHIN[0], "angle_deg": WITHIN[1], "speed": ANY_SPEED},
+        scale=SCALES,
+    )
+
+
+def _learn(name: str, goal: Floats, seed: int, practice: int) -> Throws:
+    with closing(make_vector("OneJointThrow-v0", level(goal), num_envs=1, threads=1)) as env:
+        controller: Any = make_controller(name, env)
+        controller.reset(seed)
+        controller.begin_practice(practice)
+        parts = list(thrown(controller, env, practice, stream_seed("practice", seed), learn=True))
+        controller.end_practice()
+        parts += list(thrown(controller, env, KEPT, stream_seed("evaluate", seed), learn=True))
+    return joined(parts)
+
+
+def _rows(name: str, course: Course, practice: int) -> list[Row]:
+    goals, throws = course.near.shape
+    ever, last = np.any(course.near, axis=1), course.near[:, -KEPT:]
+    kept = last.sum(axis=1) > KEPT // 2
+    refused = course.refused[:, :practice]
+    base = (
+        f"of {goals} random goals (seed 0) that some release reaches, a cell and a {name} each, the true state {NEAR}"
+    )
+    return [
+        Row.ours(
+            f"miyashita/contact/{name}/once",
+            percent(ever),
+            "%",
+            note=f"{base} at one of {throws} throws at least",
+            goals=goals,
+            throws=throws,
+            first=[int(k) + 1 for k in course.near.argmax(axis=1)[ever]],
+        ),
+        Row.ours(
+            f"miyashita/contact/{name}/kept",
+            percent(kept),
+            "%",
+            note=f"{base} at most of the last {KEPT} of {throws} throws, after {practice} throws of practice. "
+            f"{_refusals(refused, kept)}",
+            share_last=percent(last),
+            share_refused=percent(refused),
+            share_refused_kept=percent(refused[kept]) if kept.any() else None,
+            share_refused_lost=percent(refused[~kept]) if not kept.all() else None,
+        ),
+    ]
+
+
+def _refusals(refused: Bools, kept: Bools) -> str:
+    """How many throws were spent on what the arm cannot do."""
+    if not refused.any():
+        return "No throw was spent on what the arm cannot do"
+    if kept.all() or not kept.any():
+        return f"{percent(refused):.0f} % of the practice asked for what the arm cannot do"
+    return (
+        f"Where it fails, {percent(refused[~kept]):.0f} % of the practice asked for what the arm cannot do, elsewhere "
+        f"{percent(refused[kept]):.0f} %"
+    )
+
+
+def _floor_row(near: Bools) -> Row:
+    throws, goals = near.shape
+    all_near = percent(near) if goals > 0 else None
+    return Row.ours(
+        "miyashita/contact/best-release",
+        percent(near.mean(axis=0) > 0.5) if goals > 0 else None,
+        "%",
+        note=f"of the same {goals} goals, {NEAR} at most of {throws} throws with the best release that was found, each "
+        f"with scatter of its own: what a perfect controller would keep. {all_near or 0.0:.0f} % of all these throws "
+        "are within",
+        share_throws=all_near,
+        goals=goals,
+    )
+
+
+def course_figure(courses: dict[str, Course], floor: float) -> Figure:
+    """Share of the goals at which each throw came near."""
+    figure, (panel,) = subplots(1, 1, (6.4, 3.6))
+    for colour, (name, course) in zip((COLOURS[0], COLOURS[3]), courses.items(), strict=False):
+        throws = np.arange(1, course.near.shape[1] + 1)
+        panel.plot(throws, 100.0 * course.near.mean(axis=0), ".-", color=colour, label=name)
+    panel.axhline(floor, color="black", linestyle="--", linewidth=1, label="best release, with its scatter")
+    end = next(iter(courses.values())).near.shape[1] + 0.5
+    panel.axvspan(end - KEPT, end, color="black", alpha=0.06, lw=0)
+    panel.text(end - 0.1, 2.0, "kept", ha="right", fontsize=8)
+    panel.set_ylim(0.0, 100.0)
+    dress(
+        panel, "throw", "goals within 5 mm and 2° [%]", "block pushed by the stoppers: goals that some release reaches"
+    )
+    figure.legend(*panel.get_legend_handles_labels(), fontsize=8, ncols=3, loc="outside lower center")
+    return figure
+
+
+def level_findings(seeds: Sequence[int] = SEEDS, practice: int = LEVEL_PRACTICE, held: int = HELD) -> Findings:
+    """Held-out throws of each controller, with and without practice."""
+    rows: list[Row] = []
+    with closing(make_vector("OneJointThrow-v0", "contact", ROWS, threads=1)) as env:
+        for name in ("analytic", *CONTROLLERS):
+            controller, throws = make_controller(name, env), list[Throws]()
+            for seed in seeds:
+                controller.reset(seed)
+                practise(controller, env, practice, seed)
+                throws.append(held_out(controller, env, held, seed))
+            rows.append(_level_row(name, throws, practice))
+    return listed("Level contact", rows, drop="miyashita/")
+
+
+def _level_row(name: str, throws: list[Throws], practice: int) -> Row:
+    by_seed = [percent(one.is_success) for one in throws]
+    learned = "" if name == "analytic" else f", after {practice} throws of practice with {len(PUSHED)} goals"
+    note = (
+        f"of {sum(map(len, throws))} held-out throws on the level `contact` {NEAR}{learned}, {len(throws)} seeds, "
+        f"{ROWS} cells side by side"
+    )
+    return Row.ours(f"miyashita/contact/level/{name}", float(np.mean(by_seed)), "%", note=note, success_by_seed=by_seed)

@@ -1,0 +1,242 @@
+"""The example of Miyashita et al. 2010: goal (0, 0.4 m, 150 deg, 0), its releases, plans and margins."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
+from typing import Final
+
+import numpy as np
+
+from agents.ground.drawings import COLOURS, Figure, dress, subplots
+from agents.reproduce.finding import Findings, Row
+from agents.reproduce.grids import listed
+from pnt_gym.arrays import Floats
+from pnt_gym.planning.one_joint import landing_state, release_states
+from pnt_gym.planning.one_joint.grasp import acceleration_window, braking, joint_torque, reactions, torque_limit
+from pnt_gym.planning.one_joint.weights import WEIGHTS
+
+from .cases import ARM, BLOCK, GOAL
+from .drawings import draw_arm, draw_block, draw_flight, draw_plane
+from .planning.plan import Solver, ThrowPlan, plan_throw
+
+RELEASE: Final = {"theta_t": "rad", "omega_t": "rad/s", "l_t": "m", "t_f": "s"}
+"""Names and units of a release."""
+STARTS: Final = 20
+"""Random first guesses of each solver."""
+SOLVERS: Final[tuple[Solver, ...]] = ("slsqp", "ipopt")
+PRESETS: Final = tuple(name for name in WEIGHTS if name != "none")
+CARELESS: Final = 60
+"""Motions that only keep their limits, from as many first guesses (Fig. 7b)."""
+SHOWN: Final = 9
+"""Of them in the drawing."""
+MOST: Final = 50.0
+"""Share of them that must have a smaller margin for one to count as wide [%]."""
+BEFORE, AFTER = 6, 9
+"""Pictures of the block on the arm and in flight."""
+
+
+def example_findings(starts: int = STARTS) -> Findings:
+    """Releases, the plan by both solvers, the weights, and the margin with and without maximising it."""
+    rows = [*_releases(), *_solvers(starts), *(_preset(name) for name in PRESETS), *margin_rows()]
+    plan = _plan("balanced")
+    figures = {
+        "miyashita_motion.svg": motion_figure(plan),
+        "miyashita_trajectories.svg": trajectories_figure({name: _plan(name) for name in PRESETS}),
+        "miyashita_margin.svg": margins_figure(plan, _careless()[:SHOWN]),
+    }
+    data = {
+        "release": plan.u.tolist(),
+        "control_points": plan.motion.knots[0].tolist(),
+        "time_step": float(plan.motion.time_step[0]),
+        "margins": plan.delta.tolist(),
+    }
+    return listed("Goal (0, 0.4 m, 150 deg, 0 m/s)", rows, figures, {"miyashita_example": data}, drop="miyashita/")
+
+
+@cache
+def _plan(weights: str) -> ThrowPlan:
+    return plan_throw(GOAL, weights=WEIGHTS[weights], starts=4)
+
+
+@cache
+def _careless() -> tuple[ThrowPlan, ...]:
+    """Motions that keep every limit and look for no margin."""
+    return tuple(plan_throw(GOAL, weights="none", guesses="random", starts=1, seed=seed) for seed in range(CARELESS))
+
+
+def _releases() -> list[Row]:
+    """What Eq. 11 taken the other way gives, and the one release that is feasible."""
+    found = release_states(GOAL, BLOCK.half_height)
+    best = found.u[found.feasible][0]
+    start = landing_state(np.array([*best[:3], 0.0]), BLOCK.half_height)
+    count, feasible = len(found.u), int(found.feasible.sum())
+    each = zip(found.u, found.turns, found.reasons, strict=True)
+    return [
+        *(
+            Row.ours(f"miyashita/example/{name}", float(value), unit, note="the one feasible release")
+            for (name, unit), value in zip(RELEASE.items(), best, strict=True)
+        ),
+        Row.ours(
+            "miyashita/example/dx-at-goal",
+            float((GOAL[0] - start[0]) / best[3]),
+            "m/s",
+            note=f"horizontal speed at the goal, which no parameter is left for; released at x = {start[0]:.4f} m",
+        ),
+        Row.compared(
+            "miyashita/claim/release-is-unique",
+            "unique",
+            f"{count} releases, {feasible} feasible",
+            "-",
+            holds=count == 1,
+            note="Eq. 11 taken the other way has one solution for each number of extra whole turns from -2 to 2; it is "
+            "unique once a number of turns is given, and here also among those that keep the limits of section 3.1",
+            releases=[{"u": u.tolist(), "turns": int(turns), "reasons": list(why)} for u, turns, why in each],
+        ),
+        _least_acceleration(best),
+    ]
+
+
+def _least_acceleration(u: Floats) -> Row:
+    radius = np.sqrt(u[2:3] ** 2 - BLOCK.half_height**2)
+    window = acceleration_window(u[:1], u[1:2], radius, ARM, BLOCK)
+    note = (
+        f"what the dynamic grasp needs at the release; the motor gives up to {window.high[0]:.0f} rad/s2, "
+        f"and brakes the empty arm with {-braking(u[1:2], ARM)[0]:.0f} rad/s2 then"
+    )
+    return Row.ours(
+        "miyashita/example/least-acceleration", float(window.low[0]), "rad/s2", note=note, most=float(window.high[0])
+    )
+
+
+def _solvers(starts: int) -> Iterator[Row]:
+    """Random first guesses, as in the paper, by both solvers."""
+    plans: dict[str, ThrowPlan] = {}
+    for name in SOLVERS:
+        plan_throw(GOAL, solver=name, starts=1)  # what the first call loads is not counted
+        began = time.perf_counter()
+        plan = plans[name] = plan_throw(GOAL, solver=name, guesses="random", starts=starts)
+        seconds = (time.perf_counter() - began) / plan.starts
+        yield Row.ours(
+            f"miyashita/example/{name}/converged",
+            100.0 * plan.solved / plan.starts,
+            "%",
+            note=f"of {plan.starts} random first guesses; {1e3 * seconds:.0f} ms each with the checks at 1 kHz",
+            seconds_per_start=seconds,
+            cost=plan.cost,
+            iterations=plan.iterations,
+        )
+    yield _agreement(plans["slsqp"], plans["ipopt"])
+
+
+def _agreement(one: ThrowPlan, other: ThrowPlan) -> Row:
+    shares = np.linspace(0.0, 1.0, 200)
+    angle, again = (plan.motion.sample(shares * plan.motion.duration[:, None]).angle for plan in (one, other))
+    note = (
+        "largest difference of the six margins as shares of their units between SLSQP and IPOPT; the arm's angle "
+        f"differs by at most {np.rad2deg(np.abs(angle - again).max()):.1e} deg"
+    )
+    return Row.ours("miyashita/example/solvers-agree", float(np.abs(one.margins - other.margins).max()), "-", note=note)
+
+
+def _preset(name: str) -> Row:
+    plan = _plan(name)
+    n, a, b, _, speed, torque = (float(v) for v in plan.delta)
+    return Row.ours(
+        f"miyashita/weights/{name}",
+        float(plan.motion.duration[0]),
+        "s",
+        note=f"W = ({', '.join(f'{w:g}' for w in WEIGHTS[name])}): from {np.rad2deg(plan.motion.start_angle[0]):.1f} "
+        f"deg; margins {n:.2f} N, {1e3 * a:.1f} and {1e3 * b:.1f} mN m, {speed:.2f} rad/s, {torque:.1f} N m",
+        margins=plan.margins.tolist(),
+        delta=plan.delta.tolist(),
+    )
+
+
+def moment_a(plan: ThrowPlan, count: int = 400) -> Floats:
+    """M_A (count,) of a plan at even times up to its release [mN m]."""
+    times = np.linspace(0.0, float(plan.motion.duration[0]), count)
+    return 1e3 * reactions(*plan.motion.sample(times), np.array([[plan.radius]]), BLOCK).moment_a[0]
+
+
+def margin_rows() -> list[Row]:
+    """The margin that the optimisation leaves, beside those of motions that only keep their limits."""
+    with_it = float(moment_a(_plan("balanced")).max())
+    without = np.array([moment_a(plan).max() for plan in _careless()])
+    narrower, near = (100.0 * float((without > bound).mean()) for bound in (with_it, 0.5 * with_it))
+    return [
+        Row.compared(
+            "miyashita/fig-7/with-margin",
+            "wide",
+            with_it,
+            "mN m",
+            holds=narrower >= MOST,
+            note=f"largest M_A before the release, which has to stay below zero; {narrower:.0f} % of the motions of "
+            f"Fig. 7b come nearer to zero, and from {MOST:.0f} % on it counts as wide",
+        ),
+        Row.missing(
+            "miyashita/fig-7/without-margin",
+            "often near zero",
+            "mN m",
+            "unpublished",
+            reproduced=float(np.median(without)),
+            note=f"median largest M_A of {len(without)} motions that keep every limit and maximise nothing, from "
+            f"{without.min():.1f} to {without.max():.1f}; {near:.0f} % come nearer to zero than half of what the "
+            "optimisation leaves. Which of many motions is found depends on solver and guess, which are not given",
+            largest=without.tolist(),
+        ),
+    ]
+
+
+def motion_figure(plan: ThrowPlan) -> Figure:
+    """Arm and block from rest to the goal (the paper's Fig. 5)."""
+    figure, (axes,) = subplots(1, 1, (6.2, 6.6))
+    times = np.linspace(0.0, float(plan.motion.duration[0]), BEFORE)
+    for angle in plan.motion.sample(times).angle[0]:
+        draw_arm(axes, float(angle))
+        along, up = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+        centre = plan.radius * along + BLOCK.half_height * up
+        draw_block(axes, np.array([*centre, angle]), COLOURS[0])
+    draw_flight(axes, plan.u, COLOURS[3], AFTER, "path of the centre of mass")
+    axes.plot(*plan.goal[:2], "x", color="black", label="goal: 150°, no vertical speed")
+    draw_plane(axes, (-0.36, 0.36), (-0.20, 0.52))
+    axes.legend(fontsize=8, loc="lower left")
+    return figure
+
+
+def trajectories_figure(plans: Mapping[str, ThrowPlan]) -> Figure:
+    """Angle, speed, acceleration and torque up to the release (Fig. 6), for several weights W."""
+    figure, axes = subplots(2, 2, (10.5, 5.8), sharex=True)
+    for colour, (name, plan) in zip(COLOURS, plans.items(), strict=False):
+        times = np.linspace(0.0, float(plan.motion.duration[0]), 400)
+        state = plan.motion.sample(times)
+        torque = joint_torque(*state, np.array([[plan.radius]]), ARM, BLOCK)
+        before = times - times[-1]
+        for panel, values in zip(axes, (np.rad2deg(state.angle), *state[1:], torque), strict=True):
+            panel.plot(before, values[0], color=colour, label=f"weights {name}")
+            panel.plot(before[-1], values[0, -1], "o", color=colour, markersize=4)
+        axes[3].plot(before, torque_limit(state.speed, ARM)[0], "--", color=colour, linewidth=0.8)
+    axes[1].axhline(ARM.speed, color="black", linestyle="--", linewidth=0.8)
+    for panel, name in zip(axes, ("angle [°]", "speed [rad/s]", "acceleration [rad/s²]", "torque [N m]"), strict=True):
+        dress(panel, "time before the release [s]", name)
+    for panel in axes[:2]:
+        panel.set_xlabel("")
+    figure.legend(*axes[0].get_legend_handles_labels(), fontsize=8, ncols=4, loc="outside lower center")
+    figure.suptitle("arm's motion to the release; dashed: limits", fontsize=10)
+    return figure
+
+
+def margins_figure(plan: ThrowPlan, careless: Sequence[ThrowPlan]) -> Figure:
+    """M_A up to the release, with and without a margin that is maximised (Fig. 7)."""
+    figure, axes = subplots(1, 2, (10.0, 3.6), sharey=True)
+    best, share = moment_a(plan), np.linspace(0.0, 1.0, 400)
+    axes[0].plot(share, best, color=COLOURS[0], linewidth=1.2)
+    axes[0].fill_between(share, best.max(), 0.0, color=COLOURS[2], alpha=0.25)
+    for colour, each in zip(COLOURS, careless, strict=False):
+        axes[1].plot(share, moment_a(each), color=colour, linewidth=1.2)
+    for panel, title in zip(axes, ("margin maximised", "limits kept, nothing maximised"), strict=True):
+        panel.axhline(0.0, color="black", linewidth=1)
+        dress(panel, "share of the time to the release", "moment about the outer vertex M_A [mN m]", title)
+        panel.label_outer()
+    return figure

@@ -1,0 +1,261 @@
+"""The plan of one throw as the best motion of the spline (Miyashita et al. 2010, section 4)."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from itertools import chain
+from types import ModuleType
+from typing import Final, Literal, NamedTuple, final, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pnt_gym.arrays import Floats
+from pnt_gym.errors import PlanningError
+from pnt_gym.planning.one_joint.batch import plan_releases
+from pnt_gym.planning.one_joint.family import Objective
+from pnt_gym.planning.one_joint.feasibility import ThrowReason, UnreachableGoal, arm_radius
+from pnt_gym.planning.one_joint.landing import four, release_states, release_states_batch
+from pnt_gym.planning.one_joint.margins import margin_units, motion_margins
+from pnt_gym.planning.one_joint.motion import ArmMotion
+from pnt_gym.planning.one_joint.parameters import Arm, Block
+from pnt_gym.planning.one_joint.shapes import INTERVALS
+from pnt_gym.planning.one_joint.weights import WeightName, weights_of
+
+from .interior import solve_interior
+from .programme import LEAST, Programme, Throw, Weighing
+
+Solver = Literal["slsqp", "ipopt"]
+Guesses = Literal["family", "random"]
+
+PLACES: Final = (2, 5, 5, 12)
+"""Places per interval at which limits are kept; the next number where a solution breaks one at 1 kHz."""
+FEW: Final = 2
+"""At more places than this the margins are also raised by what a solution lacked between them."""
+MORE_STARTS: Final = 12
+"""First guesses that are added while none has led to a motion."""
+SWING: Final = 30.0
+"""Most that a random first guess swings back with [rad/s2]."""
+ITERATIONS: Final = 150
+PRECISION: Final = 1e-7
+
+
+class _Solution(NamedTuple):
+    """A motion that keeps every limit at 1 kHz."""
+
+    motion: ArmMotion
+    margins: Floats
+    cost: float
+    message: str
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class ThrowPlan:
+    """One planned throw.
+
+    Attributes:
+        goal: landing state (4,) = x, y [m], phi [rad], dy [m/s].
+        u: release (4,) = theta_t [rad], omega_t [rad/s], l_t [m], t_f [s].
+        radius: r of the block along the arm [m].
+        motion: of the arm, one row.
+        margins: smallest margins at 1 kHz (6,), as shares.
+        delta: the same in [N, N m, N m, rad, rad/s, N m], with Delta M_A negative (Eq. 27).
+        cost: what the solver minimised.
+        solver: which one.
+        starts: first guesses tried.
+        solved: how many of them led to a motion that keeps every limit.
+        iterations: of the solver, over all first guesses.
+        message: the solver's words about the motion that was taken.
+    """
+
+    goal: Floats
+    u: Floats
+    radius: float
+    motion: ArmMotion
+    margins: Floats
+    delta: Floats
+    cost: float
+    solver: str
+    starts: int
+    solved: int
+    iterations: int
+    message: str
+
+
+def plan_throw(
+    goal: ArrayLike,
+    *,
+    arm: Arm | None = None,
+    block: Block | None = None,
+    weights: WeightName | ArrayLike = "balanced",
+    objective: Objective = "squares",
+    solver: Solver = "slsqp",
+    static_start: bool = True,
+    guesses: Guesses = "family",
+    starts: int = 2,
+    seed: int = 0,
+) -> ThrowPlan:
+    """Return the throw to a goal whose motion keeps the largest margins.
+
+    The objective is not concave, so a solver finds the best motion near its first guess. The first guesses are the
+    best motions of the family in `batch` for the objective asked for and for the smallest margin, then random ones;
+    the best motion is returned. While none is found, more random ones are tried.
+
+    Args:
+        goal: x, y [m], phi [rad], dy [m/s].
+        arm: the paper's when not given.
+        block: the paper's when not given.
+        weights: a name or six numbers, for the objective "squares" (Eq. 28).
+        objective: "max_min" maximises the smallest margin of grasp and torque instead.
+        solver: SLSQP, a sequential quadratic programme as in the paper, or IPOPT, which needs casadi.
+        static_start: whether the block must rest by itself before the throw.
+        guesses: "random" leaves the family out, as the paper does.
+        starts: first guesses.
+        seed: of the random ones.
+
+    Raises:
+        UnreachableGoal: no release reaches the goal, or no motion from rest leads to it.
+        ValueError: the goal is not four finite numbers, or an option is not known.
+        PntGymError: IPOPT is asked for and casadi is not installed.
+    """
+    target = four(goal, "goal")
+    if target.shape != (4,):
+        raise PlanningError(f"goal must have shape (4,), got {target.shape}; plan_throws takes many")
+    _check_options(solver, objective, guesses, starts)
+    arm, block = arm or Arm(), block or Block()
+    weighing = Weighing(objective, weights_of(weights))
+    u = _release(target, arm, block)
+    radius = float(arm_radius(u, block.half_height))
+    throw = Throw(float(u[0]), float(u[1]), radius)
+    family = _family(u, arm, block, weighing, static_start) if guesses == "family" else iter(())
+    programme = partial(Programme, throw, arm, block, weighing, static_start=static_start)
+    found, tried, iterations = _solutions(
+        chain(family, _random(arm, seed)), partial(_attempt, programme, solver), starts
+    )
+    if not found:
+        raise UnreachableGoal(target, (f"{ThrowReason.NO_MOTION.sentence} ({tried} first guesses)",))
+    best = min(found, key=lambda solution: solution.cost)
+    newton = best.margins * margin_units(arm, block)
+    counts = (tried, len(found), iterations)
+    return ThrowPlan(target, u, radius, best.motion, best.margins, newton, best.cost, solver, *counts, best.message)
+
+
+def _solutions(
+    guesses: Iterator[Floats], attempt: Callable[[Floats], tuple[_Solution | None, int]], starts: int
+) -> tuple[list[_Solution], int, int]:
+    """What a solver makes of the first guesses, how many were tried, and its iterations; more while none succeeds."""
+    found: list[_Solution] = []
+    tried = iterations = 0
+    for accelerations in guesses:
+        if tried >= (starts if found else starts + MORE_STARTS):
+            break
+        solution, count = attempt(accelerations)
+        tried, iterations = tried + 1, iterations + count
+        found += [solution] if solution else []
+    return found, tried, iterations
+
+
+def _check_options(solver: str, objective: str, guesses: str, starts: int) -> None:
+    for name, value, kind in (
+        ("solver", solver, Solver),
+        ("objective", objective, Objective),
+        ("guesses", guesses, Guesses),
+    ):
+        if value not in get_args(kind):
+            raise PlanningError(f"{name} is {value!r}; it must be {' or '.join(map(repr, get_args(kind)))}")
+    if starts < 1:
+        raise PlanningError(f"starts is {starts}; it must be at least 1")
+
+
+def _release(goal: Floats, arm: Arm, block: Block) -> Floats:
+    """The feasible release that makes no extra turn (Eq. 29).
+
+    Raises:
+        UnreachableGoal: there is none; the reasons are those of every release without extra turns.
+    """
+    found = release_states_batch(goal[None], arm=arm, block=block)
+    if found.feasible[0]:
+        return found.u[0]
+    every = release_states(goal, block.half_height, arm=arm, block=block)
+    why = [", ".join(said) for said, turns in zip(every.reasons, every.turns, strict=True) if turns == 0]
+    raise UnreachableGoal(goal, tuple(why) or (ThrowReason.NO_RELEASE.sentence,))
+
+
+def _family(u: Floats, arm: Arm, block: Block, weighing: Weighing, static_start: bool) -> Iterator[Floats]:
+    """Accelerations at the borders (n + 1,) of the best motions of the family."""
+    for objective in dict.fromkeys((weighing.objective, "max_min")):
+        plans = plan_releases(
+            u[None], arm=arm, block=block, objective=objective, weights=weighing.weights, static_start=static_start
+        )
+        if plans.feasible[0]:
+            yield _accelerations(plans.motion)
+
+
+def _random(arm: Arm, seed: int) -> Iterator[Floats]:
+    """Random accelerations at the borders (n + 1,), every other time with a swing back at first."""
+    generator = np.random.default_rng(seed)
+    strongest = arm.torque / arm.inertia
+    while True:
+        shape = strongest * generator.uniform(0.1, 0.9) * generator.uniform(0.5, 1.5, INTERVALS + 1)
+        swing = int(generator.integers(1, INTERVALS - 1)) if generator.random() < 0.5 else 0
+        shape[:swing] = -generator.uniform(0.0, SWING)
+        yield shape
+
+
+def _accelerations(motion: ArmMotion) -> Floats:
+    return np.diff(motion.knots[0], 2) / motion.time_step[0] ** 2
+
+
+def _attempt(stated: Callable[..., Programme], solver: Solver, accelerations: Floats) -> tuple[_Solution | None, int]:
+    """Solve from one first guess, and again with limits kept at more places and by more while the check at 1 kHz fails.
+
+    Returns:
+        The motion, if there is one, and the solver's iterations.
+    """
+    iterations, least = 0, LEAST
+    for places in PLACES:
+        programme = stated(per_interval=places, least=least)
+        solve = _slsqp if solver == "slsqp" else solve_interior
+        x, cost, done, count, message = solve(programme, programme.start(accelerations))
+        iterations += count
+        if not done:
+            break
+        motion = programme.motion(x)
+        margins = motion_margins(motion, np.array([programme.throw.radius]), programme.arm, programme.block)[0]
+        if (margins > 0.0).all():
+            return _Solution(motion, margins, cost, message), iterations
+        accelerations = _accelerations(motion)
+        least += max(-2.0 * float(margins.min()), LEAST) if places > FEW else 0.0
+    return None, iterations
+
+
+def _slsqp(programme: Programme, start: Floats) -> tuple[Floats, float, bool, int, str]:
+    optimize: ModuleType = importlib.import_module("scipy.optimize")
+
+    # Values and Jacobian are asked for one after the other at the same place.
+    @lru_cache(maxsize=1)
+    def constraints(place: bytes) -> tuple[Floats, Floats]:
+        return programme.constraints(np.frombuffer(place))
+
+    def values(x: Floats) -> Floats:
+        return constraints(x.tobytes())[0]
+
+    def jacobian(x: Floats) -> Floats:
+        return constraints(x.tobytes())[1]
+
+    found = optimize.minimize(
+        programme.cost,
+        start,
+        jac=True,
+        method="SLSQP",
+        bounds=programme.bounds(),
+        constraints=[{"type": "ineq", "fun": values, "jac": jacobian}],
+        options={"maxiter": ITERATIONS, "ftol": PRECISION},
+    )
+    x = np.asarray(found.x, dtype=np.float64)
+    kept = bool(values(x).min() > -PRECISION)
+    return x, float(found.fun), bool(found.success) and kept, int(found.nit), str(found.message)

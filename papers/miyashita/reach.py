@@ -1,0 +1,234 @@
+"""Which goals a release of the one-joint thrower reaches: releases all over its range, simulated and refined."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats, Ints, take
+from pnt_gym.cells.one_joint.config import LOWEST_GOAL, OneJointConfig
+from pnt_gym.cells.one_joint.hidden import Hidden, expected_hidden
+from pnt_gym.constants import GRAVITY
+from pnt_gym.planning.one_joint import ThrowPlans, plan_releases
+
+from .cases import ARM, BLOCK, feasible_goals, fly, misses, plant_of
+
+WITHIN: Final = (0.005, 2.0)
+"""What is to be reached: position [m] and angle [deg]."""
+SCALES: Final = {"position": 1.0, "angle": 0.14, "speed": 0.0}
+"""T: 5 mm and 2 deg weigh the same; the vertical speed is left free."""
+LOW: Final = np.array([ARM.angle[0], 3.0, 0.06])
+"""theta_t [rad], omega_t [rad/s] and l_t [m] of the releases that are tried, at least."""
+HIGH: Final = np.array([ARM.angle[1], ARM.speed, np.hypot(ARM.largest_radius(BLOCK), BLOCK.half_height)])
+FLIGHT: Final = 0.45
+"""Length of the flights that are looked at [s]."""
+SPACING: Final = 0.004
+"""Of the states along a flight [s]."""
+SCANNED: Final = 1024
+"""Releases to begin with."""
+STARTS: Final = 3
+"""Releases at most, apart from one another by `APART`, that a goal's search begins from."""
+APART: Final = 0.08
+"""In shares of the range."""
+HOPELESS: Final = 12.0
+"""Goals that every release of the scan misses by more than this, in what is to be reached, are not searched for."""
+ENOUGH: Final = 0.3
+"""Goals missed by less, in what is to be reached, are not refined further."""
+ROUNDS: Final = 4
+"""Of refinement, each with new throws."""
+NEIGHBOURS: Final = 30
+"""Releases that the flight of a new one is interpolated from."""
+WIDTH: Final = 0.2
+"""Of the interpolation's kernel, in shares of the range."""
+SMOOTHING: Final = 1e-4
+"""Added to its diagonal; releases may be the same."""
+ITERATIONS: Final = 10
+"""Gauss-Newton steps on the interpolated flights in each round."""
+STEP: Final = 0.08
+"""Largest of them, in shares of the range."""
+NUDGE: Final = 0.002
+"""Difference for their slopes, in shares of the range."""
+TOGETHER: Final = 256
+"""Throws simulated at once."""
+
+
+@final
+@dataclass(frozen=True)
+class Reached:
+    """Best releases for N goals.
+
+    Attributes:
+        share: the releases in shares of the range `LOW` to `HIGH` (N, 3).
+        size: by how much they miss, in what is to be reached (N,).
+    """
+
+    share: Floats
+    size: Floats
+
+    def improved(self, own: Ints, share: Floats, missed: Floats) -> Reached:
+        """With other releases (S, 3) for some of the goals ``own`` (S,), where they miss them (S,) by less."""
+        order = np.argsort(-missed)  # the best of a goal comes last and stays
+        better = order[missed[order] < self.size[own[order]]]
+        best, least = self.share.copy(), self.size.copy()
+        best[own[better]], least[own[better]] = share[better], missed[better]
+        return Reached(best, least)
+
+
+def size(error: Floats) -> Floats:
+    """Errors (..., 4) as multiples of what is to be reached."""
+    found = misses(error)
+    return np.maximum(found.position / WITHIN[0], found.angle / WITHIN[1])
+
+
+def goals_above_arm(count: int) -> Floats:
+    """Random goals (count, 4) that have a planned throw and lie on the upper side of the arm when it has stopped.
+
+    Below, the block would have to pass through the arm or fall on it. Those that no level may hold are left out.
+    """
+    goals, plans = feasible_goals(3 * count + 16)
+    stop = plans.motion.stop_angle
+    height = np.cos(stop) * goals[:, 1] - np.sin(stop) * goals[:, 0]
+    clear = float(np.hypot(BLOCK.half_length, BLOCK.half_height))
+    return goals[(height >= clear) & (goals[:, 1] >= LOWEST_GOAL)][:count]
+
+
+def paths(config: OneJointConfig, share: Floats, seed: int | None = None) -> Floats:
+    """States (N, T, 4) every `SPACING` from the release on, of throws that have a motion.
+
+    Args:
+        config: the cell, with all that its planner does not know.
+        share: releases (N, 3).
+        seed: of the scatter of the placement; None leaves it out.
+    """
+    count, hidden = len(share), expected_hidden(len(share), config)
+    if seed is not None:
+        spread = config.mismatch * config.errors.placement
+        hidden = replace(hidden, radius=hidden.radius + spread * np.random.default_rng(seed).standard_normal(count))
+    plans = plan_releases(_release(share))
+    chunks = (slice(first, first + TOGETHER) for first in range(0, count, TOGETHER))
+    return np.concatenate([_path(config, take(plans, rows), take(hidden, rows)) for rows in chunks])
+
+
+def _path(config: OneJointConfig, plans: ThrowPlans, hidden: Hidden) -> Floats:
+    each = np.arange(len(plans.u))
+    flight = fly(plant_of(config, len(each)), plans, hidden)
+    later = np.round(np.arange(1, round(FLIGHT / SPACING) + 1) * SPACING / flight.step).astype(np.int64)
+    sample = flight.clock.release_step[:, None] + later
+    # A speed belongs to the middle of its step.
+    rate = flight.velocity[each[:, None], sample][..., 1:2] - 0.5 * flight.step * GRAVITY
+    return np.concatenate([flight.pose[each[:, None], sample], rate], axis=2)
+
+
+def errors(path: Floats, goal: Floats) -> Floats:
+    """Errors (N, 4) of flights (N, T, 4) where they pass nearest to their goals (N, 4)."""
+    away = path - goal[:, None]
+    distance = ((away * np.array([SCALES["position"], SCALES["position"], SCALES["angle"], 0.0])) ** 2).sum(axis=2)
+    rows, best = np.arange(len(path)), np.clip(distance.argmin(axis=1), 1, path.shape[1] - 2)
+    left, middle, right = (distance[rows, best + i] for i in (-1, 0, 1))
+    bend = left - 2.0 * middle + right
+    part = np.clip(0.5 * (left - right) / np.where(bend > 0.0, bend, np.inf), -1.0, 1.0)[:, None]
+    a, b, c = (away[rows, best + i] for i in (-1, 0, 1))
+    return b + 0.5 * part * (c - a) + 0.5 * part**2 * (a - 2.0 * b + c)
+
+
+@final
+class Search:
+    """Looks for releases that reach goals, by throws in one cell; what was thrown for some goals helps with the next.
+
+    Args:
+        config: the cell.
+        scanned: releases all over the range to begin with.
+    """
+
+    def __init__(self, config: OneJointConfig, scanned: int = SCANNED) -> None:
+        from scipy.stats import qmc  # noqa: PLC0415 - heavy, needed for this search only
+
+        self._config = config
+        drawn: Floats = qmc.Sobol(3, seed=9).random(scanned)  # pyright: ignore[reportCallIssue] - the name in scipy 1.14
+        self._share = drawn[has_motion(drawn)]
+        self._path = paths(config, self._share)
+
+    def __len__(self) -> int:
+        return len(self._share)
+
+    def reach(self, goal: Floats) -> Reached:
+        """The best releases for goals (N, 4): of those thrown so far, and of rounds of Gauss-Newton steps from them."""
+        missed = np.stack([size(errors(self._path, np.tile(one, (len(self), 1)))) for one in goal])
+        best = Reached(self._share[missed.argmin(axis=1)], missed.min(axis=1))
+        chosen = [self._starts(one) for one in missed]
+        start, own = self._share[np.concatenate(chosen)], np.repeat(np.arange(len(goal)), [len(c) for c in chosen])
+        for _ in range(ROUNDS):
+            left = best.size[own] > ENOUGH
+            start, own = start[left], own[left]
+            if len(start) == 0:
+                break
+            start = self._improved(start, goal[own])
+            path = paths(self._config, start)
+            self._share, self._path = np.concatenate([self._share, start]), np.concatenate([self._path, path])
+            best = best.improved(own, start, size(errors(path, goal[own])))
+        return best
+
+    def _starts(self, missed: Floats) -> Ints:
+        """Releases to begin from for a goal that they miss by (M,): the nearest few that are no neighbours."""
+        kept: list[int] = []
+        for row in missed.argsort():
+            if missed[row] >= HOPELESS or len(kept) == STARTS:
+                break
+            if all(np.abs(self._share[row] - self._share[other]).max() > APART for other in kept):
+                kept.append(int(row))
+        return np.array(kept, dtype=np.int64)
+
+    def _improved(self, share: Floats, goal: Floats) -> Floats:
+        """Releases (N, 3) after damped Gauss-Newton steps on interpolated flights; as before where none is left."""
+        residual = self._residual(goal)
+        now, damping = share, np.full(len(share), 1e-2)
+        left = residual(now)
+        for _ in range(ITERATIONS):
+            slopes = np.stack([(residual(now + way) - left) / NUDGE for way in NUDGE * np.eye(3)], axis=2)
+            trial = np.clip(now + _step(left, slopes, damping), 1e-3, 1.0 - 1e-3)
+            there = residual(trial)
+            good = (there**2).sum(axis=1) < (left**2).sum(axis=1)
+            now, left = np.where(good[:, None], trial, now), np.where(good[:, None], there, left)
+            damping = np.clip(np.where(good, 0.3, 6.0) * damping, 1e-7, 1e4)
+        return np.where(has_motion(now)[:, None], now, share)
+
+    def _residual(self, goal: Floats) -> Callable[[Floats], Floats]:
+        """By how much interpolated flights of releases (N, 3) miss goals (N, 4), in what is to be reached (N, 3)."""
+        from scipy.interpolate import RBFInterpolator  # noqa: PLC0415 - heavy, needed for this search only
+
+        # A kernel that asks for no plane through the neighbours, which may all lie at one limit of the arm.
+        model = RBFInterpolator(
+            self._share,
+            self._path.reshape(len(self), -1),
+            neighbors=min(NEIGHBOURS, len(self)),
+            kernel="multiquadric",
+            epsilon=1.0 / WIDTH,
+            degree=0,
+            smoothing=SMOOTHING,
+        )
+
+        def residual(at: Floats) -> Floats:
+            found = errors(model(at).reshape(len(at), *self._path.shape[1:]), goal)[:, :3]
+            return found / np.array([WITHIN[0], WITHIN[0], np.deg2rad(WITHIN[1])])
+
+        return residual
+
+
+def has_motion(share: Floats) -> Bools:
+    """Which releases (N, 3) have a motion from rest."""
+    return plan_releases(_release(share)).feasible
+
+
+def _release(share: Floats) -> Floats:
+    return np.column_stack([LOW + (HIGH - LOW) * share, np.full(len(share), FLIGHT)])
+
+
+def _step(left: Floats, slopes: Floats, damping: Floats) -> Floats:
+    """Damped Gauss-Newton steps (N, 3), none longer than `STEP`."""
+    square = np.einsum("nij,nik->njk", slopes, slopes)
+    more = (damping * np.einsum("nii->n", square) / 3.0 + 1e-9)[:, None, None] * np.eye(3)
+    step = -np.linalg.solve(square + more, np.einsum("nij,ni->nj", slopes, left)[..., None])[..., 0]
+    return step * np.minimum(1.0, STEP / np.maximum(np.abs(step).max(axis=1), 1e-12))[:, None]

@@ -1,1 +1,0 @@
-"""Whole cycles of pick and throw, and how their motions blend."""

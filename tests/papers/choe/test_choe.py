@@ -1,0 +1,280 @@
+"""The reproduction of Choe et al. 2023: the published example, its misprints, and the comparison of times."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from functools import cache, partial
+
+import numpy as np
+import pytest
+
+from agents.reproduce.finding import Row
+from papers.choe import PARTS, cases, ellipse, simulated, speed
+from papers.choe.planning.timing import time_path
+from pnt_gym.planning.paths import EllipsePath
+
+FIGURES = {
+    "example": {"choe_ellipse.svg"},
+    "length": {"choe_length.svg"},
+    "curvature": {"choe_curvature.svg", "choe_profile.svg"},
+    "speed": {"choe_nodes.svg"},
+    "joints": {"choe_joints.svg"},
+    "lengths": {"choe_lengths.svg"},
+    "example-times": set(),
+    "long-times": {"choe_times.svg", "choe_motions.svg"},
+    "simulated": set(),
+    "scene": {"choe_scene.svg"},
+}
+
+
+COARSE = 120
+"""Intervals of a timed run: half of those of the figures, for half of the time; up to 2 ms slower."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def coarse():
+    """Times paths on fewer intervals, and forgets them in the end."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(cases, "time_path", partial(time_path, intervals=COARSE))
+        cases.motion.cache_clear()
+        yield
+    cases.motion.cache_clear()
+
+
+@cache
+def findings(name):
+    return PARTS[name]()
+
+
+def row(name: str, quantity: str) -> Row:
+    return next(r for r in findings(name).rows if r.quantity == f"choe/{quantity}")
+
+
+def test_the_parts_are_the_known_ones_and_no_row_has_two_meanings():
+    assert list(PARTS) == list(FIGURES)
+    quantities = [r.quantity for part in PARTS for r in findings(part).rows]
+    assert len(set(quantities)) == len(quantities)
+    assert all(quantity.startswith("choe/") for quantity in quantities)
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_rows_and_data_are_plain_json_and_figures_are_drawings(name):
+    found = findings(name)
+    text = json.dumps({"rows": [r.as_json() for r in found.rows], "data": found.data}, allow_nan=False)
+    assert json.loads(text)["rows"]
+    assert set(found.figures) == FIGURES[name]
+    assert all(drawing.lstrip().startswith("<?xml") and len(drawing) > 5000 for drawing in found.figures.values())
+    for r in found.rows:
+        assert (r.reproduced is None) == (r.verdict == "infeasible"), r.quantity
+        assert r.note or r.verdict in ("reproduced", "ours"), r.quantity
+    assert found.grids
+    assert all(grid.rows and len(line) == len(grid.header) for grid in found.grids for line in grid.rows)
+
+
+def test_every_row_stands_in_a_table_or_makes_a_column_of_one():
+    lines = {name: sum(len(grid.rows) for grid in findings(name).grids) for name in FIGURES}
+    for name in ("example", "length", "speed", "joints", "example-times"):
+        assert lines[name] == len(findings(name).rows), name
+    assert lines["lengths"] == 4 + 2
+    assert lines["long-times"] == 16 + 2
+    assert lines["simulated"] == len(findings("simulated").rows) / 2
+
+
+def test_a_wrong_semi_axis_shows_in_the_verdicts(monkeypatch):
+    known = EllipsePath.semi_major
+    before = {r.quantity: r.verdict for r in ellipse.example_findings().rows}
+    monkeypatch.setattr(EllipsePath, "semi_major", property(lambda e: 1.2 * known.fget(e)))
+    after = {r.quantity: r.verdict for r in ellipse.example_findings().rows}
+    for name in ("semi-major", "length-eq-27"):
+        assert before[f"choe/example/{name}"] == "reproduced"
+        assert after[f"choe/example/{name}"] == "differs"
+    assert before["choe/example/length"] == "misprint"
+    assert after["choe/example/length"] == "differs"
+    assert after["choe/claim/vertical-tangents"] == "differs"
+
+
+def test_only_what_the_paper_states_under_its_own_conditions_is_judged():
+    ours = {
+        "joints": [f"joints/arm-{k}-swing" for k in (1, 2, 3, 4)],
+        "speed": ["claim/shorter-cycle", "misprint/step-6-units"],
+        "example-times": ["claim/shortest-is-quickest"],
+        "long-times": ["joint/acceleration-step"],
+    }
+    for part, quantities in ours.items():
+        assert {row(part, quantity).verdict for quantity in quantities} == {"ours"}
+
+
+def test_every_printed_digit_of_the_example_is_reproduced_where_it_is_right():
+    rows = [r for r in findings("example").rows if r.quantity.startswith("choe/example/")]
+    right = [r for r in rows if r.verdict == "reproduced"]
+    assert len(right) == 7
+    for r in right:
+        assert round(r.reproduced, 5) == r.published, r.quantity
+        assert r.tolerance < 0.51 * 10.0 ** -len(repr(r.published).split(".")[1].rstrip("0")), r.quantity
+
+
+@pytest.mark.parametrize(
+    ("quantity", "published", "value", "tolerance"),
+    [
+        ("example/theta-t1", -2.329, 177.6706, 1e-4),
+        ("example/theta-t2", 177.671, -2.3294, 1e-4),
+        ("example/length", 0.32058, 0.323730, 5e-7),
+        ("misprint/eq-38", 0.06852, 0.043519, 5e-7),
+        ("claim/continuous-at-the-tangent-points", "continuous", 118.2, 0.05),
+    ],
+)
+def test_what_is_wrong_in_the_example_is_corrected(quantity, published, value, tolerance):
+    r = row("example", quantity)
+    assert r.published == published
+    assert r.reproduced == pytest.approx(value, abs=tolerance)
+    assert r.verdict == ("differs" if quantity.startswith("claim") else "misprint")
+
+
+def test_the_approximation_and_the_rule_of_whole_degrees():
+    assert row("length", "eq-27/mean-absolute-error").reproduced == pytest.approx(0.0786, abs=5e-5)
+    assert row("length", "eq-27/mean-relative-error").reproduced == pytest.approx(0.2315, abs=5e-5)
+    assert row("length", "eq-27/largest-relative-error").reproduced == pytest.approx(2.55, abs=5e-3)
+    optimum = row("length", "claim/optimal-angle")
+    assert optimum.reproduced == pytest.approx(math.degrees(math.atan(1.0 / 6.0)))
+    assert optimum.details["length_9.6deg_m"] == pytest.approx(0.31074, abs=5e-6)
+    assert optimum.details["length_9.5deg_m"] == pytest.approx(0.30634, abs=5e-6)
+    assert row("length", "eq-27/shorter-than-the-chord-below").reproduced == pytest.approx(9.605, abs=5e-4)
+    clearances = [row("length", f"whole-degrees/clearance-h-{h}mm").reproduced for h in ("26.4", "26.5", "1")]
+    assert clearances == pytest.approx([0.0008, 0.0266, 0.117], rel=0.01)
+    for name in ("level", "falling", "whole-degree"):
+        r = row("length", f"whole-degrees/{name}")
+        assert r.verdict == "infeasible"
+        assert "with_top" in r.note
+
+
+def test_the_speed_law():
+    assert row("speed", "nodes/count").reproduced == 80.0
+    assert row("speed", "nodes/last-angle").reproduced == pytest.approx(-2.530, abs=5e-4)
+    assert row("speed", "speed-law/ratio").reproduced == pytest.approx(353.0, abs=0.1)
+    assert row("speed", "claim/speed-peaks-at-the-top").reproduced == pytest.approx(-0.006, abs=2e-4)
+    units = row("speed", "misprint/step-6-units").details["nodes_by_units"]
+    assert units["m and rad"] == 80
+    assert units["mm and rad"] == 2
+    slow = row("speed", "claim/shorter-cycle")
+    assert slow.reproduced == pytest.approx(3.26, abs=5e-3)
+    assert slow.details["times_slower"] == pytest.approx(11.3, abs=0.1)
+
+
+def test_joint_curves_of_our_robot():
+    data = findings("joints").data["choe_joints"]["joint_angles_deg"]
+    assert len(data) == 80
+    assert all(len(angles) == 4 and all(math.isfinite(q) for q in angles) for angles in data)
+    for k in range(4):
+        swing = max(angles[k] for angles in data) - min(angles[k] for angles in data)
+        assert row("joints", f"joints/arm-{k + 1}-swing").reproduced == pytest.approx(swing)
+        assert 1.0 < swing < 45.0
+
+
+def test_the_claim_of_the_shortest_curve_holds_under_some_readings_only():
+    lengths = {
+        "same-ends/symmetric-ellipse": 0.3613,
+        "same-ends/lame-d50mm": 0.3786,
+        "same-ends/lame-d150mm": 0.3698,
+        "same-ends-and-top/symmetric-ellipse": 0.3568,
+        "same-ends-and-top/lame-d50mm": 0.3694,
+        "same-ends-and-top/lame-d150mm": 0.3631,
+        "curves-only/symmetric-ellipse": 0.3341,
+        "curves-only/lame-d50mm": 0.3286,
+        "curves-only/lame-d150mm": 0.3198,
+    }
+    for name, value in lengths.items():
+        assert row("lengths", f"fig-8/{name}").reproduced == pytest.approx(value, abs=5.1e-5), name
+    verdicts = {name: row("lengths", f"fig-8/{name}/proposed").verdict for name in ("same-ends", "curves-only")}
+    assert verdicts == {"same-ends": "reproduced", "curves-only": "differs"}
+
+
+@pytest.mark.parametrize(
+    ("part", "name", "seconds"),
+    [
+        ("example-times", "example/arc", 0.289),
+        ("example-times", "example/rectangle", 0.522),
+        ("example-times", "example/ellipse-10deg-strict", 0.482),
+        ("example-times", "example/ellipse-10deg-relaxed", 0.358),
+        ("example-times", "example/ellipse-9.5deg-relaxed", 0.397),
+        ("example-times", "example/ellipse-12deg-relaxed", 0.343),
+        ("example-times", "example/ellipse-15deg-relaxed", 0.351),
+        ("long-times", "long/rectangle", 0.8508),
+        ("long-times", "long/ellipse-50mm-strict", 0.8172),
+        ("long-times", "long/ellipse-50mm-relaxed", 0.7077),
+        ("long-times", "long/lame-50mm-d50", 0.7559),
+        ("long-times", "long/lame-50mm-d100", 0.7227),
+        ("long-times", "long/lame-50mm-d200", 0.7325),
+        ("long-times", "long/lame-50mm-d410", 0.7429),
+        ("long-times", "long/ellipse-20mm-strict", 0.7649),
+        ("long-times", "long/ellipse-20mm-relaxed", 0.6244),
+        ("long-times", "long/ellipse-0mm", 0.5946),
+        ("long-times", "long/lame-20mm-d200", 0.6606),
+    ],
+)
+def test_times_of_whole_paths(part, name, seconds):
+    r = row(part, f"time/{name}")
+    assert r.reproduced == pytest.approx(seconds, abs=1.3e-3)
+    peaks = [r.details[f"peak_{name}"] for name in ("velocity", "acceleration", "jerk")]
+    assert max(peaks) <= 1.0 + 1e-6
+
+
+def test_smooth_corners_are_close_to_the_quickest_free_path():
+    free = row("long-times", "time/long/bound-50mm").reproduced
+    low = row("long-times", "time/long/bound-50mm-top-100mm").reproduced
+    assert free == pytest.approx(0.698, abs=2.5e-3)
+    assert low == pytest.approx(0.707, abs=2.5e-3)
+    assert row("long-times", "time/long/bound-20mm").reproduced == pytest.approx(0.655, abs=2.5e-3)
+    for name, bound in (("tall", free), ("level", low)):
+        above = row("long-times", f"above-bound/lame-50mm-{name}").reproduced
+        time = row("long-times", f"time/long/lame-50mm-{name}").reproduced
+        assert above == pytest.approx(100.0 * (time / bound - 1.0), rel=1e-9)
+        assert 0.0 < above < 3.0
+
+
+def test_the_shortest_ellipse_is_not_the_quickest():
+    assert row("example-times", "claim/shortest-is-quickest").reproduced == "12 deg"
+
+
+def test_relaxed_joints_step_the_acceleration():
+    assert row("long-times", "joint/speed").reproduced == pytest.approx(0.468, abs=3e-3)
+    assert row("long-times", "joint/acceleration-step").reproduced == pytest.approx(36.0, abs=0.5)
+
+
+def test_the_robot_carries_the_motions_out():
+    for r in findings("simulated").rows:
+        if r.quantity.endswith("tracking"):
+            assert 0.0 < r.reproduced < 0.5e-3
+            assert float(re.search(r"([\d.]+) micrometres", r.note).group(1)) < 20.0
+        else:
+            assert 10.0 < r.reproduced < 530.0
+
+
+def test_derivatives_of_the_curvature_are_those_of_differences():
+    theta, small = np.linspace(0.1, 3.0, 50), 1e-5
+    around = [speed.FIG_3.radius_of_curvature(theta + k * small) for k in (-1, 0, 1)]
+    value, slope, bend = speed.derivatives(speed.FIG_3, theta)
+    np.testing.assert_allclose(value, around[1])
+    np.testing.assert_allclose(slope, (around[2] - around[0]) / (2.0 * small), atol=1e-6)
+    np.testing.assert_allclose(bend, (around[2] - 2.0 * around[1] + around[0]) / small**2, atol=1e-4)
+
+
+def test_the_profile_adds_up_to_the_way():
+    nodes = cases.example().nodes(cases.RATE, clip=False)
+    found = speed.Profile.of(cases.example(), nodes)
+    assert [len(v) for v in (found.curvature, found.velocity, found.acceleration, found.jerk)] == [80, 79, 78, 77]
+    assert found.displacement[-1] == pytest.approx(nodes.steps.sum())
+    assert found.velocity[0] + found.acceleration.sum() == pytest.approx(found.velocity[-1])
+    assert row("curvature", "fig-5/way-of-the-busiest-periods").reproduced > 0.5
+
+
+def test_objects_leave_one_box_and_come_to_lie_in_another():
+    """Fig. 4, in the simulator; boxes too narrow for an object are told by a touch."""
+    found = {row.quantity: row.reproduced for row in simulated.scene_findings().rows}
+    assert found["choe/fig-4/touched"] == 0.0
+    assert found["choe/fig-4/arrived"] == 1.0
+    assert 0.0 < found["choe/fig-4/clearance"] < 0.2
+    walls = [{**one, "size": [0.16, 0.16]} for one in simulated.LEVEL["bins"]["fixed"]]
+    narrow = simulated.carry({**simulated.LEVEL, "bins": {**simulated.LEVEL["bins"], "fixed": walls}})
+    assert narrow.touched.any()

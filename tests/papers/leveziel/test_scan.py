@@ -1,0 +1,281 @@
+"""kappa, tau, singularities and workspace of the 4-DoF gripper robot, and the paper's figures."""
+
+import numpy as np
+import pytest
+
+from papers.leveziel.scan import scan_workspace, tau_hull
+from pnt_gym.robots.gripper import (
+    PROTOTYPE,
+    PUBLISHED_TAU_SCALE,
+    Dimensions,
+    conditioning,
+    folding_speed,
+    inverse_jacobian,
+    inverse_kinematics,
+    jacobian,
+    jacobian_x,
+    kappa,
+    singular_angle,
+    singularity,
+    tau,
+)
+
+HOME = np.array([0.0, 0.0, -0.2, -np.pi / 4])
+GRIPPING = np.deg2rad([-60.0, -55.0, -50.0, -45.0, -40.0, -35.0, -30.0])
+
+
+@pytest.fixture(scope="module")
+def reduced():
+    """The reduced workspace at -45 degrees, every 5 mm."""
+    return scan_workspace(0.005)
+
+
+@pytest.fixture(scope="module")
+def fine():
+    """The same every 2.5 mm, for the angles the prototype grips with."""
+    return {float(theta): scan_workspace(0.0025, float(theta)) for theta in GRIPPING}
+
+
+def at(position, degrees):
+    return np.append(position, np.deg2rad(degrees))
+
+
+def test_indices_are_equations_9_and_10(reduced):
+    forward = jacobian(reduced.poses)
+    square = forward[:, :3] @ np.swapaxes(forward[:, :3], 1, 2)
+    values = np.linalg.eigvalsh(square)
+    got_kappa, got_tau = conditioning(reduced.poses)
+    np.testing.assert_allclose(got_kappa, np.sqrt(values[:, 0] / values[:, 2]), rtol=1e-9)
+    np.testing.assert_allclose(got_tau, 1.0 / np.sqrt((forward[:, 3] ** 2).sum(axis=1)), rtol=1e-12)
+    assert (kappa(reduced.poses) == got_kappa).all()
+    assert (tau(reduced.poses) == got_tau).all()
+
+
+def test_indices_close_to_the_singularity():
+    poses = np.column_stack([np.tile([0.03, 0.02, -0.2], (200, 1)), np.linspace(0.5, 1.2, 200)])
+    forward = jacobian(poses)
+    singular = np.linalg.svd(forward[:, :3], compute_uv=False)
+    got_kappa, got_tau = conditioning(poses)
+    np.testing.assert_allclose(got_kappa, singular[:, -1] / singular[:, 0], atol=1e-9)
+    np.testing.assert_allclose(got_tau, 1.0 / np.linalg.norm(forward[:, 3], axis=1), atol=1e-12)
+    assert got_kappa.min() < 0.01 and got_tau.min() < 0.01
+
+
+def test_both_indices_vanish_at_a_singularity_beside_the_centre():
+    position = [0.03, 0.06, -0.2]
+    angle = float(singular_angle(position))
+    got_kappa, got_tau = conditioning([*position, angle])
+    assert got_kappa < 1e-9
+    assert got_tau < 1e-9
+
+
+def test_the_angle_convention_does_not_matter_to_the_indices(reduced):
+    """With the paper's q_3, q_4 columns 3 and 4 of J change sign."""
+    flipped = jacobian(reduced.poses) * [1.0, 1.0, -1.0, -1.0]
+    singular = np.linalg.svd(flipped[:, :3], compute_uv=False)
+    np.testing.assert_allclose(kappa(reduced.poses), singular[:, -1] / singular[:, 0], rtol=1e-9)
+
+
+def test_folding_speed_holds_the_platform_still(reduced):
+    fold = folding_speed(reduced.poses)
+    np.testing.assert_allclose(fold, 1.0 / np.linalg.norm(inverse_jacobian(reduced.poses)[..., 3], axis=1), rtol=1e-12)
+    assert fold.min() == pytest.approx(0.85, abs=0.005)
+    assert fold.max() == pytest.approx(2.56, abs=0.005)
+    # Letting the platform drift never costs the motors more.
+    assert (tau(reduced.poses) * fold <= 1.0 + 1e-12).all()
+
+
+def test_volume_extent_and_counts_of_the_reduced_workspace(reduced, fine):
+    assert len(reduced.positions) == 41_891
+    finer = fine[float(np.deg2rad(-45.0))]
+    assert finer.volume == pytest.approx(5.244e-3, rel=5e-4)
+    assert len(scan_workspace(0.00467).positions) == pytest.approx(51_624, rel=3e-3)
+    np.testing.assert_allclose(finer.extent, [[-0.158, -0.148, -0.277], [0.158, 0.148, -0.125]], atol=2.5e-3)
+    assert len(scan_workspace(0.005, 0.0).positions) == 49_539
+
+
+def test_the_scan_finds_what_the_inverse_kinematics_says(reduced):
+    grid = 0.005 * np.stack(np.meshgrid(np.arange(-60, 61), np.arange(-60, 61), np.arange(-60, 1), indexing="ij"), -1)
+    poses = np.append(grid.reshape(-1, 3), np.full((grid[..., 0].size, 1), -np.pi / 4), axis=1)
+    for strokes, got in ((True, reduced), (False, scan_workspace(0.005, reduced=False))):
+        want = poses[np.isfinite(inverse_kinematics(poses, strokes=strokes)[:, 0])]
+        np.testing.assert_allclose(got.poses, want, atol=1e-15)
+
+
+def test_full_workspace_holds_the_reduced_one(reduced):
+    full = scan_workspace(0.005, reduced=False)
+    assert {tuple(p) for p in reduced.positions} < {tuple(p) for p in full.positions}
+    assert full.volume > 3.0 * reduced.volume
+
+
+def test_kappa_at_home_angle(reduced):
+    values = kappa(reduced.poses)
+    assert values.min() == pytest.approx(0.316, abs=5e-4)
+    assert (values > 0.5).mean() == pytest.approx(0.76, abs=0.005)
+    level = np.isclose(reduced.positions[:, 2], -0.2)
+    assert (values[level] > 0.5).mean() == pytest.approx(0.94, abs=0.005)
+
+
+def test_kappa_falls_below_the_published_bound_at_the_extreme_tip_only():
+    """Published: over 0.3 everywhere. On a grid of 0.5 mm: 0.299 within 2 mm of (0, 41, -139)."""
+    axis = [5e-4 * np.arange(*ends) for ends in ((-20, 21), (60, 111), (-310, -249))]
+    positions = np.stack(np.meshgrid(*axis, indexing="ij"), axis=-1).reshape(-1, 3)
+    poses = np.append(positions, np.full((len(positions), 1), -np.pi / 4), axis=1)
+    poses = poses[np.isfinite(inverse_kinematics(poses, strokes=True)[:, 0])]
+    values = kappa(poses)
+    assert values.min() == pytest.approx(0.299, abs=5e-4)
+    below = poses[values < 0.3]
+    assert (np.abs(below[:, :3] - [0.0, 0.041, -0.139]).max(axis=1) < 2e-3).all()
+
+
+def test_tau_at_home_and_over_the_gripping_angles(reduced, fine):
+    assert tau(reduced.poses).min() == pytest.approx(0.2737, abs=5e-5)
+    assert tau(HOME) == pytest.approx(0.3420, abs=5e-5)
+    angles = np.deg2rad(np.arange(-90.0, 90.5, 0.5))
+    centre = tau(np.column_stack([np.tile(HOME[:3], (angles.size, 1)), angles]))
+    assert centre.max() == pytest.approx(0.3506, abs=5e-5)
+    assert np.rad2deg(angles[centre.argmax()]) == pytest.approx(-30.0, abs=1.5)
+    values = [tau(space.poses) for space in fine.values()]
+    low, high = min(v.min() for v in values), max(v.max() for v in values)
+    assert low == pytest.approx(0.2575, abs=5e-4)
+    assert (1.0 / high, 1.0 / low) == (pytest.approx(1.35, abs=0.015), pytest.approx(3.88, abs=0.005))
+
+
+def test_published_tau_scale(fine):
+    home = fine[float(np.deg2rad(-45.0))].poses
+    values = [tau(space.poses) / PUBLISHED_TAU_SCALE for space in fine.values()]
+    assert tau(home).min() / PUBLISHED_TAU_SCALE == pytest.approx(0.102, abs=1e-3)
+    assert min(v.min() for v in values) == pytest.approx(0.097, abs=5e-4)
+    assert 1.0 / min(v.min() for v in values) == pytest.approx(10.3, abs=0.05)
+    assert all((one == both).all() for one, both in zip((kappa(home), tau(home)), conditioning(home), strict=True))
+
+
+def test_first_zero_of_tau_lies_between_41_and_42_degrees():
+    assert (singularity(scan_workspace(0.005, np.deg2rad(41.0)).poses).value > 0.0).all()
+    beyond = singularity(scan_workspace(0.005, np.deg2rad(42.0)).poses)
+    assert beyond.mask.any() and not beyond.mask.all()
+    assert (singularity(scan_workspace(0.005, np.deg2rad(-60.0)).poses).value > 0.1).all()
+
+
+def test_positive_angles_drive_kappa_to_zero():
+    assert kappa(scan_workspace(0.005, np.deg2rad(45.0)).poses).min() < 1e-3
+
+
+def test_singular_angles():
+    assert np.rad2deg(singular_angle()) == pytest.approx(53.33, abs=0.005)
+    assert np.rad2deg(singular_angle([0.0, 0.06, -0.2])) == pytest.approx(54.5, abs=0.05)
+    positions = np.array([[0.05, -0.03, -0.19], [-0.08, 0.02, -0.21], [0.0, 0.0, -0.4]])
+    angles = singular_angle(positions)
+    assert np.isnan(angles[2])
+    for shift, sign in ((-1e-7, 1.0), (1e-7, -1.0)):
+        poses = np.column_stack([positions[:2], angles[:2] + shift])
+        assert (np.sign(np.linalg.det(jacobian_x(poses))) == sign).all()
+    assert singular_angle(np.zeros((0, 2, 3))).shape == (0, 2)
+
+
+def test_singularity_is_the_determinant(reduced):
+    got = singularity(reduced.poses)
+    size = PROTOTYPE.l**4 * PROTOTYPE.w
+    np.testing.assert_allclose(got.value, np.linalg.det(jacobian_x(reduced.poses)) / size, atol=1e-13)
+    assert not got.mask.any()
+    assert got.value[np.linalg.norm(reduced.positions - HOME[:3], axis=1) < 1e-9] == pytest.approx(0.989, abs=1e-3)
+    assert singularity([0.0, 0.0, -0.2, np.deg2rad(54.0)]).mask
+    assert np.isnan(singularity([0.0, 0.0, -0.5, 0.0]).value) and not singularity([0.0, 0.0, -0.5, 0.0]).mask
+
+
+def test_one_half_coplanar_with_its_forearm_is_not_singular():
+    """Entry (2, 4) of J_x vanishes at 71.2 degrees while det and tau do not; det vanishes where neither entry does."""
+    position = [0.0, 0.06, -0.2]
+    angles = np.deg2rad(np.linspace(60.0, 80.0, 20_001))
+    entries = jacobian_x(np.column_stack([np.tile(position, (angles.size, 1)), angles]))[:, 1, 3]
+    coplanar = angles[np.abs(entries).argmin()]
+    assert np.rad2deg(coplanar) == pytest.approx(71.2, abs=0.05)
+    assert np.abs(singularity([*position, coplanar]).value) > 0.05
+    assert tau([*position, coplanar]) == pytest.approx(0.117, abs=1e-3)
+    singular = jacobian_x([*position, float(singular_angle(position))])
+    assert np.abs(singular[[1, 3], [3, 3]]).min() > 1e-4
+
+
+def test_the_opposite_stroke_would_hardly_move():
+    wrong = Dimensions(stroke=(np.deg2rad(-45.0), np.deg2rad(85.0)))
+    assert kappa(scan_workspace(0.005, dimensions=wrong).poses, wrong).min() == pytest.approx(0.02, abs=0.005)
+
+
+def test_circle_of_80_mm_against_the_workspace(fine):
+    """Published: covers almost 80 % of the reduced workspace; by area so only near z = -240 mm."""
+    positions = fine[float(np.deg2rad(-45.0))].positions
+    for height, share in ((-0.2, 0.38), (-0.24, 0.796)):
+        area = np.isclose(positions[:, 2], height).sum() * 0.0025**2
+        assert np.pi * 0.08**2 / area == pytest.approx(share, abs=0.006)
+
+
+def test_tau_hull_bounds_the_curves(reduced):
+    some = reduced.positions[::97]
+    hull = tau_hull(some)
+    assert hull.theta.shape == (101,) and hull.theta[0] == -np.pi / 2 and hull.theta[-1] == np.pi / 2
+    for t in (0, 25, 50, 80, 100):
+        poses = np.column_stack([some, np.full(len(some), hull.theta[t])])
+        inside = np.isfinite(inverse_kinematics(poses, strokes=True)[:, 0])
+        values = tau(poses[inside])
+        assert (hull.low[t], hull.high[t], hull.count[t]) == (values.min(), values.max(), inside.sum())
+    free = tau_hull(some, reduced=False)
+    assert (free.count >= hull.count).all() and (free.count > hull.count).any()
+
+
+def test_hull_over_the_whole_reduced_workspace(reduced):
+    """Fig. 6: safe around -45 degrees, down to zero near +45."""
+    hull = tau_hull(reduced.positions)
+    degrees = np.rad2deg(hull.theta)
+    assert hull.low[(degrees >= -60) & (degrees <= -30)].min() > 0.25
+    assert hull.low[(degrees > 42) & (degrees < 48)].min() < 1e-3
+    assert hull.low[degrees < 40].min() > 5e-3
+
+
+def test_hull_of_nothing():
+    hull = tau_hull(np.array([[0.0, 0.0, -0.5]]), [0.0, 1.0])
+    assert np.isnan(hull.low).all() and np.isnan(hull.high).all() and (hull.count == 0).all()
+    empty = scan_workspace(0.02, dimensions=Dimensions(stroke=(1.4, 1.5)))
+    assert empty.positions.shape == (0, 3) and empty.volume == 0.0 and np.isnan(empty.extent).all()
+    assert (tau_hull(empty.positions).count == 0).all()
+
+
+def test_indices_are_nan_out_of_reach_and_keep_the_shape():
+    poses = np.array([[[0.0, 0.0, -0.5, -0.8], HOME]])
+    for values in (*conditioning(poses), kappa(poses), tau(poses), folding_speed(poses)):
+        assert values.shape == (1, 2)
+        assert np.isnan(values[0, 0]) and np.isfinite(values[0, 1])
+    assert kappa(HOME).shape == () and conditioning(np.zeros((0, 4)))[0].shape == (0,)
+
+
+def test_indices_do_not_depend_on_the_size_of_the_robot(reduced):
+    for factor in (1e-3, 4.1, 1e3):
+        size = [factor, factor, factor, 1.0]
+        for big, small in zip(
+            conditioning(reduced.poses[::50] * size, PROTOTYPE.scaled(factor)),
+            conditioning(reduced.poses[::50]),
+            strict=True,
+        ):
+            np.testing.assert_allclose(big, small, rtol=1e-9)
+
+
+def test_mirror_images_have_the_same_indices(reduced):
+    for mirror in ([-1, 1, 1, 1], [1, -1, 1, 1]):
+        for values, want in zip(conditioning(reduced.poses * mirror), conditioning(reduced.poses), strict=True):
+            np.testing.assert_allclose(values, want, rtol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda: scan_workspace(0.0), "step"),
+        (lambda: scan_workspace(np.nan), "step"),
+        (lambda: scan_workspace(0.01, np.inf), "theta"),
+        (lambda: tau_hull(np.zeros(3)), "positions"),
+        (lambda: tau_hull(np.zeros((2, 4))), "positions"),
+        (lambda: tau_hull(np.zeros((2, 3)), [[0.0]]), "theta"),
+        (lambda: singular_angle([0.0, 0.0]), "position"),
+    ],
+)
+def test_bad_arguments_are_refused(call, text):
+    with pytest.raises(ValueError, match=text):
+        call()

@@ -1,0 +1,265 @@
+"""The simulated half of the reproduction of Leveziel et al.: small versions of the cycle, the grasps and the tosses."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from agents.controllers import Observation, Outcome, make_controller
+from agents.ground.environments import make_vector
+from agents.judging.throws.trial import practise
+from agents.reproduce.finding import Findings, Row
+from papers.leveziel import PARTS, overview
+from papers.leveziel import cycle as leveziel_cycle
+from papers.leveziel import cycle_run as leveziel_cycle_run
+from papers.leveziel import grasps as leveziel_grasps
+from papers.leveziel import toss as leveziel_toss
+from papers.leveziel.cycle_run import PHASES, Cycles, run_cycles
+from pnt_gym.cells.gripper.cell import GripperCell
+from pnt_gym.cells.gripper.config import GripperConfig
+from pnt_gym.robots.gripper import MOTOR_SPEED, inverse_kinematics
+
+HELD = 16
+"""Throws that judge a controller."""
+ALL = ("cycle", "grasps", "toss-planner", "toss-virtual_goal")
+
+
+@cache
+def findings(name: str) -> Findings:
+    """Small versions of the parts."""
+    stages = {"nominal": (10, 100)}
+    small = {
+        "cycle": lambda: leveziel_cycle.cycle_findings(cycles=8),
+        "grasps": lambda: leveziel_grasps.grasp_findings(grasps=24),
+        "toss-planner": lambda: leveziel_toss.planner_findings(("nominal", "drop"), seeds=(0,), held=HELD),
+        "toss-virtual_goal": lambda: leveziel_toss.learner_findings("virtual_goal", stages, seeds=(0, 1), held=HELD),
+    }
+    return small[name]()
+
+
+@cache
+def calm() -> Cycles:
+    """A cycle at half of the motors' speed without anything unknown."""
+    return run_cycles(1, mismatch=0.0, share=0.5)
+
+
+def row(name: str, quantity: str) -> Row:
+    return next(r for r in findings(name).rows if r.quantity == f"leveziel/{quantity}")
+
+
+def test_the_parts_are_the_known_ones() -> None:
+    assert list(PARTS) == [
+        "workspace", "indices", "circle", "moves", "closing", "cycle", "grasps", "toss-planner", "toss-virtual_goal",
+        "toss-ridge", "toss-mlp", "formulas",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_rows_and_data_are_plain_json_and_figures_are_drawings(name: str) -> None:
+    found = findings(name)
+    text = json.dumps({"rows": [r.as_json() for r in found.rows], "data": found.data}, allow_nan=False)
+    quantities = [r["quantity"] for r in json.loads(text)["rows"]]
+    assert quantities
+    assert len(set(quantities)) == len(quantities)
+    assert all(quantity.startswith("leveziel/") for quantity in quantities)
+    assert all(r.note for r in found.rows)
+    assert all(drawing.lstrip().startswith("<?xml") and len(drawing) > 5000 for drawing in found.figures.values())
+
+
+def test_the_figures_are_the_known_ones() -> None:
+    drawn = [figure for name in ALL for figure in findings(name).figures]
+    assert drawn == ["leveziel_cycle.svg", "leveziel_cycle_pictures.svg", "leveziel_grasps.svg", "leveziel_release.svg"]
+
+
+def test_the_commanded_cycle_keeps_the_motors_speed_and_comes_back() -> None:
+    for share in (0.5, 1.0):
+        cycles = calm() if share == 0.5 else run_cycles(1, mismatch=0.0, share=share)
+        pose, step = cycles.course.pose, cycles.config.timestep
+        for leg in ("lower", "lift", "across", "back"):
+            speed = np.abs(np.diff(inverse_kinematics(pose[cycles.during(leg)]), axis=0)).max() / step
+            assert 0.97 * share * MOTOR_SPEED < speed < 1.001 * share * MOTOR_SPEED
+        assert list(cycles.course.ends) == list(PHASES)
+        assert pose[-1] == pytest.approx(pose[0], abs=1e-9)
+        at = [pose[cycles.during(name).stop, :3] for name in ("lower", "lift", "across")]
+        assert at[1] - at[0] == pytest.approx([0.0, 0.0, 0.050], abs=1e-9)
+        assert at[2] - at[1] == pytest.approx([0.0, 0.070, 0.0], abs=1e-9)
+
+
+def test_a_slow_robot_follows_the_command() -> None:
+    cycles = calm()
+    moving = slice(0, cycles.during("back").stop)
+    away = np.abs(cycles.platform[0, moving, :3] - cycles.course.pose[moving, :3])
+    assert away.max() < 0.002
+    # Only the squeezed object keeps the halves from going where they are told to go.
+    empty = cycles.during("lower")
+    assert np.abs(cycles.platform[0, empty, 3] - cycles.course.pose[empty, 3]).max() < np.deg2rad(0.5)
+    touched = cycles.pads[0].any(axis=1)
+    assert not touched[: cycles.during("lower").stop].any()
+    assert touched[cycles.during("lift").start : cycles.during("stand").stop].all()
+    assert not touched[cycles.during("back")].any()
+
+
+def test_cycles_side_by_side_are_those_alone() -> None:
+    three = run_cycles(3, mismatch=1.0, share=1.0)
+    alone = run_cycles(1, mismatch=1.0, share=1.0)
+    np.testing.assert_array_equal(three.cork[:1], alone.cork)
+    assert (three.cork[0, -1] != three.cork[1, -1]).any()
+
+
+def test_the_cork_is_carried_and_dropped() -> None:
+    assert row("cycle", "cycle/rise").reproduced == pytest.approx(0.050, abs=0.001)
+    assert row("cycle", "cycle/across").reproduced == pytest.approx(0.070, abs=0.003)
+    assert row("cycle", "cycle/success").reproduced == 100.0
+    assert row("cycle", "cycle/held").verdict == "reproduced"
+    angle = row("cycle", "cycle/angle-change")
+    assert angle.verdict == "differs"
+    assert angle.details["joint_linear_deg"] == pytest.approx(4.0, abs=0.1)
+
+
+def slippery(config: GripperConfig) -> GripperConfig:
+    """The same cell for items on which pads find no hold."""
+    items = [
+        item.model_copy(update={"name": f"slippery_{item.name}", "pad_friction": 0.002}) for item in config.item_list()
+    ]
+    return config.model_copy(update={"items": tuple(item.name for item in items), "extra_items": tuple(items)})
+
+
+def test_a_slippery_cork_is_not_carried(monkeypatch: pytest.MonkeyPatch) -> None:
+    known = leveziel_cycle_run.cycle_config
+
+    def config(mismatch: float) -> Any:
+        return slippery(known(mismatch))
+
+    monkeypatch.setattr(leveziel_cycle_run, "cycle_config", config)
+    found = {r.quantity.rsplit("/", 1)[1]: r for r in leveziel_cycle.cycle_findings(cycles=2).rows}
+    for name in ("held", "success"):
+        assert found[name].reproduced == 0.0
+    for name in ("held", "success", "rise", "across"):
+        assert found[name].verdict == "differs"
+
+
+def test_legs_take_the_speed_limited_times_and_more() -> None:
+    lift, across = (row("cycle", f"cycle/{name}-time") for name in ("lift", "across"))
+    assert lift.details["on_axis_s"] == pytest.approx(0.078, abs=5e-4)
+    assert across.details["outwards_at_-200mm_s"] == pytest.approx(0.0784, abs=5e-4)
+    for leg in (lift, across):
+        # A trapezoid with ramps of a quarter of the time takes 4/3 of the time at full speed.
+        assert leg.details["commanded_s"] > 1.2 * leg.reproduced
+        assert leg.reproduced < leg.details["simulated_s"] < leg.details["commanded_s"] + 0.01
+
+
+def test_objects_are_lifted_without_slip_but_turn_into_line_before() -> None:
+    for name in ("cork", "cap", "block"):
+        assert row("grasps", f"grasps/{name}").reproduced >= 98.0
+        assert row("grasps", f"grasps/{name}").details["slip_max_m"] < 0.0005
+    assert row("grasps", "grasps/cork-from-closed-grip").reproduced > 0.0005
+    assert row("grasps", "grasps/cap-from-closed-grip").reproduced < 0.0005
+
+
+def test_slippery_objects_count_as_not_held() -> None:
+    cell = GripperCell(slippery(GripperConfig.load("drop")), 4)
+    for kind in range(len(cell.item_names)):
+        assert not leveziel_grasps.grasped(cell, kind).held.any()
+
+
+def test_an_oracle_succeeds_and_the_fixed_timing_loses_the_block() -> None:
+    assert row("toss-planner", "toss/nominal/oracle").reproduced >= 97.0
+    planner = row("toss-planner", "toss/nominal/analytic")
+    assert planner.reproduced < 95.0
+    assert planner.details["success_by_item"]["block"] < 60.0
+    for name, wanted in (("cork", 0.018), ("cap", 0.008), ("block", 0.038)):
+        assert planner.details["release_delay_s"][name] == pytest.approx(wanted, abs=0.003)
+    assert row("toss-planner", "toss/drop/analytic").reproduced > planner.reproduced
+
+
+def test_practice_teaches_when_to_let_go() -> None:
+    before = row("toss-planner", "toss/nominal/analytic")
+    few, many = (row("toss-virtual_goal", f"toss/nominal/virtual_goal-{n}") for n in (10, 100))
+    assert many.reproduced >= 97.0
+    assert many.details["landing_error_m"] < 0.5 * min(
+        few.details["landing_error_m"], before.details["landing_error_m"]
+    )
+    assert max(abs(v) for v in many.details["release_delay_s"].values()) < 0.003
+    assert many.details["throws"] == 2 * HELD
+    assert len(many.details["success_by_seed"]) == 2
+
+
+def test_every_throw_is_counted_once() -> None:
+    assert row("toss-planner", "endurance/planner").reproduced == 2 * 2 * HELD
+    # Practice once to the last stage; each stage on held-out objects, and the planner on them for the drawing.
+    assert row("toss-virtual_goal", "endurance/virtual_goal").reproduced == 2 * (100 + 2 * HELD + HELD)
+
+
+def test_a_practice_that_goes_on_sees_other_objects() -> None:
+    env = make_vector("GripperToss-v0", "nominal", 4, threads=1)
+    parts: list[np.ndarray] = []
+    for start in (0, 0, 4):
+        spy = Spy(make_controller("virtual_goal", env))
+        practise(spy, env, 4, seed=3, start=start)
+        parts.append(np.concatenate([seen.features for seen in spy.seen]))
+    env.close()
+    np.testing.assert_array_equal(parts[0], parts[1])
+    assert (parts[0] != parts[2]).any(axis=1).all()
+
+
+class Spy:
+    """A learner that remembers what it saw.
+
+    Every method of a learner is written out: since Python 3.12 `isinstance` of a protocol looks past `__getattr__`.
+    """
+
+    name = "spy"
+
+    def __init__(self, inner: Any) -> None:
+        self.inner, self.seen = inner, list[Observation]()
+
+    def reset(self, seed: int) -> None:
+        self.inner.reset(seed)
+
+    def begin_practice(self, throws: int) -> None:
+        self.inner.begin_practice(throws)
+
+    def end_practice(self) -> None:
+        self.inner.end_practice()
+
+    def act(self, observation: Observation) -> Any:
+        self.seen.append(observation)
+        return self.inner.act(observation)
+
+    def learn(self, outcome: Outcome) -> None:
+        self.inner.learn(outcome)
+
+    def state(self) -> Any:
+        return self.inner.state()
+
+    def restore(self, state: Any) -> None:
+        self.inner.restore(state)
+
+
+def test_the_drawn_flights_start_on_target_and_fall_short_when_the_robot_brakes() -> None:
+    config = GripperConfig.load("nominal")
+    times, along = leveziel_toss.free_landings(config)
+    planned = np.abs(times).argmin()
+    assert along[:, planned] == pytest.approx(0.0, abs=1e-4)
+    # Until the robot brakes, an object let go later lands further by its speed times the delay, and a little more.
+    later = np.abs(times - config.motion.after).argmin()
+    assert (along[:, later] > 0.003).all()
+    assert (along[:, -1] < -0.5 * config.tray.opening[0]).all()
+    motion = config.motion.model_copy(update={"height": config.motion.height + 0.010})
+    higher = config.model_copy(update={"motion": motion})
+    assert leveziel_toss.free_landings(higher)[1][:, planned] == pytest.approx(0.0, abs=1e-4)
+
+
+def test_learning_curves_are_drawn_from_rows() -> None:
+    rows = {r.quantity: r.as_json() for name in ("toss-planner", "toss-virtual_goal") for r in findings(name).rows}
+    (name, drawing), *others = overview(rows).figures.items()
+    assert name == "leveziel_toss.svg"
+    assert not others
+    assert drawing.lstrip().startswith("<?xml")
+    assert len(drawing) > 5000
+    unlearned = {quantity: r for quantity, r in rows.items() if not r.get("practice")}
+    assert overview(unlearned).figures == {}
