@@ -15,7 +15,7 @@ from typing import Any, Final
 import numpy as np
 
 from pnt_gym.arrays import take
-from pnt_gym.cells.conveyor.movers import ThrowMotion
+from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line.cell import LineCell
 from pnt_gym.cells.line.config import LineConfig

@@ -19,7 +19,7 @@ from pnt_gym.cells.base.plant import ObjectFlight
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Before, Context, Drifted
 from pnt_gym.cells.conveyor.hand import HandCycle
-from pnt_gym.cells.conveyor.objects import NORMALS, UNIFORMS, objects_from_draws
+from pnt_gym.cells.conveyor.objects.drawing import NORMALS, UNIFORMS, objects_from_draws
 from pnt_gym.cells.conveyor.outcome import Told, judge
 from pnt_gym.cells.conveyor.plant import ConveyorPlant, Followed
 from pnt_gym.cells.conveyor.scene import CUP_LENGTH

@@ -14,8 +14,8 @@ from pnt_gym.cells.conveyor.action import MODES as PICK_MODES
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig, FollowThrough
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.movers import StraightMover, straight_back
-from pnt_gym.cells.conveyor.objects import Objects
+from pnt_gym.cells.conveyor.movers.straight import StraightMover, straight_back
+from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.gripper.action import MODES as TOSS_MODES
 from pnt_gym.cells.one_joint.action import MODES as GOAL_MODES

@@ -14,7 +14,7 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.free_mover import FreeMover
+from pnt_gym.cells.conveyor.movers.free_mover import FreeMover
 from pnt_gym.planning import EllipticWorkspace, InfeasibleThrow, JerkTrajectory, Reason, ReleaseBatch
 from pnt_gym.planning.cycles.cycle import Cycle
 from pnt_gym.planning.free.rules import check_throw

@@ -12,26 +12,26 @@ from numpy.typing import NDArray
 from pnt_gym.arrays import Floats, Ints, made_anew, replaced
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.canvas import Marker
-from pnt_gym.cells.base.core import Cell, Generators
+from pnt_gym.cells.base.cell import Cell, Generators
 from pnt_gym.cells.base.features import FeatureTable, Quantity
 from pnt_gym.cells.base.plant import REWARD_TERMS
 from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.cells.conveyor.action import MODES, correction, modes_of
+from pnt_gym.cells.conveyor.belt.sources import BeltPicks, IndependentPicks, PickSource
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.fill import Fill, volume_of
+from pnt_gym.cells.conveyor.cup.hold import Grips, grips, slip
+from pnt_gym.cells.conveyor.cup.seal import picked
 from pnt_gym.cells.conveyor.hand import HandCycle
-from pnt_gym.cells.conveyor.hold import Grips, grips, slip
-from pnt_gym.cells.conveyor.movers import ThrowMotion
-from pnt_gym.cells.conveyor.objects import Objects
+from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
+from pnt_gym.cells.conveyor.movers.tracking import brought_to_rest
+from pnt_gym.cells.conveyor.objects.fill import Fill, volume_of
+from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.observation import DRIFT, HIDDEN, SHIFT_TABLE, TABLE
 from pnt_gym.cells.conveyor.outcome import Outcome, Told, judge
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.conveyor.plant import ConveyorPlant
-from pnt_gym.cells.conveyor.seal import picked
 from pnt_gym.cells.conveyor.shift import Shift, drifted, known
-from pnt_gym.cells.conveyor.sources import BeltPicks, IndependentPicks, PickSource
-from pnt_gym.cells.conveyor.tracking import brought_to_rest
 from pnt_gym.cells.conveyor.view import camera, objects_on_belt
 from pnt_gym.engine import MjData, MjModel
 from pnt_gym.errors import ConfigError

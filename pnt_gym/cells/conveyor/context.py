@@ -9,7 +9,7 @@ from typing import NamedTuple, Self, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.conveyor.objects import Objects
+from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.straight.plan import ReleaseBatch
 

@@ -9,13 +9,13 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, take
 from pnt_gym.cells.base.plant import step_counts
-from pnt_gym.cells.conveyor.clearance import FORESIGHT, MARGIN, Passage, foreseen, touches, vertical
+from pnt_gym.cells.base.rotations import vertical
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.hold import Grips, grips
-from pnt_gym.cells.conveyor.parting import Parting
-from pnt_gym.cells.conveyor.scene import lip_length
-from pnt_gym.cells.conveyor.swing import swung
+from pnt_gym.cells.conveyor.cup.clearance import FORESIGHT, MARGIN, Passage, foreseen, touches
+from pnt_gym.cells.conveyor.cup.hold import Grips, grips
+from pnt_gym.cells.conveyor.cup.parting import Parting
+from pnt_gym.cells.conveyor.cup.swing import swung
 from pnt_gym.planning.motion.trajectory import HandPath, Samples
 from pnt_gym.planning.straight.plan import ReleaseBatch
 
@@ -86,7 +86,7 @@ class ThrowClock:
         end = step_counts(np.maximum(plans.path.duration + shift, settled), step)
         push = np.where(held.unthrown, 0.0, config.mismatch * config.cup.blow_off)
         parting = Parting.hanging(thrown.lost(held.unthrown), push)
-        lip, offset = lip_length(config), thrown.cup_offset
+        lip, offset = config.lip_length, thrown.cup_offset
         clock = cls(plans.path, offset, free_at, shift, release, end, step, held, parting, lip)
         if not config.swings:
             return clock

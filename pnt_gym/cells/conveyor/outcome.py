@@ -11,7 +11,7 @@ from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.plant import Landed, Touchdown
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.hold import Grips
+from pnt_gym.cells.conveyor.cup.hold import Grips
 
 
 @final

@@ -12,18 +12,18 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats, Ints, made_anew, replaced, take
 from pnt_gym.cells.base.aside import Purpose, aside
 from pnt_gym.cells.base.items import item_arrays
-from pnt_gym.cells.conveyor.choosing import AutoMover
-from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Before, Context, Drifted
-from pnt_gym.cells.conveyor.fill import drawn_fill
-from pnt_gym.cells.conveyor.free_mover import FreeMover
-from pnt_gym.cells.conveyor.hold import LEAST_ACCELERATION, measured_hold
-from pnt_gym.cells.conveyor.movers import Mover, StraightMover
-from pnt_gym.cells.conveyor.objects import NORMALS, TARGET_DRAWS, UNIFORMS, Apart, Objects, objects_from_draws
-from pnt_gym.cells.conveyor.placing import EllipseMover, HorizontalMover, PlaceMover, placed
-from pnt_gym.cells.conveyor.scene import LIP_GAP
+from pnt_gym.cells.conveyor.cup.hold import LEAST_ACCELERATION, measured_hold
+from pnt_gym.cells.conveyor.movers.choosing import AutoMover
+from pnt_gym.cells.conveyor.movers.free_mover import FreeMover
+from pnt_gym.cells.conveyor.movers.placing import EllipseMover, HorizontalMover, PlaceMover, placed
+from pnt_gym.cells.conveyor.movers.straight import Mover, StraightMover
+from pnt_gym.cells.conveyor.movers.tracking import TrackingMover
+from pnt_gym.cells.conveyor.objects.drawing import NORMALS, TARGET_DRAWS, UNIFORMS, Apart, objects_from_draws
+from pnt_gym.cells.conveyor.objects.fill import drawn_fill
+from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.throwable import throwable
-from pnt_gym.cells.conveyor.tracking import TrackingMover
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows
 from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.robots.t3kr.geometry import T3KR

@@ -19,15 +19,14 @@ from pnt_gym.arrays import Bools, Floats, Ints, either, length, made_anew, take
 from pnt_gym.cells.base.alone import Fall
 from pnt_gym.cells.base.energy import work_between, work_of_steps
 from pnt_gym.cells.base.plant import ObjectFlight, Plant, Touchdown, staged_rollout, touching
+from pnt_gym.cells.base.rotations import in_body_axes, upright
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.cup.swing import springs
 from pnt_gym.cells.conveyor.free import FreeObjects, write_models
 from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
 from pnt_gym.cells.conveyor.outcome import Effort, Flown
-from pnt_gym.cells.conveyor.parting import upright
 from pnt_gym.cells.conveyor.scene import SENSORS, Scene, build_scene
-from pnt_gym.cells.conveyor.spin import in_body_axes
-from pnt_gym.cells.conveyor.swing import springs
 from pnt_gym.robots.t3kr.kinematics import closed_pose, closed_velocity
 from pnt_gym.robots.t3kr.model import qpos_columns, qvel_columns
 from pnt_gym.robots.t3kr.references import JointMotion, joint_knots, knot_count, upsample
@@ -96,7 +95,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         qpos[:, self._robot_qpos] = closed_pose(cup, self._rods_per_arm, scene.robot.geometry)
         qpos[:, first : first + 2] = cup[:, :2] + context.grasp
         qpos[:, first + 2] = cup[:, 2] - o.com_depth
-        qpos[:, first + 3], qpos[:, first + 6] = np.cos(o.yaw / 2), np.sin(o.yaw / 2)
+        qpos[:, first + 3 : first + 7] = upright(o.yaw)
         batch.bind("qpos")[rows] = qpos
         batch.bind("eq_active")[rows] = 1.0
 

@@ -36,10 +36,6 @@ from pnt_gym.robots.specification import LOOP_SOLIMP, LOOP_SOLREF, set_options
 from pnt_gym.robots.t3kr.model import T3krHandles, add_t3kr
 
 CUP_LENGTH: Final = 0.050
-LIP_GAP: Final = 0.0005
-"""The object hangs this far below the rigid part of the cup, so that holding it is not a contact [m]."""
-LIP_LENGTH: Final = 0.010
-"""Of a lip that yields, below the solid part of its cup; an object can tilt until it meets that [m]."""
 FLOOR_DROP: Final = 0.02
 """The floor lies this far below the bins' bottoms [m]."""
 
@@ -105,7 +101,7 @@ def build_scene(config: ConveyorConfig, rods: str = "four") -> Scene:
     """
     spec = _empty_stage(config)
     robot = add_t3kr(spec, rods="eight" if rods == "eight" else "four")
-    add_cup(spec, lip_length(config))
+    add_cup(spec, config.lip_length)
     _add_object_and_bins(spec, config)
     _add_grip(spec, config)
     _add_object_sensors(spec)
@@ -124,11 +120,6 @@ def build_scene(config: ConveyorConfig, rods: str = "four") -> Scene:
         swing_controls=_controls(model, swing),
         push_controls=_controls(model, _actuators(model, "push", int(config.pushes))),
     )
-
-
-def lip_length(config: ConveyorConfig) -> float:
-    """How far the tip of a cup is below its solid part [m]."""
-    return LIP_LENGTH if config.swings else 0.0
 
 
 def _actuators(model: MjModel, first: str, count: int) -> slice:

@@ -11,7 +11,7 @@ from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.aside import Purpose, aside
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Before, Context, Drifted
-from pnt_gym.cells.conveyor.objects import spin_gripped
+from pnt_gym.cells.conveyor.objects.drawing import spin_gripped
 from pnt_gym.cells.conveyor.outcome import Outcome
 from pnt_gym.planning.motion.ballistics import landing_point
 from pnt_gym.planning.straight.plan import ReleaseBatch

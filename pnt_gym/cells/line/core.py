@@ -11,7 +11,8 @@ from gymnasium.spaces import Box, Discrete
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.core import MOST_CELLS, MOST_THREADS, Generators, Step, whole_number
+from pnt_gym.cells.base.cell import MOST_CELLS, MOST_THREADS, Generators, whole_number
+from pnt_gym.cells.base.core import Step
 from pnt_gym.cells.base.features import CLIP
 from pnt_gym.cells.base.request import ANYTHING, Request
 from pnt_gym.cells.base.restoring import restoring

@@ -12,8 +12,8 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, joined, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.movers import ThrowMotion
-from pnt_gym.cells.conveyor.objects import Objects
+from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
+from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line.state import PicksAndThrows
 from pnt_gym.planning.motion.limits import LimitRows

@@ -9,9 +9,9 @@ import numpy as np
 
 from pnt_gym.arrays import Floats, Ints, replaced, take
 from pnt_gym.cells.base.aside import Purpose, aside
-from pnt_gym.cells.base.core import Generators
-from pnt_gym.cells.conveyor.objects import Objects
-from pnt_gym.cells.conveyor.outline import half_extent
+from pnt_gym.cells.base.cell import Generators
+from pnt_gym.cells.conveyor.objects.outline import half_extent
+from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.errors import ConfigError

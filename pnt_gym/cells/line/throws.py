@@ -16,7 +16,7 @@ from pnt_gym.cells.base.plant import Recording
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.objects import Objects
+from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.line.chances import Chances
 from pnt_gym.cells.line.config import alike
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from pnt_gym.arrays import replaced, take
+from pnt_gym.cells.conveyor.belt.sources import QUEUE, BeltPicks
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.planner import PickPlanner
-from pnt_gym.cells.conveyor.sources import QUEUE, BeltPicks
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.limits import MotionLimits
 from pnt_gym.planning.straight.release import plan_release_batch, release_at_elevation

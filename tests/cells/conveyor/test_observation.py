@@ -8,7 +8,7 @@ import pytest
 from pnt_gym.arrays import take
 from pnt_gym.cells.base.features import CLIP
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.objects import Objects
+from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.observation import FEATURES, TABLE, decode
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from tests.tools.throws import make_core, planned, same_bits, vary

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from pnt_gym.cells.conveyor.tracking import brought_to_rest
+from pnt_gym.cells.conveyor.movers.tracking import brought_to_rest
 from pnt_gym.cells.line.cell import IDLE
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.outcome import told
