@@ -216,27 +216,16 @@ class FreeMover:
         motion = throw_leg(
             pick, np.where(flight[:, None] > 0.0, position, np.nan), velocity, limits, top(ceiling, self.rules)
         )
-        good = motion.feasible
-        gap = np.where(good, 0.0, np.nan)
-        speed = length(velocity) + gap
-        level = np.sqrt(velocity[:, 0] ** 2 + velocity[:, 1] ** 2)
-        never = np.zeros(good.shape, dtype=np.bool_)
-        return ReleaseBatch(
-            position=position + gap[:, None],
-            velocity=velocity + gap[:, None],
-            direction=velocity / speed[:, None],
-            speed=speed,
-            acceleration=motion.segments.greatest_acceleration() + gap,
-            angle=np.arctan2(velocity[:, 2], level) + gap,
-            azimuth=np.arctan2(velocity[:, 1], velocity[:, 0]) + gap,
-            distance=length(position - pick) + gap,
+        return ReleaseBatch.alone(
+            pick,
+            position,
+            velocity,
+            velocity,
+            acceleration=motion.segments.greatest_acceleration(),
             time=motion.duration,
-            flight_time=flight + gap,
-            ceiling_active=good & (position[:, 2] >= ceiling - CONTACT),
-            workspace_active=never,
-            feasible=good,
-            reason=np.where(good, int(Reason.FEASIBLE), int(Reason.CEILING)),
-            straight=never.copy(),
+            flight_time=flight,
+            ceiling_active=position[:, 2] >= ceiling - CONTACT,
+            reason=np.where(motion.feasible, int(Reason.FEASIBLE), int(Reason.CEILING)),
         )
 
 

@@ -34,7 +34,7 @@ CHASES: Final = 9
 
 
 @final
-class HorizontalMover:
+class HorizontalMover(StraightMover):
     """Lifts straight up to the ceiling, throws level, and returns at that height (Hassan et al. 2022, IV-B2).
 
     The hand brakes on the line of the throw, and comes down on the next pick from as high as it lifted.
@@ -46,8 +46,7 @@ class HorizontalMover:
 
     def __init__(self, config: ConveyorConfig, workspace: EllipticWorkspace) -> None:
         lift = config.motion.model_copy(update={"clearance": config.motion.ceiling})
-        self._straight = StraightMover(config.model_copy(update={"motion": lift}), workspace)
-        self._workspace = workspace
+        super().__init__(config.model_copy(update={"motion": lift}), workspace)
 
     def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
         """The level throw from the ceiling."""
@@ -63,20 +62,16 @@ class HorizontalMover:
         start = _at_height(pick, point[:, 2])
         return _after_lift(pick, release_at_point(start, point, limits, plane_z=context.target[:, 2]), limits)
 
-    def reserve(self, release: ReleaseBatch) -> Floats:
-        """That of straight throws."""
-        return self._straight.reserve(release)
-
     def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
         """Which throws exist and stay inside the workspace until the hand has stopped."""
         lifted = _lifted(pick, release)
-        good = self._straight.is_feasible(lifted, release, limits)
+        good = super().is_feasible(lifted, release, limits)
         return good & self._workspace.contains(pick) & (lifted[:, 2] >= pick[:, 2])
 
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
         """Up, along the level line to the release, the window, and the stop on that line."""
         lifted = _lifted(pick, release)
-        up, thrown = rest_to_rest(lifted - pick, limits), self._straight.throw(lifted, release, limits, ceiling)
+        up, thrown = rest_to_rest(lifted - pick, limits), super().throw(lifted, release, limits, ceiling)
         time = up.durations.sum(axis=1)
         return replace(
             thrown,
@@ -85,18 +80,6 @@ class HorizontalMover:
             release_time=time + thrown.release_time,
             stop_time=time + thrown.stop_time,
         )
-
-    def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
-        """Straight above the next pick, then down."""
-        return self._straight.back(motion, next_pick, limits)
-
-    def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
-        """The earliest meeting of a hand that moves from rest to rest."""
-        return self._straight.meet(motion, place, limits)
-
-    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
-        """The same without the motions."""
-        return self.meet(motion, place, limits).reach
 
 
 class PlacingMover(ABC):
@@ -224,30 +207,21 @@ class PlacingMover(ABC):
 
     def _placed(self, pick: Floats, place: Floats, limits: Limits) -> ReleaseBatch:
         """Objects let go at rest; NaN where the hand does not get there."""
-        way = place - pick
-        run = np.sqrt(way[:, 0] ** 2 + way[:, 1] ** 2)
-        inside, apart = self._inside(pick, place), run > MIN_REACH
-        good = inside & apart
+        way = _at_height(place - pick, np.zeros(len(pick)))
+        apart = length(way) > MIN_REACH
+        good = self._inside(pick, place) & apart
         reason = np.where(apart, int(Reason.WORKSPACE), int(Reason.NO_REACH))
         segments = self._carry(pick, np.where(good[:, None], place, pick + np.array([0.1, 0.0, 0.0])), limits)
-        gap, none, never = np.where(good, 0.0, np.nan), np.zeros(len(pick)), np.zeros(len(pick), dtype=np.bool_)
-        heading = _at_height(way / np.where(apart, run, 1.0)[:, None], none)
-        return ReleaseBatch(
-            position=place + gap[:, None],
-            velocity=np.zeros_like(place) + gap[:, None],
-            direction=heading + gap[:, None],
-            speed=none + gap,
-            acceleration=segments.greatest_acceleration() + gap,
-            angle=none + gap,
-            azimuth=np.arctan2(way[:, 1], way[:, 0]) + gap,
-            distance=length(way) + gap,
-            time=segments.durations.sum(axis=1) + gap,
-            flight_time=np.sqrt(2.0 / GRAVITY * np.maximum(place[:, 2] - self.rim, 0.0)) + gap,
-            ceiling_active=never,
-            workspace_active=never.copy(),
-            feasible=good,
+        return ReleaseBatch.alone(
+            pick,
+            place,
+            np.zeros_like(place),
+            way,
+            acceleration=segments.greatest_acceleration(),
+            time=segments.durations.sum(axis=1),
+            flight_time=np.sqrt(2.0 / GRAVITY * np.maximum(place[:, 2] - self.rim, 0.0)),
+            ceiling_active=np.zeros_like(good),
             reason=np.where(good, int(Reason.FEASIBLE), reason),
-            straight=never.copy(),
         )
 
 
