@@ -133,6 +133,22 @@ def with_objects(core: Core, **fields: Any) -> None:
     core.cell.context = replace(context, objects=replace(context.objects, **fields))
 
 
+def parts_of(objects: Objects) -> dict[str, np.ndarray]:
+    """All arrays of objects by name, those of the records in them as `record.name`."""
+    inner = {record: vars(getattr(objects, record)) for record in ("measured", "draws")}
+    return {name: values for name, values in vars(objects).items() if name not in inner} | {
+        f"{record}.{name}": values for record, columns in inner.items() for name, values in columns.items()
+    }
+
+
+def with_part(objects: Objects, name: str, values: np.ndarray) -> Objects:
+    """Objects with other values of a name of `parts_of`."""
+    if "." not in name:
+        return replace(objects, **{name: values})
+    record, column = name.split(".")
+    return replace(objects, **{record: replace(getattr(objects, record), **{column: values})})
+
+
 def planned(config: ConveyorConfig, objects: Objects, x: np.ndarray) -> tuple[Context, np.ndarray]:
     """Contexts of objects met at belt coordinate x, and which of them can be thrown."""
     planner = PickPlanner(config)

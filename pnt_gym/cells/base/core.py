@@ -6,6 +6,7 @@ Environments, evaluation, training and benchmark know only `Core`.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from typing import Any, Final, final
 
@@ -142,7 +143,7 @@ class Core:
         Raises:
             ActionError: wrong shape, NaN or infinite values.
         """
-        with restoring(self.cell, waiting):
+        with nullcontext() if waiting is None else restoring(self.cell, waiting):
             return self._step(actions, waiting)
 
     def _step(self, actions: object, waiting: Bools | None) -> Step:

@@ -20,16 +20,13 @@ class Drawing(Protocol):
 
 
 @contextmanager
-def restoring(cell: Drawing, waiting: Bools | None) -> Generator[None]:
+def restoring(cell: Drawing, waiting: Bools) -> Generator[None]:
     """At the end of the block, give rows that wait the coming throws and the random numbers of its begin.
 
     Args:
         cell: steps in the block.
-        waiting: these rows (N,); None for none.
+        waiting: these rows (N,).
     """
-    if waiting is None:
-        yield
-        return
     context, generators = cell.context, [cell.generators[row] for row in np.flatnonzero(waiting)]
     states = [generator.bit_generator.state for generator in generators]
     yield

@@ -173,7 +173,7 @@ class Cup(Section):
 
 
 class Pick(Section):
-    """Whether the cup holds its object when the dwell is over (`cells.conveyor.cup.seal`)."""
+    """Whether the cup holds its object when the dwell is over (`cells.conveyor.cup.hold`)."""
 
     fails: bool = Field(
         default=True,

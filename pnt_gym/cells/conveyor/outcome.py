@@ -43,41 +43,6 @@ class Flown:
     """How the cups held."""
 
 
-@final
-@dataclass(frozen=True)
-class Outcome(Landed):
-    """N throws as the simulator measured them; the cycle is from lift to lift, dwell included."""
-
-    wait_time: Floats
-    """Part of the cycle spent waiting above the belt for the next object (N,) [s]."""
-    tracking_error: Floats
-    """Distance of the hand from its reference at the moment of release (N,) [m]."""
-    picked: Bools
-    """The cup sealed; else the object rides on, and nothing is known of its landing (N,)."""
-    dropped: Bools
-    """The object was lost on the way to its release (N,)."""
-    grip_margin: Floats
-    """How many times the load the cup could hold, at the worst moment until its release (N,)."""
-    energy: Floats
-    """Positive mechanical work of the motors in the cycle (N,) [J], see `cells.base.energy`."""
-    ended_in: Ints
-    """Index of the bin in which the object lies at the end, 0 for one that is drawn per throw; -1 in none (N,)."""
-    belongs: Bools
-    """That bin takes what the object is (N,)."""
-    passed: Ints
-    """Objects that were let go since the throw before (N,)."""
-    placed: Bools
-    """It was put down at its bin, not thrown (N,)."""
-    disturbed: Bools
-    """The object swept through another one on the belt (N,)."""
-
-    @property
-    def sorted(self) -> Bools:
-        """A success, and in a bin that takes what the object is (N,)."""
-        return self.is_success & self.belongs
-
-
-@final
 @dataclass(frozen=True)
 class Told:
     """What is known of N throws without simulating them."""
@@ -98,6 +63,32 @@ class Told:
         return cls(np.zeros(count), np.zeros(count, dtype=np.int64), never, never)
 
 
+@final
+@dataclass(frozen=True)
+class Outcome(Landed, Told):
+    """N throws as the simulator measured them; the cycle is from lift to lift, dwell included."""
+
+    tracking_error: Floats
+    """Distance of the hand from its reference at the moment of release (N,) [m]."""
+    picked: Bools
+    """The cup sealed; else the object rides on, and nothing is known of its landing (N,)."""
+    dropped: Bools
+    """The object was lost on the way to its release (N,)."""
+    grip_margin: Floats
+    """How many times the load the cup could hold, at the worst moment until its release (N,)."""
+    energy: Floats
+    """Positive mechanical work of the motors in the cycle (N,) [J], see `cells.base.energy`."""
+    ended_in: Ints
+    """Index of the bin in which the object lies at the end, 0 for one that is drawn per throw; -1 in none (N,)."""
+    belongs: Bools
+    """That bin takes what the object is (N,)."""
+
+    @property
+    def sorted(self) -> Bools:
+        """A success, and in a bin that takes what the object is (N,)."""
+        return self.is_success & self.belongs
+
+
 def judge(flown: Flown, context: Context, config: ConveyorConfig, cycle_time: Floats, told: Told) -> Outcome:
     """What became of N throws.
 
@@ -114,7 +105,6 @@ def judge(flown: Flown, context: Context, config: ConveyorConfig, cycle_time: Fl
         **landed,
         landing_error=np.sqrt(landed["landing_along"] ** 2 + landed["landing_across"] ** 2),
         cycle_time=cycle_time,
-        wait_time=told.wait_time,
         peak_torque=flown.effort.torque,
         tracking_error=flown.tracking_error,
         picked=flown.grips.picked,
@@ -123,16 +113,14 @@ def judge(flown: Flown, context: Context, config: ConveyorConfig, cycle_time: Fl
         energy=flown.effort.energy,
         ended_in=ended_in,
         belongs=(ended_in >= 0) & _is_taken(context, ended_in, config),
-        passed=told.passed,
-        placed=told.placed,
-        disturbed=told.disturbed,
+        **vars(told),
     )
 
 
 def _is_taken(context: Context, bins: Ints, config: ConveyorConfig) -> Bools:
     """Whether bins (N,) take what the objects are; one that is drawn for a throw takes what was seen (N,)."""
     if config.bins.random is not None:
-        return context.objects.kind == context.objects.seen
+        return context.objects.kind == context.objects.measured.kind
     return np.asarray(config.acceptance()[context.objects.kind, bins])
 
 

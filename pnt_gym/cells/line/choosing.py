@@ -108,7 +108,7 @@ class Chooser:
         at = lines[:, None], index
         there &= state.books.since(at) <= state.clock[lines, None]
         found = np.where(there, stream.x[at] + ride[:, None], AWAY)
-        return Sight(lines, index, found, stream.objects.seen[at])
+        return Sight(lines, index, found, stream.objects.measured.kind[at])
 
     def pause(self, robot: Ints, sight: Sight) -> Floats:
         """After what time robots (K,) that can do nothing look again (K,) [s]."""
@@ -188,8 +188,8 @@ class Chooser:
         generator, kind = np.random.default_rng(0), self._kinds[0]
         objects = self.planner.draw([generator], np.zeros(1, dtype=np.int64), _TRIALS)
         low, high = self._config.cell.belt.pick_x
-        x = low + (high - low) * objects.place[..., 0]
-        sight = Sight(np.zeros(1, dtype=np.int64), np.arange(_TRIALS)[None], x, objects.seen)
+        x = low + (high - low) * objects.draws.place[..., 0]
+        sight = Sight(np.zeros(1, dtype=np.int64), np.arange(_TRIALS)[None], x, objects.measured.kind)
         found = kind.options(Turn(sight, self.begin()[None]), objects)
         if len(found.row) == 0:
             raise ConfigError(

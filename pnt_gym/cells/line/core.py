@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import nullcontext
 from dataclasses import replace
 from typing import Any, Final, final
 
@@ -119,7 +120,7 @@ class LineCore:
         Raises:
             ActionError: no whole numbers from 0 to `CHOICES` - 1.
         """
-        with restoring(self.cell, waiting):
+        with nullcontext() if waiting is None else restoring(self.cell, waiting):
             taken = self.cell.take(_choices(actions, self.count))
             reward = taken.value - self.config.price_of_time * taken.elapsed
             ended = self.cell.over
@@ -175,7 +176,7 @@ def _told(taken: Taken) -> dict[str, NDArray[Any]]:
         "by": taken.robot,
         "invalid_action": ~taken.valid,
         "object": np.where(taken.valid, taken.index, -1),
-        "item": context.objects.seen.copy(),
+        "item": context.objects.measured.kind.copy(),
         "true_kind": context.objects.kind.copy(),
         "bin": context.bin.copy(),
         "percent": context.objects.percent.copy(),

@@ -104,7 +104,7 @@ class Arriving:
             ConfigError: they come faster than they find room.
         """
         arrivals, speed = self._config.arrivals, self._config.cell.belt.speed
-        sides = objects.lane_y, half_extent(objects), half_extent(objects, np.pi / 2)
+        sides = objects.draws.lane_y, half_extent(objects), half_extent(objects, np.pi / 2)
         belts = zip(come, *sides, strict=True)
         try:
             return np.stack([self._apart(*belt, arrivals.gap) for belt in belts])

@@ -160,5 +160,5 @@ class ThrownThrows(Thrower):
 
 def _of_own_bins(thrown: Context, count: int) -> Context:
     """Throws of a robot with so many bins, where others of the line may have more."""
-    objects = replace(thrown.objects, fill_draw=thrown.objects.fill_draw[:, :count])
-    return replace(thrown, objects=objects, depth=thrown.depth[:, :count])
+    draws = replace(thrown.objects.draws, fill=thrown.objects.draws.fill[:, :count])
+    return replace(thrown, objects=replace(thrown.objects, draws=draws), depth=thrown.depth[:, :count])

@@ -130,7 +130,7 @@ class LineView:
         x = stream.x[0] + way + stream.objects.grasp[0, :, 0]
         which = np.flatnonzero(np.isfinite(until) & (x >= low) & (x <= high))
         objects = take(stream.objects, (0, which))
-        y, high = objects.lane_y + objects.grasp[:, 1], lying_size(objects.shape, objects.size)[:, 2]
+        y, high = objects.draws.lane_y + objects.grasp[:, 1], lying_size(objects.shape, objects.size)[:, 2]
         return drawn(objects, np.stack([x[which], y, belt.height + high / 2], axis=1), upright(objects.yaw))
 
     def _thrown(self, time: float) -> list[Marker]:

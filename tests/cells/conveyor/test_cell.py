@@ -82,7 +82,7 @@ def test_objects_keep_their_order_and_their_gaps(shift):
         assert (gaps <= high + 1e-9).all() or core.config.dispatch != "first"
     if core.config.dispatch == "first":
         stream = core.cell._source.stream
-        np.testing.assert_allclose(-np.diff(stream.queue_x, axis=1), stream.queue.gap[:, 1:], atol=1e-9)
+        np.testing.assert_allclose(-np.diff(stream.queue_x, axis=1), stream.queue.draws.gap[:, 1:], atol=1e-9)
 
 
 def test_no_object_is_thrown_twice(shift):
@@ -98,7 +98,7 @@ def test_picks_lie_in_the_window_and_in_their_lane(shift):
     for before, _, _, info, after, _ in history:
         assert (after.pick[:, 0] >= low - 1e-9).all()
         assert (after.pick[:, 0] <= high + 1e-9).all()
-        np.testing.assert_array_equal(after.pick[:, 1], after.objects.lane_y)
+        np.testing.assert_array_equal(after.pick[:, 1], after.objects.draws.lane_y)
         height = core.config.belt.height + after.objects.size[:, 2]
         assert (np.abs(after.pick[:, 2] - height) < 0.001).all()
         assert (info["wait_time"] >= 0.0).all()

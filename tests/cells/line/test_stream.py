@@ -33,7 +33,7 @@ def lying(level, count, seed=0):
     _, stream = drawn(level, count, seed)
     rows, many = stream.x.shape
     flat = take(stream.objects, (np.repeat(np.arange(rows), many), np.tile(np.arange(many), rows)))
-    centre = np.stack([stream.x.ravel(), flat.lane_y], axis=-1)
+    centre = np.stack([stream.x.ravel(), flat.draws.lane_y], axis=-1)
     return outlines(flat, centre).reshape(rows, many, -1, 2), centre.reshape(rows, many, 2)
 
 

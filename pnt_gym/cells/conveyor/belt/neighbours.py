@@ -72,7 +72,7 @@ def swept(carried: Objects, start: Floats, way: Floats, others: Objects, place: 
 
 def as_measured(objects: Objects) -> Objects:
     """Objects as the sensors see them lie."""
-    return replace(objects, size=objects.measured_size, yaw=objects.measured_yaw)
+    return replace(objects, size=objects.measured.size, yaw=objects.measured.yaw)
 
 
 def _overlap(one: Objects, other: Objects, apart: Floats) -> Bools:

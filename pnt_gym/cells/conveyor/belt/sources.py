@@ -167,7 +167,7 @@ class BeltPicks(PickSource):
         """The objects on the belt, those let go as well."""
         objects, x = take(self.stream.objects, row), self.stream.x[row]
         height = self._planner.config.belt.height + objects.size[:, 2] / 2
-        return objects, np.stack([x, objects.lane_y, height], axis=-1)
+        return objects, np.stack([x, objects.draws.lane_y, height], axis=-1)
 
     def following(
         self, motion: ThrowMotion, limits: LimitRows, standing: Floats | None = None, rows: Ints | None = None

@@ -58,7 +58,7 @@ class BeltStream:
 
     def places(self, rows: Ints) -> Floats:
         """Where all that is known of some belts lies (K, LET_GO + Q, 2) [m]."""
-        return np.stack([self.x[rows], self.objects.lane_y[rows]], axis=-1)
+        return np.stack([self.x[rows], self.objects.draws.lane_y[rows]], axis=-1)
 
     def begin(self, rows: Ints) -> None:
         """Empty belts in some rows; the first object enters the window one gap after the episode begins."""
@@ -101,7 +101,7 @@ class BeltStream:
 
     def _behind(self, objects: Objects, x: Floats, half: Floats) -> Floats:
         """Where objects (K, C) lie that follow others at x (K,), which reach back by half (K,) [m]."""
-        distance = objects.gap
+        distance = objects.draws.gap
         if self._belt.gap == "edge":
             own = half_extent(objects)
             before = np.concatenate([half[:, None], own[:, :-1]], axis=1)

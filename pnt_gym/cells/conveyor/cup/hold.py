@@ -1,4 +1,4 @@
-"""Whether N cups hold their objects until they are to let go, and how fast hands may be so that they do."""
+"""Whether N cups seal on their objects and hold them until they are to let go, and how fast hands may be then."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.grip import Hold, first_below
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.cup.seal import picked
+from pnt_gym.cells.conveyor.objects.outline import inside_outline
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.planning.motion.trajectory import HandPath
 
@@ -43,12 +43,33 @@ class Grips:
         return self.dropped | ~self.picked
 
 
-def grips(thrown: Context, path: HandPath, release_time: Floats, config: ConveyorConfig) -> Grips:
-    """How the true objects fare under their cups.
+def picked(thrown: Context, config: ConveyorConfig) -> Bools:
+    """Which objects their cups hold (N,).
+
+    The chance to fail scales with the mismatch, as every effect does that the planner knows nothing of.
+    """
+    if not config.pick.fails:
+        return np.full(len(thrown.pick), True)
+    fails: Floats = np.minimum(config.mismatch * (1.0 - seal_chance(thrown)), 1.0)
+    return thrown.objects.pick_draw >= fails
+
+
+def seal_chance(thrown: Context) -> Floats:
+    """Chance that a cup seals where it truly stands on its object (N,): its kind's, less where the lip hangs over.
+
+    All of it while the whole lip is inside the outline, nothing from where the cup's middle is the lip's radius
+    outside, and linear between (assumed).
+    """
+    objects = thrown.objects
+    inside, radius = inside_outline(objects, -thrown.grasp), objects.cup_radius
+    return objects.pick_chance * np.clip((inside + radius) / (2.0 * radius), 0.0, 1.0)
+
+
+def grips(thrown: Context, held: Bools, path: HandPath, release_time: Floats, config: ConveyorConfig) -> Grips:
+    """How the true objects fare under their cups, of which some hold theirs at first (N,).
 
     Load on the cup scales with the mismatch, as every effect does that the planner knows nothing of: at 0 all is held.
     """
-    held = picked(thrown, config)
     steps = np.arange(int(np.floor(release_time.max() / config.timestep)) + 1, dtype=np.int64)
     times = np.asarray(steps * config.timestep, dtype=np.float64)
     counts = (times <= release_time[:, None]) & held[:, None]
@@ -76,12 +97,12 @@ def true_hold(thrown: Context) -> Hold:
 
 def measured_hold(objects: Objects, belt_shift: Floats) -> Hold:
     """Objects as the sensors see them hang, taken for as heavy above as below their middle."""
-    x, y = (objects.grasp + objects.grasp_noise).T
+    x, y = (objects.grasp + objects.measured.grasp_noise).T
     return Hold(
-        force=objects.measured_seal,
-        mass=objects.measured_mass,
-        friction=objects.measured_friction,
-        depth=objects.measured_size[:, 2] / 2.0,
+        force=objects.measured.seal,
+        mass=objects.measured.mass,
+        friction=objects.measured.friction,
+        depth=objects.measured.size[:, 2] / 2.0,
         offset=np.hypot(x + belt_shift, y),
         radius=objects.cup_radius,
     )

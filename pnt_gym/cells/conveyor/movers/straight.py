@@ -149,7 +149,6 @@ class Mover(Protocol):
         ...
 
 
-@final
 class StraightMover:
     """Throws along the line from pick to release, stops on it, and returns on straight lines.
 

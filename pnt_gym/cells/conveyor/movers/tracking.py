@@ -64,7 +64,7 @@ class TrackingMover:
 
     def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
         """The other mover's releases from the virtual picks."""
-        fading = self._fading(pick, limits)
+        fading = Fading.under(limits, len(pick), self._speed)
         return self._mover.plan(_virtual(pick, fading), target, fading.left(limits), ceiling)
 
     def aimed(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
@@ -80,13 +80,13 @@ class TrackingMover:
 
         While the belt's velocity fades, the hand stays inside the triangle of pick, virtual pick and where it is then.
         """
-        fading = self._fading(pick, limits)
+        fading = Fading.under(limits, len(pick), self._speed)
         good = self._mover.is_feasible(_virtual(pick, fading), release, fading.left(limits))
         return good & fading.is_possible(limits) & self._workspace.contains(pick)
 
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
         """The other mover's motions, at the belt's speed at first; quick ones begin late enough for it to fade."""
-        fading = self._fading(pick, limits)
+        fading = Fading.under(limits, len(pick), self._speed)
         motion = self._mover.throw(_virtual(pick, fading), release, fading.left(limits), ceiling)
         delay = np.maximum(fading.time - motion.release_time, 0.0)
         return replace(
@@ -121,15 +121,12 @@ class TrackingMover:
         """Where hands would have to be that go from rest to rest (N, 3) [m]."""
         return place - self._speed * self._arrival / 2.0 * DOWNSTREAM
 
-    def _fading(self, pick: Floats, limits: Limits) -> Fading:
-        return Fading.under(limits, len(pick), self._speed)
-
     def _growing(self, count: int) -> Fading:
         return Fading(self._speed, np.full(count, self._arrival))
 
     def _seen(self, context: Context) -> Context:
         """Picks as the other mover sees them."""
-        fading = self._fading(context.pick, context.throw_limits)
+        fading = Fading.under(context.throw_limits, len(context.pick), self._speed)
         return replace(context, pick=_virtual(context.pick, fading), throw_limits=fading.left(context.throw_limits))
 
 

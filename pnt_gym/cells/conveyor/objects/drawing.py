@@ -16,7 +16,7 @@ from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.grip import CUP_RADIUS
 from pnt_gym.cells.base.items import CYLINDER, ItemTable
 from pnt_gym.cells.conveyor.config import ConveyorConfig, Suction
-from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.cells.conveyor.objects.records import Draws, Measured, Objects
 from pnt_gym.cells.conveyor.objects.spin import assumed, blow_impulse, gained, peel_impulse
 from pnt_gym.constants import GRAVITY
 
@@ -127,19 +127,24 @@ def objects_from_draws(
         belt_error=m * spread.belt_speed * z["belt_speed"],
         spin=assumed(m * spread.spin * z["spin"], spread.spin_per_offset * grasp),
         pick_draw=apart.pick,
-        seen=seen,
-        measured_size=_measured_size(size, noise.size * z["measured_size"]),
-        measured_mass=mass * np.exp(noise.mass * z["measured_mass"]),
-        measured_seal=seal * np.exp(noise.seal * z["measured_seal"]),
-        measured_yaw=yaw + noise.yaw * z["measured_yaw"],
-        measured_friction=table.cup_friction[seen],
-        grasp_noise=noise.grasp * z["grasp_noise"],
-        lane_y=lane[0] + (lane[1] - lane[0]) * u["lane"],
-        gap=gap[0] + (gap[1] - gap[0]) * u["gap"],
+        measured=Measured(
+            kind=seen,
+            shape=table.shape[kind],
+            size=_measured_size(size, noise.size * z["measured_size"]),
+            mass=mass * np.exp(noise.mass * z["measured_mass"]),
+            seal=seal * np.exp(noise.seal * z["measured_seal"]),
+            yaw=yaw + noise.yaw * z["measured_yaw"],
+            friction=table.cup_friction[seen],
+            grasp_noise=noise.grasp * z["grasp_noise"],
+        ),
         percent=_one_of(config.limits.percent, u["percent"]),
-        place=u["place"],
-        bin_draw=u["bin"].reshape(*uniforms.shape[:-1], TARGET_DRAWS, 3),
-        fill_draw=apart.fill,
+        draws=Draws(
+            lane_y=lane[0] + (lane[1] - lane[0]) * u["lane"],
+            gap=gap[0] + (gap[1] - gap[0]) * u["gap"],
+            place=u["place"],
+            bin=u["bin"].reshape(*uniforms.shape[:-1], TARGET_DRAWS, 3),
+            fill=apart.fill,
+        ),
     )
     return replace(drawn, spin=_spin(drawn, config))
 

@@ -7,9 +7,10 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints
+from pnt_gym.arrays import Floats, Ints, replaced
 from pnt_gym.cells.base.items import ItemTable
 from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.objects.records import Objects
 
 LEAST_DEPTH: Final = 0.02
 """However much lies in a bin, it is level, and so deep [m]: what would rise higher slides over the rim, or is raked."""
@@ -49,13 +50,75 @@ class Fill:
         return np.maximum(left, min(LEAST_DEPTH, bins.depth))
 
 
-def drawn_fill(draw: Floats, config: ConveyorConfig, table: ItemTable) -> Fill:
-    """Bins at any moment between two emptyings, by uniform draws (N, B): objects of the mean volume they take."""
-    emptied = config.bins.emptied or 1
-    count = np.minimum((draw * emptied).astype(np.int64), emptied - 1)
+class PlannedBins:
+    """Bins of N cells that are as deep as the planner of each throw says."""
+
+    def begin(self, rows: Ints, depth: Floats) -> Floats:
+        """Depths for first throws in some rows, of which the planner said (K, B) [m]."""
+        return depth
+
+    def after(self, thrown: Objects, ended_in: Ints, depth: Floats) -> Floats:
+        """Depths (N, B) [m] for the throws that follow those of N objects, of which the planner said.
+
+        Args:
+            thrown: the objects.
+            ended_in: the bin in which each has ended (N,), -1 for none.
+            depth: what the planner said (N, B) [m].
+        """
+        return depth
+
+
+@final
+class FillingBins(PlannedBins):
+    """Fixed bins of N cells, in which what ends there stays for the throws that follow.
+
+    Args:
+        config: the cell.
+        count: N.
+        emptied: a bin is emptied as soon as so many objects lie in it.
+    """
+
+    def __init__(self, config: ConveyorConfig, count: int, emptied: int) -> None:
+        self._config, self._emptied = config, emptied
+        self._area = fixed_areas(config)
+        self._fill = Fill.nothing(count, len(self._area))
+
+    def begin(self, rows: Ints, depth: Floats) -> Floats:
+        """They are empty."""
+        empty = Fill.nothing(len(rows), len(self._area))
+        self._fill = replaced(self._fill, rows, empty)
+        return empty.depth(self._area, self._config)
+
+    def after(self, thrown: Objects, ended_in: Ints, depth: Floats) -> Floats:
+        """By what lies there now."""
+        self._fill = self._fill.after(ended_in, volume_of(thrown.shape, thrown.size), self._emptied)
+        return self._fill.depth(self._area, self._config)
+
+
+def bins_of_cells(config: ConveyorConfig, count: int, carried: bool) -> PlannedBins:
+    """The bins of N cells, with what lies in them carried along from throw to throw or not."""
+    emptied = config.bins.emptied
+    if emptied is None or not config.bins.fixed or not carried:
+        return PlannedBins()
+    return FillingBins(config, count, emptied)
+
+
+def fixed_areas(config: ConveyorConfig) -> Floats:
+    """Areas of the fixed bins' openings (B,) [m2]."""
+    return np.prod(np.array([fixed.size for fixed in config.bins.fixed]).reshape(-1, 2), axis=1)
+
+
+def mean_volumes(config: ConveyorConfig, table: ItemTable) -> Floats:
+    """Of what each bin takes (B,) [m3]."""
     own = volume_of(table.shape, table.size)
     takes = config.acceptance() if config.bins.fixed else np.full((len(own), 1), True)
-    return Fill(count, count * ((own @ takes) / takes.sum(axis=0)))
+    return (own @ takes) / takes.sum(axis=0)
+
+
+def drawn_fill(draw: Floats, emptied: int, volume: Floats) -> Fill:
+    """Bins at any moment between two emptyings, by uniform draws (N, B): so many objects of a volume (B,) [m3]."""
+    count = np.minimum((draw * emptied).astype(np.int64), emptied - 1)
+    return Fill(count, count * volume)
 
 
 def volume_of(shape: Ints, size: Floats) -> Floats:

@@ -1,4 +1,7 @@
-"""Objects on the belt: what is true of each (hidden) and what the cell's sensors say of it."""
+"""Objects on the belt, in three records with any leading shape S: what is true, what is measured, what was drawn.
+
+Lengths are in m, masses in kg, forces in N, angles in rad.
+"""
 
 from __future__ import annotations
 
@@ -10,11 +13,43 @@ from pnt_gym.arrays import Floats, Ints
 
 @final
 @dataclass(frozen=True)
-class Objects:
-    """Objects with any leading shape S; lengths in m, masses in kg, forces in N, angles in rad.
+class Measured:
+    """What the cell's sensors report of objects: all that an observation may contain of them."""
 
-    The first block is hidden truth, `measured_*` is what sensors report, the rest are the draws that place it.
-    """
+    kind: Ints
+    """What the cell's classifier takes each for: index into the cell's item list, S."""
+    shape: Ints
+    """As in `Objects`; no sensor errs about it."""
+    size: Floats
+    mass: Floats
+    seal: Floats
+    yaw: Floats
+    friction: Floats
+    """Under the lip, of what it is seen as."""
+    grasp_noise: Floats
+    """What the camera adds to the true grasp offset, S + (2,) [m]."""
+
+
+@final
+@dataclass(frozen=True)
+class Draws:
+    """What was drawn to place objects."""
+
+    lane_y: Floats
+    gap: Floats
+    """Distance to the object before it on the belt [m]."""
+    place: Floats
+    """Uniform draws for a pick without a belt: where it is picked and where the next object waits, S + (4,)."""
+    bin: Floats
+    """Uniform draws that choose its bin, S + (TARGET_DRAWS, 3)."""
+    fill: Floats
+    """Uniform draws of how much lies in each bin, where nothing else says it, S + (B,)."""
+
+
+@final
+@dataclass(frozen=True)
+class Objects:
+    """What is true of objects, and hidden; with what sensors report of them, and the draws that place them."""
 
     kind: Ints
     """What each is: index into the cell's item list, S."""
@@ -53,26 +88,7 @@ class Objects:
     """That a cup well inside its outline seals."""
     pick_draw: Floats
     """Uniform draw, or 1, below which the pick fails: where the chance to fail is greater."""
-
-    seen: Ints
-    """What the cell's classifier takes each for: index into the cell's item list, S."""
-    measured_size: Floats
-    measured_mass: Floats
-    measured_seal: Floats
-    measured_yaw: Floats
-    measured_friction: Floats
-    """Under the lip, of what it is seen as."""
-    grasp_noise: Floats
-    """What the camera adds to the true grasp offset, S + (2,) [m]."""
-
-    lane_y: Floats
-    gap: Floats
-    """Distance to the object before it on the belt [m]."""
     percent: Floats
     """Speed setting of its throw [%]."""
-    place: Floats
-    """Uniform draws for a pick without a belt: where it is picked and where the next object waits, S + (4,)."""
-    bin_draw: Floats
-    """Uniform draws that choose its bin, S + (TARGET_DRAWS, 3)."""
-    fill_draw: Floats
-    """Uniform draws of how much lies in each bin, where nothing else says it, S + (B,)."""
+    measured: Measured
+    draws: Draws

@@ -12,7 +12,6 @@ from pnt_gym.arrays import joined, take
 from pnt_gym.cells.base.items import BOX, CYLINDER, ELLIPSOID
 from pnt_gym.cells.conveyor.belt.neighbours import AFTERWARDS, INTERVAL, as_measured, course, swept
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.cup.hold import grips
 from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.limits import MotionLimits
@@ -135,8 +134,7 @@ def test_what_was_knocked_rides_on_and_is_never_picked(tracking, dispatch):
         stream = core.cell._source.stream
         before = copy.deepcopy(stream)
         context = core.context
-        motion = core.cell._motion(context, core.plan(np.zeros((COUNT, 2)))[0])
-        held = grips(context, motion.path, motion.release_time, core.config)
+        motion, held = core.cell._motion(context, core.plan(np.zeros((COUNT, 2)))[0])
         met = core.cell._source.swept(context, motion, held)
         info = core.step(np.zeros((COUNT, 2))).info
         np.testing.assert_array_equal(info["disturbed"], met.any(axis=1))
@@ -185,8 +183,8 @@ def test_without_a_belt_nobody_is_there():
 def test_what_the_planner_compares_is_what_the_sensors_see():
     objects = core_of().context.objects
     seen = as_measured(objects)
-    np.testing.assert_array_equal(seen.size, objects.measured_size)
-    np.testing.assert_array_equal(seen.yaw, objects.measured_yaw)
+    np.testing.assert_array_equal(seen.size, objects.measured.size)
+    np.testing.assert_array_equal(seen.yaw, objects.measured.yaw)
     assert not np.array_equal(seen.size, objects.size)
 
 

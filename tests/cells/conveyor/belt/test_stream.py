@@ -38,7 +38,7 @@ def endless(config) -> tuple[Objects, np.ndarray]:
         everyone = np.full(BELTS, LONG)
         stream.ride(np.arange(BELTS), everyone, everyone, np.full(BELTS, 0.5))
     objects, x = joined(queues, axis=1), np.concatenate(places, axis=1)
-    return objects, np.stack([x, objects.lane_y], axis=-1)
+    return objects, np.stack([x, objects.draws.lane_y], axis=-1)
 
 
 def overlapping(objects, centre, ahead):
@@ -66,7 +66,7 @@ def test_no_object_lies_on_another_and_gaps_are_between_edges(level):
     drawn = outlines(flat(objects), centre.reshape(-1, 2))[..., 0]
     front, rear = (edge(axis=1).reshape(objects.kind.shape) for edge in (drawn.max, drawn.min))
     # Outlines of ellipses are drawn with 24 corners.
-    np.testing.assert_allclose(rear[:, :-1] - front[:, 1:], objects.gap[:, 1:], atol=1e-3)
+    np.testing.assert_allclose(rear[:, :-1] - front[:, 1:], objects.draws.gap[:, 1:], atol=1e-3)
 
 
 @pytest.mark.parametrize(("level", "share"), [("nominal_plain", 0.04), ("waste_plain", 0.03), ("unseen_plain", 0.08)])
@@ -74,7 +74,7 @@ def test_from_centre_to_centre_as_many_objects_overlap_as_the_page_of_levels_say
     """So the test above can fail."""
     objects, centre = endless(vary(level, belt={"gap": "centre"}))
     assert overlapping(objects, centre, 1).mean() == pytest.approx(share, abs=0.008)
-    np.testing.assert_allclose(-np.diff(centre[..., 0], axis=1), objects.gap[:, 1:], atol=1e-9)
+    np.testing.assert_allclose(-np.diff(centre[..., 0], axis=1), objects.draws.gap[:, 1:], atol=1e-9)
 
 
 def seen_of(stream, rides):

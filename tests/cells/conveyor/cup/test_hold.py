@@ -8,7 +8,7 @@ import pytest
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.cup.hold import grips, measured_hold
+from pnt_gym.cells.conveyor.cup.hold import grips, measured_hold, picked
 from pnt_gym.cells.conveyor.hand import HandCycle
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
@@ -54,9 +54,9 @@ def path_of(core, picks, plans):
 def test_a_cup_holds_on_the_way_to_the_release_whatever_follows():
     core, picks, plans, info = thrown(limit=True)
     motion = core.cell.planner.mover.throw(picks.pick, plans, picks.throw_limits, picks.ceiling)
-    alone = grips(picks, motion.path, motion.release_time, core.config)
+    alone = grips(picks, picked(picks, core.config), motion.path, motion.release_time, core.config)
     cycle = path_of(core, picks, plans)
-    with_return = grips(picks, cycle.path, cycle.release_time, core.config)
+    with_return = grips(picks, picked(picks, core.config), cycle.path, cycle.release_time, core.config)
     for name in ("margin", "lost_at", "picked"):
         np.testing.assert_array_equal(getattr(alone, name), getattr(with_return, name))
     np.testing.assert_array_equal(info["grip_margin"], alone.margin)

@@ -12,11 +12,11 @@ import pnt_gym  # noqa: F401 - registers the environments
 from agents.metrics import wilson
 from pnt_gym.arrays import take
 from pnt_gym.cells.base.items import BOX, ELLIPSOID
-from pnt_gym.cells.conveyor.cup.seal import picked, seal_chance
+from pnt_gym.cells.conveyor.cup.hold import picked, seal_chance
 from pnt_gym.cells.conveyor.objects.outline import inside_outline
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.planning import MotionLimits, min_time_scurve
-from tests.tools.throws import make_core, planned, same_bits, vary
+from tests.tools.throws import make_core, parts_of, planned, same_bits, vary
 
 LIP = 0.018
 FAILING = {"pick": {"fails": True}}
@@ -133,7 +133,7 @@ def test_a_failed_pick_costs_the_way_to_the_next_object():
     low, high = np.array([config.belt.pick_x, config.belt.lane_y]).T
     for row in np.flatnonzero(~info["picked"]):
         limits = MotionLimits.t3kr(percent=before.objects.percent[row])
-        place = low + (high - low) * before.objects.place[row, 1:3]
+        place = low + (high - low) * before.objects.draws.place[row, 1:3]
         over = np.array([*place, config.belt.height + 0.05 + config.motion.clearance])
         ways = np.linalg.norm(over - before.pick[row]), config.motion.clearance
         expected = config.motion.dwell + sum(min_time_scurve(way, limits).duration for way in ways)
@@ -144,8 +144,8 @@ def test_a_failed_pick_costs_the_way_to_the_next_object():
 def test_what_is_picked_is_thrown_as_if_nothing_could_fail():
     """To the last bit, and the objects are the same."""
     plain, failing = (make_core(level, 24, seed=4) for level in ("waste_plain", WASTE))
-    for name, values in vars(plain.context.objects).items():
-        assert name in HIDDEN_DRAWS or same_bits(values, vars(failing.context.objects)[name])
+    for name, values in parts_of(plain.context.objects).items():
+        assert name in HIDDEN_DRAWS or same_bits(values, parts_of(failing.context.objects)[name])
     infos = [core.step(np.full((24, 2), 0.1)).info for core in (plain, failing)]
     held = infos[1]["picked"]
     assert infos[0]["picked"].all()

@@ -1,7 +1,5 @@
 """Class errors: as often as the level says, into the bin of what was seen, and visible to nobody but the judge."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -11,7 +9,7 @@ from pnt_gym.arrays import take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.errors import ConfigError
-from tests.tools.throws import make_core, same_bits, vary
+from tests.tools.throws import make_core, parts_of, same_bits, vary, with_part
 
 BINS = {
     "fixed": [
@@ -34,7 +32,7 @@ def test_things_are_taken_for_others_as_often_as_the_level_says(mismatch):
     objects = take(PickPlanner(config).draw([np.random.default_rng(0)], np.arange(1), 20_000), 0)
     wrong = {(PAPER, CAN): 0.3, (CAN, PACKAGE): 0.4}
     for true in range(3):
-        seen = objects.seen[objects.kind == true]
+        seen = objects.measured.kind[objects.kind == true]
         for other in set(range(3)) - {true}:
             share = min(mismatch * wrong.get((true, other), 0.0), 1.0)
             found = wilson(int((seen == other).sum()), len(seen))
@@ -56,10 +54,11 @@ def test_all_but_the_class_stays_as_it_is():
         make_core(vary("nominal_plain", bins=one, **more), 60, seed=3)
         for more in ({}, {"classifier": {"confusion": CONFUSION}})
     )
-    different = wrong.context.objects.seen != plain.context.objects.kind
+    different = wrong.context.objects.measured.kind != plain.context.objects.kind
     assert different.any()
-    for name, values in vars(plain.context.objects).items():
-        assert name in ("seen", "measured_friction") or same_bits(values, vars(wrong.context.objects)[name]), name
+    for name, values in parts_of(plain.context.objects).items():
+        changes = name in ("measured.kind", "measured.friction")
+        assert changes or same_bits(values, parts_of(wrong.context.objects)[name]), name
     assert same_bits(plain.observe(), wrong.observe())
     infos = [core.step(np.zeros((60, 2))).info for core in (plain, wrong)]
     for name in set(infos[0]) - {"item", "kind"}:
@@ -180,7 +179,7 @@ def test_what_is_careful_goes_by_what_is_seen():
         vary("nominal_plain", **level, classifier={"confusion": {"wet_one": {"dry": 1.0}}}), 30, seed=1
     ).context
     wet = right.objects.kind == 1
-    assert (wrong.objects.measured_friction == 0.5).all()
-    same = replace(right.objects, seen=wrong.objects.seen)
+    assert (wrong.objects.measured.friction == 0.5).all()
+    same = with_part(right.objects, "measured.kind", wrong.objects.measured.kind)
     assert same_bits(same.cup_friction[wet], np.full(wet.sum(), 0.25))
     assert wrong.throw_limits.acceleration[wrong.objects.kind == 1].mean() > right.throw_limits.acceleration[wet].mean()

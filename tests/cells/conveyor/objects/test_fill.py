@@ -10,9 +10,9 @@ import pytest
 
 import pnt_gym  # noqa: F401 - registers the environments
 from pnt_gym.cells.base.items import item_arrays
-from pnt_gym.cells.conveyor.objects.fill import LEAST_DEPTH, Fill, drawn_fill, volume_of
+from pnt_gym.cells.conveyor.objects.fill import LEAST_DEPTH, Fill, drawn_fill, mean_volumes, volume_of
 from pnt_gym.errors import ConfigError
-from tests.tools.throws import make_core, same_bits, vary
+from tests.tools.throws import make_core, parts_of, same_bits, vary
 
 PAIR = {
     "fixed": [
@@ -116,16 +116,14 @@ def test_a_new_shift_begins_with_empty_bins():
 def test_a_drawn_fill_is_any_between_two_emptyings():
     config = filling(emptied=4)
     table = item_arrays(config.item_list())
-    fill = drawn_fill(np.array([[0.0, 0.26], [0.74, 0.99]]), config, table)
+    fill = drawn_fill(np.array([[0.0, 0.26], [0.74, 0.99]]), 4, mean_volumes(config, table))
     assert fill.count.tolist() == [[0, 1], [2, 3]]
     mean = volume_of(table.shape, table.size).mean()
     np.testing.assert_allclose(fill.volume, fill.count * mean)
     own = vary(
         "nominal_plain", bins={"fixed": [{**PAIR["fixed"][0], "accepts": ["paper"]}, PAIR["fixed"][1]], "emptied": 4}
     )
-    np.testing.assert_allclose(
-        drawn_fill(np.full((1, 2), 0.3), own, table).volume[0, 0], volume_of(table.shape, table.size)[0]
-    )
+    np.testing.assert_allclose(mean_volumes(own, table)[0], volume_of(table.shape, table.size)[0])
 
 
 @pytest.mark.parametrize("level", ["nominal_plain", "waste_plain"])
@@ -133,8 +131,8 @@ def test_drawn_fills_leave_all_else_as_it_is(level):
     """The objects to the last bit; throws that clear the bottom fly the same."""
     plain = make_core(vary(level, bins=PAIR if level == "nominal_plain" else {}), 40, seed=6)
     full = make_core(filling(12, level), 40, seed=6)
-    for name, values in vars(plain.context.objects).items():
-        assert name == "fill_draw" or same_bits(values, vars(full.context.objects)[name])
+    for name, values in parts_of(plain.context.objects).items():
+        assert name == "draws.fill" or same_bits(values, parts_of(full.context.objects)[name])
     assert same_bits(plain.observe(), full.observe())
     depth = full.context.bin_depth
     assert len(np.unique(depth)) > 5
