@@ -271,7 +271,8 @@ def _judged(
 ) -> Trials:
     """What the cell makes of the throws; but an object that is put down lands where it is let go."""
     count, flight = len(release.speed), followed.flight
-    outcome = judge(followed.flown, context, plant.config, path.duration, Told.alone(count))
+    accepts = plant.config.acceptance()
+    outcome = judge(followed.flown, context, plant.config, accepts, path.duration, Told.alone(count))
     let_go = flight.position[np.arange(count), flight.release_step, :2]
     landing = np.where((release.speed < REST)[:, None], let_go, outcome.landing)
     miss = landing - context.target[:, :2]

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.action import corrected, limited_actions, mode_of
 from pnt_gym.cells.base.cell import Cell, Generators
-from pnt_gym.cells.base.episodes import Episodes
 from pnt_gym.cells.base.features import CLIP
 from pnt_gym.cells.base.request import ANYTHING, Request, lead
 from pnt_gym.cells.base.restoring import restoring
@@ -44,6 +43,44 @@ class Step:
     """Named results, (N,) each: `COMMON_INFO`, the reward's terms, and what the cell adds."""
     partial: Mapping[str, Bools] = field(default_factory=dict[str, Bools])
     """Of results that only some rows have, by name: which rows these are (N,). All rows have every other result."""
+
+
+@final
+class Episodes:
+    """Counts the throws of N cells, and knows which of them need a new draw when their episode begins.
+
+    Args:
+        count: number of cells N.
+        length: throws in an episode.
+        drawn: whether the cell draws the next episode's first throw by itself after the last one of an episode.
+    """
+
+    def __init__(self, count: int, length: int, drawn: bool) -> None:
+        self._length, self._drawn = length, drawn
+        self._throws = np.zeros(count, dtype=np.int64)
+        self._fresh = np.zeros(count, dtype=np.bool_)
+
+    def begin(self, rows: Ints, seeded: Bools | bool) -> Ints:
+        """Begin new episodes in some rows, seeded or not; returns the positions in `rows` that must be drawn anew."""
+        self._throws[rows] = 0
+        draw = seeded | ~self._fresh[rows]
+        self._fresh[rows] = False
+        return np.flatnonzero(draw)
+
+    def thrown(self, early: Bools | None = None, waiting: Bools | None = None) -> Bools:
+        """Count one throw in every cell; returns the episodes that are over (N,).
+
+        Args:
+            early: episodes that this throw ends before their length (N,); None for none.
+            waiting: cells whose throw does not count (N,); None for none.
+        """
+        counted = np.ones_like(self._fresh) if waiting is None else ~waiting
+        self._throws += counted
+        ended = self._throws >= self._length
+        if early is not None:
+            ended = ended | early
+        self._fresh = np.where(counted, ended & self._drawn, self._fresh)
+        return ended
 
 
 @final
@@ -143,28 +180,24 @@ class Core:
         Raises:
             ActionError: wrong shape, NaN or infinite values.
         """
-        with nullcontext() if waiting is None else restoring(self.cell, waiting):
-            return self._step(actions, waiting)
-
-    def _step(self, actions: object, waiting: Bools | None) -> Step:
-        """Throw in every cell, those that wait included."""
         cell, thrown = self.cell, self.cell.context
-        plans, clipped = self.plan(actions)
-        outcome = cell.throw(plans)
-        terms = cell.reward(outcome)
-        info = {
-            "is_success": outcome.is_success,
-            "landing_error": outcome.landing_error,
-            "cycle_time": outcome.cycle_time,
-            "residual_clipped": clipped,
-            "item": thrown.kind.copy(),
-            **cell.info(outcome, thrown),
-        }
-        for name, term in terms.items():
-            info[f"reward_{name}"] = term
-        info["kind"] = cell.context.kind.copy()
-        ended = self._episodes.thrown(cell.ended(outcome, thrown), waiting)
-        return Step(cell.observe(), sum(terms.values(), np.zeros(self.count)), ended, info)
+        with nullcontext() if waiting is None else restoring(cell, waiting):
+            plans, clipped = self.plan(actions)
+            outcome = cell.throw(plans)
+            terms = cell.reward(outcome)
+            info = {
+                "is_success": outcome.is_success,
+                "landing_error": outcome.landing_error,
+                "cycle_time": outcome.cycle_time,
+                "residual_clipped": clipped,
+                "item": thrown.kind.copy(),
+                **cell.info(outcome, thrown),
+            }
+            for name, term in terms.items():
+                info[f"reward_{name}"] = term
+            info["kind"] = cell.context.kind.copy()
+            ended = self._episodes.thrown(cell.ended(outcome, thrown), waiting)
+            return Step(cell.observe(), sum(terms.values(), np.zeros(self.count)), ended, info)
 
     def preview(self, actions: object, jitter: bool = False) -> Any:
         """What actions would do to the coming throws, hidden values included, without advancing.

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, ClassVar, Literal, Self, final
+from functools import partial
+from operator import attrgetter
+from typing import Any, ClassVar, Final, Literal, Self, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +23,7 @@ from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.hold import Grips, grips, picked, slip
 from pnt_gym.cells.conveyor.hand import HandCycle
 from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
-from pnt_gym.cells.conveyor.movers.tracking import brought_to_rest
+from pnt_gym.cells.conveyor.movers.tracking import left_empty
 from pnt_gym.cells.conveyor.objects.fill import bins_of_cells
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.outcome import Outcome, Told, judge
@@ -30,11 +32,15 @@ from pnt_gym.cells.conveyor.plant import ConveyorPlant
 from pnt_gym.cells.conveyor.shift import drift_of
 from pnt_gym.cells.conveyor.view import camera, objects_on_belt
 from pnt_gym.engine import MjData, MjModel
-from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
 from pnt_gym.planning.straight.plan import ReleaseBatch
 
 Picks = Literal["belt", "independent"]
+RESULTS: Final = (
+    "landing_along", "landing_across", "wait_time", "in_opening", "in_bin", "rim", "recontact", "picked", "dropped",
+    "disturbed", "grip_margin", "passed", "placed", "peak_torque", "energy", "ended_in", "belongs", "sorted",
+)  # fmt: skip
+"""What the info tells of an outcome, by the names that it has there."""
 
 
 @final
@@ -71,7 +77,6 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
             self.planner.warn_of_reach()
         self.plant = ConveyorPlant(config, count, threads)
         self._set_up(self.generators)
-        self._see()
         self.context = self.first(np.arange(count))
         self.upstream: tuple[Objects, Floats] | None = None
         """What was on the belt when the recorded throw began; for pictures."""
@@ -79,6 +84,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
     def _set_up(self, generators: Generators) -> None:
         """Belts, bins and shifts of rows that draw from generators, as they are before the first episode."""
         self._drift = drift_of(self.config, generators, self._feedback)
+        self.table, self.hidden = self._drift.table, self._drift.hidden
         self._source: PickSource = (IndependentPicks if self.terminates else BeltPicks)(self.planner, generators)
         self._bins = bins_of_cells(self.config, len(generators), carried=not self.terminates)
 
@@ -104,8 +110,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         if self.plant.record_row is not None:
             self.upstream = self._source.waiting(self.plant.record_row)
         passed, met = self._source.passed.copy(), self._source.swept(context, motion, held)
-        if self.config.belt.neighbours == "solid":
-            self._source.knock(met)
+        self._source.knock(met)
         # Where the hand returns to without a belt belongs to the present pick's draw.
         following = self._source.following(motion, context.limits, context.objects.draws.place[:, 1:3])
         told = Told(following.wait, passed, motion.placed, np.asarray(met.any(axis=1)))
@@ -130,27 +135,10 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
     def info(self, outcome: Outcome, thrown: Context) -> dict[str, NDArray[Any]]:
         """What the belt cell tells of throws, (N,) each."""
         return {
-            "landing_along": outcome.landing_along,
-            "landing_across": outcome.landing_across,
-            "wait_time": outcome.wait_time,
-            "in_opening": outcome.in_opening,
-            "in_bin": outcome.in_bin,
-            "rim": outcome.rim,
-            "recontact": outcome.recontact,
-            "picked": outcome.picked,
-            "dropped": outcome.dropped,
-            "disturbed": outcome.disturbed,
-            "grip_margin": outcome.grip_margin,
-            "passed": outcome.passed,
-            "placed": outcome.placed,
+            **dict(zip(RESULTS, attrgetter(*RESULTS)(outcome), strict=True)),
             "slip": slip(thrown, self.config),
-            "peak_torque": outcome.peak_torque,
-            "energy": outcome.energy,
             "true_kind": thrown.objects.kind.copy(),
             "bin": thrown.bin.copy(),
-            "ended_in": outcome.ended_in,
-            "belongs": outcome.belongs,
-            "sorted": outcome.sorted,
             "bin_depth": thrown.bin_depth.copy(),
             "target_x": thrown.target[:, 0].copy(),
             "target_y": thrown.target[:, 1].copy(),
@@ -187,23 +175,14 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         vars(self).update(state)
-        self._see()
-
-    def _see(self) -> None:
-        """What is seen and hidden depends on the camera over the bins."""
         self.table, self.hidden = self._drift.table, self._drift.hidden
 
     def _motion(self, context: Context, plans: ReleaseBatch) -> tuple[ThrowMotion, Grips]:
         """The throws and how the cups hold; a hand with nothing stays where it is, or stops at once, to go on then."""
         motion = self.planner.mover.throw(context.pick, plans, context.throw_limits, context.ceiling)
-        columns, held = motion.segments.durations.shape[1], picked(context, self.config)
-
-        def left(pick: Floats, limits: LimitRows) -> ThrowMotion:
-            belt = self.config.belt
-            resting = brought_to_rest(pick, limits, belt.speed) if belt.tracking else ThrowMotion.resting(pick)
-            return replace(resting, segments=resting.segments.padded(columns))
-
-        motion = made_anew(motion, ~held, left, context.pick, context.throw_limits)
+        held, belt = picked(context, self.config), self.config.belt
+        empty = partial(left_empty, belt=belt, columns=motion.segments.durations.shape[1])
+        motion = made_anew(motion, ~held, empty, context.pick, context.throw_limits)
         return motion, grips(context, held, motion.path, motion.release_time, self.config)
 
     def _flown(
@@ -213,4 +192,4 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         begin = motion.pick_velocity
         path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back], begin, rides=begin is not None)
         flown = self.plant.fly(context, HandCycle(plans, motion.release_time, path, held))
-        return judge(flown, context, self.config, path.duration + self.dwell, told)
+        return judge(flown, context, self.config, self.planner.accepts, path.duration + self.dwell, told)

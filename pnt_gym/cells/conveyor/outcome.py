@@ -89,18 +89,23 @@ class Outcome(Landed, Told):
         return self.is_success & self.belongs
 
 
-def judge(flown: Flown, context: Context, config: ConveyorConfig, cycle_time: Floats, told: Told) -> Outcome:
+def judge(
+    flown: Flown, context: Context, config: ConveyorConfig, accepts: Bools, cycle_time: Floats, told: Told
+) -> Outcome:
     """What became of N throws.
 
     Args:
         flown: the throws.
         context: the picks that were thrown.
         config: the cell.
+        accepts: which kinds of objects (rows) its fixed bins (columns) take, as `config.acceptance()`.
         cycle_time: from lift to lift, dwell included (N,) [s].
         told: what is known without simulating them.
     """
     landed = flown.touchdown.landed(context.target, context.opening, context.bin_depth, context.direction)
-    ended_in = bins_of(flown.touchdown, context, config, landed["in_bin"])
+    ended_in, objects = bins_of(flown.touchdown, context, config, landed["in_bin"]), context.objects
+    # A bin that is drawn for a throw takes what was seen.
+    fits = accepts[objects.kind, ended_in] if config.bins.fixed else objects.kind == objects.measured.kind
     return Outcome(
         **landed,
         landing_error=np.sqrt(landed["landing_along"] ** 2 + landed["landing_across"] ** 2),
@@ -112,16 +117,9 @@ def judge(flown: Flown, context: Context, config: ConveyorConfig, cycle_time: Fl
         grip_margin=flown.grips.margin,
         energy=flown.effort.energy,
         ended_in=ended_in,
-        belongs=(ended_in >= 0) & _is_taken(context, ended_in, config),
+        belongs=(ended_in >= 0) & fits,
         **vars(told),
     )
-
-
-def _is_taken(context: Context, bins: Ints, config: ConveyorConfig) -> Bools:
-    """Whether bins (N,) take what the objects are; one that is drawn for a throw takes what was seen (N,)."""
-    if config.bins.random is not None:
-        return context.objects.kind == context.objects.measured.kind
-    return np.asarray(config.acceptance()[context.objects.kind, bins])
 
 
 def bins_of(touchdown: Touchdown, context: Context, config: ConveyorConfig, in_bin: Bools) -> Ints:

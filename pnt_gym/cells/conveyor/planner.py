@@ -58,33 +58,30 @@ class PickPlanner:
         self._openings = np.array([b.size for b in fixed]).reshape(-1, 2)
         self.areas = fixed_areas(config)
         """Of the fixed bins' openings (B,) [m2]."""
-        self._accepts = config.acceptance()
+        self.accepts = config.acceptance()
+        """Which items (rows) fixed bins (columns) take."""
         self._picky = config.throwable != Throwable()
         self._table = item_arrays(config.item_list())
         self._volumes = mean_volumes(config, self._table)
+        wanted = (
+            (config.pick.fails, Purpose.PICK, "pick"),
+            (config.classifier.confusion, Purpose.CLASS, "seen"),
+            (config.bins.emptied, Purpose.FILL, "fill"),
+        )
+        self._beside = [(purpose, column) for asked, purpose, column in wanted if asked]
+        """What the level asks objects to draw beside their own, and the columns of `Apart` that hold it."""
 
     def draw(self, generators: list[np.random.Generator], rows: Ints, count: int) -> Objects:
         """`count` new objects from the generators of some rows, shape (len(rows), count)."""
         normals, uniforms = np.empty((len(rows), count, NORMALS)), np.empty((len(rows), count, UNIFORMS))
         apart = Apart.none(self.config, len(rows), count)
-        beside = self._drawn_beside(apart)
         for place, row in enumerate(rows):
             generator = generators[int(row)]
-            for purpose, draws in beside:
-                aside(generator, purpose).random(out=draws[place])
+            for purpose, column in self._beside:
+                aside(generator, purpose).random(out=getattr(apart, column)[place])
             generator.standard_normal(out=normals[place])
             generator.random(out=uniforms[place])
         return objects_from_draws(normals, uniforms, self.config, self._table, apart)
-
-    def _drawn_beside(self, apart: Apart) -> list[tuple[Purpose, Floats]]:
-        """What the level asks objects to draw beside their own, and the arrays that hold it."""
-        config = self.config
-        wanted = (
-            (config.pick.fails, Purpose.PICK, apart.pick),
-            (config.classifier.confusion, Purpose.CLASS, apart.seen),
-            (config.bins.emptied, Purpose.FILL, apart.fill),
-        )
-        return [(purpose, draws) for asked, purpose, draws in wanted if asked]
 
     def draw_picks(self, generators: list[np.random.Generator], rows: Ints) -> tuple[Objects, Floats]:
         """A new object from the generator of each row, and where it is picked: anywhere in the window, (N, 3) [m]."""
@@ -113,17 +110,19 @@ class PickPlanner:
         """The releases, of which only those that the robot can execute are called feasible."""
         return replace(release, feasible=self.mover.is_feasible(context.pick, release, context.throw_limits))
 
-    def plan(self, objects: Objects, pick: Floats, attempt: int = 0) -> tuple[Context, Bools]:
+    def plan(self, objects: Objects, pick: Floats) -> tuple[Context, Bools]:
         """Contexts for objects at their picks, and which of them can be thrown (N,).
 
-        Bins are tried in the order of the object's own draws, from `attempt` on; rows without any feasible throw hold
-        the last try.
+        Bins are tried in the order of the object's own draws; rows without any feasible throw hold the last try.
         """
-        context, good = self._into(objects, pick, *self._bin(objects, attempt))
-        rows = np.flatnonzero(~good)
-        if rows.size > 0 and attempt + 1 < (len(self._centres) or TARGET_DRAWS):
-            found, good[rows] = self.plan(take(objects, rows), pick[rows], attempt + 1)
-            context = replaced(context, rows, found)
+        context, good = self._into(objects, pick, *self._bin(objects, 0))
+        for attempt in range(1, len(self._centres) or TARGET_DRAWS):
+            rows = np.flatnonzero(~good)
+            if rows.size == 0:
+                break
+            pending = take(objects, rows)
+            following, good[rows] = self._into(pending, pick[rows], *self._bin(pending, attempt))
+            context = replaced(context, rows, following)
         return context, good
 
     def plan_into(self, objects: Objects, pick: Floats, bins: Ints) -> tuple[Context, Bools]:
@@ -238,7 +237,7 @@ class PickPlanner:
 
     def _fixed_bin(self, objects: Objects, attempt: int) -> Ints:
         """Accepting bins in turn, starting at a random one."""
-        choices = self._accepts[objects.measured.kind]
+        choices = self.accepts[objects.measured.kind]
         count = choices.sum(axis=1)
         start = np.minimum((objects.draws.bin[:, 0, 0] * count).astype(np.int64), count - 1)
         wanted = (start + attempt) % count

@@ -21,7 +21,7 @@ from pnt_gym.planning.motion.limits import MotionLimits
 from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
 from pnt_gym.planning.optimal.fastest import ROUNDING, NoMotionFound
 from pnt_gym.planning.optimal.legs import Leg, add_leg, hermite, inside, join, rest, set_guess, solved
-from pnt_gym.planning.straight.frame import Frame
+from pnt_gym.planning.straight.release import Frame
 
 INTERVALS: Final = {"throw": 28, "clearing": 16, "return": 30, "approach": 10}
 """Pieces of constant jerk per leg; twice as many of them gain less than 0.5 %."""

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from pnt_gym.cells.conveyor.context import Drifted
-from pnt_gym.cells.conveyor.objects.drawing import time_constant
-from pnt_gym.cells.conveyor.objects.spin import gained, peel_impulse
+from pnt_gym.cells.conveyor.objects.drawing import gained, peel_impulse, time_constant
 from pnt_gym.cells.conveyor.observation import DRIFT, HIDDEN, decode
 from pnt_gym.cells.conveyor.shift import Shift, drifted
 from pnt_gym.errors import ConfigError

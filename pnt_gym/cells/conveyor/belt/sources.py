@@ -230,8 +230,9 @@ class BeltPicks(PickSource):
         return met & held.picked[:, None]
 
     def knock(self, which: Bools) -> None:
-        """They ride on."""
-        self.stream.knocked |= which
+        """They ride on; where neighbours are no more than ghosts, nothing happens to them."""
+        if self._solid:
+            self.stream.knocked |= which
 
     def _touches_nobody(self, rows: Ints, at: Ints, context: Context, elapsed: Floats, good: Bools) -> Bools:
         """Which objects at places of queues (K,), lifted after a time (K,) [s], are thrown without sweeping others.

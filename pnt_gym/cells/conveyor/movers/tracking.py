@@ -16,6 +16,7 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, joined
+from pnt_gym.cells.base.sorting import Belt
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.movers.straight import Meeting, Mover, Reach, ThrowMotion
@@ -52,6 +53,8 @@ class TrackingMover:
         self._arrival = arrival_time(LimitRows.t3kr(percent), self._speed, drop)
         self._behind = self._speed * (self._arrival / 2.0 + config.motion.dwell) * DOWNSTREAM
         """Picks from the virtual touches."""
+        self._early = self._speed * self._arrival / 2.0 * DOWNSTREAM
+        """Touches from where hands would have to be that go from rest to rest [m]."""
         low, high = config.lift_x
         window = low - self._behind[0], high - self._behind[0]
         self._mover = mover(
@@ -106,20 +109,16 @@ class TrackingMover:
     def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """The earliest meetings, of which the positions are those of the lifts."""
         growing = self._growing(len(place))
-        found = self._mover.meet(motion, self._touch(place), growing.left(limits))
+        found = self._mover.meet(motion, place - self._early, growing.left(limits))
         good = found.feasible & (found.back.durations.sum(axis=1) >= growing.time)
         return replace(found, position=found.position + self._behind, back=_ending(found.back, growing), feasible=good)
 
     def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
         """The same without the motions, none of which is shorter than the growing."""
         growing = self._growing(len(place))
-        found = self._mover.reach(motion, self._touch(place), growing.left(limits))
+        found = self._mover.reach(motion, place - self._early, growing.left(limits))
         good = found.feasible & (found.time >= growing.time)
         return found._replace(position=found.position + self._behind, feasible=good)
-
-    def _touch(self, place: Floats) -> Floats:
-        """Where hands would have to be that go from rest to rest (N, 3) [m]."""
-        return place - self._speed * self._arrival / 2.0 * DOWNSTREAM
 
     def _growing(self, count: int) -> Fading:
         return Fading(self._speed, np.full(count, self._arrival))
@@ -140,6 +139,12 @@ def brought_to_rest(pick: Floats, limits: Limits, speed: float) -> ThrowMotion:
         stop_time=fading.time,
         pick_velocity=np.tile(speed * DOWNSTREAM, (len(pick), 1)),
     )
+
+
+def left_empty(pick: Floats, limits: Limits, belt: Belt, columns: int) -> ThrowMotion:
+    """Hands that lift nothing at picks (N, 3) [m] and stay there, or stop at once if they ride; so many segments."""
+    resting = brought_to_rest(pick, limits, belt.speed) if belt.tracking else ThrowMotion.resting(pick)
+    return replace(resting, segments=resting.segments.padded(columns))
 
 
 def _virtual(pick: Floats, fading: Fading) -> Floats:

@@ -7,8 +7,7 @@ from pnt_gym.cells.base.catalogue import CATALOGUE
 from pnt_gym.cells.base.fluid import lying_size, solid_shell_inertia
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.cup.hold import true_hold
-from pnt_gym.cells.conveyor.objects.drawing import time_constant
-from pnt_gym.cells.conveyor.objects.spin import blow_impulse, gained, peel_impulse
+from pnt_gym.cells.conveyor.objects.drawing import blow_impulse, gained, peel_impulse, time_constant
 from pnt_gym.errors import ConfigError
 from tests.tools.throws import item, make_core
 
