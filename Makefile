@@ -67,9 +67,9 @@ bench-quick: setup ## small benchmarks, minutes
 	$(BIN)/python -m agents.benchmark --config configs/benchmark_line_quick.yaml
 
 perf: dev ## planner, robot and environment speed and the checks of physics in results/; a line's choices against the planner
-	$(BIN)/python benchmarks/bench_planner.py --json results/perf_planner.json
-	$(BIN)/python benchmarks/bench_free_direction.py --json results/perf_free_direction.json
-	$(BIN)/python benchmarks/bench_envs.py --json results/perf_envs.json
+	$(BIN)/python benchmarks/perf.py planner --json results/perf_planner.json
+	$(BIN)/python benchmarks/perf.py free_direction --json results/perf_free_direction.json
+	$(BIN)/python benchmarks/perf.py envs --json results/perf_envs.json
 	$(BIN)/python benchmarks/study_physics.py --json results/physics.json
 	$(BIN)/python benchmarks/study_fidelity.py --json results/fidelity.json
 	$(BIN)/python benchmarks/line_exactness.py
@@ -109,8 +109,8 @@ fuzz: dev ## 10,000 levels, actions, calls and command lines that nobody thought
 	$(BIN)/python benchmarks/fuzz.py
 
 soak: dev ## 100,000 throws in all environments, 100,000 decisions at lines: flat memory, numbers, no walls crossed (an hour)
-	$(BIN)/python benchmarks/soak.py
-	$(BIN)/python -m benchmarks.soak_line
+	$(BIN)/python benchmarks/soak.py throws
+	$(BIN)/python benchmarks/soak.py shifts
 
 lock: $(TOOLS) ## write constraints.txt and sbom.cdx.json anew, with the newest versions (asks the package index)
 	$(VENV)/tools/bin/uv pip compile -q --config-file .ci/lock.toml pyproject.toml .ci/tools.txt -o constraints.txt

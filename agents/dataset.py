@@ -17,22 +17,22 @@ from rich.progress import Progress
 
 from pnt_gym.cells.base.features import numbered
 
-from .cli import UsageError, at_least, option, run
-from .cluster import Needs, pool
-from .collection import Collection, Thrower, unpacked
 from .controllers.protocol import Controller, Learner
-from .environments import Env, Role, core_of, make_single, make_vector
-from .episodes import Episode
-from .evaluation import NUM_ENVS, practise, usual_practice
-from .makers import controller_for, expert_for
-from .places import MADE, at
-from .tables import Grid, console, millimetres, percent, throws_bar
-from .trained import files_of, setting
-from .versions import git_state, versions
-from .work import keep_missing
+from .data.collection import Collection, Thrower, unpacked
+from .data.episodes import Episode
+from .ground.cli import UsageError, at_least, option, run
+from .ground.environments import Env, Role, core_of, make_single, make_vector
+from .ground.places import MADE, at
+from .ground.tables import Grid, console, millimetres, percent, throws_bar
+from .ground.versions import git_state, versions
+from .jobs.cluster import Needs, pool
+from .jobs.work import keep_missing
+from .judging.evaluation import NUM_ENVS, practise, usual_practice
+from .judging.makers import controller_for, expert_for
+from .learning.trained import files_of, setting
 
 if TYPE_CHECKING:
-    from .offline import Facts
+    from .data.offline import Facts
 
 EXPERT: Final = "expert"
 """Stands for what `--expert` names."""
@@ -105,7 +105,7 @@ class Arguments:
 def main(arguments: Arguments) -> None:
     """Collect, write, say what there is."""
     at_least(vars(arguments), throws=1, seed=0, practice=0, score_throws=1, num_envs=1, jobs=1)
-    from . import offline  # noqa: PLC0415 - of an extra
+    from .data import offline  # noqa: PLC0415 - of an extra
 
     if arguments.name is not None:
         offline.check_name(arguments.name)
@@ -318,7 +318,7 @@ def facts_of(crew: Crew, scores: Scores, columns: Mapping[str, Sequence[str]]) -
         scores: found with them.
         columns: of the arrays of `infos`.
     """
-    from .offline import Facts  # noqa: PLC0415 - of an extra
+    from .data.offline import Facts  # noqa: PLC0415 - of an extra
 
     arguments, core = crew.arguments, core_of(crew.env)
     minari = {

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, Final
 
-from .cli import at_least, run
 from .controllers import make_controller
-from .environments import make_vector
-from .evaluation import NUM_ENVS, PRACTICE, held_out, practise
-from .places import POLICY
-from .runs import read_arguments
-from .tables import comparison_table, console, throws_bar
-from .throws import summary
+from .ground.cli import at_least, run
+from .ground.environments import make_vector
+from .ground.places import POLICY
+from .ground.tables import comparison_table, console, throws_bar
+from .judging.evaluation import NUM_ENVS, PRACTICE, held_out, practise
+from .judging.throws import summary
+from .learning.runs import read_arguments
 
 PEERS: Final = {"analytic": ("analytic", 0), "virtual_goal": ("virtual_goal", PRACTICE)}
 """Controllers to compare with, and the throws they practise."""

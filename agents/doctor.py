@@ -10,12 +10,12 @@ from dataclasses import dataclass
 
 from pnt_gym.cells.base.canvas import rendering_problem
 
-from .cli import run
 from .controllers import make_controller
-from .environments import make_vector
-from .evaluation import NUM_ENVS, thrown
-from .tables import Grid, console
-from .versions import versions
+from .ground.cli import run
+from .ground.environments import make_vector
+from .ground.tables import Grid, console
+from .ground.versions import versions
+from .judging.evaluation import NUM_ENVS, thrown
 
 
 @dataclass(frozen=True)

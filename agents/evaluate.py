@@ -13,20 +13,20 @@ import tyro
 from pnt_gym.cells.base.view import record_video
 from pnt_gym.cells.line.config import LineConfig
 
-from .cli import UsageError, at_least, option, run
 from .controllers import Learner, load_state, make_controller, save_state
 from .controllers.protocol import Controller
-from .environments import Env, make_vector, stream_seed
-from .evaluation import NUM_ENVS, evaluate, usual_picks, usual_practice
-from .line.evaluation import SHIFTS
-from .line.evaluation import judged as shifts_judged
-from .line.film import SECONDS, decisions
-from .line.gantt import gantt
-from .line.making import line_controller, line_of, opened, the_line
-from .line.releasing import releaser
-from .outputs import VIDEOS, check_ending, check_writable, deliver, deliver_json, deliver_text
-from .tables import console, shifts_table, summary_table, throws_bar
-from .trained import setting
+from .dispatchers.registry import line_controller, line_of, opened, the_line
+from .dispatchers.release import releaser
+from .ground.cli import UsageError, at_least, option, run
+from .ground.environments import Env, make_vector, stream_seed
+from .ground.outputs import VIDEOS, check_ending, check_writable, deliver, deliver_json, deliver_text
+from .ground.tables import console, shifts_table, summary_table, throws_bar
+from .judging.evaluation import NUM_ENVS, evaluate, usual_picks, usual_practice
+from .judging.work_shifts import SHIFTS
+from .judging.work_shifts import judged as shifts_judged
+from .learning.trained import setting
+from .pictures.film import SECONDS, decisions
+from .pictures.gantt import gantt
 
 OF_LINES = ("shifts", "release", "throws", "picture", "video")
 OF_THROWS = ("picks", "practice", "online", "load", "save")

@@ -14,8 +14,8 @@ from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.reading import yaml_text
 
-from .cli import UsageError, option, run
-from .tables import Grid, console
+from .ground.cli import UsageError, option, run
+from .ground.tables import Grid, console
 
 FAMILIES: Final[dict[str, type[LevelConfig]]] = {
     "PnT": ConveyorConfig,

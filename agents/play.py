@@ -13,13 +13,13 @@ import tyro
 from pnt_gym.cells.base.view import View, record_video
 from pnt_gym.engine import has_display
 
-from .cli import UsageError, at_least, option, run
-from .environments import find_environment
-from .line.film import SECONDS
-from .outputs import PICTURES, VIDEOS, check_ending, check_writable, deliver
-from .stage import PICKS, Stage
-from .tables import console
-from .trained import setting
+from .ground.cli import UsageError, at_least, option, run
+from .ground.environments import find_environment
+from .ground.outputs import PICTURES, VIDEOS, check_ending, check_writable, deliver
+from .ground.tables import console
+from .learning.trained import setting
+from .pictures.film import SECONDS
+from .pictures.stage import PICKS, Stage
 
 RATE: Final = 60
 """Frames per second among which a picture is chosen."""
@@ -96,7 +96,7 @@ def show(arguments: Arguments, viewer: str) -> None:
     if viewer == "native" and not has_display():
         raise UsageError("--viewer native needs a display; --viewer web does without one")
     try:
-        from .viewer import Choice, watch  # noqa: PLC0415 - takes a second, and is not on every platform
+        from .pictures.viewer import Choice, watch  # noqa: PLC0415 - takes a second, and is not on every platform
     except ImportError as error:
         raise UsageError(f"--viewer needs MuJoCo's Studio, which this platform has not ({error})") from None
 

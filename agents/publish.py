@@ -16,18 +16,18 @@ from pnt_gym.cells.base.canvas import Picture
 from pnt_gym.cells.base.view import ThrowView, record_video
 from pnt_gym.cells.line.view import LineView
 
-from . import runs
-from .card import CURVE, GRAPH, REPLAY, card, curve
-from .cli import UsageError, at_least, option, run
 from .controllers.between import PLANNER
-from .environments import make_vector
-from .evaluation import evaluate
-from .files import read_yaml, sweep, unfinished, write_text
-from .onnx_graph import save_onnx
-from .places import MADE
-from .stage import Stage
-from .tables import console, throws_bar
-from .trained import own_environment
+from .ground.cli import UsageError, at_least, option, run
+from .ground.environments import make_vector
+from .ground.files import read_yaml, sweep, unfinished, write_text
+from .ground.places import MADE
+from .ground.tables import console, throws_bar
+from .judging.evaluation import evaluate
+from .learning import runs
+from .learning.trained import own_environment
+from .pictures.stage import Stage
+from .publishing.card import CURVE, GRAPH, REPLAY, card, curve
+from .publishing.onnx_graph import save_onnx
 
 FILES = (
     "policy.npz", "model.zip", "args.yml", "config.yml", "env.yaml", "versions.json", "git.txt", "progress.csv",
@@ -139,7 +139,7 @@ def check_model(folder: Path) -> None:
     Raises:
         UsageError: they are not, or one is missing or damaged.
     """
-    from .weights import actor_of  # noqa: PLC0415 - imports torch
+    from .policies.weights import actor_of  # noqa: PLC0415 - imports torch
 
     kept, made = (actor.numbers for actor in (runs.load_numbers(folder), actor_of(runs.load_model(folder))))
     if kept.keys() != made.keys() or not all(np.array_equal(kept[name], made[name]) for name in kept):

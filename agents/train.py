@@ -10,30 +10,30 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from . import runs
-from .cli import UsageError, at_least, option, run
 from .controllers import make_controller
 from .controllers.between import PLANNER, as_seen
 from .controllers.own import run_policy
-from .environments import Env, core_of, find_environment, make_vector, stream_seed
-from .evaluation import NUM_ENVS, PRACTICE, held_out, practise
-from .files import held, write_json
-from .hyperparameters import hyperparameters, size
-from .line import learning as lines
-from .line.evaluation import SHIFTS
-from .line.making import line_of
-from .places import module_name
-from .runs import ALGORITHMS, CHOOSING, Algorithm
-from .streams import destination
-from .tables import comparison_table, console, throws_bar
-from .throws import summary
-from .trained import own_environment
+from .dispatchers.registry import line_of
+from .ground.cli import UsageError, at_least, option, run
+from .ground.environments import Env, core_of, find_environment, make_vector
+from .ground.files import held, write_json
+from .ground.places import module_name
+from .ground.streams import destination
+from .ground.tables import comparison_table, console
+from .judging.evaluation import NUM_ENVS, PRACTICE, held_out, practise
+from .judging.throws import summary
+from .judging.work_shifts import SHIFTS
+from .learning import runs
+from .learning.hyperparameters import hyperparameters, size
+from .learning.runs import ALGORITHMS, CHOOSING, Algorithm
+from .learning.trained import own_environment
+from .lessons import training as lines
+from .lessons.course import in_flight, learn
 
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
 
-    from .progress import Stop
-    from .vec_env import SameStepVecEnv
+    from .learning.vec_env import SameStepVecEnv
 
 LEVELS: Mapping[str, str] = dict.fromkeys(("PnTConveyor-v0", "PnTRelease-v0"), "waste")
 """What is trained on unless it is said: where learning shows in success, not only in the landing."""
@@ -115,8 +115,8 @@ def main(arguments: Arguments) -> None:
 
     import torch  # noqa: PLC0415 - bad usage is answered without waiting for it
 
-    from .progress import Stop  # noqa: PLC0415
-    from .vec_env import SameStepVecEnv  # noqa: PLC0415
+    from .learning.progress import Stop  # noqa: PLC0415
+    from .learning.vec_env import SameStepVecEnv  # noqa: PLC0415
 
     torch.set_num_threads(1)  # small networks are slower on many threads
     even, price = asked["algo"] in runs.ON_POLICY, lines.more_price(settings, cell)
@@ -180,26 +180,11 @@ def request(arguments: Arguments) -> dict[str, Any]:
     return {**recorded, **given}
 
 
-def in_flight(cell: Env, asked: Mapping[str, Any], threads: int) -> Env | None:
-    """The same cells, as the policy sees them, where only flights are simulated, if that is asked for.
-
-    Raises:
-        UsageError: there is no such thing for them.
-    """
-    if asked["fidelity"] == "full":
-        return None
-    config = core_of(cell).config
-    if "fidelity" not in type(config).model_fields:
-        raise UsageError(f"--fidelity flight: environment {asked['env']!r} is simulated in full only")
-    level = config.model_copy(update={"fidelity": "flight"})
-    return as_seen(make_vector(asked["env"], level, asked["num_envs"], threads, asked["action_mode"]), asked)
-
-
 def start(
     arguments: Arguments, asked: Mapping[str, Any], settings: Mapping[str, Any], env: SameStepVecEnv
 ) -> tuple[Path, BaseAlgorithm]:
     """A new run folder with its untrained model, or the resumed one as it was left."""
-    from .sb3 import build  # noqa: PLC0415
+    from .learning.sb3 import build  # noqa: PLC0415
 
     if arguments.resume is not None:
         model = runs.restore(arguments.resume, env)
@@ -218,71 +203,6 @@ def start(
     folder = destination(Path("runs") / name if arguments.out is None else arguments.out)
     runs.create(folder, asked, settings, config, model)
     return folder, model
-
-
-def learn(
-    model: BaseAlgorithm,
-    env: SameStepVecEnv,
-    folder: Path,
-    asked: Mapping[str, Any],
-    stop: Stop,
-    *,
-    quick: Env | None = None,
-    until: int | None = None,
-    tensorboard: bool = False,
-    quiet: bool = False,
-) -> None:
-    """Train in legs from checkpoint to checkpoint; in `quick`, where there is one, until the last throws asked in full.
-
-    With `until` it stops there, and is part of a training that goes on to the throws asked for.
-
-    Each leg starts from newly seeded environments, whether or not the process was restarted in between: a
-    run that was resumed from a checkpoint is bit for bit the run that was not interrupted.
-    """
-    from stable_baselines3.common.logger import Logger, configure  # noqa: PLC0415
-
-    from .progress import ProgressCallback, ShiftProgress  # noqa: PLC0415
-    from .sb3 import begin_leg  # noqa: PLC0415
-
-    line = line_of(env.env) is not None
-    logger = configure(str(folder / "tensorboard"), ["tensorboard"]) if tensorboard else Logger(None, [])
-    model.set_logger(logger)
-    total, every = asked["steps"], asked["checkpoint_every"]
-    change, judged = total - asked.get("full_last", 0) if quick is not None else 0, env.env
-    with throws_bar("rate", "success", "error") as bar:
-        bar.live.auto_refresh = not quiet
-        task = bar.add_task(
-            f"{asked['algo']} on {asked['env']}",
-            total=total,
-            completed=model.num_timesteps,
-            rate="",
-            success="",
-            error="",
-            visible=not quiet,
-        )
-
-        def show(count: int, rate: float, success: float, figure: float) -> None:
-            bar.update(
-                task,
-                advance=count,
-                rate=f"{rate:.0f} {'decisions' if line else 'throws'}/s",
-                success=f"{100 * success:.0f} % success",
-                error=f"{figure:.1f} value/min" if line else f"{1000 * figure:.1f} mm off",
-            )
-
-        callback = (ShiftProgress if line else ProgressCallback)(
-            folder / "progress.csv", model.num_timesteps, stop, show
-        )
-        while model.num_timesteps < (until or total) and not stop.asked:
-            done = model.num_timesteps
-            env.env = quick if quick is not None and done < change else judged
-            leg = min((done // every + 1) * every, change if done < change else total) - done
-            env.seed(stream_seed("train", asked["seed"], done))
-            begin_leg(model, done + leg, total)
-            model._last_obs = None  # makes learn() reset the environment
-            model.learn(leg, callback=callback, log_interval=16, reset_num_timesteps=False)
-            runs.save_checkpoint(folder, model)
-    env.env = judged
 
 
 def say_how_to_resume(folder: Path, env_id: str, throws: int) -> None:

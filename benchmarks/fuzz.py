@@ -6,7 +6,6 @@ level:17` repeats one. Exit code 1 at a find. A case that crashes its process or
 
 from __future__ import annotations
 
-import argparse
 import multiprocessing
 import os
 import resource
@@ -16,7 +15,8 @@ from collections.abc import Callable, Iterator, Sequence
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-from agents.files import write_json
+from agents.ground.files import write_json
+from benchmarks.checks import check_parser, show
 from tests.tools.fuzz import SHARES, tried
 
 PATIENCE = 60.0
@@ -83,7 +83,7 @@ def finds(bunch: Sequence[tuple[str, int]], judge: Judge = tried) -> Iterator[tu
 
 def main() -> int:
     """Try everything; exit code 1 at a find."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = check_parser(__doc__)
     parser.add_argument("--cases", type=int, default=10_000, metavar="N")
     parser.add_argument("--first", type=int, default=0, metavar="N", help="go on with this case")
     parser.add_argument("--case", metavar="KIND:NUMBER", help="repeat one case")
@@ -102,12 +102,8 @@ def main() -> int:
                 found.append({"line": line, "find": said})
                 print(f"\nFIND {line}\n  {said[:600]}", flush=True)
         done = min(start + BUNCH, len(chosen))
-        pace = f"{time.monotonic() - began:.0f} s"
-        print(
-            f"\r{arguments.first + done} of {arguments.first + len(chosen)} cases, {len(found)} finds, {pace}",
-            end="",
-            flush=True,
-        )
+        words = f"{arguments.first + done} of {arguments.first + len(chosen)} cases, {len(found)} finds"
+        show(f"{words}, {time.monotonic() - began:.0f} s")
     print()
     if arguments.json is not None:
         write_json(arguments.json, found)

@@ -7,7 +7,6 @@ what an undisturbed command leaves, and nothing else. Exit code 1 if that ever f
 
 from __future__ import annotations
 
-import argparse
 import importlib
 import sys
 import tempfile
@@ -17,14 +16,15 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.checks import check_parser, show
 from tests.tools.killed_commands import REAL, TOY, benchmark, report, reproduce, small_reproduction, train
 from tests.tools.kills import Command, Kill, Trials, spawned
 
 IMPORTED = (
     "agents.benchmark.__main__",
-    "agents.progress",
+    "agents.learning.progress",
     "agents.report.__main__",
-    "agents.sb3",
+    "agents.learning.sb3",
     "agents.train",
     "matplotlib.backends.backend_svg",
     "torch._dynamo",
@@ -67,7 +67,7 @@ def told(trials: Trials, kills: Iterator[Kill]) -> Iterator[Kill]:
     """The same kills, each with a sign of life and what it lost."""
     lost = 0
     for kill in kills:
-        print(f"\r{trials.command.name}: {trials.kills} kills", end="", flush=True)
+        show(f"{trials.command.name}: {trials.kills} kills")
         for said in trials.lost[lost:]:
             print(f"\nLOST {said}", flush=True)
         lost = len(trials.lost)
@@ -76,7 +76,7 @@ def told(trials: Trials, kills: Iterator[Kill]) -> Iterator[Kill]:
 
 def main() -> int:
     """Kill everything; exit code 1 if something was lost."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = check_parser(__doc__)
     parser.add_argument("--every", type=int, default=1, metavar="N", help="only before every N-th change of a file")
     parser.add_argument("--chances", type=int, default=15, metavar="N", help="kills at random sizes, and at moments")
     parser.add_argument("--processes", type=int, default=2, metavar="N", help="kills of new processes, at moments")

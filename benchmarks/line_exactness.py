@@ -7,13 +7,13 @@ differs by more than a millisecond.
 
 from __future__ import annotations
 
-import argparse
 import sys
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
 
+from benchmarks.checks import check_parser, choices
 from pnt_gym.arrays import take
 from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
 from pnt_gym.cells.conveyor.planner import PickPlanner
@@ -113,8 +113,7 @@ def compared(level: Any, cases: int, seed: int) -> Compared:
     cell.reset(np.arange(1), [np.random.default_rng(seed)])
     while found.cases < cases:
         compare(cell, planners, found)
-        real = cell.state.choices.real
-        cell.take(np.where(real, random.random(real.shape), -1.0).argmax(axis=1))
+        cell.take(choices(cell.state.choices.real, random))
         if cell.over.any():
             cell.reset(np.arange(1), cell.generators)
     return found
@@ -122,7 +121,7 @@ def compared(level: Any, cases: int, seed: int) -> Compared:
 
 def main() -> int:
     """Compare; exit code 1 where they differ."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = check_parser(__doc__)
     parser.add_argument("--cases", type=int, default=10_000)
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()

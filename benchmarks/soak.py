@@ -1,75 +1,57 @@
-"""Throw for hours, in every environment and level: does memory stay flat, every number one, and every object outside?
+"""Throw, or work at lines, for hours: does memory stay flat, every number one, every object outside, each book right?
 
-`python benchmarks/soak.py` throws 100,000 times, in rounds over all environments and levels, with actions from none to
-wild; robots of a line choose at random, now and then what there is not. It keeps what it has done in `--state` and goes
-on from there; a kill costs one round. Exit code 1 at a find: a warning, a number that is none, an object that went
-through a wall, ended below the floor, was lifted twice along a line or is missing from a shift's figures, or memory
-that grows by more than 5 % after the first three rounds.
+`python benchmarks/soak.py throws` throws 100,000 times, in rounds over all environments and levels, with actions from
+none to wild; robots of a line choose at random, now and then what there is not. It keeps what it has done in `--state`
+and goes on from there; a kill costs one round. Exit code 1 at a find: a warning, a number that is none, an object that
+went through a wall, ended below the floor, was lifted twice along a line, is missing from a shift's figures or counted
+twice, or memory that grows by more than 5 % after the first three rounds.
+
+`python benchmarks/soak.py shifts` takes 100,000 decisions at lines of 1 to 4 robots that stand up to 100 km from the
+origin, in shifts of a minute to four hours. Finds are the same of a line, and a reset or a thousand decisions that take
+too long, time that runs backwards, or memory that grows within a shift.
 """
 
 from __future__ import annotations
 
-import argparse
 import contextlib
-import ctypes
-import gc
 import json
-import resource
 import sys
 import time
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from argparse import Namespace
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import gymnasium as gym
 import numpy as np
 
 import pnt_gym
-from agents.files import write_json
-from agents.throws import results
-from pnt_gym.cells.base.stage import BELT_THICKNESS
-from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.scene import FLOOR_DROP, SENSORS, bin_panels
-from pnt_gym.cells.gripper.config import GripperConfig
-from pnt_gym.cells.gripper.scene import TABLE_THICKNESS, tray_panels
+from agents.ground.files import write_json
+from agents.judging.throws import results
+from benchmarks.checks import check_parser, choices, end, growth, memory
+from benchmarks.soak_shifts import GROWTH, LONGEST, RULED_OUT, Books, no_numbers, random_level, work
+from benchmarks.soak_walls import through
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.core import LineCore
 from pnt_gym.engine import mujoco
 from pnt_gym.errors import ConfigError, PntGymError
 
 CELLS: Final = 16
-STEPS: Final = 4
-"""Throws of every cell in a round."""
-SETTLED: Final = 3
-"""Rounds before memory has to stay as it is."""
-GROWTH: Final = 0.05
-"""What it may grow by."""
-FAR: Final = 20.0
-"""No object ends farther away [m]."""
-SOFT: Final = 0.02
-"""The floor has MuJoCo's own softness: at rest an object lies g (0.02 s)^2, 4 mm, deep in it, arriving deeper [m]."""
+ROUNDS, SHARE = 3, 0.05
+"""Of throws before memory has to stay as it is, and what of it may come to it afterwards."""
+SHIFTS: Final = 5
+"""Before memory has to stay as it is."""
+MOST: Final = 8000
+"""Decisions of one shift; those of a longer one that come then are not taken."""
 ACTIONS: Final = (0.0, 0.5, 1.0, 3.0)
 """Half range of the actions of each step; beyond 1 they are clipped."""
 SHIFT: Final = 8.0
-"""That shifts of a line last [s]; throws go by the table, in most rounds to the end of the first shift."""
+"""That shifts of a line last in rounds of throws [s]; throws go by the table, in most to the end of the first shift."""
 DECISIONS: Final = 48
 """Of every line in a round."""
 THROWN: Final = {"name": "skills3, thrown", "base": "skills3", "throws": "full"}
 """A line whose throws are simulated, as often as in other cells."""
-RULED_OUT: Final = 0.1
-"""Share of decisions that the mask rules out."""
-
-
-class Solids(NamedTuple):
-    """What no centre of an object may be in: upright boxes of N cells, and everything below a height."""
-
-    half: np.ndarray
-    """(N, K, 3) [m]"""
-    centre: np.ndarray
-    """(N, K, 3) [m]"""
-    floor: float
-    """[m]"""
 
 
 def pairs() -> Iterator[tuple[str, Any]]:
@@ -84,94 +66,6 @@ def pairs() -> Iterator[tuple[str, Any]]:
             with contextlib.suppress(ConfigError):  # not every task can be had in every level
                 gym.make(env_id, level=level).close()
                 yield env_id, level
-
-
-def conveyor_solids(config: ConveyorConfig, thrown: Any) -> Solids:
-    """Belt and bins; of random bins the one that was aimed at."""
-    bins, belt, count = config.bins, config.belt, len(thrown.target)
-    if bins.random is None:
-        places = np.tile([(b.x, b.y) for b in bins.fixed], (count, 1, 1))
-        openings = np.tile([b.size for b in bins.fixed], (count, 1, 1))
-    else:
-        places, openings = thrown.target[:, None, :2], thrown.opening[:, None]
-    half, middle = bin_panels(openings.reshape(-1, 2), bins)
-    rims = np.concatenate([places, np.full((*places.shape[:2], 1), bins.rim)], axis=-1)
-    middle = middle.reshape(count, -1, 5, 3) + rims[:, :, None]
-    size = np.array([belt.x[1] - belt.x[0], belt.y[1] - belt.y[0], BELT_THICKNESS]) / 2
-    place = np.array([sum(belt.x) / 2, sum(belt.y) / 2, belt.height - BELT_THICKNESS / 2])
-    floor = min(bins.rim - bins.depth - bins.wall - FLOOR_DROP, belt.height - 0.3)
-    return Solids(
-        np.concatenate([half.reshape(count, -1, 3), np.tile(size, (count, 1, 1))], axis=1),
-        np.concatenate([middle.reshape(count, -1, 3), np.tile(place, (count, 1, 1))], axis=1),
-        floor,
-    )
-
-
-def gripper_solids(config: GripperConfig, thrown: Any) -> Solids:
-    """Table or belt, and tray."""
-    table, count = config.table, len(thrown.kind)
-    half, centre = tray_panels(config.tray, len(config.items))
-    thick = BELT_THICKNESS if table.speed > 0.0 else TABLE_THICKNESS
-    size = np.array([table.x[1] - table.x[0], table.y[1] - table.y[0], thick]) / 2
-    place = np.array([sum(table.x) / 2, sum(table.y) / 2, table.height - thick / 2])
-    floor = config.tray.rim - config.tray.depth - config.tray.wall - 0.2
-    return Solids(
-        np.tile(np.vstack([half, size]), (count, 1, 1)), np.tile(np.vstack([centre, place]), (count, 1, 1)), floor
-    )
-
-
-def crossings(offset: np.ndarray, half: np.ndarray, free: np.ndarray) -> np.ndarray:
-    """Steps (N, M - 1) in which a centre passes the middle of a wall, however fast: flat objects dip into its surface.
-
-    Args:
-        offset: from the wall's middle along its own axes (N, M, 2 or 3) [m].
-        half: its half extents (N, 2 or 3) [m].
-        free: steps that count (N, M).
-    """
-    rows, thin = np.arange(len(half)), half.argmin(axis=-1)
-    side = offset[rows, :, thin]
-    beside = np.abs(offset) < half[:, None]
-    beside[rows, :, thin] = True
-    here = beside.all(axis=-1) & free
-    return (side[:, 1:] * side[:, :-1] <= 0.0) & here[:, 1:] & here[:, :-1]
-
-
-def through(core: Any, thrown: Any, flown: Any) -> str:
-    """What an object of the last throws went through; empty if nothing."""
-    config = core.config
-    if not isinstance(config, ConveyorConfig | GripperConfig):
-        return through_pallets(core, flown[1])
-    if isinstance(config, ConveyorConfig):
-        (_, thrown, *_), fallen = flown
-        solids, position = conveyor_solids(config, thrown), fallen.sensors[..., SENSORS["object_position"]]
-        free = np.arange(position.shape[1]) < fallen.steps[:, None]
-        final = position[np.arange(len(position)), fallen.steps - 1]
-    else:
-        solids, flight = gripper_solids(config, thrown), flown[1].flight
-        position, free, final = flight.position, flight.free, flight.final()[0]
-    for k in range(solids.half.shape[1]):
-        crossed = crossings(position - solids.centre[:, None, k], solids.half[:, k], free)
-        if crossed.any():
-            row, step = np.argwhere(crossed)[0]
-            return f"cell {row} went through solid {k} at {position[row, step].round(4).tolist()}"
-    if not (np.abs(final) < FAR).all() or (final[:, 2] < solids.floor - SOFT).any():
-        return f"an object ended at {final[np.argmin(final[:, 2])].tolist()}"
-    return ""
-
-
-def through_pallets(core: Any, flown: Any) -> str:
-    """The same in the plane of the one-joint thrower."""
-    x, y = flown.pose[..., 0], flown.pose[..., 1]
-    for pallet in core.cell.job.pallets:
-        for u, v, half_u, half_v, angle in pallet.walls:
-            cos, sin = np.cos(angle), np.sin(angle)
-            along, up = cos * (x - u) + sin * (y - v), cos * (y - v) - sin * (x - u)
-            half = np.tile([half_u, half_v], (len(x), 1))
-            crossed = crossings(np.stack([along, up], axis=-1), half, flown.after_release)
-            if crossed.any():
-                row, step = np.argwhere(crossed)[0]
-                return f"cell {row} went through {pallet.name} at {flown.pose[row, step].round(4).tolist()}"
-    return "" if (np.abs(flown.final_pose[..., 1]) < FAR).all() else "a part ended far away"
 
 
 @contextlib.contextmanager
@@ -207,7 +101,7 @@ def soaked(env_id: str, level: Any, number: int) -> list[str]:
         with contextlib.closing(env):
             try:
                 finds = worked(env, random) if isinstance(env.core, LineCore) else thrown(env, random)
-                found.extend(f"{name}{said}" for said in finds)  # those before an error are kept
+                found.extend(f"{name}: {said}" for said in finds)  # those before an error are kept
             except PntGymError as error:
                 found.append(f"{name}: {type(error).__name__}: {error}")
     return found + [f"{name}: warned {w.message}" for w in told]
@@ -219,70 +113,35 @@ def thrown(env: Any, random: np.random.Generator) -> Iterator[str]:
         for scale in ACTIONS:
             context = env.core.context
             observation, reward, *_ = env.step(scale * random.uniform(-1.0, 1.0, env.action_space.shape))
-            if not (np.isfinite(observation).all() and np.isfinite(reward).all()):
-                yield ": a number is none"
+            yield from no_numbers(observation, reward)
             said = through(env.core, context, last()[-1])
             if said:
-                yield f", actions to {scale}: {said}"
+                yield f"actions to {scale}: {said}"
 
 
 def worked(env: Any, random: np.random.Generator) -> Iterator[str]:
     """What is wrong with some decisions at lines."""
-    throws, lifted = env.core.cell.throws, [set[int]() for _ in range(CELLS)]
-    cores: list[Any] = getattr(throws, "cores", [])
+    config, stream = env.core.config, env.core.cell.stream
+    books = [Books(config, x) for x in stream.x]
+    cores: list[Any] = getattr(env.core.cell.throws, "cores", [])
     with contextlib.ExitStack() as ends:
         flights = [ends.enter_context(watched(core.cell.plant)) for core in cores]
         for _ in range(len(ACTIONS) if cores else DECISIONS):
-            there = env.core.masks()
-            score = random.random(there.shape) + there
-            score = np.where(random.random((CELLS, 1)) < RULED_OUT, -score, score)
-            observation, reward, _, over, info = env.step(score.argmax(axis=1))
-            if not (np.isfinite(observation).all() and np.isfinite(reward).all()):
-                yield ": a number is none"
-            yield from lifts(results(info, CELLS), lifted)
-            if over.any():
-                yield from books(info["final_info"], np.flatnonzero(over), lifted)
+            observation, reward, _, over, info = env.step(choices(env.core.masks(), random, RULED_OUT))
+            yield from no_numbers(observation, reward)
+            decision = results(info, CELLS)
+            for row, book in enumerate(books):
+                finds = [*book.after({name: values[row] for name, values in decision.items()})]
+                if over[row]:
+                    finds += book.at_the_end({name: values[row] for name, values in info["final_info"].items()})
+                    books[row] = Books(config, env.core.cell.stream.x[row])
+                yield from (f"line {row}: {said}" for said in finds)
             for core, last in zip(cores, flights, strict=True):
-                yield from (f": {said}" for flown in last() if (said := through(core, flown[0][1], flown)))
+                yield from (said for flown in last() if (said := through(core, flown[0][1], flown)))
 
 
-def lifts(told: Mapping[str, Any], lifted: list[set[int]]) -> Iterator[str]:
-    """Objects that were lifted once more; `lifted` are those of each line's shift."""
-    for row in np.flatnonzero(told["picked"]):
-        number = int(told["object"][row])
-        if number in lifted[row]:
-            yield f": line {row} lifted object {number} twice"
-        lifted[row].add(number)
-
-
-def books(told: Mapping[str, Any], ended: np.ndarray, lifted: list[set[int]]) -> Iterator[str]:
-    """What is wrong with the figures of shifts that have ended in some lines."""
-    ends = ("sorted", "misplaced", "on_floor", "passed")
-    for row in ended:
-        one = {name: told[f"shift_{name}"][row] for name in ("objects", *ends)}
-        if sum(one[name] for name in ends) != one["objects"]:
-            yield f": line {row} ends with {one}"
-        busy = told["shift_utilisation"][row]
-        if not ((busy >= 0.0) & (busy <= 1.0)).all():
-            yield f": robots of line {row} work {busy.tolist()} of their time"
-        lifted[row].clear()
-
-
-def memory() -> float:
-    """Of this process, without what only waits to be collected or given back [MB]."""
-    gc.collect()
-    ctypes.CDLL(None).malloc_trim(0)
-    pages = int(Path("/proc/self/statm").read_text(encoding="utf-8").split()[1])
-    return pages * resource.getpagesize() / 1e6
-
-
-def main() -> int:
-    """Throw; exit code 1 at a find."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--throws", type=int, default=100_000, metavar="N")
-    parser.add_argument("--state", type=Path, default=Path("runs/soak.json"), metavar="FILE")
-    parser.add_argument("--fresh", action="store_true", help="begin anew")
-    arguments = parser.parse_args()
+def soak_throws(arguments: Namespace) -> tuple[list[str], str]:
+    """Throw until so many throws are done, those of the file of the state among them; finds, and a summary."""
     every, state = list(pairs()), {"throws": 0, "rounds": 0, "finds": list[str]()}
     if arguments.state.is_file() and not arguments.fresh:
         state = json.loads(arguments.state.read_text(encoding="utf-8"))
@@ -298,12 +157,56 @@ def main() -> int:
         pace = (state["throws"] - first) / (time.monotonic() - began)
         words = f"{state['throws']} of {arguments.throws} throws, {len(state['finds'])} finds, {used[-1]:.1f} MB"
         print(f"{words}, {pace:.0f} throws/s", flush=True)
-    for said in state["finds"]:
-        print(f"FIND {said}")
-    # A leak stays; a single round may leave the heap in larger pieces.
-    grown = min(used[-SETTLED:]) / used[SETTLED - 1] - 1.0 if len(used) >= SETTLED else 0.0
-    print(f"memory grew by {100 * grown:.1f} % after round {SETTLED} of {len(used)} here; MuJoCo {mujoco.__version__}")
-    return int(bool(state["finds"]) or grown > GROWTH)
+    share = growth(used, ROUNDS) / used[ROUNDS - 1] if len(used) >= ROUNDS else 0.0
+    grown = f"memory grew by {100 * share:.1f} % after round {ROUNDS} of {len(used)} here"
+    finds = [*state["finds"], *([grown] if share > SHARE else [])]
+    return finds, f"{len(finds)} finds; {grown}; MuJoCo {mujoco.__version__}"
+
+
+def soak_shifts(decisions: int, seed: int = 0, longest: float = LONGEST, most: int = MOST) -> tuple[list[str], str]:
+    """Work shifts until so many decisions are taken.
+
+    Args:
+        decisions: in all.
+        seed: of the first shift; the following ones have the following seeds.
+        longest: shift [s].
+        most: decisions of one shift.
+
+    Returns:
+        Finds, and a summary.
+    """
+    finds, done, shifts, whole, used = list[str](), 0, 0, 0, list[float]()
+    began, hours = time.monotonic(), 0.0
+    while done < decisions:
+        config = random_level(np.random.default_rng(seed + shifts), longest)
+        said, taken, over = work(config, seed + shifts, min(most, decisions - done))
+        where = f"shift {seed + shifts}, {len(config.robots)} robots from x {config.robots[0].x:.0f} m"
+        finds += [f"{where}, {config.duration:.0f} s: {find}" for find in said]
+        done, shifts, whole, hours = done + max(taken, 1), shifts + 1, whole + over, hours + config.duration / 3600.0
+        used.append(memory())
+    grown, seconds = growth(used, SHIFTS), time.monotonic() - began
+    if grown > GROWTH:
+        finds.append(f"memory grew by {grown:.0f} MB after {SHIFTS} shifts")
+    return finds, (
+        f"{done} decisions in {shifts} shifts of {hours / shifts:.1f} h on average, {whole} to their end: "
+        f"{len(finds)} finds, {used[-1]:.0f} MB ({grown:+.0f} MB), {1e3 * seconds / done:.1f} ms a decision"
+    )
+
+
+def main() -> int:
+    """Throw or work; exit code 1 at a find."""
+    parser = check_parser(__doc__)
+    kinds = parser.add_subparsers(dest="kind", required=True, metavar="throws|shifts")
+    throws, shifts = kinds.add_parser("throws"), kinds.add_parser("shifts")
+    throws.add_argument("--throws", type=int, default=100_000, metavar="N")
+    throws.add_argument("--state", type=Path, default=Path("runs/soak.json"), metavar="FILE")
+    throws.add_argument("--fresh", action="store_true", help="begin anew")
+    shifts.add_argument("--decisions", type=int, default=100_000, metavar="N")
+    shifts.add_argument("--seed", type=int, default=0, help="of the first shift")
+    arguments = parser.parse_args()
+    if arguments.kind == "throws":
+        return end(*soak_throws(arguments))
+    return end(*soak_shifts(arguments.decisions, arguments.seed))
 
 
 if __name__ == "__main__":

@@ -6,7 +6,6 @@ on one machine with one set of versions: other vector instructions round differe
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import json
 import sys
@@ -17,7 +16,8 @@ import gymnasium as gym
 import numpy as np
 
 import pnt_gym.errors
-from agents.files import write_json
+from agents.ground.files import write_json
+from benchmarks.checks import check_parser, choices
 
 CONVEYOR = ("ideal", "nominal", "waste", "unseen", "tight", "fast")
 DRIFTING = ("waste", "day", "steps", "drift_mix", "day_far")
@@ -54,7 +54,7 @@ def action_of(env: Any, info: dict[str, Any], step: int, random: np.random.Gener
     if "action_mask" not in info:
         action = (0.3, 0.6, 1.0, 0.0)[step] * random.uniform(-1.0, 1.0, env.action_space.shape)
         return action.astype(np.float32)
-    return np.where(info["action_mask"], random.random(info["action_mask"].shape), -1.0).argmax(axis=1)
+    return choices(info["action_mask"], random)
 
 
 def fingerprints(env_id: str, level: Any, mode: str) -> dict[str, str]:
@@ -81,7 +81,7 @@ def fingerprints(env_id: str, level: Any, mode: str) -> dict[str, str]:
 
 def main() -> int:
     """Write fingerprints, or compare them with those of another code state."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = check_parser(__doc__)
     parser.add_argument("--json", type=Path, help="where to write the fingerprints")
     parser.add_argument("--against", type=Path, help="fingerprints of another code state")
     parser.add_argument("--env", choices=sorted(CASES), help="only this environment")

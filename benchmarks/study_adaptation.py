@@ -19,12 +19,12 @@ import numpy as np
 
 from agents.controllers import make_controller
 from agents.controllers.protocol import Controller
-from agents.environments import Env, core_of, make_vector
-from agents.evaluation import held_out
-from agents.files import write_json
-from agents.metrics import mean_interval, paired_mean
-from agents.throws import Throws
-from agents.versions import versions
+from agents.ground.environments import Env, core_of, make_vector
+from agents.ground.files import write_json
+from agents.ground.metrics import mean_interval, paired_mean
+from agents.ground.versions import versions
+from agents.judging.evaluation import held_out
+from agents.judging.throws import Throws
 from benchmarks.study import study_options, study_parser
 
 ENV: Final = "PnTAdapt-v0"

@@ -26,11 +26,11 @@ from typing import Any, Final
 import numpy as np
 
 from agents.controllers import make_controller
-from agents.environments import make_vector
-from agents.evaluation import NUM_ENVS, held_out, practise
-from agents.files import read_json, write_json
-from agents.metrics import throughput
-from agents.throws import summary
+from agents.ground.environments import make_vector
+from agents.ground.files import read_json, write_json
+from agents.ground.metrics import throughput
+from agents.judging.evaluation import NUM_ENVS, held_out, practise
+from agents.judging.throws import summary
 from benchmarks.study import Floats, infos, seeded_cells, study_options, study_parser
 from pnt_gym.arrays import joined, length
 from pnt_gym.cells.base.rotations import vertical

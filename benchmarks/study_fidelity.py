@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from agents.files import write_json
+from agents.ground.files import write_json
 from benchmarks.study import infos, seeded_cells, study_options, study_parser
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 

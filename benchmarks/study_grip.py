@@ -13,8 +13,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from agents.files import write_json
-from agents.metrics import throughput
+from agents.ground.files import write_json
+from agents.ground.metrics import throughput
 from benchmarks.study import infos, seeded_cells, study_options, study_parser
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 

@@ -13,9 +13,9 @@ import sys
 from collections.abc import Mapping
 from typing import Any, Final
 
-from agents.evaluation import evaluate
-from agents.files import write_json
-from agents.places import POLICY
+from agents.ground.files import write_json
+from agents.ground.places import POLICY
+from agents.judging.evaluation import evaluate
 from benchmarks.study import study_options, study_parser
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 

@@ -9,7 +9,6 @@ Run: python benchmarks/study_line.py --json results/line.json      (half an hour
 
 from __future__ import annotations
 
-import argparse
 import sys
 from contextlib import closing
 from pathlib import Path
@@ -18,13 +17,14 @@ from typing import Any, Final
 import numpy as np
 
 from agents.controllers.protocol import Controller
-from agents.environments import make_vector, stream_seed
-from agents.files import write_json
-from agents.line.evaluation import Shifts, worked
-from agents.line.making import ENV, NAMES, line_controller, the_line
-from agents.line.releasing import releaser
-from agents.places import POLICY, SHIPPED
-from agents.versions import versions
+from agents.dispatchers.registry import ENV, NAMES, line_controller, the_line
+from agents.dispatchers.release import releaser
+from agents.ground.environments import make_vector, stream_seed
+from agents.ground.files import write_json
+from agents.ground.places import POLICY, SHIPPED
+from agents.ground.versions import versions
+from agents.judging.work_shifts import Shifts, worked
+from benchmarks.checks import check_parser
 from pnt_gym.cells.line.core import LineCore
 
 LEARNED: Final = SHIPPED / "results" / "policies" / "PnTLine-v0"
@@ -107,7 +107,7 @@ def say(level: str, name: str, found: dict[str, Any]) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = check_parser(__doc__)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--threads", type=int, default=2, help="physics threads; results do not depend on it")
     parser.add_argument("--json", type=Path, help="file to write the figures to")

@@ -21,8 +21,8 @@ from typing import Any, Final
 import numpy as np
 
 import pnt_gym
-from agents.files import write_json
-from agents.metrics import recovery, throughput
+from agents.ground.files import write_json
+from agents.ground.metrics import recovery, throughput
 from benchmarks.study import Floats, infos, seeded_cells, study_options, study_parser
 from pnt_gym.cells.conveyor.cell import ConveyorCell, Picks
 from pnt_gym.cells.conveyor.config import ConveyorConfig

@@ -18,10 +18,10 @@ import numpy as np
 
 from agents.controllers import make_controller
 from agents.controllers.protocol import Actions, Controller, Observation
-from agents.environments import core_of, make_vector
-from agents.evaluation import held_out
-from agents.files import write_json
-from agents.throws import summary
+from agents.ground.environments import core_of, make_vector
+from agents.ground.files import write_json
+from agents.judging.evaluation import held_out
+from agents.judging.throws import summary
 from benchmarks.study import study_options, study_parser
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.core import Core

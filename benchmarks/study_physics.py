@@ -21,8 +21,8 @@ from typing import Any
 from agents.controllers.analytic import Analytic
 from agents.controllers.oracle import Oracle
 from agents.controllers.protocol import Controller, Observation
-from agents.files import write_json
-from agents.metrics import landing, throughput, wilson
+from agents.ground.files import write_json
+from agents.ground.metrics import landing, throughput, wilson
 from benchmarks.study import Floats, infos, seeded_cells, study_options, study_parser
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.config import ConveyorConfig

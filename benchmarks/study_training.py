@@ -9,7 +9,6 @@ Run: python benchmarks/study_training.py --json results/training.json      (an h
 
 from __future__ import annotations
 
-import argparse
 import sys
 import tempfile
 import time
@@ -20,20 +19,21 @@ from typing import Any, Final, NamedTuple
 
 import torch
 
-from agents import runs
 from agents.controllers import make_controller
 from agents.controllers.between import PLANNER
 from agents.controllers.own import run_policy
 from agents.controllers.protocol import Controller
-from agents.environments import Env, core_of, make_vector
-from agents.evaluation import NUM_ENVS, held_out, practise
-from agents.files import read_json, write_json
-from agents.hyperparameters import hyperparameters
-from agents.progress import Stop
-from agents.sb3 import build
-from agents.throws import summary
-from agents.train import learn
-from agents.vec_env import SameStepVecEnv
+from agents.ground.environments import Env, core_of, make_vector
+from agents.ground.files import read_json, write_json
+from agents.judging.evaluation import NUM_ENVS, held_out, practise
+from agents.judging.throws import summary
+from agents.learning import runs
+from agents.learning.hyperparameters import hyperparameters
+from agents.learning.progress import Stop
+from agents.learning.sb3 import build
+from agents.learning.vec_env import SameStepVecEnv
+from agents.lessons.course import learn
+from benchmarks.checks import check_parser
 
 ENV: Final = "PnTRelease-v0"
 LEVEL: Final = "waste"
@@ -115,7 +115,7 @@ def started(file: Path, head: dict[str, Any]) -> dict[str, Any]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = check_parser(__doc__)
     parser.add_argument("--picks", type=int, default=1000, help="held-out throws by which a policy is judged")
     parser.add_argument("--most", type=int, default=MOST, help="throws to learn from")
     parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1])

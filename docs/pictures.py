@@ -22,13 +22,13 @@ ROOT: Final = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from agents.controllers import make_controller  # noqa: E402
-from agents.environments import core_of, make_vector, stream_seed  # noqa: E402
-from agents.evaluation import practise, thrown, usual_practice  # noqa: E402
-from agents.files import replace_file, write_text  # noqa: E402
-from agents.line.evaluation import judged  # noqa: E402
-from agents.line.film import decisions  # noqa: E402
-from agents.line.gantt import gantt  # noqa: E402
-from agents.line.making import line_controller, opened, the_line  # noqa: E402
+from agents.dispatchers.registry import line_controller, opened, the_line  # noqa: E402
+from agents.ground.environments import core_of, make_vector, stream_seed  # noqa: E402
+from agents.ground.files import replace_file, write_text  # noqa: E402
+from agents.judging.evaluation import practise, thrown, usual_practice  # noqa: E402
+from agents.judging.work_shifts import judged  # noqa: E402
+from agents.pictures.film import decisions  # noqa: E402
+from agents.pictures.gantt import gantt  # noqa: E402
 from pnt_gym.cells.base.canvas import Picture  # noqa: E402
 
 FOLDER: Final = ROOT / "docs" / "pictures"

@@ -7,7 +7,7 @@ from pnt_gym.commands import command_module
 
 def main() -> None:
     """Do what the command line asks for."""
-    command_module("console").main()
+    command_module("ground.console").main()
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ def command_module(name: str) -> Any:
 
 
 def evaluate(policy: Any, env: Any, picks: int = 200, seed: int = 0, **options: Any) -> dict[str, Any]:
-    """What a policy is worth on held-out throws; every argument as for `agents.evaluation.evaluate`.
+    """What a policy is worth on held-out throws; every argument as for `agents.judging.evaluation.evaluate`.
 
     Args:
         policy: a function of observations (N, D) that returns actions (N, A) within [-1, 1], a controller, a model of
@@ -30,4 +30,4 @@ def evaluate(policy: Any, env: Any, picks: int = 200, seed: int = 0, **options: 
     Raises:
         PntGymError: no such policy or environment, two that do not fit, or no throws.
     """
-    return command_module("evaluation").evaluate(policy, env, picks, seed, **options)
+    return command_module("judging.evaluation").evaluate(policy, env, picks, seed, **options)

@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from agents.places import SHIPPED as ROOT
+from agents.ground.places import SHIPPED as ROOT
 
 # Prints the plans of 400 throws under a ceiling and in a workspace as hexadecimal bytes.
 PLAN = """

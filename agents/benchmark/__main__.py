@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-from ..cli import at_least, option, run
-from ..cluster import Needs, pool
-from ..outputs import check_writable, deliver_json
-from ..places import MADE, SHIPPED
-from ..tables import comparison_table, console, shifts_comparison
-from ..versions import versions
-from ..work import do_missing
+from ..ground.cli import at_least, option, run
+from ..ground.outputs import check_writable, deliver_json
+from ..ground.places import MADE, SHIPPED
+from ..ground.tables import comparison_table, console, shifts_comparison
+from ..ground.versions import versions
+from ..jobs.cluster import Needs, pool
+from ..jobs.work import do_missing
 from .compare import assemble
 from .plan import Plan, is_of_line, needs, read_plan
 from .run import jobs

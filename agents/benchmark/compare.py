@@ -11,9 +11,9 @@ import numpy as np
 
 from pnt_gym.arrays import Floats
 
-from .. import metrics
-from ..cli import UsageError
-from ..throws import over_the_shift
+from ..ground import metrics
+from ..ground.cli import UsageError
+from ..judging.throws import over_the_shift
 from . import lines
 from .entries import labels_of
 from .plan import Plan

@@ -13,9 +13,9 @@ from pnt_gym.cells.base.config import FileName, Section
 from ..controllers import NAMES
 from ..controllers.adaptive import READY
 from ..controllers.between import MOST, OVER, PLANNER
-from ..hyperparameters import hyperparameters
-from ..line.making import NAMES as DECIDING
-from ..runs import ALGORITHMS, CHOOSING
+from ..dispatchers.registry import NAMES as DECIDING
+from ..learning.hyperparameters import hyperparameters
+from ..learning.runs import ALGORITHMS, CHOOSING
 from . import lines
 
 Count = Annotated[int, Field(ge=0)]

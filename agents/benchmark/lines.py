@@ -17,19 +17,19 @@ from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.core import LineCore
 from pnt_gym.reading import MOST_NUMBERS, bytes_of
 
-from .. import metrics
-from ..cli import UsageError
 from ..controllers.protocol import Controller
-from ..environments import Env, stream_seed
-from ..files import jsonable
-from ..line.evaluation import LISTS, MEANS, Shifts, mean
-from ..line.making import GUIDED, line_controller, the_line
-from ..line.scored import Scored
-from ..line.tuned import PLANNERS, rate, settings
-from ..line.tuning import SEARCHED, Bench, best
-from ..places import at
-from ..runs import CHOOSING, POLICY
-from ..scorer import Scorer
+from ..dispatchers.registry import GUIDED, line_controller, the_line
+from ..dispatchers.scored import Scored
+from ..dispatchers.settings import PLANNERS, rate, settings
+from ..ground import metrics
+from ..ground.cli import UsageError
+from ..ground.environments import Env, stream_seed
+from ..ground.files import jsonable
+from ..ground.places import at
+from ..judging.work_shifts import LISTS, MEANS, Shifts, mean
+from ..learning.runs import CHOOSING, POLICY
+from ..lessons.search import SEARCHED, Bench, best
+from ..policies.scorer import Scorer
 
 SHIFTS: Final = 100
 """Of a plan that does not say how many."""
@@ -38,7 +38,7 @@ COMPARED: Final = ("value_per_min", "sorted_per_min", "recovery", "value_recover
 FOUND: Final = "index"
 """The controller that is searched for where its entry has decisions to learn from, and is else the one that ships."""
 ENDS: Final = 64
-"""Shifts by which such a search compares its end with its beginning, as in `agents.tune`."""
+"""Shifts by which such a search compares its end with its beginning, as in `agents.line tune`."""
 SLOW: Final = 20
 """Decisions of a rule that take as long as one of a planner."""
 DIGITS: Final = 5
@@ -64,7 +64,7 @@ def controller(label: str, name: str, env: Env, options: Mapping[str, Any]) -> C
 
 def searched(level: LineConfig, decisions: int, seed: int) -> Controller:
     """The index that a search from the ATC rule ends with, after whole generations of about so many decisions."""
-    from ..line import searching  # noqa: PLC0415 - needs a library that only it does
+    from ..lessons import scores as searching  # noqa: PLC0415 - needs a library that only it does
 
     first = stream_seed("practice", seed)
     bench = Bench(level, np.arange(first, first + ENDS))

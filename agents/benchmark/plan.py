@@ -16,57 +16,23 @@ from pydantic import Field, ValidationError, model_validator
 from pnt_gym.cells.base.config import FileName, LevelConfig, Section, first_problem
 from pnt_gym.cells.line.config import LineConfig
 
-from ..cli import UsageError
-from ..cluster import Needs
 from ..controllers import NAMES
 from ..controllers.adaptive import READY, is_told
-from ..environments import core_of, make_vector
-from ..files import read_yaml
-from ..line.making import NAMES as DECIDING
-from ..parcel import own_code
-from ..places import ADAPTIVE, SHIPPED, at
-from ..runs import CHOOSING
-from ..work import code_digest, key
+from ..dispatchers.registry import NAMES as DECIDING
+from ..ground.cli import UsageError
+from ..ground.environments import core_of, make_vector
+from ..ground.files import read_yaml
+from ..ground.places import ADAPTIVE, SHIPPED, at
+from ..jobs.cluster import Needs
+from ..jobs.code import code_digest
+from ..jobs.parcel import own_code
+from ..jobs.work import key
+from ..learning.runs import CHOOSING
 from . import lines
 from .entries import EACH, TRAINED, Choice, Count, Entry, Several, labels_of, settings_of
 
-_CODE = (
-    "pnt_gym/**/*.py",
-    "agents/actor.py",
-    "agents/controllers/**/*.py",
-    "agents/benchmark/run.py",
-    "agents/evaluation.py",
-    "agents/throws.py",
-    "agents/environments.py",
-    "agents/sb3.py",
-    "agents/train.py",
-    "agents/vec_env.py",
-    "agents/weights.py",
-)
-"""The code that decides where objects land."""
-_CODE_OF_LINES = (
-    *_CODE,
-    "agents/scorer.py",
-    "agents/residual.py",
-    "agents/benchmark/lines.py",
-    "agents/hyperparameters.py",
-    *(
-        f"agents/line/{name}.py"
-        for name in (
-            "evaluation",
-            "learning",
-            "looking",
-            "making",
-            "rules",
-            "scored",
-            "searching",
-            "shifts",
-            "tuned",
-            "tuning",
-        )
-    ),
-)
-"""The code that decides what comes next, too."""
+_CODE = ("pnt_gym/**/*.py", "agents/controllers/*.py", "agents/dispatchers/*.py")
+"""Code that decides where objects land or what comes next, and is found by a name; the rest is imported."""
 
 
 @final
@@ -167,7 +133,7 @@ def pieces(plan: Plan) -> list[Piece]:
         _check_whole(plan, level)
     line = is_of_line(plan)
     _check_kind(plan, line)
-    code = code_digest(_CODE_OF_LINES if line else _CODE)
+    code = code_digest(_CODE, ["agents.benchmark.run"])
     made: list[Piece] = []
     for entry, where in _by_level(plan):
         learns = any(entry.throws)

@@ -15,20 +15,20 @@ import numpy as np
 from pnt_gym.arrays import Bools
 from pnt_gym.cells.line.config import LineConfig
 
-from .. import runs
 from ..controllers import Learner, make_controller
 from ..controllers.apart import Apart
 from ..controllers.between import as_seen
 from ..controllers.own import run_policy
 from ..controllers.protocol import Controller
-from ..environments import Env, core_of, make_vector, stream_seed
-from ..evaluation import held_out, practise
-from ..line.evaluation import worked
-from ..line.learning import line_settings, more_price
-from ..line.making import line_of
-from ..line.scored import run_scores
-from ..throws import FAILURES, Throws
-from ..work import Job
+from ..dispatchers.registry import line_of
+from ..dispatchers.scored import run_scores
+from ..ground.environments import Env, core_of, make_vector, stream_seed
+from ..jobs.work import Job
+from ..judging.evaluation import held_out, practise
+from ..judging.throws import FAILURES, Throws
+from ..judging.work_shifts import worked
+from ..learning import runs
+from ..lessons.training import line_settings, more_price
 from . import lines
 from .entries import TRAINED, labels_of, settings_of
 from .plan import Piece, Plan, pieces
@@ -156,10 +156,10 @@ def _search(piece: Piece) -> tuple[int, float, Able]:
 
 def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
     """Train, or go on training, and yield the policy at each count of throws or decisions."""
-    from ..progress import Stop  # noqa: PLC0415 - imports torch
-    from ..sb3 import build  # noqa: PLC0415
-    from ..train import in_flight, learn  # noqa: PLC0415
-    from ..vec_env import SameStepVecEnv  # noqa: PLC0415
+    from ..learning.progress import Stop  # noqa: PLC0415 - imports torch
+    from ..learning.sb3 import build  # noqa: PLC0415
+    from ..learning.vec_env import SameStepVecEnv  # noqa: PLC0415
+    from ..lessons.course import in_flight, learn  # noqa: PLC0415
 
     algo, folder = piece.entry.controller, kept / f"{piece.name}-{piece.key}-run"
     settings = settings_of(piece.entry, piece.plan.env)

@@ -19,10 +19,10 @@ from pnt_gym.cells.line.core import LineCore
 from pnt_gym.errors import one_sentence
 from pnt_gym.reading import AccessError, arrays_of
 
-from ..cli import UsageError
-from ..environments import Env, core_of
-from ..outputs import deliver
-from ..places import ADAPTIVE
+from ..ground.cli import UsageError
+from ..ground.environments import Env, core_of
+from ..ground.outputs import deliver
+from ..ground.places import ADAPTIVE
 from .adaptive import IN_CONTEXT, STATIC, Adaptive, is_told
 from .analytic import Analytic
 from .ballistic import AnalyticHeight, MeanLead
@@ -85,8 +85,8 @@ def make_controller(name: str, env: Env, *, trust: bool = False, **options: Any)
     """The controller of a name, of a trained policy, or of somebody's module, fitted to an environment.
 
     Args:
-        name: one of `NAMES`; a run folder, an RL-Zoo folder or a model.zip (see `agents.trained`); or MODULE:CLASS (see
-            `Controller`), which imports MODULE.
+        name: one of `NAMES`; a run folder, an RL-Zoo folder or a model.zip (see `agents.learning.trained`); or
+            MODULE:CLASS (see `Controller`), which imports MODULE.
         env: the environment it will act in.
         trust: load an RL-Zoo folder or a model.zip, which runs code in them.
         options: settings of that controller, e.g. `gain` of virtual_goal or `width` of mlp.

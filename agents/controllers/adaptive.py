@@ -18,8 +18,8 @@ from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.observation import FEEDBACK, SHIFT_TABLE
 
-from ..cli import UsageError
-from ..environments import Env, core_of
+from ..ground.cli import UsageError
+from ..ground.environments import Env, core_of
 from .mlp import Mlp
 from .newcomers import Newcomers
 from .protocol import Actions, Learner, Observation, Outcome, State

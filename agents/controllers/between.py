@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools
 
-from ..actor import Actor
-from ..cli import UsageError
-from ..environments import Env
-from ..runs import RECURRENT
+from ..ground.cli import UsageError
+from ..ground.environments import Env
+from ..learning.runs import RECURRENT
+from ..policies.actor import Actor
 from .adaptive import READY, begins, check_begins
 from .protocol import Actions, Controller, Observation
 

@@ -16,7 +16,7 @@ from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.drift import Drift
 
-from ..cli import UsageError
+from ..ground.cli import UsageError
 from .protocol import State
 from .recurrent import Lessons, Recurrent, trained
 from .trackers import Tracker, effects

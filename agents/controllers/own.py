@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from pnt_gym.errors import PntGymError, one_sentence
 
-from ..actor import Actor
-from ..cli import UsageError
-from ..environments import Env, core_of, own_module
-from ..runs import load_actor, read_arguments
-from ..trained import check_trust, find_trained
+from ..ground.cli import UsageError
+from ..ground.environments import Env, core_of, own_module
+from ..learning.runs import load_actor, read_arguments
+from ..learning.trained import check_trust, find_trained
+from ..policies.actor import Actor
 from .adaptive import check_begins
 from .between import PLANNER, Remembering, between
 from .protocol import Actions, Controller, Observation
@@ -108,8 +108,8 @@ def trained_policy(place: Path, env: Env, *, trust: bool = False) -> Controller:
     if found.is_run:
         return run_policy(load_actor(place), read_arguments(place), env, what)
     check_trust(place, trust)
-    from ..sb3 import load_policy, load_statistics  # noqa: PLC0415 - torch takes a second to import
-    from ..vec_env import SameStepVecEnv  # noqa: PLC0415 - as above
+    from ..learning.sb3 import load_policy, load_statistics  # noqa: PLC0415 - torch takes a second to import
+    from ..learning.vec_env import SameStepVecEnv  # noqa: PLC0415 - as above
 
     model = load_policy(found.model)
     policy = model_policy(model, type(model).__name__.lower(), env, what)
@@ -154,7 +154,7 @@ def model_policy(model: Any, name: str, env: Env, what: str = "the model") -> Co
         UsageError: it does not fit the environment.
     """
     if hasattr(getattr(model, "policy", None), "lstm_actor"):
-        from ..weights import actor_of  # noqa: PLC0415 - as above
+        from ..policies.weights import actor_of  # noqa: PLC0415 - as above
 
         return _acting(actor_of(model), name, env, what)
     _check_fit(model.observation_space.shape, model.action_space.shape, env, what)

@@ -13,7 +13,7 @@ import numpy as np
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.action import Correction
 
-from ..cli import UsageError
+from ..ground.cli import UsageError
 from .mlp import Mlp
 from .protocol import Actions, Learner, Observation, Outcome, State
 from .ridge import Ridge

@@ -7,7 +7,7 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.base.action import Correction
 
-from ..cli import UsageError
+from ..ground.cli import UsageError
 from .protocol import Actions, Outcome
 
 

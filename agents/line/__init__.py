@@ -1,1 +1,1 @@
-"""Who takes what next along a line: rules, planners and learners, how they are tuned, and what they are worth."""
+"""Tools of lines: plan one, find settings, teach a policy, count what becomes of throws."""

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..cli import UsageError, run
-from ..files import held, of_its_form, read_json
-from ..outputs import deliver_text
-from ..places import MADE
+from ..ground.cli import UsageError, run
+from ..ground.files import held, of_its_form, read_json
+from ..ground.outputs import deliver_text
+from ..ground.places import MADE
+from ..ground.tables import console
 from ..reproduce.grids import plain
-from ..tables import console
 from .figures import benchmark_figures
 from .line import line_grids
 from .measures import TABLES

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from ..tables import Grid
+from ..ground.tables import Grid
 
 Data = Mapping[str, Any]
 

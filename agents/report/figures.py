@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from ..drawings import COLOURS, Axes, Figure, dress, subplots, svg, tiled
+from ..ground.drawings import COLOURS, Axes, Figure, dress, subplots, svg, tiled
 from .line import gains_figure
 from .tables import is_of_line, is_of_shifts, labels, name_of, rows_of
 

@@ -9,10 +9,10 @@ import numpy as np
 
 from pnt_gym.arrays import Floats
 
-from .. import metrics
-from ..drawings import COLOURS, Figure, dress, tiled
-from ..line.tuned import PLANNERS
-from ..tables import Grid, percent
+from ..dispatchers.settings import PLANNERS
+from ..ground import metrics
+from ..ground.drawings import COLOURS, Figure, dress, tiled
+from ..ground.tables import Grid, percent
 from .tables import OF_LINE, comparison_table, conditions, name_of, other_levels, rows_of, side_by_side, who
 
 Data = Mapping[str, Any]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
-from ..tables import Grid
+from ..ground.tables import Grid
 from .adaptation import camera_table, newcomers_table
 from .cell import cup_table, dispatch_table, grip_table, judged_table, neighbours_table
 from .methods import throwable_table

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
-from ..drawings import COLOURS, Axes, Figure, dress, subplots, svg
-from ..tables import Grid
+from ..ground.drawings import COLOURS, Axes, Figure, dress, subplots, svg
+from ..ground.tables import Grid
 from .page import Chapter
 
 Data = Mapping[str, Any]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import final
 
-from ..tables import Grid, html_text, markdown_text
+from ..ground.tables import Grid, html_text, markdown_text
 
 TEMPLATE = Path(__file__).with_name("page.html")
 OPENING = (

@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from ..cli import UsageError
-from ..files import of_its_form, read_json
-from ..outputs import deliver_text
-from ..tables import Grid, markdown_text
+from ..ground.cli import UsageError
+from ..ground.files import of_its_form, read_json
+from ..ground.outputs import deliver_text
+from ..ground.tables import Grid, markdown_text
 from .adaptation import camera_table, newcomers_table
 from .line import gains_table, learned_table, worked_table
 from .measures import (

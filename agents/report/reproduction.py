@@ -9,10 +9,10 @@ from typing import Any, Final
 
 from pnt_gym.errors import one_sentence
 
-from ..cli import UsageError
-from ..files import read_json
+from ..ground.cli import UsageError
+from ..ground.files import read_json
+from ..ground.tables import Grid
 from ..reproduce.record import Record, all_grids, overview_grids, verdicts
-from ..tables import Grid
 from .page import Chapter
 
 USED: Final = ("python", "pnt_gym", "mujoco", "numpy", "scipy", "casadi")

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain
 from typing import Any, Final
 
-from ..tables import Grid, percent
+from ..ground.tables import Grid, percent
 
 Data = Mapping[str, Any]
 WHO = ("controller", "throws to learn")

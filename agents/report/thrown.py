@@ -9,8 +9,8 @@ import numpy as np
 
 from pnt_gym.arrays import Floats
 
-from .. import metrics
-from ..tables import Grid
+from ..ground import metrics
+from ..ground.tables import Grid
 from .line import gain
 
 Data = Mapping[str, Any]

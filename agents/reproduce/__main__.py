@@ -11,11 +11,11 @@ from typing import Annotated
 
 import tyro
 
-from ..cli import UsageError, at_least, option, run
-from ..outputs import check_writable, deliver_json, deliver_text
-from ..places import MADE
-from ..tables import console
-from ..work import Job, do_missing, processes
+from ..ground.cli import UsageError, at_least, option, run
+from ..ground.outputs import check_writable, deliver_json, deliver_text
+from ..ground.places import MADE
+from ..ground.tables import console
+from ..jobs.work import Job, do_missing, processes
 from .papers import PAPERS, jobs
 from .record import assemble, headlines
 

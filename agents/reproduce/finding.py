@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias, final
 
-from ..tables import Grid
+from ..ground.tables import Grid
 
 Value: TypeAlias = float | str | None
 Verdict: TypeAlias = Literal["reproduced", "differs", "misprint", "not reproducible", "infeasible", "ours"]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any, Final, TypeAlias
 
-from ..drawings import Figure, svg
-from ..tables import Grid
+from ..ground.drawings import Figure, svg
+from ..ground.tables import Grid
 from .finding import Findings, Row
 
 JsonRow: TypeAlias = Mapping[str, Any]

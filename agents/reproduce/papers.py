@@ -10,35 +10,13 @@ from typing import Any, Final, Protocol, cast
 
 from pnt_gym.errors import PntGymError, one_sentence
 
-from ..places import CODE
-from ..work import Job, code_digest, key
+from ..ground.places import CODE
+from ..jobs.code import code_digest
+from ..jobs.work import Job, key
 from .finding import Overview, Parts
 
-_LEARNING: Final = (
-    "pnt_gym/envs/*.py",
-    "agents/environments.py",
-    "agents/evaluation.py",
-    "agents/throws.py",
-    "agents/controllers/**/*.py",
-)
-"""What learning in an environment depends on."""
-PAPERS: Final[Mapping[str, tuple[str, ...]]] = {
-    "hassan": ("configs/cells/conveyor/*.yaml",),
-    "choe": ("configs/cells/conveyor/*.yaml",),
-    "miyashita": ("configs/cells/one_joint/*.yaml", *_LEARNING),
-    "leveziel": ("configs/cells/gripper/*.yaml", *_LEARNING),
-}
-"""Papers by the name of their package here, and the code they depend on beside their own and what all share."""
-_SHARED: Final = (
-    "pnt_gym/*.py",
-    "pnt_gym/planning/**/*.py",
-    "pnt_gym/robots/**/*.py",
-    "pnt_gym/cells/**/*.py",
-    "agents/drawings.py",
-    "agents/reproduce/*.py",
-)
-_NO_EFFECT: Final = ("agents/reproduce/__main__.py", "agents/reproduce/papers.py", "agents/reproduce/record.py")
-"""Code that changes no finding."""
+PAPERS: Final = {"hassan": "conveyor", "choe": "conveyor", "miyashita": "one_joint", "leveziel": "gripper"}
+"""Papers by the name of their package here, and whose levels they simulate."""
 
 
 class Paper(Protocol):
@@ -60,8 +38,8 @@ def package(name: str) -> Paper:
 
 def jobs(name: str) -> list[Job]:
     """One job per part of a paper."""
-    code = (*_SHARED, *PAPERS[name], f"agents/reproduce/{name}/**/*.py")
-    digest = key(code=code_digest(code, _NO_EFFECT, CODE))
+    files = ("pnt_gym/**/*.py", f"configs/cells/{PAPERS[name]}/*.yaml")
+    digest = key(code=code_digest(files, [f"agents.reproduce.{name}"], CODE))
     return [Job(f"{name}/{part}", digest, partial(run_part, name, part)) for part in package(name).PARTS]
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any, Final, TypeAlias
 
-from ..tables import Grid
-from ..versions import versions
+from ..ground.tables import Grid
+from ..ground.versions import versions
 from .finding import Overview
 from .grids import Rows, plain
 from .papers import package

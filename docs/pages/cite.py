@@ -6,7 +6,7 @@ from typing import Any, Final
 
 import yaml
 
-from agents.places import SHIPPED as ROOT
+from agents.ground.places import SHIPPED as ROOT
 
 from .marks import fenced
 

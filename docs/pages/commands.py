@@ -11,8 +11,8 @@ from typing import Any, Final
 
 import tyro
 
-from agents.console import COMMANDS
-from agents.places import SHIPPED as ROOT
+from agents.ground.console import COMMANDS
+from agents.ground.places import SHIPPED as ROOT
 
 from .marks import fenced, table
 
@@ -23,8 +23,8 @@ WIDTH: Final = "100"
 
 def listed(_: str) -> str:
     """A table of the words that `pnt-gym` takes."""
-    rows = [(f"[`pnt-gym {name}`](#pnt-gym-{name})", purpose) for name, (_, purpose) in COMMANDS.items()]
-    return table(("command", "what it does"), rows)
+    links = {name: f"[`pnt-gym {name}`](#pnt-gym-{name.replace(' ', '-')})" for name in COMMANDS}
+    return table(("command", "what it does"), [(links[name], purpose) for name, (_, purpose) in COMMANDS.items()])
 
 
 def help_of(which: str) -> str:

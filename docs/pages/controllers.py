@@ -8,7 +8,6 @@ from functools import cache
 from typing import Any, Final
 
 import pnt_gym
-from agents.cli import UsageError
 from agents.controllers import (
     NAMES,
     Controller,
@@ -22,9 +21,10 @@ from agents.controllers import (
     ridge,
     trackers,
 )
-from agents.environments import make_vector
-from agents.line.making import NAMES as line_names
-from agents.line.making import line_controller, line_of, the_line
+from agents.dispatchers.registry import NAMES as line_names
+from agents.dispatchers.registry import line_controller, line_of, the_line
+from agents.ground.cli import UsageError
+from agents.ground.environments import make_vector
 
 from .marks import table
 

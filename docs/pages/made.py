@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from agents.places import SHIPPED as ROOT
+from agents.ground.places import SHIPPED as ROOT
 from agents.report.readme import with_blocks
 
 from . import cite, commands, controllers, environments, items, levels, results

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 
-from agents.files import read_json
-from agents.places import SHIPPED as ROOT
+from agents.ground.files import read_json
+from agents.ground.places import SHIPPED as ROOT
 from agents.reproduce.record import Record
 from agents.reproduce.record import verdicts as counted
 

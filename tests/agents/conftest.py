@@ -1,4 +1,4 @@
-"""A folder in which somebody else works, with a package and controllers of theirs."""
+"""A folder in which somebody else works, with a package and controllers of theirs; and a line with short shifts."""
 
 from __future__ import annotations
 
@@ -30,3 +30,11 @@ def here(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
         sys.modules.pop(name, None)
     for name in [name for name in gym.registry if name.startswith("Lob")]:
         gym.registry.pop(name)
+
+
+@pytest.fixture
+def short(tmp_path: Path) -> str:
+    """A level of a line with shifts of ten seconds, as a file."""
+    file = tmp_path / "short.yaml"
+    file.write_text("base: value\nname: short\nduration: 10\n")
+    return str(file)

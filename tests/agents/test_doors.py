@@ -15,12 +15,12 @@ from gymnasium.vector import SyncVectorEnv
 from stable_baselines3 import PPO, SAC
 
 from agents import publish, train
-from agents.cli import UsageError
 from agents.controllers import make_controller
-from agents.environments import make_vector
-from agents.evaluation import evaluate, held_out, practise
-from agents.throws import summary
-from agents.trained import setting
+from agents.ground.cli import UsageError
+from agents.ground.environments import make_vector
+from agents.judging.evaluation import evaluate, held_out, practise
+from agents.judging.throws import summary
+from agents.learning.trained import setting
 from tests.tools.commands import answer, call, call_here
 from tests.tools.lob import write_entry_point, write_package
 from tests.tools.models import model

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 import yaml
 
-from agents.cli import explained
-from agents.places import POLICY
+from agents.ground.cli import explained
+from agents.ground.places import POLICY
 from pnt_gym.errors import PhysicsError
 from pnt_gym.reading import yaml_text
 from tests.tools.commands import answered, refused

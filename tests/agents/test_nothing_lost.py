@@ -15,9 +15,9 @@ from typing import Any
 import pytest
 import yaml
 
-from agents import runs
-from agents.files import held, sweep, write_text
-from agents.places import SHIPPED
+from agents.ground.files import held, sweep, write_text
+from agents.ground.places import SHIPPED
+from agents.learning import runs
 from tests.tools.commands import answered, environment, refused
 from tests.tools.killed_commands import LEARNER, small_reproduction
 from tests.tools.kills import state
@@ -88,7 +88,7 @@ def test_a_second_command_in_a_folder_is_refused(run: Path, here: Path) -> None:
 
 
 def test_a_lock_ends_with_its_process(here: Path) -> None:
-    code = "import os, pathlib, agents.files\nwith agents.files.held(pathlib.Path()): os.kill(os.getpid(), 9)"
+    code = "import os\nfrom agents.ground.files import held, Path\nwith held(Path()): os.kill(os.getpid(), 9)"
     done = subprocess.run([sys.executable, "-c", code], env=environment(), timeout=60, check=False)
     assert done.returncode == -9
     with held(here):
@@ -134,7 +134,7 @@ def test_a_table_of_fewer_throws_is_not_taken_for_that_of_more(run: Path, monkey
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr("agents.evaluation.held_out", killed)
+        patch.setattr("agents.judging.evaluation.held_out", killed)
         assert answered(*RESUME, "--steps", "24")[0] != 0
     assert runs.load_model(run).num_timesteps == 24
     assert not (run / "evaluation.json").exists()
@@ -182,7 +182,7 @@ def test_a_disk_that_is_full_costs_no_more_than_the_leg(run: Path, here: Path, s
 
 
 LEARNS = ("torch", "stable_baselines3", "sb3_contrib")
-OURS = ("agents.progress", "agents.sb3", "agents.vec_env", "agents.weights")
+OURS = ("agents.learning.progress", "agents.learning.sb3", "agents.learning.vec_env", "agents.policies.weights")
 """What of ours imports them."""
 MISSING = [
     ("torch", "rl", ("agents.train", *SMALL[:-1], "new")),

@@ -13,9 +13,10 @@ import onnxruntime
 import pytest
 import yaml
 
-from agents import publish, runs
-from agents.cli import UsageError
-from agents.evaluation import evaluate
+from agents import publish
+from agents.ground.cli import UsageError
+from agents.judging.evaluation import evaluate
+from agents.learning import runs
 from agents.publish import Arguments
 from tests.tools.commands import answer, call, call_here, refused
 

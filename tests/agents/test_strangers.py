@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 import pytest
 
-from agents.places import POLICY
+from agents.ground.places import POLICY
 from tests.tools.commands import environment
 
 MOST: Final = 600

@@ -14,14 +14,14 @@ import pytest
 import torch
 import yaml
 
-from agents import runs
-from agents.cli import UsageError
 from agents.controllers import make_controller
-from agents.environments import make_vector
-from agents.evaluation import held_out
-from agents.throws import summary
+from agents.ground.cli import UsageError
+from agents.ground.environments import make_vector
+from agents.judging.evaluation import held_out
+from agents.judging.throws import summary
+from agents.learning import runs
+from agents.learning.vec_env import SameStepVecEnv
 from agents.train import Arguments, main
-from agents.vec_env import SameStepVecEnv
 from tests.tools.toy_cell import ToyVectorEnv, register_toy
 
 register_toy()

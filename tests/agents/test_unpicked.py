@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from agents.controllers import Observation, Outcome, make_controller
-from agents.environments import make_vector
-from agents.evaluation import evaluate, practise
-from agents.progress import ProgressCallback, Stop
-from agents.throws import Throws
+from agents.ground.environments import make_vector
+from agents.judging.evaluation import evaluate, practise
+from agents.judging.throws import Throws
+from agents.learning.progress import ProgressCallback, Stop
 from pnt_gym.arrays import take
 
 LEVEL = {"base": "waste", "fidelity": "flight", "spread": {"seal": 1.0}}

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 import yaml
 
-from agents.cli import UsageError, _parsed
 from agents.evaluate import Arguments
-from agents.places import POLICY
+from agents.ground.cli import UsageError, _parsed
+from agents.ground.places import POLICY
 from tests.agents.test_mistakes import PLAN, WRONG
 from tests.tools.commands import refused
 from tests.tools.toy_cell import register_toy

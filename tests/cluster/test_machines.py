@@ -19,12 +19,12 @@ import psutil
 import pytest
 import yaml
 
-from agents import cluster
 from agents.benchmark.plan import Plan, pieces
 from agents.benchmark.run import run_piece
-from agents.cli import UsageError
-from agents.cluster import Needs, pool
-from agents.work import Job, do_missing
+from agents.ground.cli import UsageError
+from agents.jobs import cluster
+from agents.jobs.cluster import Needs, pool
+from agents.jobs.work import Job, do_missing
 from pnt_gym.errors import PntGymError
 from tests.cluster.conftest import Machines, all_gone, lose_power, workers
 from tests.tools.commands import environment

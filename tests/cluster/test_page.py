@@ -5,7 +5,7 @@ from __future__ import annotations
 import yaml
 from ray.autoscaler._private.util import prepare_config, validate_config
 
-from agents.places import SHIPPED
+from agents.ground.places import SHIPPED
 
 
 def test_ray_takes_the_cluster_to_copy() -> None:

@@ -14,10 +14,10 @@ import yaml
 from ray._private.ray_constants import KV_NAMESPACE_CLUSTER
 from ray._raylet import GcsClient
 
-from agents import cluster
-from agents.cli import UsageError
-from agents.cluster import Needs, pool
-from agents.work import Job, do_missing
+from agents.ground.cli import UsageError
+from agents.jobs import cluster
+from agents.jobs.cluster import Needs, pool
+from agents.jobs.work import Job, do_missing
 from tests.cluster.conftest import Machines
 from tests.tools.commands import refused
 

@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 from sphinx.util.typing import stringify_annotation
 
 import pnt_gym
-from agents.console import COMMANDS
 from agents.controllers import NAMES
+from agents.dispatchers.registry import NAMES as LINE_NAMES
+from agents.ground.console import COMMANDS
 from agents.levels import FAMILIES
-from agents.line.making import NAMES as LINE_NAMES
 from docs.pages import cite, commands, controllers, docstrings, environments, items, levels, made, results
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.catalogue import CATALOGUE

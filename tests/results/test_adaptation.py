@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import yaml
 
-from agents.places import SHIPPED as ROOT
+from agents.ground.places import SHIPPED as ROOT
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from agents.places import SHIPPED as ROOT
+from agents.ground.places import SHIPPED as ROOT
 
 
 @pytest.fixture(scope="module")

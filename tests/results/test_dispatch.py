@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from agents.places import SHIPPED as ROOT
+from agents.ground.places import SHIPPED as ROOT
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 PATIENCES = ("1", "2", "4", "8", "16", "32")

@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from agents.line.tuned import PLANNERS
-from agents.places import SHIPPED as ROOT
+from agents.dispatchers.settings import PLANNERS
+from agents.ground.places import SHIPPED as ROOT
 from agents.report.line import CLASS_BLIND, best, by_seed, value
 from agents.report.tables import rows_of
 from pnt_gym.cells.line.config import LineConfig

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from agents.files import read_json
-from agents.places import SHIPPED as ROOT
+from agents.ground.files import read_json
+from agents.ground.places import SHIPPED as ROOT
 
 ROWS: dict[str, dict[str, Any]] = {
     row["quantity"]: row

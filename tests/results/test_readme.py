@@ -12,7 +12,7 @@ import tyro
 import yaml
 
 import pnt_gym  # noqa: F401 - registers the environments
-from agents.console import COMMANDS
+from agents.ground.console import COMMANDS
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -101,8 +101,9 @@ def test_commands_exist_with_these_options(line):
     elif words[:2] == ["python", "benchmarks/step_hashes.py"]:
         assert (ROOT / words[1]).is_file()
     else:
+        count = 2 if words[1] == "line" else 1
         module, given = (
-            (COMMANDS[words[1]][0], words[2:])
+            (COMMANDS[" ".join(words[1 : 1 + count])][0], words[1 + count :])
             if words[0] == "pnt-gym"
             else (f"{words[2].removeprefix('agents.')}.__main__", words[3:])
         )

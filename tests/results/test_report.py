@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from agents.places import SHIPPED as ROOT
+from agents.ground.places import SHIPPED as ROOT
 from agents.report.__main__ import read_chapters
 from agents.report.readme import with_blocks
 

@@ -11,8 +11,8 @@ from typing import Any, get_args
 
 import pytest
 
-from agents.files import read_json
-from agents.places import SHIPPED as ROOT
+from agents.ground.files import read_json
+from agents.ground.places import SHIPPED as ROOT
 from agents.reproduce.finding import Verdict, agree
 from agents.reproduce.hassan.cases import FOLD, METHODS, PERCENTAGES, PUBLISHED
 from agents.reproduce.papers import PAPERS

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 from unittest import mock
 
-from agents.places import SHIPPED as ROOT
+from agents.ground.places import SHIPPED as ROOT
 
 
 def environment() -> dict[str, str]:
@@ -22,7 +22,7 @@ def environment() -> dict[str, str]:
 
 
 def call(module: str, *arguments: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", module, *map(str, arguments)]
+    command = [sys.executable, "-m", *module.split(), *map(str, arguments)]
     return subprocess.run(
         command, cwd=folder, env=environment(), capture_output=True, text=True, timeout=120, check=False
     )
@@ -30,7 +30,7 @@ def call(module: str, *arguments: str | Path, folder: Path) -> subprocess.Comple
 
 def call_here(module: str, *arguments: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
     """The same command line run as `__main__` in this process, which has imported already what takes seconds to."""
-    command = [module, *map(str, arguments)]
+    command = [*module.split(), *map(str, arguments)]
     said, complained, code = io.StringIO(), io.StringIO(), 0
     with (
         contextlib.chdir(folder),
@@ -42,7 +42,7 @@ def call_here(module: str, *arguments: str | Path, folder: Path) -> subprocess.C
     ):
         warnings.filterwarnings("ignore", message=".*found in sys.modules", category=RuntimeWarning)
         try:
-            runpy.run_module(module, run_name="__main__", alter_sys=True)
+            runpy.run_module(command[0], run_name="__main__", alter_sys=True)
         except SystemExit as end:
             code = end.code if isinstance(end.code, int) else int(end.code is not None)
     return subprocess.CompletedProcess(command, code, said.getvalue(), complained.getvalue())

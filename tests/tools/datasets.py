@@ -7,8 +7,8 @@ from typing import Any
 import minari
 import numpy as np
 
-from agents.environments import hidden_of
-from agents.throws import LANDING
+from agents.ground.environments import hidden_of
+from agents.ground.infos import LANDING
 from tests.tools.commands import answered
 
 WORK = ("--jobs", "1", "--work", "kept")

@@ -13,13 +13,13 @@ from typing import Any, Final
 
 import numpy as np
 
-from agents.actor import Actor
 from agents.benchmark.plan import read_plan
 from agents.controllers import read_state
-from agents.files import read_json
-from agents.hyperparameters import hyperparameters
-from agents.runs import read_arguments
-from agents.scorer import Scorer
+from agents.ground.files import read_json
+from agents.learning.hyperparameters import hyperparameters
+from agents.learning.runs import read_arguments
+from agents.policies.actor import Actor
+from agents.policies.scorer import Scorer
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.line.chances import read as read_chances

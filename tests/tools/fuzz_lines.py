@@ -14,7 +14,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import yaml
 
-from agents.places import POLICY
+from agents.ground.places import POLICY
 from tests.tools.commands import call_here
 from tests.tools.toy_cell import register_toy
 
@@ -50,7 +50,7 @@ OPTIONS: Final[dict[str, dict[str, tuple[str, ...]]]] = {
     "agents.report": {"--results": FILES, "--readme": FILES},
     "agents.publish": {"policy": ("",), "folder": ("",), "--to": FILES, "--picks": NUMBERS, "--levels": LEVELS},
     "agents.play": {"--controller": NAMES, "--picture": ("folder", ""), "--video": ("folder", ""), "--slow": NUMBERS},
-    "agents.calibrate": {
+    "agents.line calibrate": {
         "--level": (*LEVELS, "single", "skills3"), "--throws": ("0", "-1", "99", "x", ""), "--seed": SEEDS,
         "--out": FILES, "--num-envs": NUMBERS, "--threads": NUMBERS,
     },
@@ -82,7 +82,7 @@ ALWAYS: Final = {
     "agents.report": ("--results", "folder"),
     "agents.publish": ("policy", "--env", "x:y"),
     "agents.play": ("--picture", "folder"),
-    "agents.calibrate": ("--throws", "0"),
+    "agents.line calibrate": ("--throws", "0"),
     "agents.dataset": (
         "--throws", "4", "--score-throws", "4", "--num-envs", "4", "--expert", "analytic", "--root", "data",
         "--jobs", "1", "--work", "work",

@@ -10,7 +10,7 @@ from typing import Any
 
 import yaml
 
-from agents.places import SHIPPED
+from agents.ground.places import SHIPPED
 from tests.tools.kills import Command, Line
 from tests.tools.toy_cell import register_toy
 

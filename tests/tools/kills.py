@@ -30,7 +30,7 @@ from unittest import mock
 from zipfile import ZipFile
 
 from agents.benchmark import plan
-from agents.files import LOCK
+from agents.ground.files import LOCK
 from agents.reproduce import papers
 from tests.tools.commands import environment
 
@@ -175,10 +175,10 @@ def _run(line: Line, folder: Path, log: Path) -> int:
         open(place, "w", encoding="utf-8") as words,
         contextlib.redirect_stdout(words),
         contextlib.redirect_stderr(words),
-        mock.patch("agents.work.multiprocessing.get_context", lambda _: FORK),
+        mock.patch("agents.jobs.work.multiprocessing.get_context", lambda _: FORK),
         mock.patch.object(plan, "code_digest", cache(lambda *_, **__: "code")),
         mock.patch.object(papers, "code_digest", cache(lambda *_, **__: "code")),
-        mock.patch("agents.runs.git_state", lambda: "commit\n"),
+        mock.patch("agents.learning.runs.git_state", lambda: "commit\n"),
     ):
         warnings.filterwarnings("ignore", message=".*found in sys.modules", category=RuntimeWarning)
         try:

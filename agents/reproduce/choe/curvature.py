@@ -11,7 +11,7 @@ import numpy as np
 from pnt_gym.arrays import Floats
 from pnt_gym.planning.paths import EllipsePath, NodeList
 
-from ...drawings import COLOURS, Figure, dress, subplots
+from ...ground.drawings import COLOURS, Figure, dress, subplots
 from ..finding import Findings, Row
 from ..grids import listed
 from .cases import RATE, example

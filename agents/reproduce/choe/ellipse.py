@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from pnt_gym.arrays import Floats
 from pnt_gym.planning.paths import EllipsePath, approximate_half_circumference, half_circumference
 
-from ...drawings import COLOURS, Axes, Figure, dress, subplots
+from ...ground.drawings import COLOURS, Axes, Figure, dress, subplots
 from ..finding import Findings, Row, printed
 from ..grids import listed
 from .cases import HALF_RISE, HALF_WIDTH, SHORT_LIFT, example, example_at

@@ -7,8 +7,8 @@ from typing import Final
 
 from pnt_gym.planning.paths import EllipsePath, PlanePath, lame_path, line_ellipse_line
 
-from ...drawings import COLOURS, Figure, dress, subplots, svg
-from ...tables import Grid
+from ...ground.drawings import COLOURS, Figure, dress, subplots, svg
+from ...ground.tables import Grid
 from ..finding import Findings, Row
 from ..grids import by_quantity, plain
 from .cases import HALF_RISE, HALF_WIDTH, example

@@ -17,8 +17,8 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.hand import HandCycle
 from pnt_gym.planning.motion.trajectory import HandPath, JerkTrajectory
 
-from ...drawings import Axes, Figure, dress, subplots, svg
-from ...tables import Grid
+from ...ground.drawings import Axes, Figure, dress, subplots, svg
+from ...ground.tables import Grid
 from ..finding import Findings, Row
 
 FROM: Final = (-0.16, 0.10)

@@ -16,7 +16,7 @@ from pnt_gym.robots.t3kr.kinematics import closed_pose
 from pnt_gym.robots.t3kr.model import add_t3kr, control_columns, qpos_columns
 from pnt_gym.robots.t3kr.references import exact_references, joint_knots
 
-from ...tables import Grid
+from ...ground.tables import Grid
 from ..finding import Findings, Row
 from .cases import long_cases, motion
 

@@ -13,7 +13,7 @@ from pnt_gym.planning.paths import NodeList
 from pnt_gym.planning.paths.timing import TimedPath
 from pnt_gym.robots.t3kr.kinematics import inverse_kinematics
 
-from ...drawings import COLOURS, Axes, Figure, dress, subplots, svg
+from ...ground.drawings import COLOURS, Axes, Figure, dress, subplots, svg
 from ..finding import Findings, Row, printed
 from ..grids import by_quantity, listed, plain
 from .cases import (

@@ -11,8 +11,8 @@ import numpy as np
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
 from pnt_gym.planning.optimal.fastest import fastest_motion
 
-from ...drawings import COLOURS, Axes, Figure, dress, subplots, svg
-from ...tables import Grid
+from ...ground.drawings import COLOURS, Axes, Figure, dress, subplots, svg
+from ...ground.tables import Grid
 from ..finding import Findings, Row
 from ..grids import NONE, by_quantity, plain, value
 from .cases import BELT, LIFT, LIMITS, SPAN, Case, example_cases, long_cases, motion

@@ -11,7 +11,7 @@ from pnt_gym.constants import GRAVITY
 from pnt_gym.planning import MotionLimits, flight_state, flight_time, min_time_scurve, release_at_elevation, speed_at
 from pnt_gym.planning.cycles.cycle import Cycle, CycleSamples
 
-from ...drawings import COLOURS, Axes, Figure, dress, subplots
+from ...ground.drawings import COLOURS, Axes, Figure, dress, subplots
 from ..finding import Findings, Row, printed, share
 from ..grids import listed
 from .cases import (

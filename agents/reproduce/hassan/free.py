@@ -22,7 +22,7 @@ from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
 from pnt_gym.planning.optimal.fastest import NoMotionFound
 from pnt_gym.planning.optimal.free import fastest_throw
 
-from ...drawings import COLOURS, Axes, dress, subplots, svg
+from ...ground.drawings import COLOURS, Axes, dress, subplots, svg
 from ..finding import Findings, Row
 from .cases import (
     CEILING,

@@ -15,7 +15,7 @@ from pnt_gym.planning import MotionLimits, brake_distance, plan_release_batch, r
 from pnt_gym.planning.cycles.blend import begin_times, throw_move
 from pnt_gym.planning.cycles.cycle import CycleRules
 
-from ...tables import Grid
+from ...ground.tables import Grid
 from ..finding import Findings, Row, printed, share
 from ..grids import by_quantity, plain
 from .cases import (

@@ -16,7 +16,7 @@ import numpy as np
 from pnt_gym.arrays import Floats
 from pnt_gym.planning import InfeasibleThrow, MotionLimits, plan_release, plan_release_batch
 
-from ...tables import Grid
+from ...ground.tables import Grid
 from ..finding import Findings, Row
 from ..grids import NONE, by_quantity, value
 from .nlp import NlpRelease, method_1, method_2

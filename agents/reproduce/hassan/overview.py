@@ -7,8 +7,8 @@ from typing import Any, Final, TypeAlias
 
 import numpy as np
 
-from ...drawings import COLOURS, Figure, dress, subplots, svg
-from ...tables import Grid
+from ...ground.drawings import COLOURS, Figure, dress, subplots, svg
+from ...ground.tables import Grid
 from ..finding import Overview
 from ..grids import NONE, JsonRow, Rows, number, value
 from .cases import (

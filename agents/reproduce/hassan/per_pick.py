@@ -20,7 +20,7 @@ from pnt_gym.planning.cycles.cycle import Cycle
 from pnt_gym.planning.free.rules import check_throw
 from pnt_gym.robots.t3kr.geometry import T3KR
 
-from ...tables import Grid
+from ...ground.tables import Grid
 from ..finding import Row
 from ..grids import NONE
 from ..trial import trial_context

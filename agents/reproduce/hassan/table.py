@@ -8,8 +8,8 @@ from typing import Any, Final
 
 from pnt_gym.planning import InfeasibleThrow
 
-from ...drawings import COLOURS, dress, subplots, svg
-from ...tables import Grid
+from ...ground.drawings import COLOURS, dress, subplots, svg
+from ...ground.tables import Grid
 from ..finding import Findings, Row, share
 from ..grids import by_quantity, value
 from .cases import (

@@ -11,7 +11,7 @@ from pnt_gym.arrays import Floats
 from pnt_gym.robots.gripper import CIRCLE_RADIUS, MOTOR_SPEED, PoseMotion, circle
 from pnt_gym.robots.gripper.geometry import N_ARMS
 
-from ...drawings import COLOURS, Figure, dress, subplots
+from ...ground.drawings import COLOURS, Figure, dress, subplots
 from ..finding import Findings, Row
 from ..grids import listed
 from .cases import (

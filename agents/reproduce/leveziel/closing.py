@@ -12,7 +12,7 @@ from pnt_gym.robots.gripper import Profile, closing_time, forward_kinematics, in
 from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD, Build
 from pnt_gym.robots.gripper.references import MotorReferences, motor_references
 
-from ...drawings import COLOURS, Figure, dress, subplots
+from ...ground.drawings import COLOURS, Figure, dress, subplots
 from ..finding import Findings, Row
 from ..grids import listed
 from .cases import CENTRE, CLOSED, HOME_THETA, PAPER_STEP, STEP, follow, posed, reduced

@@ -15,8 +15,8 @@ from pnt_gym.engine import mujoco
 from pnt_gym.robots.gripper import PROTOTYPE, travel_time
 from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD
 
-from ...drawings import COLOURS, Figure, dress, frames_figure, subplots
-from ...metrics import wilson
+from ...ground.drawings import COLOURS, Figure, dress, frames_figure, subplots
+from ...ground.metrics import wilson
 from ..finding import Findings, Row, share
 from ..grids import listed
 from .cases import STILL

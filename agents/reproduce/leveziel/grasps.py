@@ -12,8 +12,8 @@ from pnt_gym.cells.gripper.cell import GripperCell
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.hidden import Hidden, expected_hidden
 
-from ...drawings import COLOURS, Figure, dress, subplots
-from ...metrics import wilson
+from ...ground.drawings import COLOURS, Figure, dress, subplots
+from ...ground.metrics import wilson
 from ..finding import Findings, Row
 from ..grids import listed
 from .cases import called

@@ -10,7 +10,7 @@ import numpy as np
 from pnt_gym.arrays import Floats
 from pnt_gym.robots.gripper import PUBLISHED_TAU_SCALE, TauHull, folding_speed, singularity, tau, tau_hull
 
-from ...drawings import COLOURS, Figure, dress, subplots
+from ...ground.drawings import COLOURS, Figure, dress, subplots
 from ..finding import Findings, Row
 from ..grids import listed
 from .cases import (

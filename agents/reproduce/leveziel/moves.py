@@ -15,8 +15,8 @@ from pnt_gym.arrays import Floats
 from pnt_gym.robots.gripper import Deviation, JointLimits, PoseMotion, joint_deviation, joint_move, line
 from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD
 
-from ...drawings import COLOURS, Figure, dress, subplots, svg
-from ...tables import Grid
+from ...ground.drawings import COLOURS, Figure, dress, subplots, svg
+from ...ground.tables import Grid
 from ..finding import Findings, Row
 from ..grids import by_quantity, plain
 from .cases import (

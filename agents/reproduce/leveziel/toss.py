@@ -17,12 +17,12 @@ from pnt_gym.cells.gripper.planner import TossPlanner
 from pnt_gym.planning.motion.ballistics import landing_point
 
 from ...controllers import make_controller
-from ...drawings import COLOURS, Axes, Figure, dress, subplots, svg
-from ...environments import Env, core_of, make_vector
-from ...evaluation import held_out, practise
-from ...metrics import wilson
-from ...tables import Grid
-from ...throws import Throws, summary
+from ...ground.drawings import COLOURS, Axes, Figure, dress, subplots, svg
+from ...ground.environments import Env, core_of, make_vector
+from ...ground.metrics import wilson
+from ...ground.tables import Grid
+from ...judging.evaluation import held_out, practise
+from ...judging.throws import Throws, summary
 from ..finding import Findings, Overview, Row
 from ..grids import JsonRow, Rows, below, number, plain
 from .cases import called

@@ -13,7 +13,7 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.robots.gripper import inverse_kinematics, kappa, scan_workspace, singular_angle, singularity
 
-from ...drawings import COLOURS, Axes, Figure, dress, subplots
+from ...ground.drawings import COLOURS, Axes, Figure, dress, subplots
 from ..finding import Findings, Row
 from ..grids import listed
 from .cases import (

@@ -14,7 +14,7 @@ from pnt_gym.planning.one_joint import plan_throws
 from pnt_gym.planning.one_joint.flight import landing_jacobian
 from pnt_gym.planning.one_joint.grasp import braking
 
-from ...tables import Grid
+from ...ground.tables import Grid
 from ..finding import Findings, Row
 from ..grids import NONE, Rows, below, value
 from .cases import (

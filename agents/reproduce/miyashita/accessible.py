@@ -15,7 +15,7 @@ from pnt_gym.planning.one_joint import Arm, plan_releases
 from pnt_gym.planning.one_joint.flight import land
 from pnt_gym.planning.one_joint.grasp import acceleration_window
 
-from ...drawings import COLOURS, Axes, Figure, dress, subplots
+from ...ground.drawings import COLOURS, Axes, Figure, dress, subplots
 from ..finding import Findings, Row
 from ..grids import listed
 from .cases import ARM, BLOCK

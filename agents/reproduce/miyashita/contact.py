@@ -15,7 +15,7 @@ from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.planning.one_joint import plan_throws
 from pnt_gym.robots.one_joint.model import STOPPER_HEIGHT
 
-from ...drawings import COLOURS, Figure, dress, subplots
+from ...ground.drawings import COLOURS, Figure, dress, subplots
 from ..finding import Findings, Row
 from ..grids import listed
 from .cases import GOAL, POSITION, TRIALS, Learned, Thrower, feasible_goals, learn, misses, percent, rounded

@@ -11,10 +11,10 @@ from pnt_gym.arrays import Bools, Floats, joined
 from pnt_gym.cells.one_joint.config import OneJointConfig
 
 from ...controllers import make_controller
-from ...drawings import COLOURS, Figure, dress, subplots
-from ...environments import make_vector, stream_seed
-from ...evaluation import thrown
-from ...throws import Throws
+from ...ground.drawings import COLOURS, Figure, dress, subplots
+from ...ground.environments import make_vector, stream_seed
+from ...judging.evaluation import thrown
+from ...judging.throws import Throws
 from ..finding import Findings, Row
 from ..grids import listed
 from .cases import percent, rounded

@@ -11,9 +11,9 @@ import numpy as np
 from pnt_gym.cells.one_joint.tasks import PUSHED
 
 from ...controllers import make_controller
-from ...environments import make_vector
-from ...evaluation import held_out, practise
-from ...throws import Throws
+from ...ground.environments import make_vector
+from ...judging.evaluation import held_out, practise
+from ...judging.throws import Throws
 from ..finding import Findings, Row
 from ..grids import listed
 from .cases import percent

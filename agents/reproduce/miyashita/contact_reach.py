@@ -9,7 +9,7 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.one_joint.config import OneJointConfig
 
-from ...drawings import COLOURS, Axes, Figure, dress, subplots
+from ...ground.drawings import COLOURS, Axes, Figure, dress, subplots
 from ..finding import Findings, Row
 from ..grids import listed
 from .cases import GOAL, drawn_goals, late, percent, rounded

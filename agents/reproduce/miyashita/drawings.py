@@ -11,7 +11,7 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.one_joint.pallets import Pallet, flight_poses
 from pnt_gym.planning.one_joint import ArmMotion
 
-from ...drawings import Axes, dress
+from ...ground.drawings import Axes, dress
 from .cases import ARM, BLOCK
 
 WOOD: Final = "#e3c878"

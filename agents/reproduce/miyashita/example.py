@@ -15,7 +15,7 @@ from pnt_gym.planning.one_joint.grasp import acceleration_window, braking, joint
 from pnt_gym.planning.one_joint.plan import Solver
 from pnt_gym.planning.one_joint.weights import WEIGHTS
 
-from ...drawings import COLOURS, Figure, dress, subplots
+from ...ground.drawings import COLOURS, Figure, dress, subplots
 from ..finding import Findings, Row
 from ..grids import listed
 from .cases import ARM, BLOCK, GOAL

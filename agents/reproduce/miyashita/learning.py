@@ -13,8 +13,8 @@ import numpy as np
 from pnt_gym.arrays import Floats, take
 from pnt_gym.planning.one_joint import plan_throws
 
-from ...drawings import COLOURS, Figure, subplots, svg
-from ...tables import Grid
+from ...ground.drawings import COLOURS, Figure, subplots, svg
+from ...ground.tables import Grid
 from ..finding import Findings, Row
 from .cases import (
     ANGLE,

@@ -22,11 +22,11 @@ from pnt_gym.planning.one_joint import ThrowPlans, landing_state, plan_throws
 
 from ...controllers import make_controller
 from ...controllers.protocol import Controller, Learner
-from ...drawings import COLOURS, Figure, frames_figure, subplots
-from ...environments import core_of, make_vector, stream_seed
-from ...evaluation import held_out, practise, thrown
-from ...metrics import wilson
-from ...throws import Throws
+from ...ground.drawings import COLOURS, Figure, frames_figure, subplots
+from ...ground.environments import core_of, make_vector, stream_seed
+from ...ground.metrics import wilson
+from ...judging.evaluation import held_out, practise, thrown
+from ...judging.throws import Throws
 from ..finding import Findings, Row
 from ..grids import listed
 from .cases import ARM

@@ -1,7 +1,7 @@
 """What becomes of throws by a table: how often cups seal on each item, and how often its throws end in their bin.
 
-A table is made with the full physics (`pnt-gym calibrate`) and kept beside the levels, named by what it depends on: the
-cell and its robots' bins and speeds, and nothing of what comes along the belt or who takes it.
+A table is made with the full physics (`pnt-gym line calibrate`) and kept beside the levels, named by what it depends
+on: the cell and its robots' bins and speeds, and nothing of what comes along the belt or who takes it.
 """
 
 from __future__ import annotations
@@ -125,7 +125,7 @@ def read(config: LineConfig) -> Chances | None:
     except AccessError as error:
         raise ConfigError(f"chances: cannot read {str(place)!r}: {error}") from None
     except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError):
-        raise ConfigError(f"chances: {str(place)!r} is no table as `pnt-gym calibrate` writes it") from None
+        raise ConfigError(f"chances: {str(place)!r} is no table as `pnt-gym line calibrate` writes it") from None
     if told.get("digest") != digest(config):
         raise ConfigError(f"chances: {str(place)!r} is the table of other cells than those of level {config.name!r}")
     return made
@@ -142,7 +142,7 @@ def needed(config: LineConfig) -> Chances:
         return found
     if config.throws == "table":
         raise ConfigError(
-            f"level {config.name!r} has no table of throws; make it with `pnt-gym calibrate`, or set `throws` to "
+            f"level {config.name!r} has no table of throws; make it with `pnt-gym line calibrate`, or set `throws` to "
             "'flight' or 'full'"
         )
     return Chances.certain(config.cell)

@@ -121,8 +121,8 @@ class LineConfig(LevelConfig):
     )
     chances: str | None = Field(
         default=None,
-        description="File with the table of throws, as `pnt-gym calibrate` writes it; null: the one that ships for "
-        "such cells.",
+        description="File with the table of throws, as `pnt-gym line calibrate` writes it; null: the one that ships "
+        "for such cells.",
     )
 
     @field_validator("cell", mode="before")

@@ -11,17 +11,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.collection import packed, unpacked
 from agents.controllers import make_controller
-from agents.environments import make_vector
-from agents.episodes import Episode, episode_seeds
-from agents.evaluation import observed, practise
+from agents.data.collection import packed, unpacked
+from agents.data.episodes import Episode, episode_seeds
+from agents.ground.environments import make_vector
+from agents.judging.evaluation import observed, practise
 from tests.tools.commands import answered
 from tests.tools.datasets import SMALL, collected, known, replayed
 
 
 def test_neither_processes_nor_cells_change_what_is_thrown(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("agents.collection.CHUNK", 4)
+    monkeypatch.setattr("agents.data.collection.CHUNK", 4)
     one = collected("--controller", "analytic", "--throws", "10")
     other = collected("--controller", "analytic", "--throws", "10", "--num-envs", "3", "--jobs", "2", name="other-v0")
     assert [told["seed"] for told in known(one)] == [told["seed"] for told in known(other)]
@@ -32,7 +32,7 @@ def test_neither_processes_nor_cells_change_what_is_thrown(here: Path, monkeypat
 
 
 def test_chunks_follow_each_other_and_each_throws_otherwise(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("agents.collection.CHUNK", 6)
+    monkeypatch.setattr("agents.data.collection.CHUNK", 6)
     dataset = collected("--throws", "15")
     chunks = [[*islice(episode_seeds("dataset", 0, n), count)] for n, count in enumerate((6, 6, 3))]
     assert [told["seed"] for told in known(dataset)] == [*chain(*chunks)]
@@ -47,7 +47,7 @@ def test_what_is_stopped_goes_on_and_leaves_no_dataset(here: Path, monkeypatch: 
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr("agents.offline.write", stopped)
+        patch.setattr("agents.data.offline.write", stopped)
         code, words = answered(*SMALL, "--throws", "5", "--name", "a_b/c-v0")
     assert (code, words) == (130, "interrupted\n")
     assert [*(here / "sets").rglob("*")] == []
@@ -57,7 +57,7 @@ def test_what_is_stopped_goes_on_and_leaves_no_dataset(here: Path, monkeypatch: 
     throws = next(path for path in kept if path.name.startswith("throws-0"))
     throws.unlink()
     with monkeypatch.context() as patch:
-        patch.setattr("agents.offline.write", stopped)
+        patch.setattr("agents.data.offline.write", stopped)
         answered(*SMALL, "--throws", "5", "--name", "a_b/c-v0")
     assert {path: path.read_bytes() for path in (here / "kept").iterdir()} == kept
     assert collected("--throws", "5").total_steps == 5

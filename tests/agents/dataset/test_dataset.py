@@ -17,10 +17,10 @@ import numpy as np
 import pytest
 import yaml
 
-from agents.environments import stream_seed
-from agents.episodes import LEAST_SEED, episode_seeds
-from agents.places import POLICY, SHIPPED
-from agents.versions import versions
+from agents.data.episodes import LEAST_SEED, episode_seeds
+from agents.ground.environments import stream_seed
+from agents.ground.places import POLICY, SHIPPED
+from agents.ground.versions import versions
 from pnt_gym.cells.conveyor.observation import HIDDEN
 from tests.agents.test_trust import poisoned
 from tests.tools.commands import answered, refused
@@ -242,8 +242,8 @@ def test_a_missing_library_is_one_sentence(
     here: Path, monkeypatch: pytest.MonkeyPatch, library: str, extra: str
 ) -> None:
     monkeypatch.setitem(sys.modules, library, None)
-    monkeypatch.delitem(sys.modules, "agents.offline", raising=False)
-    monkeypatch.delattr("agents.offline", raising=False)
+    monkeypatch.delitem(sys.modules, "agents.data.offline", raising=False)
+    monkeypatch.delattr("agents.data.offline", raising=False)
     assert refused(*SMALL) == f"error: this needs {library}: pip install 'pnt_gym[{extra}]'\n"
 
 

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 import yaml
 
-from agents.collection import Collection, Thrower
-from agents.places import SHIPPED
-from agents.work import Job
+from agents.data.collection import Collection, Thrower
+from agents.ground.places import SHIPPED
+from agents.jobs.work import Job
 from pnt_gym.cells.line.config import LineConfig
 from tests.tools.commands import answered, refused
 from tests.tools.datasets import SMALL, collected, column, known, replayed
@@ -120,7 +120,7 @@ def test_the_figures_of_a_shift_are_those_of_its_decisions() -> None:
 def test_neither_processes_nor_lines_beside_change_what_is_decided(
     levels: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("agents.collection.CHUNK", 16)
+    monkeypatch.setattr("agents.data.collection.CHUNK", 16)
     options = (*LINE, "--level", "value.yaml", "--controller", "beam", "--throws", "40")
     one, other = collected(*options), collected(*options, "--jobs", "2", "--num-envs", "3", name="other-v0")
     files = [Path(dataset.storage.data_path) / "main_data.hdf5" for dataset in (one, other)]
@@ -134,11 +134,11 @@ def test_what_is_stopped_goes_on(levels: Path, monkeypatch: pytest.MonkeyPatch) 
 
     options = (*LINE, "--level", "value.yaml", "--controller", "spt", "--throws", "20")
     with monkeypatch.context() as patch:
-        patch.setattr("agents.offline.write", stopped)
+        patch.setattr("agents.data.offline.write", stopped)
         assert answered(*SMALL, *options, "--name", "a_b/c-v0") == (130, "interrupted\n")
     kept = {path: path.stat().st_mtime_ns for path in (levels / "kept").iterdir()}
     with monkeypatch.context() as patch:
-        patch.setattr("agents.offline.write", stopped)
+        patch.setattr("agents.data.offline.write", stopped)
         answered(*SMALL, *options, "--name", "a_b/c-v0")
     assert {path: path.stat().st_mtime_ns for path in (levels / "kept").iterdir()} == kept
     assert replayed(collected(*options)) == [(False, True)] * 2

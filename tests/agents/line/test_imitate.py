@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from agents.controllers.protocol import Observation
-from agents.environments import make_vector
-from agents.line.imitation import Labels, collected, fitted
-from agents.line.rules import Index
-from agents.line.scored import Scored, there
-from agents.scorer import Scorer
+from agents.dispatchers.rules import Index
+from agents.dispatchers.scored import Scored, there
+from agents.ground.environments import make_vector
+from agents.lessons.imitation import Labels, collected, fitted
+from agents.policies.scorer import Scorer
 from tests.tools.commands import call
 
 
@@ -68,7 +68,7 @@ def test_the_same_seed_learns_the_same(short: str) -> None:
 
 def test_the_command_leaves_a_scorer_that_evaluate_works_with(short: str, tmp_path: Path) -> None:
     arguments = ("--level", short, "--of", "pair", "--shifts", "3", "--hidden", "8", "--eval-shifts", "2")
-    done = call("agents.imitate", *arguments, folder=tmp_path)
+    done = call("agents.line imitate", *arguments, folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "round 2:" in done.stdout
     assert "imitation of pair" in done.stdout
@@ -89,7 +89,7 @@ def test_the_command_leaves_a_scorer_that_evaluate_works_with(short: str, tmp_pa
     ],
 )
 def test_bad_usage_is_one_sentence(tmp_path: Path, arguments: tuple[str, ...], said: str) -> None:
-    done = call("agents.imitate", *arguments, folder=tmp_path)
+    done = call("agents.line imitate", *arguments, folder=tmp_path)
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
     assert said in done.stderr

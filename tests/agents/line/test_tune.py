@@ -12,17 +12,18 @@ import numpy as np
 import pytest
 import yaml
 
-from agents import tune
-from agents.cli import UsageError
-from agents.environments import make_vector, stream_seed
-from agents.line import searching, tuning
-from agents.line.making import line_controller, line_of
-from agents.line.rules import Index
-from agents.line.scored import Scored
-from agents.line.tuned import FILE, rate, settings
-from agents.line.tuning import Bench, Tried
-from agents.scorer import Scorer
-from agents.tune import Arguments, main
+from agents.dispatchers.registry import line_controller, line_of
+from agents.dispatchers.rules import Index
+from agents.dispatchers.scored import Scored
+from agents.dispatchers.settings import FILE, rate, settings
+from agents.ground.cli import UsageError
+from agents.ground.environments import make_vector, stream_seed
+from agents.lessons import scores as searching
+from agents.lessons import search as tuning
+from agents.lessons.search import Bench, Tried
+from agents.line import tune
+from agents.line.tune import Arguments, main
+from agents.policies.scorer import Scorer
 from pnt_gym.cells.line.config import LineConfig
 from tests.tools.commands import call
 
@@ -159,14 +160,14 @@ def test_what_a_guided_beam_makes_of_its_plans_is_sought_with_the_guide_that_the
     bench = Bench(LineConfig.load(str(file)), np.arange(2))
     guide = "results/policies/PnTLine-v0/skills3/residual_ppo"
     for told, given in (({}, {}), ({"guide": guide, "trust": 3.0}, {"guide": guide})):
-        with mock.patch("agents.line.tuned.written_settings", return_value={"pair": {"guided_beam": told}}):
+        with mock.patch("agents.dispatchers.settings.written_settings", return_value={"pair": {"guided_beam": told}}):
             tried = tuning.planner(bench, "guided_beam", 1.0)
         assert [one.settings for one in tried] == [{**given, "trust": trust} for trust in tuning.TRUST]
 
 
 def test_few_shifts_are_shown_and_not_kept(short: str, tmp_path: Path) -> None:
     arguments = ("--level", short, "--what", "atc", "--shifts", "2", "--out", str(tmp_path / "rules.yaml"))
-    done = call("agents.tune", *arguments, folder=tmp_path)
+    done = call("agents.line tune", *arguments, folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "patience" in done.stdout
     assert "2 shifts are too few to keep what they say" in done.stdout
@@ -184,7 +185,7 @@ def test_few_shifts_are_shown_and_not_kept(short: str, tmp_path: Path) -> None:
     ],
 )
 def test_bad_usage_is_one_sentence(tmp_path: Path, arguments: tuple[str, ...], said: str) -> None:
-    done = call("agents.tune", *arguments, folder=tmp_path)
+    done = call("agents.line tune", *arguments, folder=tmp_path)
     assert done.returncode == 2
     assert done.stderr.startswith("error: ")
     assert done.stderr.count("\n") == 1
@@ -204,11 +205,11 @@ def test_a_damaged_file_of_settings_is_told_before_any_work(tmp_path: Path, shor
 def test_a_planner_that_nobody_tuned_has_the_price_that_the_rule_brings() -> None:
     told = yaml.safe_load(FILE.read_text())
     told["line3"].pop("joint_beam", None)
-    with mock.patch("agents.line.tuned.written_settings", return_value=told):
+    with mock.patch("agents.dispatchers.settings.written_settings", return_value=told):
         assert settings("line3", "joint_beam", 3) == {"price": round(told["line3"]["rate"] / 3, 3)}
         assert settings("nowhere", "joint_beam", 3) == {}
     told["skills3"].pop("price_beam", None)
-    with mock.patch("agents.line.tuned.written_settings", return_value=told):
+    with mock.patch("agents.dispatchers.settings.written_settings", return_value=told):
         assert settings("skills3", "price_beam", 3)["share"] == told["skills3"]["price"]["share"]
 
 

@@ -8,12 +8,12 @@ from typing import Any
 
 import pytest
 
-from agents.cli import UsageError
+from agents.ground.cli import UsageError
+from agents.ground.tables import Grid
 from agents.report.__main__ import Arguments, main, read_chapters
 from agents.report.page import Chapter, page
 from agents.report.readme import with_blocks
 from agents.reproduce.record import headlines
-from agents.tables import Grid
 
 OVERVIEW = Grid("Picks, published and ours", ["picks/min", "inside 15 %"], [["a throw | published", "30"]], "Under it.")
 PART = Grid("What a part found", ["figure", "note"], [["x", "<i>y</i>"]])

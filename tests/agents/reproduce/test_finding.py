@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
+from agents.ground.tables import Grid
 from agents.reproduce.finding import Row, agree, printed, share
 from agents.reproduce.grids import below, by_quantity, number, plain, short, value, with_unit
-from agents.tables import Grid
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from agents.drawings import dress, subplots
+from agents.ground.drawings import dress, subplots
 from agents.reproduce.finding import Row
 from agents.reproduce.grids import listed
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from agents.metrics import wilson
+from agents.ground.metrics import wilson
 from pnt_gym.cells.base.plant import Recording
 from pnt_gym.errors import PhysicsError
 from pnt_gym.planning.motion.ballistics import landing_point

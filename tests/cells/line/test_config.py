@@ -143,7 +143,8 @@ def test_a_level_that_goes_by_a_table_needs_one():
     with pytest.raises(ConfigError) as caught:
         gym.make("PnTLine-v0", level={"base": "single", "name": "mine", "cell": {"belt": {"speed": 0.26}}})
     assert str(caught.value) == (
-        "level 'mine' has no table of throws; make it with `pnt-gym calibrate`, or set `throws` to 'flight' or 'full'"
+        "level 'mine' has no table of throws; make it with `pnt-gym line calibrate`, or set `throws` to 'flight' or "
+        "'full'"
     )
 
 
@@ -162,7 +163,10 @@ NO_TABLES = ("", "{", "[]", "{}", "null", "5", '{"digest": "x"}', '"text"')
 @pytest.mark.parametrize("text", NO_TABLES)
 def test_a_file_that_is_no_table_is_refused(text, tmp_path: Path):
     (tmp_path / "table.json").write_text(text)
-    for name, said in (("table.json", "is no table as `pnt-gym calibrate` writes it"), ("none.json", "cannot read")):
+    for name, said in (
+        ("table.json", "is no table as `pnt-gym line calibrate` writes it"),
+        ("none.json", "cannot read"),
+    ):
         with pytest.raises(ConfigError) as caught:
             gym.make("PnTLine-v0", level={"base": "single", "chances": str(tmp_path / name)})
         assert f"chances: {str(tmp_path / name)!r}" in str(caught.value) or f"chances: {said}" in str(caught.value)
@@ -181,7 +185,7 @@ def test_a_table_of_other_shape_or_of_no_shares_is_refused(tmp_path: Path):
     shares = {"picked": [None, 0.5, 0.5, 0.5], "landed": (2.0 * np.ones((4, 1, 4))).tolist()}
     for name, value in [*wrong.items(), *shares.items()]:
         (tmp_path / "table.json").write_text(json.dumps({**good, name: value}))
-        with pytest.raises(ConfigError, match="is no table as `pnt-gym calibrate` writes it") as caught:
+        with pytest.raises(ConfigError, match="is no table as `pnt-gym line calibrate` writes it") as caught:
             gym.make("PnTLine-v0", level={"base": "single", "chances": str(tmp_path / "table.json")})
         assert "\n" not in str(caught.value)
 

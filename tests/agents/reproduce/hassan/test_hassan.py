@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from agents.drawings import svg
+from agents.ground.drawings import svg
 from agents.reproduce import hassan
 from agents.reproduce.grids import by_quantity
 from agents.reproduce.hassan import example as hassan_example

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from agents.controllers import Observation, Outcome, make_controller
-from agents.environments import make_vector
-from agents.evaluation import practise
+from agents.ground.environments import make_vector
+from agents.judging.evaluation import practise
 from agents.reproduce.finding import Findings, Row
 from agents.reproduce.leveziel import PARTS, overview
 from agents.reproduce.leveziel import cycle as leveziel_cycle
@@ -207,15 +207,24 @@ def test_a_practice_that_goes_on_sees_other_objects() -> None:
 
 
 class Spy:
-    """A learner that remembers what it saw."""
+    """A learner that remembers what it saw.
+
+    Every method of a learner is written out: since Python 3.12 `isinstance` of a protocol looks past `__getattr__`.
+    """
 
     name = "spy"
 
     def __init__(self, inner: Any) -> None:
         self.inner, self.seen = inner, list[Observation]()
 
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.inner, name)
+    def reset(self, seed: int) -> None:
+        self.inner.reset(seed)
+
+    def begin_practice(self, throws: int) -> None:
+        self.inner.begin_practice(throws)
+
+    def end_practice(self) -> None:
+        self.inner.end_practice()
 
     def act(self, observation: Observation) -> Any:
         self.seen.append(observation)
@@ -223,6 +232,12 @@ class Spy:
 
     def learn(self, outcome: Outcome) -> None:
         self.inner.learn(outcome)
+
+    def state(self) -> Any:
+        return self.inner.state()
+
+    def restore(self, state: Any) -> None:
+        self.inner.restore(state)
 
 
 def test_the_drawn_flights_start_on_target_and_fall_short_when_the_robot_brakes() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import pnt_gym  # noqa: F401 - registers the environments
-from agents.metrics import wilson
+from agents.ground.metrics import wilson
 from pnt_gym.arrays import take
 from pnt_gym.cells.base.items import BOX, ELLIPSOID
 from pnt_gym.cells.conveyor.cup.hold import picked, seal_chance

@@ -11,8 +11,8 @@ from gymnasium.utils.env_checker import check_env
 from stable_baselines3.common.env_checker import check_env as check_env_sb3
 
 from agents.controllers import make_controller
-from agents.environments import make_vector
-from agents.evaluation import held_out
+from agents.ground.environments import make_vector
+from agents.judging.evaluation import held_out
 from pnt_gym.arrays import take
 from pnt_gym.cells.conveyor.action import MODES
 from pnt_gym.cells.conveyor.cell import ConveyorCell

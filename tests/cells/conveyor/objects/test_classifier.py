@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from agents.metrics import wilson
-from agents.throws import Throws, purity_by_bin, summary
+from agents.ground.metrics import wilson
+from agents.judging.throws import Throws, purity_by_bin, summary
 from pnt_gym.arrays import take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.planner import PickPlanner

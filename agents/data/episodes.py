@@ -1,0 +1,233 @@
+"""Whole episodes of a controller, each with the seed that gives it again in the single environment."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import chain, count
+from typing import Any, Final, TypeAlias, final
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.vector.utils import concatenate, create_empty_array, iterate
+from numpy.typing import NDArray
+
+from pnt_gym.arrays import Bools, Floats
+
+from ..controllers.protocol import Controller
+from ..ground.environments import Env, Role, cores_of, hidden_of
+from ..judging.evaluation import observed
+from ..judging.throws import results
+
+LEAST_SEED: Final = 2**31
+"""`stream_seed` gives smaller ones, so no episode here begins as one of a training, practice or evaluation."""
+MOST_SEED: Final = 2**53
+"""Below it, any file format holds whole numbers exactly."""
+FIGURES: Final = "shift_"
+"""So begin the names of what an info tells of a whole work shift, at its end."""
+
+Rows: TypeAlias = Mapping[str, NDArray[Any]]
+"""What is known of N rows by name, (N, ...) each."""
+
+
+@final
+@dataclass(frozen=True)
+class Episode:
+    """The T throws between `reset(seed=seed)` of the single environment and the end."""
+
+    seed: int
+    observations: Any
+    """(T + 1, ...), or a mapping of such where the space has parts."""
+    actions: NDArray[Any]
+    """As they were given to the environment (T, ...)."""
+    rewards: Floats
+    """(T,)"""
+    terminated: bool
+    """Its last throw ended it; if not, it was cut there."""
+    told: Mapping[str, NDArray[Any]]
+    """What the environment tells, by the keys of its info (T + 1,): entry k + 1 is of throw k, and entry 0, before the
+    first throw, NaN. What a reset tells as well, such as `kind`, is of the coming throw everywhere; if that is several
+    numbers, (T + 1, ...) of their own type."""
+    hidden: Mapping[str, Floats]
+    """What no observation tells of the throws, by name (T,)."""
+    figures: Mapping[str, Any] = field(default_factory=dict)
+    """What the whole episode came to, numbers or lists of them, where its end tells it."""
+
+    def __len__(self) -> int:
+        return len(self.rewards)
+
+
+def episode_seeds(role: Role, seed: int, chunk: int) -> Iterator[int]:
+    """Endless seeds of the episodes in a chunk: the same for the same arguments."""
+    draws = np.random.default_rng([seed, zlib.crc32(role.encode()), chunk])
+    while True:
+        yield int(draws.integers(LEAST_SEED, MOST_SEED))
+
+
+def episodes(controller: Controller, env: Env, throws: int, seeds: Iterator[int]) -> Iterator[Episode]:
+    """Let a controller throw whole episodes, and yield them in the order of their seeds.
+
+    Args:
+        controller: as it is.
+        env: a vector environment with SAME_STEP autoreset; a row takes the next seed when its episode is over.
+        throws: of the episodes together; the last one may hold more.
+        seeds: of the episodes.
+    """
+    done = following = 0
+    finished: dict[int, Episode] = {}
+    for number, found in _played(controller, env, seeds):
+        finished[number] = found
+        while following in finished:
+            episode = finished.pop(following)
+            yield episode
+            following, done = following + 1, done + len(episode)
+            if done >= throws:
+                return
+
+
+@final
+@dataclass
+class _Open:
+    """An episode that is going on."""
+
+    number: int
+    seed: int
+    observations: list[Any] = field(default_factory=list)
+    actions: list[Any] = field(default_factory=list)
+    rewards: list[float] = field(default_factory=list)
+    told: list[Mapping[str, Any]] = field(default_factory=list)
+    hidden: list[Mapping[str, Any]] = field(default_factory=list)
+
+    def closed(self, space: gym.Space[Any], terminated: bool, figures: Mapping[str, Any]) -> Episode:
+        """The episode, now that it is over."""
+        return Episode(
+            seed=self.seed,
+            observations=concatenate(space, self.observations, create_empty_array(space, len(self.observations))),
+            actions=np.stack(self.actions),
+            rewards=np.array(self.rewards, dtype=np.float64),
+            terminated=terminated,
+            told=_columns(self.told, names=chain.from_iterable(self.told[1:])),
+            hidden=_columns(self.hidden, names=self.hidden[0]),
+            figures=figures,
+        )
+
+
+def _played(controller: Controller, env: Env, seeds: Iterator[int]) -> Iterator[tuple[int, Episode]]:
+    """Endless episodes as they end, each with its place among the seeds."""
+    begun = zip(count(), seeds, strict=False)
+    cores, over = cores_of(env), np.ones(env.num_envs, dtype=np.bool_)
+    rows = [_Open(*next(begun)) for _ in range(env.num_envs)]
+    seen, coming = _begin(env, rows, over, {})
+    while True:
+        kind = coming.get("kind", np.zeros(env.num_envs))
+        action = _given(env.single_action_space, controller.act(observed(seen, kind)))
+        hidden = _beside([hidden_of(core) for core in cores])
+        seen, reward, terminated, truncated, info = env.step(action)
+        over, told, last = terminated | truncated, _told(info, coming, env.num_envs), _last(env, seen, info)
+        for row, episode in enumerate(rows):
+            episode.observations.append(last[row])
+            episode.actions.append(action[row])
+            episode.rewards.append(float(reward[row]))
+            episode.told.append(_row(told, row))
+            episode.hidden.append(_row(hidden, row))
+        for row in np.flatnonzero(over):
+            figures = _figures(info, int(row), env.num_envs)
+            yield rows[row].number, rows[row].closed(env.single_observation_space, bool(terminated[row]), figures)
+            rows[row] = _Open(*next(begun))
+        coming = {name: told[name] for name in coming if name in told}
+        if over.any():
+            seen, coming = _begin(env, rows, over, coming)
+
+
+def _begin(env: Env, rows: Sequence[_Open], chosen: Bools, before: Rows) -> tuple[Any, Rows]:
+    """Begin the episodes of some rows; what is then seen in all rows, and what is told of their coming throws."""
+    seeds = [episode.seed if new else None for episode, new in zip(rows, chosen, strict=True)]
+    seen, info = env.reset(seed=seeds, options={"reset_mask": chosen})  # pyright: ignore[reportArgumentType]
+    coming = {name: _either(chosen, values, before.get(name, values)) for name, values in _numbers(info, rows).items()}
+    for row, one in enumerate(iterate(env.observation_space, seen)):
+        if chosen[row]:
+            rows[row].observations.append(one)
+            rows[row].told.append(_row(coming, row))
+    return seen, coming
+
+
+def _given(space: gym.Space[Any], actions: Any) -> NDArray[Any]:
+    """Actions as they are given and kept: members of the space, which environments clip to anyway."""
+    given = np.asarray(actions, dtype=space.dtype)
+    return np.clip(given, space.low, space.high) if isinstance(space, gym.spaces.Box) else given
+
+
+def _numbers(info: Mapping[str, Any], rows: Sequence[Any]) -> Rows:
+    """Numbers that a vector info tells of every row, (N, ...) each."""
+    arrays = {name: np.asarray(values) for name, values in info.items() if not name.startswith("_")}
+    return {name: values for name, values in arrays.items() if values.dtype.kind in "biuf" and _has(values, len(rows))}
+
+
+def _has(values: NDArray[Any], rows: int) -> bool:
+    return values.ndim > 0 and len(values) == rows
+
+
+def _told(info: Mapping[str, Any], coming: Rows, rows: int) -> Rows:
+    """What a step of a vector environment tells of its throws, and after that what is told of the coming ones.
+
+    Args:
+        info: of the step.
+        coming: what was told of these throws before; at the end of an episode it is told of its last observation.
+        rows: N.
+    """
+    over, final = _over(info, rows), info.get("final_info", {})
+    told: dict[str, NDArray[Any]] = {}
+    for name, values in results(info, rows).items():
+        if name not in coming and not name.startswith(FIGURES):
+            told[name] = np.where(_known(info, name, rows), values.astype(np.float64), np.nan)
+    for name in coming:
+        if name in info:
+            told[name] = _either(over, np.asarray(final.get(name, info[name])), np.asarray(info[name]))
+    return told
+
+
+def _figures(info: Mapping[str, Any], row: int, rows: int) -> dict[str, Any]:
+    """What a vector info of N rows tells of the whole episode that is over in one of them, as plain values."""
+    final: Mapping[str, Any] = info.get("final_info", {})
+    names = [name for name in final if name.startswith(FIGURES) and _known(info, name, rows)[row]]
+    return {name: np.asarray(final[name][row]).tolist() for name in names}
+
+
+def _over(info: Mapping[str, Any], rows: int) -> Bools:
+    """Rows whose episodes a step has ended (N,)."""
+    return np.asarray(info.get("_final_info", np.zeros(rows, dtype=np.bool_)))
+
+
+def _known(info: Mapping[str, Any], name: str, rows: int) -> Bools:
+    """Rows of which a vector info tells something (N,): by its masks, in `final_info` where an episode is over."""
+    there = [np.asarray(part.get(f"_{name}", name in part)) for part in (info.get("final_info", {}), info)]
+    return np.where(_over(info, rows), *there)
+
+
+def _either(which: Bools, values: NDArray[Any], others: NDArray[Any]) -> NDArray[Any]:
+    """Values (N, ...) in some rows, and others elsewhere."""
+    return np.where(which.reshape(-1, *[1] * (values.ndim - 1)), values, others)
+
+
+def _last(env: Env, seen: Any, info: Mapping[str, Any]) -> list[Any]:
+    """The observation after the throw of each row, be it the last one of an episode or not."""
+    found = list(iterate(env.observation_space, seen))
+    for row in np.flatnonzero(info.get("_final_obs", ())):
+        found[row] = _row(info["final_obs"], row)
+    return found
+
+
+def _row(values: Any, row: int) -> Any:
+    return {name: _row(part, row) for name, part in values.items()} if isinstance(values, Mapping) else values[row]
+
+
+def _beside(parts: Sequence[Rows]) -> Rows:
+    """What is known of rows that follow each other."""
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def _columns(steps: Sequence[Mapping[str, Any]], names: Iterable[str]) -> dict[str, NDArray[Any]]:
+    """What is known of T steps by name: numbers as float64 (T,), NaN where a step has none, or arrays (T, ...)."""
+    columns = {name: np.stack([step.get(name, np.nan) for step in steps]) for name in dict.fromkeys(names)}
+    return {name: values.astype(np.float64) if values.ndim == 1 else values for name, values in columns.items()}

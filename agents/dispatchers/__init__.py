@@ -1,0 +1,1 @@
+"""Who decides on a line which robot takes which object next."""

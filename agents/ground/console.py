@@ -1,0 +1,56 @@
+"""The command `pnt-gym`: a word or two for each thing to do."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Sequence
+from typing import Final
+
+from .cli import BAD_USAGE, run
+
+COMMANDS: Final = {
+    "demo": ("demo", "the planner and a trained policy on the same 64 throws, within a minute"),
+    "train": ("train", "train a policy that corrects the planner, then compare the two"),
+    "evaluate": ("evaluate", "judge a controller on held-out throws, in picks per minute"),
+    "play": ("play", "watch a controller throw: video, picture or window"),
+    "publish": ("publish", "keep a trained policy with its card, a film of it, and as ONNX"),
+    "dataset": ("dataset", "collect throws of a controller as a Minari dataset, for offline learning"),
+    "benchmark": ("benchmark.__main__", "let every controller of a plan learn, and compare them throw by throw"),
+    "levels": ("levels", "the levels that ship, and what one says"),
+    "doctor": ("doctor", "versions, rendering, and throws for a second: what to send with a bug report"),
+    "line plan": ("line.plan", "how many robots, how fast a belt: what a line needs to sort what comes"),
+    "line tune": ("line.tune", "find the settings of rules and planners of a line, on shifts of their own"),
+    "line imitate": ("line.imitate", "teach a quick policy what a slow planner of a line decides"),
+    "line calibrate": ("line.calibrate", "count what becomes of throws, for lines whose throws go by a table"),
+}
+"""Module below `agents` and purpose of each."""
+FORMER: Final = {"plan_line": "line plan", **{name: f"line {name}" for name in ("tune", "imitate", "calibrate")}}
+"""Commands that have moved."""
+
+
+def main() -> None:
+    """Do what the words of the command line ask for."""
+    choose("pnt-gym ", sys.argv[1:])
+
+
+def choose(program: str, given: Sequence[str]) -> None:
+    """Run the command that the first words name, or list the commands that begin with them.
+
+    Args:
+        program: what the user typed before the first word.
+        given: the words and options after it.
+    """
+    room = given[0] if given[:1] == ["line"] else ""
+    name = " ".join(given[: 2 if room else 1])
+    if name in ("", room, "-h", "--help", f"{room} -h", f"{room} --help"):
+        print(f"usage: {program}COMMAND [OPTIONS]\n\nSorting by throwing.\n")
+        print("\n".join(f"  {name:<16}{purpose}" for name, (_, purpose) in COMMANDS.items() if name.startswith(room)))
+        print(f"\n`{program}COMMAND --help` lists the options of a command.")
+    elif name in COMMANDS:
+        module = importlib.import_module(f"...{COMMANDS[name][0]}", __name__)
+        run(module.main, module.Arguments, f"{program}{name}", given[len(name.split()) :])
+    else:
+        now = f"`{program}{FORMER[name]}` now" if name in FORMER else f"no command; commands are {', '.join(COMMANDS)}"
+        print(f"error: {name!r} is {now}", file=sys.stderr)
+        sys.exit(BAD_USAGE)

@@ -1,0 +1,1 @@
+"""Work in processes and on other machines."""

@@ -1,0 +1,195 @@
+"""Jobs done by the machines of a Ray cluster, which share nothing but the network with this one.
+
+Code and jobs travel there as bytes, what was found comes back as bytes, and this machine alone writes. Ray does the
+work of a machine that died again on another one.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import pickle
+import socket
+import subprocess
+import sys
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache, partial
+from itertools import islice
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Final
+
+from pnt_gym.errors import one_sentence
+
+from ..ground.cli import UsageError
+from ..ground.signals import handled, interrupt
+from .parcel import check_identity, identity, pack
+from .work import Done, Job, Pool, do, processes
+
+RETRIES: Final = 10
+"""Times that a job is begun again after the machine or the process that did it died."""
+ANSWER: Final = 60.0
+"""Seconds in which a cluster has to answer."""
+LOOK: Final = 30.0
+"""Seconds without any job done after which it is looked whether a machine is left."""
+AHEAD: Final = 4
+"""Jobs on their way for each core."""
+ALONE: Final = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA")}
+"""Environment of a job, which has one core."""
+_QUIET: Final = {"log_to_driver": False, "logging_level": "ERROR"}
+_JOIN: Final = f"import sys, ray; ray.init(address=sys.argv[1], **{_QUIET})"
+
+
+@dataclass(frozen=True)
+class Needs:
+    """What jobs need of a machine beside the code.
+
+    Attributes:
+        modules: of the user's, that the jobs import.
+        torch: whether networks are fitted.
+    """
+
+    modules: tuple[str, ...] = ()
+    torch: bool = False
+
+
+def pool(count: int, cluster: str | None, needs: Needs) -> Pool:
+    """Processes on this machine, or all cores of a cluster: HOST:PORT of its head, or "auto" on one of its machines."""
+    return processes(count) if cluster is None else partial(_on_cluster, cluster, needs)
+
+
+@contextmanager
+def _on_cluster(
+    address: str, needs: Needs, jobs: Sequence[Job], _folder: Path
+) -> Generator[Iterator[tuple[Job, Done]], None, None]:
+    """The cores of a cluster, one for each job; whatever ends the block ends the jobs.
+
+    Raises:
+        UsageError: it cannot be reached or used, or one of its machines would not compute the same.
+    """
+    # Ray announces here what it will do some day about machines with accelerators.
+    os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
+    # Else a job too large for every machine would be begun again for ever.
+    os.environ.setdefault("RAY_task_oom_retries", f"{RETRIES}")
+    import ray  # noqa: PLC0415 - of an extra
+
+    for job in jobs:
+        _sent(job)
+    _check_answers(address)
+    here = identity(needs.modules, needs.torch)
+    with TemporaryDirectory() as folder:
+        pack(Path(folder), needs.modules)
+        ray.init(address=address, runtime_env={"working_dir": folder, "env_vars": ALONE}, **_QUIET)
+        try:
+            _cores(ray)
+            remote = ray.remote(num_cpus=1, max_retries=RETRIES)(_whole(__name__))
+            with handled(interrupt):  # Ray has put a handler of its own in place
+                yield _ended(ray, jobs, lambda job: remote.remote(_sent(job), here, needs.modules, needs.torch))
+        finally:
+            ray.shutdown()  # the cluster ends the jobs of who leaves it
+
+
+def _sent(job: Job) -> bytes:
+    try:
+        return pickle.dumps(job)
+    except Exception as error:  # there is no telling what an object of the user's does
+        raise UsageError(f"{job.name!r} cannot be sent to another machine: {one_sentence(error)}") from error
+
+
+def _whole(module: str) -> Callable[..., Done | str]:
+    """A function that travels as it is, unlike one that is named by its module: it can tell what a node lacks."""
+
+    def call(*given: Any) -> Done | str:
+        try:
+            code = importlib.import_module(module)
+        except ImportError as error:
+            return f"node {socket.gethostname()!r} lacks what the code needs: {error}"
+        return code.on_node(*given)
+
+    return call
+
+
+def on_node(sent: bytes, here: Mapping[str, str], modules: Sequence[str], torch: bool) -> Done:
+    """Do a job on one of the machines, if it computes the same there."""
+    _check_once(tuple(here.items()), tuple(modules), torch)
+    with TemporaryDirectory() as folder:
+        return do(pickle.loads(sent), Path(folder))._replace(where=f" on {socket.gethostname()}")
+
+
+@cache
+def _check_once(here: tuple[tuple[str, str], ...], modules: tuple[str, ...], torch: bool) -> None:
+    check_identity(dict(here), modules, torch)
+
+
+def _ended(ray: Any, jobs: Sequence[Job], begin: Callable[[Job], Any]) -> Iterator[tuple[Job, Done]]:
+    """Jobs as they end; no more are on their way than keep the cores busy, as a job may hold a whole policy."""
+    left, tasks = iter(jobs), dict[Any, Job]()
+    while True:
+        room = AHEAD * _cores(ray) - len(tasks)
+        tasks |= {begin(job): job for job in islice(left, max(room, 0))}
+        if not tasks:
+            return
+        ended, _ = ray.wait([*tasks], timeout=LOOK)
+        for task in ended:
+            yield tasks.pop(task), _result(ray, task)
+
+
+def _result(ray: Any, task: Any) -> Done:
+    try:
+        found = ray.get(task)
+    except ray.exceptions.RayTaskError as error:
+        raise error.cause from None
+    except ray.exceptions.RayError as error:
+        raise UsageError(f"the cluster could not do a job; run the command again to go on: {error}") from None
+    if isinstance(found, str):
+        raise UsageError(found)
+    return found
+
+
+def _cores(ray: Any) -> int:
+    """Cores in the cluster.
+
+    Raises:
+        UsageError: there are none.
+    """
+    found = sum(int(node["Resources"].get("CPU", 0)) for node in ray.nodes() if node["Alive"])
+    if not found:
+        raise UsageError("no machine with a core is in the cluster; let one join and run the command again to go on")
+    return found
+
+
+def _check_answers(address: str) -> None:
+    """Make sure that a Ray cluster answers, and takes this machine; Ray itself would try for many minutes.
+
+    Raises:
+        UsageError: it does not.
+    """
+    host, _, port = address.rpartition(":")
+    if address != "auto":
+        if not (host and port.isdecimal()):
+            raise UsageError(f"--cluster is {address!r}; it must be HOST:PORT of the cluster's head, or auto")
+        try:
+            socket.create_connection((host, int(port)), timeout=10.0).close()
+        except (OSError, OverflowError) as error:
+            raise UsageError(f"no cluster can be reached at {address!r}: {one_sentence(error)}") from None
+    command = [sys.executable, "-c", _JOIN, address]
+    # Ray looks as long for a part of the cluster on this machine, for which 60 s would be its own patience.
+    patient = {**os.environ, "RAY_gcs_server_request_timeout_seconds": f"{ANSWER / 2:.0f}"}
+    hint = "this machine has to be in it, for instance by `ray start --address=HOST:PORT --num-cpus=0`"
+    try:
+        joined = subprocess.run(command, env=patient, capture_output=True, text=True, timeout=ANSWER, check=False)
+    except subprocess.TimeoutExpired:
+        raise UsageError(f"no Ray cluster answers at {address!r} within {ANSWER:.0f} s; {hint}") from None
+    if joined.returncode != 0:
+        said = _last_line(joined.stderr)
+        more = f"; {hint}" if said.startswith("ConnectionError") else ""
+        raise UsageError(f"the cluster at {address!r} cannot be joined: {said}{more}")
+
+
+def _last_line(said: str) -> str:
+    """What a traceback ends with, from the line with the error's name on."""
+    lines = said.strip().splitlines()
+    first = next((n for n in reversed(range(len(lines))) if lines[n][:1].isalpha() and "Error: " in lines[n]), -1)
+    return one_sentence(" ".join(lines[first:]))

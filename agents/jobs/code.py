@@ -1,0 +1,61 @@
+"""Which code a result depends on: digests of files, and of modules with all that they import."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Sequence
+from functools import cache
+from modulefinder import ModuleFinder
+from pathlib import Path
+from typing import Any, Final, final
+
+from ..ground.places import CODE, code_pattern, module_name
+
+DRAWS_ONLY: Final = ("view.py", "canvas.py")
+"""Code that shows a robot in its surroundings and changes no result."""
+PACKAGES: Final = ("pnt_gym", "agents")
+"""Whose modules are followed."""
+
+
+def code_digest(patterns: Iterable[str], modules: Iterable[str] = (), root: Path = CODE) -> str:
+    """Digest of the files that match any pattern and of modules with all that they import, less what only draws.
+
+    Args:
+        patterns: globs below `root`.
+        modules: names of modules below `root`; of a package all modules in it.
+        root: folder of the code.
+    """
+    files = {path for pattern in patterns for path in root.glob(code_pattern(pattern))}
+    files |= {path for name in modules for path in imported_by(module_name(name), root)}
+    digest = hashlib.sha256()
+    for path in sorted(files):
+        if not any(path.match(pattern) for pattern in DRAWS_ONLY):
+            digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
+    return digest.hexdigest()
+
+
+@cache
+def imported_by(name: str, root: Path) -> frozenset[Path]:
+    """Files of a module, or of all modules of a package, and of what they import of `PACKAGES`.
+
+    Code is read and not run: an import within a function counts as well, one by a name in a text does not.
+
+    Args:
+        name: of the module.
+        root: folder that holds its topmost package.
+    """
+    finder = _Finder(path=[str(root)])
+    finder.import_hook(name)
+    for file in sorted((root / name.replace(".", "/")).glob("**/*.py")):
+        finder.import_hook(".".join(file.relative_to(root).with_suffix("").parts).removesuffix(".__init__"))
+    return frozenset(Path(module.__file__) for module in finder.modules.values() if module.__file__)
+
+
+@final
+class _Finder(ModuleFinder):
+    """Follows imports within `PACKAGES` alone: others have a version."""
+
+    def find_module(self, name: str, path: Sequence[str] | None, parent: Any = None) -> Any:
+        if path is None and name not in PACKAGES:
+            raise ImportError(name)
+        return super().find_module(name, path, parent)

@@ -1,0 +1,146 @@
+"""What another machine has to have to compute the same: the code, modules of the user's, and arithmetic."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import shutil
+import socket
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import closing
+from functools import cache
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from ..ground.cli import UsageError
+from ..ground.environments import make_vector, own_module
+from ..ground.places import CHECKOUT, CODE
+from ..ground.versions import versions
+from .code import code_digest
+
+PARTS: Final = ("pnt_gym", "agents", "configs", "pyproject.toml") if CHECKOUT else ("pnt_gym",)
+"""The code below `CODE` and what it reads; results, tests and environments stay."""
+_TEXTS: Final = ("pnt_gym/**/*.py", "pnt_gym/**/*.y*ml", "agents/**/*.py", "configs/**/*.y*ml")
+_MOST: Final = 200_000_000
+"""Bytes of a module of the user's that are sent."""
+
+
+def pack(folder: Path, modules: Iterable[str]) -> None:
+    """Copy the code, and modules of the user's as far as they are no part of it, into an empty folder.
+
+    Raises:
+        UsageError: a module lies in no file, or is too large.
+    """
+    for part in PARTS:
+        _copy(CODE / part, folder / part)
+    for top in sorted({name.partition(".")[0] for name in modules} - {*PARTS}):
+        source = _source(top)
+        size = sum(path.stat().st_size for path in (source, *source.rglob("*")) if path.is_file())
+        if size > _MOST:
+            raise UsageError(
+                f"module {top!r} takes {size / 1e6:.0f} MB; at most {_MOST / 1e6:.0f} MB are sent to a node"
+            )
+        _copy(source, folder / source.name)
+
+
+def _copy(source: Path, target: Path) -> None:
+    if source.is_dir():
+        shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__"))
+    else:
+        shutil.copyfile(source, target)
+
+
+def _source(module: str) -> Path:
+    """The file of a module, or the folder of a package."""
+    found = own_module(module)
+    if found.__file__ is None:
+        raise UsageError(f"module {module!r} lies in no file, so it cannot be sent to a node; give it an __init__.py")
+    file = Path(found.__file__).resolve()
+    return file.parent if hasattr(found, "__path__") else file
+
+
+@cache
+def own_code(module: str) -> str:
+    """Digest of a user's module, or of the whole package that it is."""
+    found = own_module(module)
+    file = Path(found.__file__ or "")
+    return code_digest(["**/*.py" if hasattr(found, "__path__") else file.name], root=file.parent)
+
+
+def identity(modules: Iterable[str], torch: bool) -> dict[str, str]:
+    """What has to be the same wherever jobs of one study are done, by what it is called.
+
+    Args:
+        modules: of the user's, that the jobs import.
+        torch: whether networks are fitted, so that its arithmetic counts.
+    """
+    return dict(_identity(modules, torch))
+
+
+def check_identity(here: Mapping[str, str], modules: Iterable[str], torch: bool) -> None:
+    """Make sure that this process computes what another one would; `here` is what `identity` says there.
+
+    What rests on other packages is not looked at once those are known to differ.
+
+    Raises:
+        UsageError: it does not, with the name of this machine and the first thing that differs.
+    """
+    for name, found in _identity(modules, torch):
+        if found != here[name]:
+            raise UsageError(
+                f"node {socket.gethostname()!r} {_SAID.get(name, _PACKAGE).format(name, found, here[name])}"
+            )
+
+
+_PACKAGE: Final = "has {0} {1}, here it is {2}; a study needs the same everywhere"
+_SAID: Final = {
+    "code": "runs other code of pnt_gym than this machine, perhaps from a folder in its PYTHONPATH",
+    "arithmetic": "rounds otherwise than this machine, so its throws would not be these; leave it out of the cluster",
+    "torch's arithmetic": "rounds otherwise than this machine when a network is fitted; leave it out of the cluster",
+}
+
+
+def _identity(modules: Iterable[str], torch: bool) -> Iterator[tuple[str, str]]:
+    yield "code", code_digest(_TEXTS)
+    # The package itself need not be installed where its code has been sent.
+    yield from ((name, found) for name, found in versions().items() if name != "pnt_gym")
+    yield from ((f"module {name}", own_code(name)[:12]) for name in modules)
+    yield "arithmetic", _arithmetic()
+    if torch:
+        yield "torch's arithmetic", _torch_arithmetic()
+
+
+@cache
+def _arithmetic() -> str:
+    """Fingerprint of some throws and of the arithmetic that learners use, which other processors round otherwise."""
+    random = np.random.default_rng(0)
+    numbers, square = random.standard_normal(999), random.standard_normal((24, 24))
+    found = [np.exp(numbers), np.sin(numbers), np.tanh(numbers), square @ square, *np.linalg.svd(square)]
+    with closing(make_vector("PnTRelease-v0", "waste", num_envs=2, threads=1)) as env:
+        env.reset(seed=0)
+        seen, reward, _, _, info = env.step(np.full(env.action_space.shape or (), 0.3, dtype=np.float32))
+    return _digest([*found, seen, reward, info["landing_error"]])
+
+
+def _torch_arithmetic() -> str:
+    """Fingerprint of some steps of a small network, on one core as jobs have it."""
+    torch: Any = importlib.import_module("torch")
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    with torch.random.fork_rng(devices=[]):
+        torch.manual_seed(0)
+        network = torch.nn.Sequential(torch.nn.Linear(26, 64), torch.nn.SiLU(), torch.nn.Linear(64, 2))
+        seen = torch.randn(256, 26)
+    optimiser = torch.optim.Adam(network.parameters())
+    for _ in range(3):
+        optimiser.zero_grad()
+        network(seen).square().mean().backward()
+        optimiser.step()
+    torch.set_num_threads(threads)
+    return _digest([part.detach().numpy() for part in network.parameters()])
+
+
+def _digest(arrays: Iterable[Any]) -> str:
+    return hashlib.sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)).hexdigest()[:12]

@@ -1,0 +1,1 @@
+"""How controllers are judged: throws, work shifts, and what they come to."""

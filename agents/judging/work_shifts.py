@@ -1,0 +1,166 @@
+"""How controllers of a line are judged: whole shifts, the same streams for all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Final, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.line.core import LineCore
+
+from ..controllers.protocol import Controller
+from ..dispatchers.registry import the_line
+from ..ground import metrics
+from ..ground.environments import Env, stream_seed
+from ..ground.files import jsonable
+from ..ground.infos import results
+from ..ground.versions import versions
+from .decisions import worked_by
+
+SHIFTS: Final = 32
+"""Shifts that are judged unless others are asked for."""
+MEANS: Final = {
+    "value_per_min": "shift_value_per_min",
+    "sorted_per_min": "shift_sorted_per_min",
+    "recovery": "shift_recovery",
+    "value_recovery": "shift_value_recovery",
+    "purity": "shift_purity",
+    "passed_value_per_min": "shift_passed_value_per_min",
+    "passed_tried": "shift_passed_tried",
+}
+"""Figures that are means over shifts, and their names in the info."""
+LISTS: Final = {
+    "utilisation": "shift_utilisation",
+    "picks_by_robot": "shift_picks_by_robot",
+    "recovery_by_item": "shift_recovery_by_item",
+    "passed_by_item": "shift_passed_by_item",
+}
+"""Likewise, by robot or item."""
+RECORDED: Final = (
+    "by", "object", "item", "true_kind", "bin", "percent", "start", "cycle_time", "wait_time", "value", "picked",
+    "is_success", "sorted", "ended_in",
+)  # fmt: skip
+"""What is kept of each decision."""
+
+
+@final
+@dataclass(frozen=True)
+class Shifts:
+    """S shifts that were worked, and the T decisions in them."""
+
+    told: dict[str, NDArray[Any]]
+    """Figures of shifts by their names in the info, (S, ...) each."""
+    decisions: dict[str, NDArray[Any]]
+    """By name (T,), with `shift`, the number of the shift that each belongs to."""
+    invalid: int
+    """Decisions that were none of the choices."""
+    taken: int
+    """All decisions, those included that are not counted."""
+    seconds: float
+    """In which they were taken [s]."""
+
+    @property
+    def value(self) -> Floats:
+        """Value per minute of each (S,)."""
+        return self.told["shift_value_per_min"]
+
+
+def worked(
+    controller: Controller, env: Env, shifts: int, env_seed: int, progress: Callable[[int], None] | None = None
+) -> Shifts:
+    """Let a controller work whole shifts.
+
+    Each row works one after the other, so that the streams depend on the seed and the number of rows alone.
+
+    Args:
+        controller: who decides.
+        env: lines.
+        shifts: how many.
+        env_seed: of the environment.
+        progress: told how many shifts are over.
+    """
+    rows = env.num_envs
+    told, decisions = dict[str, dict[int, Any]](), list[dict[str, Any]]()
+    seconds, invalid = 0.0, 0
+    for one in worked_by(controller.act, env, env_seed, -(-shifts // rows)):
+        number = np.arange(rows) + rows * one.shift
+        found, counted = results(one.info, rows), number < shifts
+        seconds += one.seconds
+        invalid += int(found["invalid_action"][counted].sum())
+        valid = counted & ~found["invalid_action"]
+        decisions.append({"shift": number[valid], **{name: found[name][valid] for name in RECORDED}})
+        ended = np.flatnonzero(one.over & counted)
+        for row in ended:
+            for name, values in one.info["final_info"].items():
+                if name.startswith("shift_"):
+                    told.setdefault(name, {})[int(number[row])] = values[row]
+        if progress is not None:
+            progress(len(ended))
+    columns = {name: np.concatenate([part[name] for part in decisions]) for name in decisions[0]}
+    figures = {name: np.array([of[k] for k in sorted(of)]) for name, of in told.items()}
+    return Shifts(figures, columns, invalid, len(decisions) * rows, seconds)
+
+
+def judged(
+    controller: Controller, env: Env, shifts: int, seed: int, progress: Callable[[int], None] | None = None
+) -> dict[str, Any]:
+    """The JSON contract of an evaluation, but for the names of environment and controller."""
+    core = the_line(env)
+    found = worked(controller, env, shifts, stream_seed("evaluate", seed), progress)
+    return {"level": core.config.name, "seed": seed, **summary(found, core), "versions": versions()}
+
+
+def summary(found: Shifts, core: LineCore) -> dict[str, Any]:
+    """Figures of shifts, and all of their decisions."""
+    told, decisions = found.told, found.decisions
+    picked, success = decisions["picked"].astype(bool), decisions["is_success"].astype(bool)
+    rate = metrics.wilson(int(success.sum()), len(success))
+    value = metrics.mean_interval(found.value)
+    minutes = core.config.duration / 60.0 * len(found.value)
+    head = {
+        "shifts": len(found.value),
+        "picks": len(success),
+        "picks_per_min": len(success) / minutes,
+        **{name: jsonable(mean(told[key])) for name, key in MEANS.items()},
+        "value_per_min_low": value.low,
+        "value_per_min_high": value.high,
+        "success_rate": rate.value,
+        "success_low": rate.low,
+        "success_high": rate.high,
+        "pick_rate": float(picked.mean()),
+        "cycle_time_mean_s": float(decisions["cycle_time"].mean()),
+        "wait_time_mean_s": float(decisions["wait_time"].mean()),
+        "dwell_s": core.dwell,
+        "invalid_actions": found.invalid,
+        "ms_per_decision": 1e3 * found.seconds / found.taken,
+    }
+    lists = {name: jsonable(mean(told[key])) for name, key in LISTS.items()}
+    by_robot = [decisions["wait_time"][decisions["by"] == robot] for robot in range(len(core.config.robots))]
+    lists["wait_by_robot_s"] = [float(one.mean()) if one.size else None for one in by_robot]
+    names = {"items": list(core.item_names), "robots": [robot.name for robot in core.config.robots]}
+    each = [dict(zip(decisions, row, strict=True)) for row in zip(*map(jsonable, decisions.values()), strict=True)]
+    shifts = {name.removeprefix("shift_"): jsonable(values) for name, values in told.items()}
+    return {**head, **lists, **names, **_bins(decisions, core), "by_shift": shifts, "throws": each}
+
+
+def _bins(decisions: Mapping[str, NDArray[Any]], core: LineCore) -> dict[str, Any]:
+    """Purity of each bin in which something lies at the end of a shift, ROBOT/BIN."""
+    in_time = decisions["start"] + decisions["cycle_time"] <= core.config.duration
+    found: dict[str, float] = {}
+    for index, robot in enumerate(core.config.robots):
+        for number, bin_ in enumerate(core.config.cell_of(index).bins.fixed):
+            there = in_time & (decisions["by"] == index) & (decisions["ended_in"] == number)
+            if there.any():
+                found[f"{robot.name}/{bin_.name}"] = float(decisions["sorted"][there].astype(bool).mean())
+    return {"purity_by_bin": found}
+
+
+def mean(values: NDArray[Any]) -> NDArray[Any]:
+    """Over shifts (S, ...), of those that have a figure; NaN where none has."""
+    there = np.isfinite(values)
+    total = np.where(there, values, 0.0).sum(axis=0)
+    return np.divide(total, there.sum(axis=0), out=np.full_like(total, np.nan), where=there.any(axis=0))

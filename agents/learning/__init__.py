@@ -1,0 +1,1 @@
+"""Training: run folders, algorithms, and how a run is resumed."""

@@ -1,0 +1,243 @@
+"""Hyperparameters of the learning algorithms, in RL-Zoo syntax."""
+
+from __future__ import annotations
+
+import ast
+import math
+from collections.abc import Mapping
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Final
+
+from pnt_gym.cells.base.config import quotes_hint
+from pnt_gym.errors import one_sentence
+
+from ..ground.cli import UsageError
+from ..ground.files import read_yaml
+from ..ground.places import SHIPPED, at
+
+DEFAULT: Final = "default"
+"""Entry for environments that have none of their own."""
+
+
+SIZES: Final = {"steps": "n_timesteps", "num_envs": "n_envs"}
+"""Hyperparameters by what a training calls them, for which no algorithm is asked."""
+WHOLE: Final = {
+    "n_timesteps": (1, 10**9),
+    "n_envs": (1, 10**5),
+    "buffer_size": (1, 10**9),
+    "batch_size": (1, 10**6),
+    "learning_starts": (0, 10**9),
+    "train_freq": (1, 10**6),
+    "gradient_steps": (-1, 10**6),
+    "policy_delay": (1, 10**6),
+    "target_update_interval": (1, 10**6),
+    "n_steps": (1, 10**6),
+    "n_epochs": (1, 10**6),
+    "sde_sample_freq": (-1, 10**6),
+    "stats_window_size": (1, 10**6),
+    "top_quantiles_to_drop_per_net": (0, 1000),
+    "n_critics": (1, 100),
+    "n_quantiles": (1, 10**4),
+    "lstm_hidden_size": (1, 10**4),
+    "n_lstm_layers": (1, 1),
+}
+REAL: Final = {
+    "learning_rate": (0.0, 1.0),
+    "gamma": (0.0, 1.0),
+    "tau": (0.0, 1.0),
+    "gae_lambda": (0.0, 1.0),
+    "clip_range": (0.0, 1e6),
+    "clip_range_vf": (0.0, 1e6),
+    "vf_coef": (0.0, 1e6),
+    "max_grad_norm": (0.0, 1e6),
+    "target_kl": (0.0, 1e6),
+    "target_policy_noise": (0.0, 1e6),
+    "target_noise_clip": (0.0, 1e6),
+    "log_std_init": (-20.0, 20.0),
+    "patience": (0.01, 1000.0),
+    "sharpness": (0.01, 1000.0),
+    "price_of_time": (0.0, 1e6),
+}
+FALLING: Final = "learning_rate"
+"""It may also fall to 0 along a line over the training: `lin_0.001` begins at 0.001."""
+LINE: Final = "lin_"
+SWITCHES: Final = (
+    "use_sde", "use_sde_at_warmup", "normalize_advantage", "optimize_memory_usage", "shared_lstm", "enable_critic_lstm",
+)  # fmt: skip
+OPTIONAL: Final = ("clip_range_vf", "target_kl", "action_noise")
+"""What may be null as well."""
+WIDEST: Final = 10**5
+"""Numbers in a layer of a network."""
+MOST_WEIGHTS: Final = 10**7
+"""Between the layers of a network."""
+
+
+def hyperparameters(algo: str, env_id: str, file: Path | None = None) -> dict[str, Any]:
+    """Settings of an algorithm for an environment, from a file in RL-Zoo syntax.
+
+    Args:
+        algo: name of the algorithm, whose shipped file is read unless there is another.
+        env_id: id of the environment, or MODULE:ID; one without an entry has that of `DEFAULT`.
+        file: of the user's, or another one that ships.
+
+    Raises:
+        UsageError: the file is missing or damaged, or has no entry for the environment.
+    """
+    path = SHIPPED / "configs" / "rl" / f"{algo}.yml" if file is None else at(file)
+    entries = read_yaml(path, "hyperparameters")
+    entries = entries if isinstance(entries, dict) else {}
+    for name in (env_id, env_id.rpartition(":")[2], DEFAULT):
+        if name in entries:
+            return _settings(path, name, entries[name])
+    known = ", ".join(map(str, entries)) or "none"
+    raise UsageError(f"hyperparameters {str(path)!r} have no entry for {env_id!r}; entries are {known}")
+
+
+def _settings(path: Path, name: str, entry: Any) -> dict[str, Any]:
+    if not isinstance(entry, dict):
+        said = f"entry {name!r} is {one_sentence(repr(entry), 80)}; it must be a mapping, {{}} for none"
+        raise UsageError(f"hyperparameters {str(path)!r}: {said}")
+    return dict(entry)
+
+
+def size(algo: str, env_id: str, settings: Mapping[str, Any]) -> dict[str, int]:
+    """How many steps a training has, and in how many cells, by its hyperparameters.
+
+    Args:
+        algo: name of the algorithm, whose shipped settings say what these do not.
+        env_id: id of the environment.
+        settings: hyperparameters.
+
+    Raises:
+        UsageError: a number out of its range.
+    """
+    usual = {**hyperparameters(algo, env_id), **settings}
+    for key in SIZES.values():
+        _check(key, usual[key])
+    return {name: _whole(usual[key]) for name, key in SIZES.items()}
+
+
+def checked(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """What an algorithm is made with, from hyperparameters in RL-Zoo syntax.
+
+    Its libraries notice many a wrong value only after thousands of throws, or never.
+
+    Raises:
+        UsageError: a value out of its range, or of the wrong kind.
+    """
+    chosen = {name: value for name, value in settings.items() if name not in SIZES.values()}
+    kwargs = chosen["policy_kwargs"] = policy_arguments(chosen.get("policy_kwargs", {}))
+    for name, value in {**chosen, **kwargs}.items():
+        _check(name, value)
+    for values in (chosen, kwargs):
+        values |= {name: _whole(value) for name, value in values.items() if name in WHOLE}
+    chosen.pop("price_of_time", None)  # of the reward, which is not made here
+    if "patience" in chosen:
+        kwargs["patience"] = chosen.pop("patience")
+    return chosen
+
+
+def _check(name: str, value: Any) -> None:
+    """Make sure that a value is in its range.
+
+    Raises:
+        UsageError: it is not.
+    """
+    if not _fits(name, value):
+        hint = quotes_hint(value) if isinstance(value, str) else ""
+        raise UsageError(f"hyperparameter {name} is {one_sentence(repr(value), 80)}; it must be {_wanted(name)}{hint}")
+    weights = max(map(_weights, _layers(value)), default=0) if name == "net_arch" else 0
+    if weights > MOST_WEIGHTS:
+        raise UsageError(f"hyperparameter net_arch asks for {weights:,} weights; it must be at most {MOST_WEIGHTS:,}")
+
+
+def _whole(value: Any) -> Any:
+    """A number without a fraction as a whole one, as in levels: `1e5`; anything else as it is."""
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+def _layers(value: Any) -> list[Any]:
+    """Sizes of the layers of each network in a `net_arch`."""
+    return list(value.values()) if isinstance(value, dict) else [value]
+
+
+def _weights(sizes: list[int]) -> int:
+    return sum(before * after for before, after in pairwise(sizes))
+
+
+def _fits(name: str, value: Any) -> bool:
+    if value is None and name in OPTIONAL:
+        return True
+    if name in SWITCHES or isinstance(value, bool):
+        return isinstance(value, bool) and name not in {*WHOLE, *REAL}
+    if name in WHOLE:
+        value = _whole(value)
+        return isinstance(value, int) and WHOLE[name][0] <= value <= WHOLE[name][1]
+    if name in REAL:
+        value = begin(value) if name == FALLING else value
+        return isinstance(value, int | float) and REAL[name][0] <= value <= REAL[name][1]
+    if name == "net_arch":
+        return all(isinstance(sizes, list) and all(_is_width(size) for size in sizes) for sizes in _layers(value))
+    return name != "action_noise" and not (isinstance(value, float) and not math.isfinite(value))
+
+
+def begin(value: Any) -> Any:
+    """What a hyperparameter that falls along a line begins at; others as they are, like text that says no number."""
+    try:
+        return float(value.removeprefix(LINE)) if isinstance(value, str) and value.startswith(LINE) else value
+    except ValueError:
+        return value
+
+
+def _is_width(size: Any) -> bool:
+    return isinstance(size, int) and not isinstance(size, bool) and 1 <= size <= WIDEST
+
+
+def _wanted(name: str) -> str:
+    """What a hyperparameter has to be, for an error."""
+    if name in WHOLE:
+        return "a whole number from {} to {}".format(*WHOLE[name])
+    if name in REAL:
+        number = "a number from {:g} to {:g}".format(*REAL[name])
+        return f"{number}, or {LINE} and such a number" if name == FALLING else number
+    if name in SWITCHES:
+        return "true or false"
+    if name == "net_arch":
+        return f"a list of whole numbers from 1 to {WIDEST}, or lists of them by name (pi, qf, vf)"
+    return "left out or null" if name == "action_noise" else "a finite number, or what its documentation says"
+
+
+def policy_arguments(given: Any) -> dict[str, Any]:
+    """The `policy_kwargs` of an algorithm: a mapping as it is, or RL-Zoo's text that can name an activation.
+
+    The text, `dict(net_arch=[64, 64], activation_fn=nn.SiLU)`, is read and never run.
+
+    Raises:
+        UsageError: the text is not such a call of dict with literals and names of torch.nn.
+    """
+    if isinstance(given, dict):
+        return dict(given)
+    try:
+        if not isinstance(given, str):
+            raise ValueError("not text")
+        call = ast.parse(given.strip(), mode="eval").body
+        if not (isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "dict"):
+            raise ValueError("not a call of dict")
+        return {str(word.arg): _value(word.value) for word in call.keywords}
+    except (ValueError, SyntaxError, AttributeError):
+        raise UsageError(
+            f"policy_kwargs is {given!r}; it must be a mapping, "
+            "or look like dict(net_arch=[64, 64], activation_fn=nn.SiLU)"
+        ) from None
+
+
+def _value(node: ast.expr) -> Any:
+    if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "nn":
+        from torch import nn  # noqa: PLC0415 - a second to import
+
+        kind = getattr(nn, node.attr)
+        if not (isinstance(kind, type) and issubclass(kind, nn.Module)):
+            raise ValueError("no kind of layer")
+        return kind
+    return ast.literal_eval(node)

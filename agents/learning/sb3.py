@@ -1,0 +1,275 @@
+"""Models of stable-baselines3: new ones, and those in files."""
+
+from __future__ import annotations
+
+import json
+import math
+import pickle
+import re
+import warnings
+from collections.abc import Mapping
+from copy import deepcopy
+from io import BytesIO
+from pathlib import Path
+from typing import Any, Final, final
+from zipfile import ZipFile
+
+import gymnasium as gym
+import numpy as np
+import torch
+from gymnasium.spaces import Box, Discrete
+from numpy.typing import NDArray
+from stable_baselines3 import A2C, PPO, SAC, TD3
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.buffers import ReplayBuffer
+from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
+from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
+from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecNormalize
+
+from pnt_gym.errors import PntGymError, one_sentence
+from pnt_gym.reading import ReadError, archive, parsed_json
+
+from ..ground.cli import UsageError
+from .hyperparameters import FALLING, WIDEST, begin, checked
+from .runs import ALGORITHMS, CHOOSING, MOST_MODEL, RECURRENT
+from .vec_env import rows_thrown
+
+COUNTS = ("num_timesteps", "_n_updates", "_episode_num")
+"""What a model counts while it learns; the rest of its state is tensors, or settled by the hyperparameters."""
+SMALL = 0.01
+"""Factor on the last layer of a new policy: its first throws are the analytic planner's."""
+MARKS: Final = {
+    "tqc": "top_quantiles_to_drop_per_net",
+    "td3": "target_policy_noise",
+    "sac": "target_entropy",
+    "recurrent_ppo": "_process_sequence",
+    "ppo": "clip_range",
+    "a2c": "vf_coef",
+}
+"""What a stored model of each algorithm or its policy has, and none of an algorithm after it; DDPG is a kind of TD3."""
+PARTS: Final = re.compile(r"data|[a-z_.]+\.pth|_stable_baselines3_version|system_info\.txt")
+"""Names in a model's file."""
+INNER: Final = re.compile(r"[\w.]+/(?:data\.pkl|data/\d+|version|byteorder|\.[\w./]+)")
+"""Names in a file of tensors."""
+
+
+@final
+class ThrownBuffer(ReplayBuffer):
+    """A memory of throws: what no action had a say in, a pick that failed or an object lost on the way, is not kept.
+
+    In its place in a batch stands a throw of another row; a batch without any throw is not kept at all, but in an empty
+    memory, from which nothing could be drawn.
+    """
+
+    def add(
+        self,
+        obs: NDArray[Any],
+        next_obs: NDArray[Any],
+        action: NDArray[Any],
+        reward: NDArray[Any],
+        done: NDArray[Any],
+        infos: list[dict[str, Any]],
+    ) -> None:
+        """Keep the throws of one step of all rows."""
+        thrown = rows_thrown(infos)
+        if not thrown and self.size() > 0:
+            return
+        kept = np.arange(len(infos))
+        others = np.setdiff1d(kept, thrown)
+        kept[others] = np.resize(thrown or others, len(others))
+        parts = (part[kept] for part in (obs, next_obs, action, reward, done))
+        super().add(*parts, [infos[row] for row in kept])
+
+
+@final
+class Falling:
+    """A learning rate that falls to 0 along a line over a whole training; stable-baselines3 knows of its leg alone.
+
+    Args:
+        begin: the rate at the first throw.
+    """
+
+    def __init__(self, begin: float) -> None:
+        self.begin, self.share = begin, 1.0
+
+    def __call__(self, remaining: float) -> float:
+        """The rate when so much is left of the throws from the first one to the end of this leg."""
+        return self.begin * max(1.0 - (1.0 - remaining) * self.share, 0.0)
+
+
+def begin_leg(model: BaseAlgorithm, end: int, total: int) -> None:
+    """Tell a model before it learns on that the leg ends with so many throws of all."""
+    if isinstance(model.learning_rate, Falling):
+        model.learning_rate.share = end / total
+
+
+def algorithm_class(name: str) -> type[BaseAlgorithm]:
+    """The class of an algorithm.
+
+    Raises:
+        UsageError: unknown name.
+    """
+    if name == "tqc":
+        from sb3_contrib import TQC  # noqa: PLC0415 - only this algorithm needs it
+
+        return TQC
+    if name == "recurrent_ppo":
+        from sb3_contrib import RecurrentPPO  # noqa: PLC0415 - as above
+
+        return RecurrentPPO
+    if name in CHOOSING:
+        from sb3_contrib import MaskablePPO  # noqa: PLC0415 - as above
+
+        return MaskablePPO
+    classes: dict[str, type[BaseAlgorithm]] = {"sac": SAC, "td3": TD3, "ppo": PPO, "a2c": A2C}
+    if name not in classes:
+        raise UsageError(f"unknown algorithm {name!r}; known are {', '.join((*ALGORITHMS, *CHOOSING))}")
+    return classes[name]
+
+
+def load_policy(file: Path, env: VecEnv | None = None) -> BaseAlgorithm:
+    """The model in a file that stable-baselines3 wrote; runs code in it.
+
+    Raises:
+        UsageError: it is damaged, or of no algorithm of `MARKS`.
+    """
+    torch.set_num_threads(1)  # small networks are slower on many threads than on one
+    try:
+        with ZipFile(file) as parts:
+            stored = json.loads(parts.read("data"))
+        algo = next(name for name, mark in MARKS.items() if mark in {*stored, *stored["policy_class"]})
+        return algorithm_class(algo).load(file, env=env, device="cpu")
+    except Exception as error:
+        # There is no telling what a torn or foreign file upsets in there.
+        kinds = ", ".join(MARKS)
+        raise UsageError(f"{str(file)!r} is damaged: {file.name} is truncated or not a model of {kinds}") from error
+
+
+def load_tensors(
+    file: Path, asked: Mapping[str, Any], settings: Mapping[str, Any], env: VecEnv | None = None
+) -> BaseAlgorithm:
+    """The model of a run, made as its arguments and settings say and filled with the tensors and counts of its file.
+
+    Nothing is unpickled, so nothing in the file is run.
+
+    Raises:
+        UsageError: it is damaged, or of other settings.
+    """
+    try:
+        with archive(file, PARTS, MOST_MODEL) as (parts, infos):
+            stored = parsed_json(parts.read("data"))
+            names = [info.filename for info in infos if info.filename.endswith(".pth")]
+            tensors = {name: _tensors(parts.read(name)) for name in names}
+        model: Any = _made(asked["algo"], env or _nowhere(stored, asked["num_envs"]), settings, asked["seed"])
+        states, variables = model._get_torch_save_params()
+        model.set_parameters({name: tensors[f"{name}.pth"] for name in states})
+        for name in variables:
+            getattr(model, name).data = tensors["pytorch_variables.pth"][name].data
+        for name in COUNTS:
+            setattr(model, name, int(stored.get(name, 0)))
+    except ReadError as error:
+        said = f"{file.name} is truncated or not a model of its run: {error}"
+        raise UsageError(f"{str(file)!r} is damaged: {said}") from error
+    except PntGymError:
+        raise
+    except Exception as error:
+        raise UsageError(f"{str(file)!r} is damaged: {file.name} is truncated or not a model of its run") from error
+    return model
+
+
+def _nowhere(stored: Mapping[str, Any], count: int) -> VecEnv:
+    """Nothing but the spaces of a stored model and a number of rows: what it takes to make one that only acts."""
+    nowhere: gym.Env[Any, Any] = gym.Env()
+    seen, action = (tuple(stored[f"{name}_space"]["_shape"]) for name in ("observation", "action"))
+    count_of = stored["action_space"].get("n")
+    if max(math.prod(seen), math.prod(action), int(count_of or 0)) > WIDEST:
+        raise ValueError("spaces of absurd sizes")
+    nowhere.observation_space = Box(-np.inf, np.inf, seen)
+    nowhere.action_space = Box(-1.0, 1.0, action) if count_of is None else Discrete(int(count_of))
+    rows = DummyVecEnv([lambda: nowhere])
+    rows.num_envs = count
+    return rows
+
+
+def _tensors(data: bytes) -> dict[str, Any]:
+    with archive(BytesIO(data), INNER, MOST_MODEL), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # an error says what is wrong with a foreign file
+        return torch.load(BytesIO(data), map_location="cpu", weights_only=True)
+
+
+def load_statistics(file: Path, env: VecEnv) -> VecNormalize:
+    """By what observations are normalised; runs code in the file.
+
+    Raises:
+        UsageError: it is damaged, or of other observations.
+    """
+    try:
+        return VecNormalize.load(str(file), env)
+    except (OSError, EOFError, pickle.PickleError, ValueError, AttributeError, AssertionError, ImportError):
+        raise UsageError(f"{str(file)!r} is damaged, or of other observations than this environment's") from None
+
+
+def build(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> BaseAlgorithm:
+    """A new model whose first policy is the analytic planner, give or take its exploration.
+
+    Args:
+        algo: one of `ALGORITHMS`.
+        env: the adapted environment.
+        settings: hyperparameters in RL-Zoo syntax; `n_timesteps` and `n_envs` are for the caller.
+        seed: of network weights and exploration.
+
+    Raises:
+        UsageError: the settings do not fit the algorithm.
+    """
+    model = _made(algo, env, settings, seed)
+    _start_at_zero(model)
+    return model
+
+
+def _made(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> BaseAlgorithm:
+    """A model with random weights."""
+    torch.set_num_threads(1)  # small networks are slower on many threads than on one
+    chosen = checked(deepcopy(dict(settings)))  # stable-baselines3 adds to the dicts it is given
+    policy = _policy(algo, chosen.pop("policy", None))
+    if isinstance(chosen.get(FALLING), str):
+        chosen[FALLING] = Falling(begin(chosen[FALLING]))
+    kind = algorithm_class(algo)
+    if issubclass(kind, OffPolicyAlgorithm):
+        chosen.setdefault("replay_buffer_class", ThrownBuffer)
+    try:
+        return kind(policy, env, seed=seed, device="cpu", verbose=0, **chosen)
+    except PntGymError:
+        raise
+    except Exception as error:
+        # There is no telling what a setting of the wrong kind upsets in there.
+        raise UsageError(f"hyperparameters do not fit {algo}: {one_sentence(error)}") from error
+
+
+def _policy(algo: str, asked: str | None) -> str | type[Any]:
+    """The policy of an algorithm: the usual one unless another is asked for.
+
+    Raises:
+        UsageError: there can be no other.
+    """
+    if algo == "residual_ppo":
+        from .residual import ResidualPolicy  # noqa: PLC0415 - only this algorithm needs it
+
+        if asked is not None:
+            raise UsageError(f"hyperparameter policy is {asked!r}; residual_ppo has a policy of its own: leave it out")
+        return ResidualPolicy
+    return asked or ("MlpLstmPolicy" if algo in RECURRENT else "MlpPolicy")
+
+
+def _start_at_zero(model: BaseAlgorithm) -> None:
+    """Scale the layer that gives the mean action down to nearly nothing; a scorer begins as the rule anyway."""
+    policy: Any = model.policy
+    if hasattr(policy, "numbers"):
+        return
+    heads = [policy.action_net] if isinstance(model, OnPolicyAlgorithm) else [policy.actor.mu]
+    if isinstance(model, TD3):
+        heads.append(policy.actor_target.mu)  # a copy made before: both must start alike
+    with torch.no_grad():
+        for head in heads:
+            *_, last = (layer for layer in head.modules() if isinstance(layer, torch.nn.Linear))
+            last.weight.mul_(SMALL)
+            last.bias.zero_()

@@ -1,0 +1,149 @@
+"""Gymnasium's vector environments as stable-baselines3 expects them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Final, cast, final
+
+import numpy as np
+from numpy.typing import NDArray
+from stable_baselines3.common.vec_env import VecEnv
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvStepReturn
+
+from ..ground.cli import UsageError
+from ..ground.environments import Env, check_autoreset, core_of
+from ..ground.infos import results
+
+INFO_KEYS = ("is_success", "landing_error", "cycle_time", "picked", "dropped", "value", "dt")
+"""What of a throw's info reaches the learner's callbacks."""
+MASKS: Final = "action_masks"
+"""By this name sb3-contrib asks what can be chosen."""
+
+
+def rows_thrown(infos: Sequence[Mapping[str, Any]]) -> list[int]:
+    """Rows in which an action had a say."""
+    return [row for row, info in enumerate(infos) if info.get("picked", True) and not info.get("dropped", False)]
+
+
+def _evened(reward: NDArray[Any], infos: Sequence[Mapping[str, Any]]) -> NDArray[Any]:
+    """Rewards (N,), of what was no throw the mean of the throws; as they are where there is none."""
+    rows = rows_thrown(infos)
+    if not rows:
+        return reward
+    evened = np.full_like(reward, np.mean(reward[rows]))
+    evened[rows] = reward[rows]
+    return evened
+
+
+@final
+class SameStepVecEnv(VecEnv):
+    """Adapts a Gymnasium vector environment with SAME_STEP autoreset to the VecEnv conventions.
+
+    Per finished episode `infos` holds `terminal_observation`, `TimeLimit.truncated` and `episode` (return r,
+    length l, seconds since the start t); every throw has `is_success`, `landing_error` and `cycle_time`.
+
+    Args:
+        env: the environment.
+        even: what no action had a say in, a pick that failed or an object lost on the way, gets the mean reward of the
+            throws beside it: for algorithms that keep no memory from which to leave it out.
+        price: of a second between decisions, taken off the reward beside what the environment itself takes off [1/s].
+
+    Raises:
+        UsageError: the environment resets in another way.
+    """
+
+    def __init__(self, env: Env, *, even: bool = False, price: float = 0.0) -> None:
+        check_autoreset(env)
+        self.env = env
+        self._even, self._price = even, price
+        self._start = time.perf_counter()
+        self._actions: NDArray[Any] = np.zeros(0)
+        super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
+        self._clear()
+
+    def reset(self) -> NDArray[np.float32]:
+        """Reset every row; with the seeds of the last `seed` call if there was one."""
+        seeded = [s for s in self._seeds if s is not None]
+        observation, info = self.env.reset(seed=seeded if len(seeded) == self.num_envs else None)
+        self.reset_infos = [{key: info[key][i] for key in ("kind",) if key in info} for i in range(self.num_envs)]
+        self._reset_seeds()
+        self._reset_options()
+        self._clear()
+        return np.array(observation, dtype=np.float32)
+
+    def step_async(self, actions: NDArray[Any]) -> None:
+        """Keep the actions (N, A), or (N,) of choices, for `step_wait`."""
+        self._actions = np.asarray(actions, dtype=self.action_space.dtype)
+
+    def step_wait(self) -> VecEnvStepReturn:
+        """Throw; rows whose episode ended are already reset in the observation returned."""
+        observation, reward, terminated, truncated, info = self.env.step(self._actions)
+        done = np.logical_or(terminated, truncated)
+        self._returns += reward
+        self._lengths += 1
+        found = results(info, self.num_envs)
+        if self._price:
+            reward = reward - self._price * found["dt"]
+        infos = [{key: found[key][i].item() for key in INFO_KEYS if key in found} for i in range(self.num_envs)]
+        for i in np.flatnonzero(done):
+            infos[i].update(self._ending(info, i, bool(truncated[i] and not terminated[i])))
+        self._returns[done] = 0.0
+        self._lengths[done] = 0
+        reward = _evened(reward, infos) if self._even else reward
+        return np.array(observation, dtype=np.float32), np.asarray(reward, dtype=np.float32), done, infos
+
+    def close(self) -> None:
+        """Close the environment."""
+        self.env.close()
+
+    def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
+        """An attribute of the one environment, once per row."""
+        value = self._masks if attr_name == MASKS else getattr(self.env, attr_name)
+        return [value for _ in self._get_indices(indices)]
+
+    def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
+        """Set an attribute of the one environment: for all rows at once."""
+        if indices is not None:
+            raise UsageError("the rows of a vector environment share their attributes; set them without indices")
+        setattr(self.env, attr_name, value)
+
+    def env_method(
+        self,
+        method_name: str,
+        *method_args: Any,
+        indices: VecEnvIndices = None,
+        **method_kwargs: Any,
+    ) -> list[Any]:
+        """Call a method of the one environment, once; its result stands for each row, but masks are of each row."""
+        if method_name == MASKS:
+            masks = self._masks()
+            return [masks[row] for row in self._get_indices(indices)]
+        result = getattr(self.env, method_name)(*method_args, **method_kwargs)
+        return [result for _ in self._get_indices(indices)]
+
+    def env_is_wrapped(self, wrapper_class: type[Any], indices: VecEnvIndices = None) -> list[bool]:
+        """Episode statistics are kept here, so no row is wrapped in anything."""
+        return [False for _ in self._get_indices(indices)]
+
+    def get_images(self) -> Sequence[NDArray[np.uint8] | None]:
+        """One image per row, None where the environment does not render."""
+        images = self.env.render() if self.render_mode == "rgb_array" else None
+        return list(images) if images is not None else [None] * self.num_envs
+
+    @property
+    def _masks(self) -> Callable[[], NDArray[np.bool_]]:
+        """The method that tells what can be chosen in each row (N, A); an AttributeError where nothing is chosen."""
+        return cast("Any", core_of(self.env)).masks
+
+    def _clear(self) -> None:
+        self._returns = np.zeros(self.num_envs)
+        self._lengths = np.zeros(self.num_envs, dtype=np.int64)
+
+    def _ending(self, info: Mapping[str, Any], row: int, timed_out: bool) -> dict[str, Any]:
+        seconds = round(time.perf_counter() - self._start, 6)
+        return {
+            "terminal_observation": np.array(info["final_obs"][row], dtype=np.float32),
+            "TimeLimit.truncated": timed_out,
+            "episode": {"r": float(self._returns[row]), "l": int(self._lengths[row]), "t": seconds},
+        }

@@ -1,0 +1,1 @@
+"""What is learned for lines beside training: settings that are searched, and decisions that are imitated."""

@@ -1,0 +1,114 @@
+"""Make the table of throws of a line in the full physics: `python -m agents.line calibrate --level skills3`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import tyro
+
+from pnt_gym.cells.line.cell import LineCell, Taken
+from pnt_gym.cells.line.chances import Chances, digest, place_of, written
+from pnt_gym.cells.line.config import LineConfig
+
+from ..ground.cli import UsageError, at_least, option
+from ..ground.environments import stream_seed
+from ..ground.outputs import check_writable, deliver_text
+from ..ground.tables import console, throws_bar
+from ..ground.versions import versions
+
+NUM_ENVS = 32
+MOST_EMPTY = 200
+"""Shifts in a row without a throw after which none is waited for: throws in one shift of ten pass once in a billion."""
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """Throw whatever comes along a line, and count what ends in its bin: by item, speed setting and distance."""
+
+    level: Annotated[str, tyro.conf.arg(metavar="NAME|FILE.yaml")] = "single"
+    """A shipped level's name or a YAML file."""
+    throws: int = 5000
+    """Throws to count."""
+    seed: int = 0
+    """Names the objects."""
+    out: Annotated[Path | None, option("beside the shipped levels", "FILE.json")] = None
+    """Where the table goes; a level names it as `chances`."""
+    num_envs: int = NUM_ENVS
+    """Lines side by side; part of what a seed means."""
+    threads: int = 2
+    """Threads that simulate; results do not depend on it."""
+
+
+def main(arguments: Arguments) -> None:
+    """Throw, count, write."""
+    at_least(vars(arguments), throws=100, seed=0, num_envs=1, threads=1)
+    config = LineConfig.load(arguments.level, throws="full", chances=None)
+    place = place_of(config) if arguments.out is None else arguments.out
+    check_writable(place)
+    numbers = arguments.throws, arguments.seed, arguments.num_envs, arguments.threads
+    console().print(calibrated(config, place, *numbers))
+
+
+def calibrated(
+    config: LineConfig, place: Path, throws: int, seed: int, num_envs: int = NUM_ENVS, threads: int = 2
+) -> str:
+    """Make the table of a line and write it to a file; what was found in one sentence."""
+    told = list(thrown(LineConfig.load(config, throws="full", chances=None), throws, seed, num_envs, threads))
+    columns = {name: np.concatenate([part[name] for part in told]) for name in told[0]}
+    head = {"digest": digest(config), "throws": len(columns["kind"]), "seed": seed, "versions": versions()}
+    deliver_text(place, written(Chances.counted(config.cell, **columns), **head, items=list(config.cell.items)))
+    held = columns["won"].sum() / columns["picked"].sum()
+    return (
+        f"{len(columns['kind'])} throws: cups sealed on {columns['picked'].mean():.1%}, of what they held {held:.1%} "
+        f"ended in its bin; the table is in {place}"
+    )
+
+
+def thrown(config: LineConfig, throws: int, seed: int, num_envs: int, threads: int) -> Iterator[dict[str, Any]]:
+    """Throws of robots that choose at random, batch by batch.
+
+    Raises:
+        UsageError: nobody throws, shift after shift.
+    """
+    first = stream_seed("practice", seed)
+    cell, generator = LineCell(config, num_envs, threads), np.random.default_rng(first)
+    cell.reset(np.arange(num_envs), [np.random.default_rng(first + row) for row in range(num_envs)])
+    with throws_bar() as bar:
+        task = bar.add_task("throws", total=throws)
+        count = empty = 0
+        while count < throws:
+            real = cell.state.choices.real
+            taken = cell.take(np.where(real, generator.random(real.shape), -1.0).argmax(axis=1))
+            yield _counted(taken)
+            thrown_now, over = int(taken.valid.sum()), np.flatnonzero(cell.over)
+            count += thrown_now
+            bar.advance(task, thrown_now)
+            empty = empty + over.size if thrown_now == 0 else 0
+            if empty >= MOST_EMPTY:
+                raise UsageError(_nothing(config, empty))
+            if over.size > 0:
+                cell.reset(over, [cell.generators[row] for row in over])
+
+
+def _nothing(config: LineConfig, shifts: int) -> str:
+    return (
+        f"level {config.name!r}: nobody threw anything in {shifts} shifts of {config.duration:g} s; arrivals.rate is "
+        f"{config.arrivals.rate:g} objects a second, so that {config.arrivals.rate * config.duration:.3g} come in one"
+    )
+
+
+def _counted(taken: Taken) -> dict[str, Any]:
+    """What the table is made of, of the attempts that were made."""
+    objects, made = taken.context.objects, taken.made
+    columns = {
+        "kind": objects.kind,
+        "percent": objects.percent,
+        "distance": taken.context.distance,
+        "won": made.is_success,
+        "picked": made.picked,
+    }
+    return {name: values[taken.valid] for name, values in columns.items()}

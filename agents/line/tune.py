@@ -1,0 +1,163 @@
+"""Find the settings of rules and planners of a line on shifts of their own: `pnt-gym line tune --level value`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any, Final, Literal, get_args
+
+import numpy as np
+import tyro
+
+from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.reading import yaml_text
+
+from ..dispatchers.settings import FILE, rate, settings
+from ..ground.cli import UsageError, at_least, option
+from ..ground.environments import stream_seed
+from ..ground.files import read_yaml
+from ..ground.outputs import check_writable, deliver_json, deliver_text
+from ..ground.tables import console, throws_bar, tuned_table
+from ..ground.versions import versions
+from ..lessons import search as tuning
+from ..lessons.search import Bench, Tried
+
+What = Literal["atc", "price", "beam", "price_beam", "joint_beam", "index", "guided_beam"]
+ORDER: Final[tuple[What, ...]] = get_args(What)
+"""Each builds on the first."""
+ENOUGH: Final = 32
+"""With fewer shifts settings are shown, and not kept for others."""
+HEAD: Final = (
+    "# Settings with which rules and planners of a line ship, by level: what `pnt-gym line tune` has found on seeds of "
+    "its own.\n# `rate` is the value that the tuned ATC rule brings in a second.\n"
+)
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """Find the settings of rules and planners of a line, on shifts that no evaluation sees."""
+
+    level: Annotated[str, tyro.conf.arg(metavar="NAME|FILE.yaml")] = "single"
+    """A shipped level's name or a YAML file; throws go by its table."""
+    what: tuple[What, ...] = field(default=("atc", "price"))
+    """What to find settings for: patience of atc, patience and share of price, price of time of the beams, share of
+    price_beam too, the weights of an index, by evolution, or what guided_beam makes of its plans."""
+    shifts: int = 64
+    """Shifts that every setting works; settings are kept only from 32 on."""
+    generations: int = 40
+    """Of the search for an index."""
+    go_on: bool = False
+    """Begin that search at the index that ships for the level instead of at the ATC rule; with another --seed it has
+    other shifts."""
+    seed: int = 0
+    """Names the shifts."""
+    out: Annotated[Path | None, option("configs/line_rules.yaml", "FILE.yaml")] = None
+    """Where the settings are kept, by level; others there stay."""
+    json: Annotated[Path | None, option("none", "FILE")] = None
+    """Write every setting that was tried, and what it brought in each shift, to this file."""
+
+
+def main(arguments: Arguments) -> None:
+    """Try, print the table, keep the best."""
+    at_least(vars(arguments), shifts=1, generations=1, seed=0)
+    place = FILE if arguments.out is None else arguments.out
+    check_writable(place, arguments.json)
+    level, known = LineConfig.load(arguments.level, throws="table"), kept_in(place)
+    told = found(level, arguments)
+    enough = arguments.shifts >= ENOUGH
+    if enough:
+        keep(place, known, level, told)
+    if arguments.json is not None:
+        deliver_json(arguments.json, as_json(level, arguments, told))
+    console().print(
+        tuned_table(f"level {level.name}, {arguments.shifts} shifts each, seed {arguments.seed}", rows(told))
+    )
+    few = f"{arguments.shifts} shifts are too few to keep what they say; {ENOUGH} are enough"
+    console().print(f"kept in {place}" if enough else few)
+    if arguments.json is not None:
+        console().print(f"all that was tried is in {arguments.json}")
+
+
+def found(level: LineConfig, arguments: Arguments) -> dict[str, list[Tried]]:
+    """All that was tried, by what it is a setting of."""
+    first = stream_seed("practice", arguments.seed)
+    told: dict[str, list[Tried]] = {}
+    with throws_bar() as bar:
+        for what in (what for what in ORDER if what in arguments.what):
+            task = bar.add_task(f"shifts for {what}", total=most(what, level, arguments))
+            bench = Bench(level, np.arange(first, first + arguments.shifts), partial(bar.advance, task))
+            told[what] = tried(what, bench, arguments, told)
+            bar.update(task, total=bar.tasks[task].completed)
+    return told
+
+
+def most(what: What, level: LineConfig, arguments: Arguments) -> int:
+    """Shifts that it takes to find settings, at most."""
+    grid = (1 + len(tuning.COARSE[0])) * len(tuning.COARSE[1])
+    share = 1 if len(level.robots) == 1 else grid + len(tuning.SHARE) + len(tuning.PATIENCE)
+    both = len(tuning.AROUND) + len(tuning.SHARES)
+    counts = {
+        "atc": len(tuning.PATIENCE), "price": share, "price_beam": both, "index": 2, "guided_beam": len(tuning.TRUST),
+    }  # fmt: skip
+    each = counts.get(what, len(tuning.PRICE))
+    return each * arguments.shifts + (arguments.generations * tuning.SEARCHED if what == "index" else 0)
+
+
+def tried(what: What, bench: Bench, arguments: Arguments, told: dict[str, list[Tried]]) -> list[Tried]:
+    """Settings of one controller, starting from the tuned ATC rule: of this run, or as it ships."""
+    if what == "atc":
+        return tuning.atc(bench)
+    name, robots = bench.level.name, len(bench.level.robots)
+    patience = (tuning.best(told["atc"]).settings if "atc" in told else settings(name, "atc"))["patience"]
+    if what == "price":
+        return tuning.price(bench, patience)
+    if what == "index":
+        from ..lessons.scores import searched  # noqa: PLC0415 - needs a library that only it does
+
+        begin = settings(name, what).get("weights") if arguments.go_on else None
+        return searched(bench, patience, arguments.generations, arguments.seed, begin)
+    brings = a_second(told["atc"]) if "atc" in told else rate(name)
+    brings = a_second(bench.rules("atc", [{"patience": patience}])) if brings is None else brings
+    return tuning.planner(bench, what, brings / robots)
+
+
+def a_second(values: list[Tried]) -> float:
+    """Value that the best settings bring in a second."""
+    return float(tuning.best(values).value.mean()) / 60.0
+
+
+def rows(told: dict[str, list[Tried]]) -> list[tuple[str, dict[str, Any], Any, Any]]:
+    """Names, best settings, their values per minute, and those of the best ATC rule where there are some."""
+    base = tuning.best(told["atc"]).value if "atc" in told else None
+    ends = {what: tuning.best(values) for what, values in told.items()}
+    return [(what, end.settings, end.value, base) for what, end in ends.items()]
+
+
+def kept_in(place: Path) -> dict[str, Any]:
+    """Settings that a file holds already, by level.
+
+    Raises:
+        UsageError: it holds something else.
+    """
+    known: Any = (read_yaml(place, "settings of rules") or {}) if place.is_file() else {}
+    if not (isinstance(known, dict) and all(isinstance(own, dict) for own in known.values())):
+        raise UsageError(f"{str(place)!r} holds no settings of rules by level")
+    return known
+
+
+def keep(place: Path, known: dict[str, Any], level: LineConfig, told: dict[str, list[Tried]]) -> None:
+    """Write the best settings beside those of other levels and controllers."""
+    own: dict[str, Any] = dict(known.get(level.name, {}))
+    if "atc" in told:
+        own["rate"] = round(a_second(told["atc"]), 3)
+    own |= {what: tuning.best(values).settings for what, values in told.items()}
+    deliver_text(place, HEAD + yaml_text({**known, level.name: own}, default_flow_style=None, width=110))
+
+
+def as_json(level: LineConfig, arguments: Arguments, told: dict[str, list[Tried]]) -> dict[str, Any]:
+    """All that was tried."""
+    each = {
+        what: [{**one.settings, "value_per_min": one.value.tolist()} for one in values] for what, values in told.items()
+    }
+    return {"level": level.name, "shifts": arguments.shifts, "seed": arguments.seed, **each, "versions": versions()}

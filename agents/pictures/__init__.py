@@ -1,0 +1,1 @@
+"""Films, pictures and windows of cells that work."""

@@ -1,0 +1,54 @@
+"""Who took what along a line, and when: a picture of one shift."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+import numpy as np
+
+from ..ground.drawings import COLOURS, dress, subplots, svg
+
+HIGH: Final = 0.8
+"""Of the distance of two rows, a bar takes this."""
+PALE: Final = 0.35
+"""How opaque what has failed is drawn."""
+
+
+def gantt(told: Mapping[str, Any], shift: int = 0, span: tuple[float, float] = (0.0, 60.0)) -> str:
+    """A row for each robot and a bar for each of its cycles, as SVG.
+
+    The colour is what the object was taken for; pale is what did not end in a bin that takes it, and a bar begins where
+    the standstill above the belt ends.
+
+    Args:
+        told: an evaluation.
+        shift: which of its shifts.
+        span: from when until when [s].
+    """
+    robots, items = told["robots"], told["items"]
+    own = [one for one in told["throws"] if one["shift"] == shift]
+    decisions = {name: np.array([one[name] for one in own]) for name in own[0]}
+    begin, end = span
+    figure, (axes,) = subplots(1, 1, (12.0, 0.7 * len(robots) + 1.4))
+    for index in range(len(items)):
+        for sorted_ in (True, False):
+            rows = (decisions["item"] == index) & (decisions["sorted"].astype(bool) == sorted_)
+            rows &= (decisions["start"] < end) & (decisions["start"] + decisions["cycle_time"] > begin)
+            start = decisions["start"][rows] + decisions["wait_time"][rows]
+            axes.barh(
+                decisions["by"][rows],
+                decisions["cycle_time"][rows] - decisions["wait_time"][rows],
+                left=start,
+                height=HIGH,
+                color=COLOURS[index % len(COLOURS)],
+                alpha=1.0 if sorted_ else PALE,
+                edgecolor="white",
+                linewidth=0.5,
+                label=items[index] if sorted_ else None,
+            )
+    axes.set_yticks(np.arange(len(robots)), labels=list(robots))
+    axes.invert_yaxis()
+    dress(axes, "time since the begin of the shift [s]", "", xlim=span)
+    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.35), ncols=len(items))
+    return svg(figure)

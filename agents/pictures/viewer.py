@@ -1,0 +1,235 @@
+"""Live: controllers throw in MuJoCo's Studio, in a window or in a browser, until that is closed."""
+
+from __future__ import annotations
+
+import copy
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Final, final
+
+import mujoco
+import numpy as np
+from mujoco.studio import app, launch_passive, messages, plugin, viewer_protocol
+from mujoco.studio.dear_imgui import dear_imgui as imgui
+
+from pnt_gym.arrays import joined
+from pnt_gym.cells.base.canvas import Marker
+from pnt_gym.cells.base.view import Scene, ThrowView
+from pnt_gym.errors import PntGymError
+
+from ..controllers import NAMES
+from ..ground import metrics
+from ..ground.cli import UsageError
+from ..judging.throws import Throws
+from .stage import Stage
+
+RATE: Final = 60
+"""Scenes shown in a second."""
+TITLE: Final = "Sorting by throwing"
+SHAPE: Final = ("geom_type", "geom_size", "geom_pos", "geom_quat", "geom_rgba")
+"""Columns of a model in which throws may differ."""
+STATE: Final = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+
+
+@final
+@dataclass(frozen=True)
+class Choice(messages.Event):
+    """What throws where."""
+
+    controller: str
+    level: str
+
+
+@final
+@dataclass(frozen=True)
+class Shown(messages.Snapshot):
+    """What is shown beside the simulation, and MuJoCo's camera on the cell."""
+
+    shapes: Sequence[Marker]
+    lines: Sequence[str]
+    camera: Any
+
+
+@final
+class Panel(plugin.ViewerPlugin):
+    """Figures, flights, and what can be chosen; lives in the thread that draws.
+
+    Args:
+        choice: what throws first.
+        levels: to choose from.
+    """
+
+    def __init__(self, choice: Choice, levels: Sequence[str]) -> None:
+        offered = {"controller": [choice.controller, *NAMES], "level": [choice.level, *levels]}
+        self._offered = {name: list(dict.fromkeys(values)) for name, values in offered.items()}
+        self._choice = choice
+        self._shown: Shown | None = None
+
+    @messages.handler
+    def on_shown(self, shown: Shown) -> None:
+        """Take over what the throws tell; at first, look where the cell's pictures do."""
+        if self._shown is None:
+            for name in ("lookat", "distance", "azimuth", "elevation"):
+                setattr(self.viewer.camera, name, getattr(shown.camera, name))
+        self._shown = shown
+
+    @messages.handler
+    def on_update(self, _: messages.UpdateEvent) -> None:
+        """Draw what is not simulated."""
+        self.viewer.extra_geoms[:] = map(_geom, self._shown.shapes if self._shown else ())
+
+    @messages.handler
+    def on_build_gui(self, _: messages.BuildGuiEvent) -> None:
+        """The panel itself."""
+        imgui.SetNextWindowPos(imgui.Vec2(16, 70), imgui.Cond.Once)
+        imgui.SetNextWindowSize(imgui.Vec2(360, 150), imgui.Cond.Once)
+        if imgui.Begin(TITLE):
+            for name, offered in self._offered.items():
+                changed, index = imgui.Combo(name, offered.index(getattr(self._choice, name)), offered)
+                if changed:
+                    self._choice = replace(self._choice, **{name: offered[index]})
+                    self.viewer.send_to_sim(self._choice)
+            for line in self._shown.lines if self._shown else ():
+                imgui.TextUnformatted(line)
+        imgui.End()
+
+
+@final
+class Wishes(plugin.SimPlugin):
+    """What the viewer asks of the throws.
+
+    Args:
+        choice: what throws first.
+    """
+
+    def __init__(self, choice: Choice) -> None:
+        self.choice = choice
+        self.speed = 1.0
+        """Times as fast as in truth; 0 to hold."""
+
+    @messages.handler
+    def on_choice(self, choice: Choice) -> None:
+        """Another controller or level."""
+        self.choice = choice
+
+    @messages.handler
+    def on_step_control(self, control: messages.StepControlSnapshot) -> None:
+        """Studio's own buttons for pause and speed."""
+        runs = control.pause_state == type(control.pause_state).UNPAUSED
+        self.speed = control.speed / 100.0 if runs else 0.0
+
+
+@final
+class Film:
+    """Throws as a viewer shows them: one model, in which what differs from throw to throw is hidden and drawn beside.
+
+    With a model for each throw, a browser would load its page anew every second.
+
+    Args:
+        viewer: shows them.
+        camera: MuJoCo's, on the cell.
+    """
+
+    def __init__(self, viewer: Any, camera: Any) -> None:
+        self._viewer, self._camera = viewer, camera
+        self._first: Any = None
+        self._hidden: Any = None
+
+    def show(self, scene: Scene, lines: Sequence[str]) -> None:
+        """One moment."""
+        model, data, markers = scene
+        self._hide(model)
+        apart = np.flatnonzero(self._hidden & (model.geom_rgba[:, 3] > 0.0))
+        shapes = [*markers, *(_shape(model, data, int(geom)) for geom in apart)]
+        self._viewer.send_to_viewer(Shown(shapes, lines, self._camera))
+        state = np.empty(mujoco.mj_stateSize(model, STATE))
+        mujoco.mj_getState(model, data, state, STATE)
+        mujoco.mj_setState(self._viewer.model, self._viewer.data, state, STATE)
+        self._viewer.sync()
+
+    def _hide(self, model: Any) -> None:
+        """Hide what differs from the first throw."""
+        begins = self._first is None
+        if begins:
+            self._first, self._hidden = copy.copy(model), np.zeros(model.ngeom, dtype=np.bool_)
+        differs = [getattr(model, name) != getattr(self._first, name) for name in SHAPE]
+        hidden = self._hidden | np.any([column.reshape(model.ngeom, -1).any(axis=1) for column in differs], axis=0)
+        if begins or (hidden != self._hidden).any():
+            self._hidden, shown = hidden, copy.copy(self._first)
+            shown.geom_rgba[hidden, 3] = 0.0
+            self._viewer.set_model(shown)
+
+
+def watch(make: Callable[[Choice], Stage], choice: Choice, gfx: str) -> None:
+    """Show throws until the viewer is closed.
+
+    Args:
+        make: the stage of a choice.
+        choice: what throws first.
+        gfx: "web" serves a page for browsers, "" opens a window.
+
+    Raises:
+        PntGymError: nothing throws where it should.
+    """
+    stage, wishes, note = make(choice), Wishes(choice), ""
+    try:
+        if not isinstance(stage.view, ThrowView):
+            raise UsageError("only pictures by pnt_gym.cells.base.view.ThrowView can be shown live")
+        studio = app.App(app.Config(show_options=False, show_inspector=False, show_toolbar=True))
+        panel = Panel(choice, stage.core.config.level_names())
+        config = viewer_protocol.ViewerConfig(title=TITLE, gfx=gfx)
+        with launch_passive.launch(config, plugins=[studio, panel, wishes]) as viewer:
+            while _play(viewer, stage, wishes, note):
+                try:
+                    following, note = make(wishes.choice), ""
+                except PntGymError as error:
+                    note = f"{error}; still showing the one before"
+                else:
+                    stage.close()
+                    stage = following
+    finally:
+        stage.close()
+
+
+def _play(viewer: Any, stage: Stage, wishes: Wishes, note: str) -> bool:
+    """Throw until the viewer is closed (False) or something else is chosen."""
+    film, chosen, thrown, credit = Film(viewer, stage.view.camera), wishes.choice, list[Throws](), 0.0
+    for throw in stage.throws:
+        thrown.append(throw)
+        lines = [*_told(thrown, stage.core.item_names), note]
+        for scene in stage.view.scenes(RATE):
+            credit -= 1.0
+            while credit < 0.0:
+                began = time.perf_counter()
+                film.show(scene, lines)
+                if not viewer.is_running() or wishes.choice != chosen:
+                    return viewer.is_running()
+                time.sleep(max(1.0 / RATE - (time.perf_counter() - began), 0.0))
+                credit += wishes.speed
+    return False
+
+
+def _told(thrown: Sequence[Throws], item_names: Sequence[str]) -> list[str]:
+    """The last throw, and all of them."""
+    last, every = thrown[-1], joined(thrown)
+    rate = metrics.wilson(int(every.is_success.sum()), len(every))
+    pace = metrics.throughput(every.sorted, every.cycle_time)
+    off = f"{1000.0 * last.landing_error[0]:.1f} mm off" if last.picked[0] else "not picked"
+    success = "a success" if last.is_success[0] else "no success"
+    return [
+        f"throw {len(thrown)}: {item_names[last.item[0]]}, {off}, {success}",
+        f"success {rate.value:.0%} ({rate.low:.0%} to {rate.high:.0%})",
+        f"{pace.attempted:.1f} picks/min, {pace.sorted:.1f} sorted/min",
+    ]
+
+
+def _geom(marker: Marker) -> Any:
+    geom = mujoco.MjvGeom()
+    marker.write(geom)
+    return geom
+
+
+def _shape(model: Any, data: Any, geom: int) -> Marker:
+    frame, rgba = data.geom_xmat[geom].copy(), model.geom_rgba[geom].copy()
+    return Marker(int(model.geom_type[geom]), model.geom_size[geom].copy(), data.geom_xpos[geom].copy(), frame, rgba)

@@ -1,0 +1,1 @@
+"""Policies as numbers: networks, and what is kept of a trained model."""

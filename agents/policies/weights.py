@@ -1,0 +1,71 @@
+"""The policy of a model of stable-baselines3 as numbers: see `agents.policies.actor` and `agents.policies.scorer`."""
+
+from __future__ import annotations
+
+from typing import Any, cast
+
+import numpy as np
+import torch
+from gymnasium.spaces import Box, Discrete
+from stable_baselines3 import TD3
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
+
+from ..ground.cli import UsageError
+from .actor import ACTIVATIONS, Actor, Lstm
+from .scorer import Scorer
+
+
+def actor_of(model: BaseAlgorithm) -> Actor | Scorer:
+    """The policy by which a model acts when it does not explore, as numbers.
+
+    Raises:
+        UsageError: it is not a network of full layers with one known activation, for observations in one vector.
+    """
+    policy, seen = cast("Any", model.policy), model.observation_space
+    if hasattr(policy, "numbers"):
+        return policy.numbers()
+    steps, bound = _steps(model)
+    full, between = {type(step) for step in steps[::2]}, {type(step) for step in steps[1::2]}
+    known = [name for name in ACTIVATIONS if between <= {getattr(torch.nn, name)}]
+    recurrent = getattr(policy, "lstm_actor", None)
+    plain = recurrent is None or _is_plain(recurrent)
+    if full != {torch.nn.Linear} or not known or not plain or not isinstance(seen, Box) or len(seen.shape) != 1:
+        raise UsageError(
+            "the policy cannot be kept as numbers: it must take an observation in one vector, through full layers "
+            f"(net_arch), with activation_fn one of {', '.join(ACTIVATIONS)} of nn, a recurrent one "
+            "through one plain LSTM before them"
+        )
+    lstm = None if recurrent is None else _lstm(recurrent)
+    layers = tuple((step.weight.detach().numpy().copy(), step.bias.detach().numpy().copy()) for step in steps[::2])
+    if isinstance(model.action_space, Discrete):
+        low = np.full(int(model.action_space.n), np.finfo(np.float32).min, dtype=np.float32)
+        return Actor(layers, known[0], "scores", bound, low, -low)
+    given = cast("Box", model.action_space)
+    output = "squashed" if policy.squash_output else "clipped"
+    return Actor(layers, known[0], output, bound, given.low, given.high, lstm)
+
+
+def _is_plain(lstm: torch.nn.LSTM) -> bool:
+    """One layer that goes one way, with biases."""
+    return (lstm.num_layers, lstm.proj_size, lstm.bidirectional, lstm.bias, lstm.batch_first) == (
+        1, 0, False, True, False,
+    )  # fmt: skip
+
+
+def _lstm(lstm: torch.nn.LSTM) -> Lstm:
+    seen, kept, *biases = (part.detach().numpy().copy() for part in lstm.parameters())
+    return Lstm(seen, kept, biases[0] + biases[1])
+
+
+def _steps(model: BaseAlgorithm) -> tuple[list[Any], float]:
+    """Full layers of a policy, with activations between them, and the bound of the last one's numbers."""
+    policy: Any = model.policy
+    if isinstance(model, OnPolicyAlgorithm):
+        parts = [policy.mlp_extractor.policy_net, policy.action_net]
+    else:
+        parts = [policy.actor.mu] if isinstance(model, TD3) else [policy.actor.latent_pi, policy.actor.mu]
+    steps = [step for part in parts for step in part.modules() if not isinstance(step, torch.nn.Sequential)]
+    if isinstance(model, TD3):
+        steps.pop()  # tanh, which the others leave to their distribution
+    return (steps[:-1], steps[-1].max_val) if isinstance(steps[-1], torch.nn.Hardtanh) else (steps, np.inf)  # gSDE

@@ -1,0 +1,1 @@
+"""What a trained policy is published as: a card and an ONNX graph."""

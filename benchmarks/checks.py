@@ -1,0 +1,62 @@
+"""What the long checks share: their command line, choices at random, the memory of the process, and how they end."""
+
+from __future__ import annotations
+
+import argparse
+import ctypes
+import gc
+import resource
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Ints
+
+
+def check_parser(doc: str | None) -> argparse.ArgumentParser:
+    """A command line whose help is the text of the script."""
+    return argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
+
+
+def choices(mask: Bools, random: np.random.Generator, ruled_out: float = 0.0) -> Ints:
+    """Choices at random for N lines.
+
+    Args:
+        mask: what there is to choose (N, C).
+        random: generator.
+        ruled_out: share of lines that choose what the mask rules out.
+
+    Returns:
+        Choices (N,).
+    """
+    score = random.random(mask.shape) + mask
+    if ruled_out > 0.0:
+        score = np.where(random.random((len(mask), 1)) < ruled_out, -score, score)
+    return score.argmax(axis=1)
+
+
+def memory() -> float:
+    """Of this process, without what only waits to be collected or given back [MB]."""
+    gc.collect()
+    ctypes.CDLL(None).malloc_trim(0)
+    pages = int(Path("/proc/self/statm").read_text(encoding="utf-8").split()[1])
+    return pages * resource.getpagesize() / 1e6
+
+
+def growth(used: Sequence[float], settled: int) -> float:
+    """Of memory after so many rounds [MB]: a leak stays, and a single round may leave the heap in larger pieces."""
+    return min(used[-settled:]) - used[settled - 1] if len(used) >= settled else 0.0
+
+
+def show(progress: str) -> None:
+    """Print how far a check is over what it printed before."""
+    print(f"\r{progress}", end="", flush=True)
+
+
+def end(finds: Sequence[str], summary: str) -> int:
+    """Print what a check found, and its summary; exit code 1 at a find."""
+    for find in finds:
+        print(f"FIND {find}")
+    print(summary)
+    return int(bool(finds))

@@ -1,0 +1,207 @@
+"""Cases of cells and environments: throws per second, and how much of it is physics."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from functools import partial
+from itertools import product
+from statistics import mean
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+from benchmarks.checks import choices
+from benchmarks.study import draw_first
+from benchmarks.timing import CPU, Count, Options, Place, Row, Timing
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.base.action import corrected
+from pnt_gym.cells.gripper.action import MODES
+from pnt_gym.cells.gripper.cell import GripperCell
+from pnt_gym.cells.gripper.config import GripperConfig
+from pnt_gym.cells.one_joint.cell import OneJointCell
+from pnt_gym.cells.one_joint.config import OneJointConfig
+
+SEED, ROUNDS = 0, 5
+FLIGHT = {"name": "waste, fidelity: flight", "base": "waste", "fidelity": "flight"}
+LEVELS = {
+    "PnTConveyor-v0": ("waste", FLIGHT),
+    "PnTRelease-v0": ("waste", FLIGHT),
+    "PnTLine-v0": (
+        "single",
+        {"name": "skills3, throws: flight", "base": "skills3", "throws": "flight"},
+        {"name": "skills3, throws: full", "base": "skills3", "throws": "full"},
+    ),
+}
+"""What is measured where no level is asked for; the other environments at their default."""
+ACTIONS = 0.1
+"""Random actions up to this: large enough to be planned for, too small to be shortened often."""
+
+
+class Tap:
+    """A batch that remembers its rollouts, so that they can be repeated without anything around them."""
+
+    def __init__(self, batch: Any) -> None:
+        self._batch = batch
+        self.calls: list[tuple[Any, tuple[Any, ...], dict[str, Any]]] = []
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._batch, name)
+
+    def rollout(self, *args: Any, **options: Any) -> Any:
+        """Roll out and remember."""
+        self.calls.append((self._batch.state.copy(), args, options))
+        return self._batch.rollout(*args, **options)
+
+    def repeat(self) -> None:
+        """The remembered rollouts again, from the same states, without recording."""
+        for state, args, options in self.calls:
+            self._batch.state[:] = state
+            self._batch.rollout(*args, **{key: value for key, value in options.items() if key != "record"})
+
+    @property
+    def steps(self) -> int:
+        """Physics steps of all simulations."""
+        return sum(int(args[0]) * len(options["ids"]) for _, args, options in self.calls)
+
+
+class Vector:
+    """A vector environment and the physics inside it."""
+
+    def __init__(self, env_id: str, level: Any, cells: int, threads: int) -> None:
+        self._env: Any = gym.make_vec(env_id, num_envs=cells, level=level, threads=threads)
+        self._taps, self._steps = list[Tap](), list[int]()
+        for plant in plants(self._env.unwrapped.core.cell):
+            for physics in (plant, *([plant.free] if hasattr(plant, "free") else [])):  # with and without the robot
+                physics.batch = Tap(physics.batch)
+                self._taps.append(physics.batch)
+        self._info, self._rng = self._env.reset(seed=SEED)[1], np.random.default_rng(SEED)
+
+    def step(self) -> None:
+        """Throw once in every cell."""
+        for tap in self._taps:
+            tap.calls = []
+        self._info = self._env.step(action_of(self._env, self._info, self._rng))[-1]
+        self._steps.append(sum(tap.steps for tap in self._taps))
+
+    def repeat(self) -> None:
+        """The physics of the last step alone: what planning, references and bookkeeping leave to it."""
+        for tap in self._taps:
+            tap.repeat()
+
+    def steps(self) -> float:
+        """Physics steps of a step of all cells, on average without the first, which warms up."""
+        return mean(self._steps[1:])
+
+
+class Singles:
+    """Single environments stepped one after the other."""
+
+    def __init__(self, env_id: str, level: Any, count: int) -> None:
+        self._envs = [gym.make(env_id, level=level, disable_env_checker=True) for _ in range(count)]
+        self._infos = [env.reset(seed=SEED + row)[1] for row, env in enumerate(self._envs)]
+        self._rng = np.random.default_rng(SEED)
+
+    def step(self) -> None:
+        """One step of every environment."""
+        for row, env in enumerate(self._envs):
+            _, _, terminated, truncated, self._infos[row] = env.step(action_of(env, self._infos[row], self._rng))
+            if terminated or truncated:
+                self._infos[row] = env.reset()[1]
+
+
+def plants(cell: Any) -> list[Any]:
+    """What throws in a cell; on a line what throws for its robots, nothing where they go by a table."""
+    return [cell.plant] if hasattr(cell, "plant") else [core.cell.plant for core in getattr(cell.throws, "cores", [])]
+
+
+def action_of(env: Any, info: dict[str, Any], random: np.random.Generator) -> Any:
+    """Corrections at random; on a line choices that there are."""
+    if "action_mask" in info:
+        mask = np.asarray(info["action_mask"])
+        return choices(np.atleast_2d(mask), random).reshape(mask.shape[:-1])[()]
+    return random.uniform(-ACTIONS, ACTIONS, env.action_space.shape).astype(np.float32)
+
+
+def environment(env_id: str, options: Options) -> Iterator[Row]:
+    """Throws per second of a vector environment, beside the bare physics of the same throws and single environments.
+
+    A decision at a line is a throw here.
+    """
+    levels, place = (options.level,) if options.level else LEVELS.get(env_id, ("nominal",)), ("envs", env_id)
+    yield from (Count(("timestep",), 0.001), Count(("cpus",), os.cpu_count()))
+    yield Count((*place, "singles"), options.singles)
+    first: Place = (*place, "vector", 0, "singles_throws_per_s")
+    yield Timing((*place, "singles_throws_per_s"), first, "1/s", options.singles)
+    for k, level in enumerate(levels):
+        loop: Callable[[], None] | Place = Singles(env_id, level, options.singles).step
+        for n, threads in enumerate(options.threads, k * len(options.threads)):
+            row = (*place, "vector", n)
+            yield Count((*row, "level"), level if isinstance(level, str) else level["name"])
+            yield from vector_rows(row, Vector(env_id, level, options.cells, threads), options.cells, threads)
+            alone, step = (*row, "singles_throws_per_s"), (*row, "env_throws_per_s")
+            yield Timing(alone, loop, "1/s", options.singles, ROUNDS)
+            yield Timing((*row, "env_over_singles"), alone, "x", options.singles, over=step)
+            loop = alone  # timed once for all numbers of threads
+
+
+def vector_rows(row: Place, vector: Vector, cells: int, threads: int) -> Iterator[Row]:
+    """Rows of one vector environment: its step, and the physics of that step."""
+    step, bare = (*row, "env_throws_per_s"), (*row, "bare_throws_per_s")
+    yield Count(row, {"cells": cells, "threads": threads})
+    yield Timing(step, vector.step, "1/s", cells, ROUNDS)
+    yield Timing(bare, vector.repeat, "1/s", cells, ROUNDS)
+    yield Timing((*row, "env_over_bare"), bare, "x", cells, over=step)
+    yield Timing((*row, "env_over_bare_cpu"), bare, "x", cells, clock=CPU, over=step)
+    yield Timing((*row, "physics_us_per_step"), bare, "us", lambda: max(vector.steps(), 1.0) / threads)
+    yield Count((*row, "physics_steps_per_throw"), lambda: vector.steps() / cells)
+
+
+def one_joint(options: Options) -> Iterator[Row]:
+    """The one-joint thrower's cell: a round, and its plan and its plant alone."""
+    for n, (task, threads) in enumerate(product(("throw", "sort", "assembly"), options.threads)):
+        cell = OneJointCell(OneJointConfig.load("nominal", task=task), options.cells, threads)
+        yield Count(("rates", n), {"task": task, "cells": options.cells, "threads": threads})
+        yield from one_joint_rows(("rates", n), draw_first(cell, SEED), options.cells)
+
+
+def one_joint_rows(row: Place, cell: OneJointCell, cells: int) -> Iterator[Row]:
+    """Rows of one task: a round is a plan for every cell, the simulated throw, the camera's estimate and new goals."""
+    context, last = cell.context, list[Floats]()
+
+    def plan() -> None:
+        cell.planner.plan(context.goal, context.part)
+
+    def fly() -> None:
+        last[:] = [cell.plant.fly(context, context.plans).last_step]
+
+    def throw() -> None:
+        cell.throw(cell.planner.plan(cell.context.goal, cell.context.part))
+
+    def steps() -> float:
+        return float(last[0].mean()) + 1.0
+
+    whole, plant = (*row, "throws_per_s"), (*row, "plant_throws_per_s")
+    yield Timing(whole, throw, "1/s", cells, ROUNDS)
+    yield Timing((*row, "throws_per_cpu_s"), whole, "1/s", cells, clock=CPU)
+    yield Timing(plant, fly, "1/s", cells, ROUNDS)
+    yield Timing((*row, "plant_throws_per_cpu_s"), plant, "1/s", cells, clock=CPU)
+    yield Timing((*row, "plan_us_per_throw"), plan, "us", cells, ROUNDS)
+    yield Count((*row, "physics_steps_per_throw"), steps)
+    yield Timing((*row, "cpu_us_per_step"), plant, "us", lambda: cells * steps(), clock=CPU)
+
+
+def gripper(options: Options) -> Iterator[Row]:
+    """The gripper robot's cell: a round of plans, simulated picks and tosses, outcomes, and the next objects."""
+    for n, (level, threads) in enumerate(product(("nominal", "belt"), options.threads)):
+        cell, row = GripperCell(GripperConfig.load(level), options.cells, threads), ("rates", n)
+        whole = (*row, "throws_per_s")
+        yield Count(row, {"level": level, "cells": options.cells, "threads": threads})
+        yield Timing(whole, partial(toss, draw_first(cell, SEED)), "1/s", options.cells, ROUNDS)
+        yield Timing((*row, "throws_per_cpu_s"), whole, "1/s", options.cells, clock=CPU)
+
+
+def toss(cell: GripperCell) -> None:
+    """A round of the gripper robot, without corrections."""
+    cell.throw(corrected(MODES["release"], cell.planner, cell.context, np.zeros((cell.count, 3)), np.ones(3))[0])

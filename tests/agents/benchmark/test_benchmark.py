@@ -1,0 +1,337 @@
+"""The benchmark: paired, resumable, keyed by what its numbers depend on; and the report made of it."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+from agents.benchmark import plan as plans
+from agents.benchmark.compare import assemble, errors, successes, summarise
+from agents.benchmark.plan import Plan, needs, pieces, read_plan
+from agents.benchmark.run import OUTCOMES, jobs, run_piece
+from agents.ground.cli import UsageError
+from agents.ground.places import SHIPPED as ROOT
+from agents.jobs.cluster import Needs
+from agents.report.__main__ import Arguments as ReportArguments
+from agents.report.__main__ import main as report
+from agents.report.readme import with_blocks
+from agents.report.tables import benchmark_grids, benchmark_table, failure_table, sorting_table
+from tests.tools.toy_cell import register_toy
+
+register_toy()
+PLAN: dict[str, Any] = {
+    "name": "small",
+    "env": "ToyThrow-v0",
+    "train_level": "waste",
+    "levels": ["waste", "unseen"],
+    "picks": 120,
+    "seeds": [0, 1],
+    "num_envs": 8,
+    "entries": [
+        {"label": "analytic", "controller": "analytic"},
+        {"label": "goal", "controller": "virtual_goal", "throws": [64], "options": {"gain": 0.8}},
+        {"label": "ridge", "controller": "ridge", "throws": [64, 200]},
+        {"label": "oracle", "controller": "oracle"},
+    ],
+    "learned": [{"label": "ridge", "throws": 200}],
+    "references": [{"label": "analytic"}, {"label": "goal", "throws": 64}],
+    "floors": {"waste": "ridge"},
+}
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    plan = Plan.model_validate(PLAN)
+    work = tmp_path_factory.mktemp("work")
+    results = [result for piece in pieces(plan) for result in run_piece(piece, work)["results"]]
+    found = {**assemble(plan, results), "plan": plan.model_dump(mode="json"), "results": results}
+    return {**found, "versions": {"python": "3"}, "seconds": 1.0}
+
+
+def test_every_line_of_the_plan_is_there(done: dict[str, Any]) -> None:
+    lines = {(row["label"], row["throws"], row["level"]) for row in done["table"]}
+    expected = {("analytic", 0), ("goal", 64), ("ridge", 64), ("ridge", 200), ("oracle", 0)}
+    assert lines == {(*line, level) for line in expected for level in ("waste", "unseen")}
+    seeds = {row["label"]: row["seeds"] for row in done["table"]}
+    assert seeds == {"analytic": [0], "oracle": [0], "goal": [0, 1], "ridge": [0, 1]}
+
+
+def test_all_threw_the_same_objects(done: dict[str, Any]) -> None:
+    for level in ("waste", "unseen"):
+        assert len({tuple(r["columns"]["item"]) for r in done["results"] if r["level"] == level}) == 1
+
+
+def test_intervals_hold_the_difference_and_the_learner_wins(done: dict[str, Any]) -> None:
+    row = {(r["label"], r["throws"], r["level"]): r for r in done["table"]}
+    for found in done["comparisons"]:
+        mine = row["ridge", 200, found["level"]]
+        other = row[found["reference"]["label"], found["reference"]["throws"], found["level"]]
+        expected = mine["landing_error_mean_m"] - other["landing_error_mean_m"]
+        assert found["landing_error_m"]["value"] == pytest.approx(expected, abs=1e-6)
+        assert found["landing_error_m"]["high"] < 0
+        assert found["sorted_per_min"]["value"] == pytest.approx(mine["sorted_per_min"] - other["sorted_per_min"])
+        assert [s["seed"] for s in found["by_seed"]] == [0, 1]
+
+
+def test_floor_multiples(done: dict[str, Any]) -> None:
+    rows = {(r["label"], r["throws"]): r for r in done["table"] if r["level"] == "waste"}
+    assert rows["ridge", 200]["times_floor"] == pytest.approx(1.0)
+    assert rows["oracle", 0]["times_floor"] < 1.0 < rows["analytic", 0]["times_floor"]
+
+
+def test_shares_and_success_sum_to_one(done: dict[str, Any]) -> None:
+    for row in done["table"]:
+        assert sum(row[f"share_{name}"] for name in ("sorted", "missed", "rim", "recontact")) == pytest.approx(1.0)
+        assert row["share_sorted"] == pytest.approx(row["success_rate"])
+
+
+def test_unpaired_results_are_refused(done: dict[str, Any]) -> None:
+    results = json.loads(json.dumps(done["results"]))
+    results[-1]["columns"]["item"][0] += 1
+    with pytest.raises(UsageError, match="threw different objects"):
+        assemble(Plan.model_validate(PLAN), results)
+
+
+def test_unmeasured_throws_are_left_out_of_errors() -> None:
+    columns = {"along_m": [0.03, None], "across_m": [0.04, 0.0], "outcome": "sm"}
+    assert errors({"columns": columns}) == pytest.approx([0.05, np.nan], nan_ok=True)
+    assert successes({"columns": columns}).tolist() == [1.0, 0.0]
+
+
+def judged(**more: Any) -> dict[str, Any]:
+    """Six throws: sorted, in a bin of another kind, not picked, lost, beside its bin, and unmeasured."""
+    columns = {
+        "error_m": [0.01, 0.02, None, 0.4, 0.3, 0.2], "outcome": "sapdmr", "cycle_s": [1.0] * 6, "item": [0] * 6,
+        "clipped": 0, "recontact": 0, **more,
+    }  # fmt: skip
+    return {"label": "x", "seed": 0, "learn_seconds": 0.0, "columns": columns}
+
+
+def test_what_a_sorter_is_judged_by() -> None:
+    counts = {"passed": 4, "ended": 4, "belong": 2, "dropped": 1, "energy_j": 240.0}
+    found = summarise(Plan.model_validate(PLAN), [judged(**counts), judged(**counts)])
+    assert (found["success_rate"], found["share_sorted"]) == (pytest.approx(2 / 6), pytest.approx(1 / 6))
+    assert found["sorted_per_min"] == pytest.approx(10.0)
+    assert found["recovery"] == pytest.approx(1 / 10)
+    assert found["purity"] == pytest.approx(1 / 2)
+    assert (found["pick_rate"], found["drop_rate"]) == (pytest.approx(5 / 6), pytest.approx(1 / 5))
+    assert found["energy_per_pick_j"] == pytest.approx(40.0)
+    assert np.isfinite([found["landing_error_low_m"], found["landing_error_high_m"]]).all()
+    assert sum(found[f"share_{name}"] for name in OUTCOMES) == pytest.approx(1.0)
+
+
+def test_results_of_before_are_reported_without_what_they_do_not_tell(done: dict[str, Any]) -> None:
+    found = summarise(Plan.model_validate(PLAN), [judged()])
+    assert not {"recovery", "purity", "pick_rate", "drop_rate", "energy_per_pick_j"} & found.keys()
+    old = [{k: v for k, v in row.items() if k not in ("share_astray", "share_unpicked")} for row in done["table"]]
+    before = {**done, "table": [{k: v for k, v in row.items() if k != "share_dropped"} for row in old]}
+    headlines = [grid.headline for grid in benchmark_grids(before)]
+    assert "What failed, level waste" in headlines
+    assert not any("judged by" in headline for headline in headlines)
+    assert failure_table(before, "waste") == failure_table(done, "waste")
+
+
+def test_the_table_of_a_sorter_has_what_its_level_tells(done: dict[str, Any]) -> None:
+    told = {"purity": 0.98, "pick_rate": 0.9, "drop_rate": 0.01, "energy_per_pick_j": 40.0, "share_unpicked": 0.1}
+    table = [row | (told if row["label"] == "ridge" else {}) for row in done["table"]]
+    grid = sorting_table({**done, "table": table}, "waste")
+    assert list(grid.header[2:]) == ["purity", "picks that held", "lost on the way", "energy per pick"]
+    assert [row[2:] for row in grid.rows] == [["98.0 %", "90.0 %", "1.0 %", "40.0 J"]] * 2
+    assert "not picked" in failure_table({**done, "table": table}, "waste").header
+
+
+def test_keys_change_with_what_numbers_depend_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    def keys(**changes: Any) -> set[str]:
+        return {piece.key for piece in pieces(Plan.model_validate({**PLAN, **changes}))}
+
+    assert keys() == keys()
+    for change in ({"picks": 121}, {"seed": 1}, {"num_envs": 4}):
+        assert not keys() & keys(**change)
+    assert len(keys() & keys(train_level="unseen")) == 0
+    assert keys(picks_on={"unseen": PLAN["picks"]}) == keys()
+    assert not keys() & keys(picks_on={"unseen": 2 * PLAN["picks"]})
+    before = keys()
+    monkeypatch.setattr(plans, "code_digest", lambda *_, **__: "other code")
+    assert not before & keys()
+
+
+def test_keys_change_with_what_ships_where_that_is_known_beforehand(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    entries = [
+        {"label": "given", "controller": "kalman"},
+        {"label": "over", "controller": "recurrent_ppo", "throws": [100], "over": "static"},
+        {"label": "practised", "controller": "static", "throws": [100]},
+        {"label": "alone", "controller": "recurrent_ppo", "throws": [100]},
+    ]
+    shift = {"name": "adapt", "env": "PnTAdapt-v0", "train_level": "day", "levels": ["day"], "picks": 800, "seeds": [0]}
+
+    def keys() -> dict[str, str]:
+        return {piece.entry.label: piece.key for piece in pieces(Plan.model_validate({**shift, "entries": entries}))}
+
+    before = keys()
+    (tmp_path / "static.npz").write_bytes(b"other knowledge")
+    monkeypatch.setattr(plans, "ADAPTIVE", tmp_path)
+    after = keys()
+    assert {name for name in before if before[name] != after[name]} == {"given", "over"}
+
+
+def test_a_level_of_the_users_is_done_as_it_was_when_planned(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("base.yaml").write_text(yaml.safe_dump({"base": "waste", "mismatch": 0.5}))
+    Path("mild.yaml").write_text(yaml.safe_dump({"base": "base.yaml", "picks_per_shift": 3}))
+    few = {"levels": ["mild.yaml", "unseen"], "train_level": "mild.yaml", "picks": 16}
+    alone = {"entries": PLAN["entries"][1:2], "learned": [], "references": [], "floors": {}}
+    first, second = pieces(Plan.model_validate({**PLAN, **few, **alone}))
+    assert str(tmp_path).encode() not in pickle.dumps(first)
+    before = run_piece(first, tmp_path)
+    Path("base.yaml").unlink()
+    Path("mild.yaml").unlink()
+    after = run_piece(pickle.loads(pickle.dumps(first)), tmp_path)
+    assert [r["columns"] for r in after["results"]] == [r["columns"] for r in before["results"]]
+    assert [r["level"] for r in after["results"]] == ["mild.yaml", "unseen"]
+    assert second.configs["mild.yaml"].mismatch == 0.5
+    assert [*second.configs] == ["mild.yaml"]
+
+
+def test_what_lies_on_this_machine_alone_is_refused(here: Path) -> None:
+    Path("weights").write_text("1")
+    own = {"label": "own", "controller": "theirs:Better", "options": {"gain": 0.5}}
+    plan = {**PLAN, "env": "lob:Lob-v0", "levels": ["home"], "train_level": "home", "entries": [own]}
+    plan |= {"learned": [], "references": [], "floors": {}}
+    assert needs(Plan.model_validate(plan)) == Needs(("lob", "theirs"), torch=False)
+    assert needs(Plan.model_validate(PLAN)) == Needs((), torch=False)
+    fitted = {**plan, "entries": [own, {"label": "mlp", "controller": "mlp", "throws": [16]}]}
+    assert needs(Plan.model_validate(fitted)).torch
+    with pytest.raises(UsageError, match="entry 'own': gain 'weights' is a file, which lies on this machine alone"):
+        needs(Plan.model_validate({**plan, "entries": [own | {"options": {"gain": "weights"}}]}))
+    with pytest.raises(UsageError, match="level 'weights' is a file, which 'lob:Lob-v0' would have to read"):
+        needs(Plan.model_validate({**plan, "levels": ["weights"]}))
+
+
+def test_a_level_may_take_more_throws_than_the_others(tmp_path: Path) -> None:
+    alone = {
+        "entries": PLAN["entries"][:1],
+        "learned": [],
+        "references": [],
+        "floors": {},
+        "levels": ["waste", "unseen"],
+    }
+    (few,) = pieces(Plan.model_validate({**PLAN, **alone, "picks": 16}))
+    (more,) = pieces(Plan.model_validate({**PLAN, **alone, "picks": 16, "picks_on": {"unseen": 48}}))
+    assert more.cost == few.cost + 32
+    before, after = (run_piece(piece, tmp_path)["results"] for piece in (few, more))
+    assert [len(r["columns"]["outcome"]) for r in after] == [16, 48]
+    assert after[0]["columns"] == before[0]["columns"]
+    assert after[1]["columns"]["along_m"][:16] == before[1]["columns"]["along_m"]
+
+
+def test_training_is_one_piece_for_all_its_throw_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    settings = {
+        "policy": "MlpPolicy",
+        "learning_starts": 16,
+        "batch_size": 16,
+        "buffer_size": 500,
+        "gradient_steps": -1,
+        "gamma": 0.0,
+        "policy_kwargs": {"net_arch": [8]},
+    }
+    monkeypatch.setattr("agents.benchmark.entries.hyperparameters", lambda *_: settings)
+    sac = {"label": "sac", "controller": "sac", "throws": [32, 64], "seeds": [0]}
+    small = {**PLAN, "entries": [sac], "learned": [], "references": [], "floors": {}, "levels": ["waste"], "picks": 16}
+    (piece,) = pieces(Plan.model_validate(small))
+    first = run_piece(piece, tmp_path)["results"]
+    assert [r["throws"] for r in first] == [32, 64]
+    assert first[0]["columns"] != first[1]["columns"]
+    # A piece that was cut off after its training goes on from the run it left.
+    again = run_piece(piece, tmp_path)["results"]
+    assert [r["columns"] for r in again] == [r["columns"] for r in first]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"nme": "x"}, "unknown key 'nme'"),
+        ({"entries": [{"label": "a", "controller": "nobody"}]}, "unknown controller 'nobody'"),
+        ({"entries": [{"label": "a", "controller": "ridge"}]}, r"has throws \(0,\)"),
+        (
+            {"entries": [{"label": "../up", "controller": "analytic"}]},
+            r"entries.0.label is '\.\./up': files are called so",
+        ),
+        ({"learned": [{"label": "ridge", "throws": 7}]}, "no entry gives 'ridge' after 7 throws"),
+        ({"floors": {"waste": "nobody"}}, "no entry is labelled 'nobody'"),
+        ({"picks": 0}, "picks is 0: input should be greater"),
+        ({"picks_on": {"tight": 500}}, "picks_on.tight: no entry is evaluated there, but on "),
+        ({"entries": [{"label": "a", "controller": "analytic", "fidelity": "flight"}]}, "fidelity are for sac"),
+    ],
+)
+def test_bad_plans_are_explained(tmp_path: Path, change: dict[str, Any], said: str) -> None:
+    (tmp_path / "plan.yaml").write_text(yaml.safe_dump({**PLAN, **change}))
+    with pytest.raises(UsageError, match=said) as refused:
+        read_plan(tmp_path / "plan.yaml")
+    assert "\n" not in str(refused.value)
+
+
+def test_missing_and_damaged_plans_are_explained(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="cannot read benchmark"):
+        read_plan(tmp_path / "none.yaml")
+    (tmp_path / "bad.yaml").write_text("a: [")
+    with pytest.raises(UsageError, match="not valid YAML"):
+        read_plan(tmp_path / "bad.yaml")
+
+
+@pytest.mark.parametrize("name", ["benchmark", "benchmark_quick", "benchmark_adapt"])
+def test_shipped_plans_hold_together(name: str) -> None:
+    plan = read_plan(ROOT / "configs" / f"{name}.yaml")
+    assert plan.name == name
+    assert len({job.file for job in jobs(plan)}) == len(jobs(plan)) == len(pieces(plan))
+
+
+def test_report_writes_tables_figures_and_page(done: dict[str, Any], tmp_path: Path) -> None:
+    (tmp_path / "benchmark.json").write_text(json.dumps(done))
+    rows = [{"quantity": "length", "published": 1.0, "reproduced": 1.01, "unit": "m", "verdict": "ok", "note": "a|b"}]
+    (tmp_path / "reproduction.json").write_text(json.dumps({"rows": rows}))
+    (tmp_path / "other.json").write_text("[1, 2]")
+    (tmp_path / "README.top").write_text("# x\n<!-- table:benchmark -->\nold\n<!-- /table -->\nend\n")
+    report(ReportArguments(results=tmp_path, readme=tmp_path / "README.top"))
+    text = (tmp_path / "README.md").read_text()
+    assert "| ridge | 200 |" in text
+    assert "a\\|b" in text
+    page = (tmp_path / "report.html").read_text()
+    # Images, in which nothing runs; the first one opens the page and stands in its chapter again.
+    assert page.count("<img") == page.count('src="figures/') == page.count("src=") == 4
+    assert page.index("landing_error.svg") < page.index("<ul>") < page.index("<h2")
+    assert text.index("landing_error.svg") < text.index("(#chapter1)") < text.index("## ")
+    assert "a|b" in page
+    assert "http-equiv" not in page
+    figures = {path.name: path.read_bytes() for path in (tmp_path / "figures").iterdir()}
+    assert set(figures) == {"landing_error.svg", "learning_curves.svg", "landing_clouds.svg"}
+    report(ReportArguments(results=tmp_path, readme=tmp_path / "README.top"))
+    assert figures == {path.name: path.read_bytes() for path in (tmp_path / "figures").iterdir()}
+    top = (tmp_path / "README.top").read_text()
+    assert benchmark_table(done).markdown() in top
+    assert top.startswith("# x\n<!-- table:benchmark -->")
+    assert top.endswith("<!-- /table -->\nend\n")
+    assert with_blocks(top, tmp_path) == top
+
+
+def test_what_was_changed_in_a_readme_is_written_anew(done: dict[str, Any], tmp_path: Path) -> None:
+    (tmp_path / "benchmark.json").write_text(json.dumps(done))
+    fresh = with_blocks("<!-- table:benchmark -->\n<!-- /table -->\n", tmp_path)
+    changed = fresh.replace(" mm |", " km |", 1)
+    assert changed != fresh
+    assert with_blocks(fresh, tmp_path) == with_blocks(changed, tmp_path) == fresh
+    with pytest.raises(UsageError, match="no table 'unknown'"):
+        with_blocks("<!-- table:unknown -->\n<!-- /table -->\n", tmp_path)
+
+
+def test_report_without_results_says_how_to_get_some(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=r"holds no results yet.*agents\.benchmark"):
+        report(ReportArguments(results=tmp_path, readme=tmp_path / "README.md"))
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,357 @@
+"""Controllers against cells on paper with a known right answer."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from agents.controllers import NAMES, Learner, load_state, make_controller, save_state
+from agents.controllers.ballistic import AnalyticHeight, MeanLead, landing_change, mean_delay
+from agents.controllers.bucket_table import mean_shift, virtual_goal
+from agents.controllers.ridge import Ridge
+from agents.controllers.shift import ideal_shift, to_action
+from agents.ground.cli import UsageError
+from agents.judging.evaluation import held_out, practise
+from agents.judging.throws import summary
+from pnt_gym.cells.conveyor.action import correction
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.observation import FEATURES
+from pnt_gym.errors import PntGymError
+from tests.tools.toy_cell import POSE, POSE_BIAS, PoseVectorEnv, ToyVectorEnv, observation_of, outcome_of
+
+WASTE, NOMINAL, IDEAL = ConveyorConfig.load("waste"), ConveyorConfig.load("nominal"), ConveyorConfig.load("ideal")
+ON_WASTE, ON_NOMINAL = correction(WASTE, "release_point"), correction(NOMINAL, "release_point")
+LEARNERS = ("mean_shift", "virtual_goal", "ridge", "mlp")
+
+
+def encode(**values: float) -> np.ndarray:
+    """One observation with the given physical values, all else at its centre."""
+    row = [(values.get(f.name, f.centre) - f.centre) / f.scale for f in FEATURES]
+    return np.array([row], dtype=np.float32)
+
+
+def fall(height: float, speed: float, angle: float, step: float = 1e-6) -> float:
+    """Distance of a drag-free throw, by integration until it is `height` lower."""
+    x, z, vx, vz = 0.0, 0.0, speed * np.cos(angle), speed * np.sin(angle)
+    while True:
+        nz = z + vz * step - 0.5 * 9.81 * step**2
+        if nz < -height and vz < 0:
+            return x + vx * step * (z + height) / (z - nz)
+        x, z, vz = x + vx * step, nz, vz - 9.81 * step
+
+
+def flight_time(height: float, speed: float, angle: float) -> float:
+    rise = speed * np.sin(angle)
+    return (rise + np.sqrt(rise**2 + 2 * 9.81 * height)) / 9.81
+
+
+@given(
+    st.floats(0.0, 0.25),
+    st.floats(1.2, 3.0),
+    st.floats(0.05, 0.9),
+    st.floats(-0.02, 0.06),
+    st.floats(-0.05, 0.1),
+)
+@settings(max_examples=15, deadline=None)
+def test_landing_change_equals_integrated_flight(
+    height: float, speed: float, angle: float, up: float, forward: float
+) -> None:
+    height = max(height, 0.03)
+    plan = {
+        "release_speed": np.array([speed]),
+        "elevation": np.array([angle]),
+        "flight_time": np.array([flight_time(height, speed, angle)]),
+    }
+    expected = forward + fall(height + up, speed, angle, 1e-5) - fall(height, speed, angle, 1e-5)
+    assert landing_change(plan, forward, up)[0] == pytest.approx(expected, abs=5e-5)
+
+
+def test_mean_lead_takes_back_a_late_release() -> None:
+    height, speed, angle = 0.08, 2.1, 0.5
+    controller = MeanLead(WASTE, ON_WASTE)
+    late = speed * controller.delay
+    seen = encode(release_speed=speed, elevation=angle, flight_time=flight_time(height, speed, angle))
+    too_far = late * np.cos(angle) + fall(height + late * np.sin(angle), speed, angle) - fall(height, speed, angle)
+    action = controller.act(observation_of(seen))
+    assert action[0, 0] * WASTE.action.along == pytest.approx(-too_far, abs=1e-4)
+    assert action[0, 1] == 0.0
+
+
+def test_mean_delay_is_plausible_and_scales_with_the_mismatch() -> None:
+    assert 0.015 < mean_delay(WASTE) < 0.060
+    assert mean_delay(IDEAL) == 0.0
+    assert mean_delay(ConveyorConfig.load("waste", mismatch=0.5)) == pytest.approx(0.5 * mean_delay(WASTE))
+
+
+def test_analytic_height_takes_back_a_low_centre_of_mass() -> None:
+    height, speed, angle, tall = 0.10, 2.1, 0.4, 0.07
+    seen = encode(release_speed=speed, elevation=angle, flight_time=flight_time(height, speed, angle), height=tall)
+    short = fall(height - tall / 2, speed, angle) - fall(height, speed, angle)
+    action = AnalyticHeight(WASTE, ON_WASTE).act(observation_of(seen))
+    assert short < 0
+    assert action[0, 0] * WASTE.action.along == pytest.approx(-short, abs=1e-4)
+    assert not AnalyticHeight(IDEAL, ON_WASTE).act(observation_of(seen)).any()
+
+
+def test_analytic_is_zero_in_every_action_mode() -> None:
+    for mode, count in (("release_point", 2), ("release_xyz", 3)):
+        env = ToyVectorEnv(3, action_mode=mode)
+        action = make_controller("analytic", env).act(observation_of(env.reset(seed=0)[0]))
+        assert action.shape == (3, count)
+        assert action.dtype == np.float32
+        assert not action.any()
+
+
+@pytest.mark.parametrize("gain", [0.3, 0.5, 1.0, 1.5])
+def test_virtual_goal_converges_on_a_constant_error(gain: float) -> None:
+    controller = virtual_goal(ON_NOMINAL, gain)
+    bias, seen = np.array([[0.07, -0.02]]), observation_of(encode())
+    scale = np.array([NOMINAL.action.along, NOMINAL.action.across])
+    for _ in range(30):
+        action = controller.act(seen)
+        controller.learn(outcome_of(seen, action, bias + action * scale))
+    assert controller.act(seen) * scale == pytest.approx(-bias, abs=1e-4)
+
+
+def test_virtual_goal_is_the_papers_update() -> None:
+    controller = virtual_goal(ON_NOMINAL, 0.5)
+    seen, error = observation_of(encode()), np.array([[0.08, 0.01]])
+    controller.learn(outcome_of(seen, controller.act(seen), error))
+    scale = np.array([NOMINAL.action.along, NOMINAL.action.across])
+    assert controller.act(seen) * scale == pytest.approx(-0.5 * error, abs=1e-6)
+
+
+def test_a_batch_of_throws_teaches_what_the_same_throws_one_by_one_do() -> None:
+    errors = np.array([[0.05, 0.01], [0.03, -0.02], [0.08, 0.0]])
+    together, apart = virtual_goal(ON_NOMINAL), virtual_goal(ON_NOMINAL)
+    three, one = observation_of(np.repeat(encode(), 3, axis=0)), observation_of(encode())
+    together.learn(outcome_of(three, np.zeros((3, 2)), errors))
+    scale = np.array([NOMINAL.action.along, NOMINAL.action.across])
+    for error in errors:
+        action = apart.act(one)
+        apart.learn(outcome_of(one, action, error[None] + action * scale))
+    assert together.act(one) == pytest.approx(apart.act(one), abs=1e-5)
+
+
+@pytest.mark.parametrize("gain", [0.0, 2.0, -1.0, float("nan")])
+def test_virtual_goal_refuses_a_gain_that_cannot_converge(gain: float) -> None:
+    with pytest.raises(PntGymError, match="between 0 and 2"):
+        virtual_goal(ON_NOMINAL, gain)
+
+
+def test_mean_shift_is_the_mean_and_keeps_buckets_apart() -> None:
+    controller = mean_shift(ON_NOMINAL)
+    bins = NOMINAL.bins.fixed
+    here, there = (encode(target_x=b.x, target_y=b.y) for b in bins)
+    for error in (0.02, 0.04, 0.06):
+        controller.learn(outcome_of(observation_of(here), np.zeros((1, 2)), np.array([[error, 0.0]])))
+    controller.learn(outcome_of(observation_of(there), np.zeros((1, 2)), np.array([[-0.1, 0.0]])))
+    assert controller.act(observation_of(here))[0, 0] * NOMINAL.action.along == pytest.approx(-0.04, abs=1e-6)
+    assert controller.act(observation_of(there))[0, 0] * NOMINAL.action.along == pytest.approx(0.1, abs=1e-6)
+
+
+def test_an_item_never_thrown_gets_the_mean_over_all_items_or_no_virtual_goal() -> None:
+    other = observation_of(encode(), np.array([2]))
+    for controller, expected in ((mean_shift(ON_NOMINAL), -0.05), (virtual_goal(ON_NOMINAL), 0.0)):
+        seen = observation_of(encode())
+        controller.learn(outcome_of(seen, np.zeros((1, 2)), np.array([[0.05, 0.0]])))
+        assert controller.act(other)[0, 0] * NOMINAL.action.along == pytest.approx(expected, abs=1e-6)
+
+
+def test_buckets_are_bins_or_quarters() -> None:
+    fixed = observation_of(np.concatenate([encode(target_x=b.x, target_y=b.y) for b in NOMINAL.bins.fixed]))
+    assert [place for _, place in ON_NOMINAL.buckets(fixed.features, fixed.kind)] == ["inside", "outside"]
+    corners = [(-0.4, 0.3), (0.4, 0.3), (-0.4, 0.7), (0.4, 0.7)]
+    drawn = observation_of(np.concatenate([encode(target_x=x, target_y=y) for x, y in corners]))
+    assert [p for _, p in ON_WASTE.buckets(drawn.features, drawn.kind)] == [
+        "left-near",
+        "right-near",
+        "left-far",
+        "right-far",
+    ]
+
+
+def test_clipped_and_unmeasured_throws_teach_nothing() -> None:
+    seen = observation_of(np.repeat(encode(), 2, axis=0))
+    outcome = outcome_of(seen, np.zeros((2, 2)), np.array([[0.1, 0.0], [np.nan, 0.0]]))
+    outcome.clipped[0] = True
+    controller = mean_shift(ON_NOMINAL)
+    controller.learn(outcome)
+    assert not controller.act(seen).any()
+
+
+@given(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5))
+def test_shifts_and_actions_agree_inside_the_range(along: float, across: float) -> None:
+    action = to_action(np.array([[along, across]]), ON_WASTE)
+    assert (np.abs(action) <= 1.0).all()
+    seen = observation_of(encode())
+    back = ideal_shift(outcome_of(seen, action, np.zeros((1, 2))), ON_WASTE)
+    inside = np.clip([along, across], [-0.2, -0.06], [0.2, 0.06])
+    assert back[0] == pytest.approx(inside, abs=1e-6)
+
+
+def test_ridge_recovers_a_quadratic_law() -> None:
+    random = np.random.default_rng(0)
+    x = random.standard_normal((900, 26))
+    truth = np.stack([0.02 + 0.03 * x[:, 0] - 0.01 * x[:, 1] * x[:, 2], 0.005 * x[:, 3] ** 2], axis=-1)
+    model = Ridge()
+    model.fit(x, truth + 0.001 * random.standard_normal(truth.shape), 0)
+    fresh = random.standard_normal((500, 26))
+    right = np.stack([0.02 + 0.03 * fresh[:, 0] - 0.01 * fresh[:, 1] * fresh[:, 2], 0.005 * fresh[:, 3] ** 2], axis=-1)
+    assert np.abs(model.predict(fresh) - right).mean() < 0.001
+
+
+def test_ridge_without_signal_predicts_the_mean() -> None:
+    random = np.random.default_rng(1)
+    x, y = random.standard_normal((60, 26)), 0.03 + 0.02 * random.standard_normal((60, 2))
+    model = Ridge()
+    model.fit(x, y, 0)
+    off = model.predict(random.standard_normal((500, 26))) - 0.03
+    assert np.sqrt((off**2).mean()) < 0.015  # a fit to the noise would be off by 0.02 and more
+
+
+@pytest.mark.parametrize("name", LEARNERS)
+def test_learners_beat_no_correction(name: str) -> None:
+    env = ToyVectorEnv(8)
+    base = summary(held_out(make_controller("analytic", env), env, 400, 0))["landing_error_mean_m"]
+    controller = make_controller(name, env)
+    practise(controller, env, 160, 0)
+    assert summary(held_out(controller, env, 400, 0))["landing_error_mean_m"] < 0.95 * base
+
+
+def test_ridge_learns_from_few_throws_what_a_mean_cannot() -> None:
+    env = ToyVectorEnv(8)
+    error = {}
+    for name in ("ridge", "mean_shift"):
+        controller = make_controller(name, env)
+        practise(controller, env, 160, 0)
+        error[name] = summary(held_out(controller, env, 400, 0))["landing_error_mean_m"]
+    assert error["ridge"] < 0.5 * error["mean_shift"]
+
+
+def test_exploration_ends_with_practice() -> None:
+    env = ToyVectorEnv(8)
+    controller = make_controller("ridge", env)
+    assert isinstance(controller, Learner)
+    seen = observation_of(env.reset(seed=0)[0])
+    controller.begin_practice(100)
+    assert not np.array_equal(controller.act(seen), controller.act(seen))
+    controller.end_practice()
+    assert np.array_equal(controller.act(seen), controller.act(seen))
+
+
+@pytest.mark.parametrize("name", LEARNERS)
+def test_state_survives_a_file_and_serves_another_level(name: str, tmp_path: Path) -> None:
+    env = ToyVectorEnv(8)
+    first, second = make_controller(name, env), make_controller(name, env)
+    practise(first, env, 40, 0)
+    assert isinstance(first, Learner)
+    assert isinstance(second, Learner)
+    save_state(first, tmp_path / "state")
+    load_state(second, tmp_path / "state")
+    seen = observation_of(env.reset(seed=5)[0])
+    assert np.array_equal(first.act(seen), second.act(seen))
+    elsewhere = make_controller(name, ToyVectorEnv(8, level="unseen"))
+    load_state(elsewhere, tmp_path / "state")
+    assert np.isfinite(elsewhere.act(seen)).all()
+
+
+def test_state_of_another_controller_or_a_damaged_file_is_refused(tmp_path: Path) -> None:
+    env = ToyVectorEnv(4)
+    ridge, table = make_controller("ridge", env), make_controller("mean_shift", env)
+    assert isinstance(ridge, Learner)
+    assert isinstance(table, Learner)
+    save_state(table, tmp_path / "state.npz")
+    with pytest.raises(UsageError, match="saved by 'mean_shift', not by 'ridge'"):
+        load_state(ridge, tmp_path / "state.npz")
+    (tmp_path / "bad.npz").write_bytes(b"nothing")
+    with pytest.raises(UsageError, match="holds no saved controller"):
+        load_state(ridge, tmp_path / "bad.npz")
+
+
+def test_a_table_saved_with_two_numbers_per_bucket_is_read(tmp_path: Path) -> None:
+    """The form of the files on disk: names of the buckets, their shifts in metres, their counts."""
+    buckets = np.array(["paper|inside", "paper|*"])
+    shift, count = np.array([[-0.05, 0.012], [0.02, 0.0]]), np.array([4, 9])
+    np.savez(tmp_path / "old.npz", controller=np.array("virtual_goal"), buckets=buckets, shift=shift, count=count)
+    controller = virtual_goal(ON_NOMINAL)
+    load_state(controller, tmp_path / "old.npz")
+    places = {b.name: encode(target_x=b.x, target_y=b.y) for b in NOMINAL.bins.fixed}
+    for place, expected in (("inside", shift[0]), ("outside", shift[1])):
+        seen = observation_of(places[place])
+        assert controller.act(seen)[0] * ON_NOMINAL.scale == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", LEARNERS)
+def test_reset_forgets_everything(name: str) -> None:
+    env = ToyVectorEnv(8)
+    controller = make_controller(name, env)
+    practise(controller, env, 40, 0)
+    seen = observation_of(env.reset(seed=5)[0])
+    assert controller.act(seen).any()
+    controller.reset(0)
+    assert not controller.act(seen).any()
+
+
+def test_unknown_names_are_answered_with_the_known_ones() -> None:
+    with pytest.raises(UsageError, match=r"neither a controller nor a run folder.*virtual_goal.*training leaves"):
+        make_controller("virtual-gaol", ToyVectorEnv(2))
+
+
+@pytest.mark.parametrize("name", [n for n in NAMES if n not in ("analytic", "random")])
+def test_controllers_of_shifts_say_that_xyz_is_not_theirs(name: str) -> None:
+    with pytest.raises(UsageError, match="action of 2 numbers, not 3"):
+        make_controller(name, ToyVectorEnv(2, action_mode="release_xyz"))
+
+
+# A cell of another kind: four numbers, of which none is along or across a throw.
+
+
+@pytest.mark.parametrize("name", [*LEARNERS, "oracle"])
+def test_four_numbers_are_learned_as_two_are(name: str) -> None:
+    env = PoseVectorEnv()
+    base = held_out(make_controller("analytic", env), env, 80, 0)
+    np.testing.assert_allclose(base.error.mean(axis=0), POSE_BIAS, atol=0.02 * POSE.tolerance.max())
+    controller = make_controller(name, env)
+    practise(controller, env, 160, 0)
+    left = held_out(controller, env, 160, 0)
+    assert left.error.shape == (160, 4)
+    # What is left of the bias is small against the tolerance, in every coordinate.
+    assert (np.abs(left.error.mean(axis=0)) < 0.2 * POSE.tolerance).all()
+    assert base.is_success.mean() == 0.0
+    assert left.is_success.mean() > 0.99
+
+
+@pytest.mark.parametrize("name", LEARNERS)
+def test_state_of_four_numbers_survives_a_file(name: str, tmp_path: Path) -> None:
+    env = PoseVectorEnv()
+    first, second = make_controller(name, env), make_controller(name, env)
+    practise(first, env, 40, 0)
+    save_state(first, tmp_path / "state.npz")
+    load_state(second, tmp_path / "state.npz")
+    features, info = env.reset(seed=3)
+    seen = observation_of(features, info["kind"])
+    assert first.act(seen).shape == (8, 4)
+    assert np.array_equal(first.act(seen), second.act(seen))
+
+
+@pytest.mark.parametrize("name", LEARNERS)
+def test_state_of_another_cell_is_refused(name: str, tmp_path: Path) -> None:
+    two, four = ToyVectorEnv(8), PoseVectorEnv()
+    for one, other in ((two, four), (four, two)):
+        learned = make_controller(name, one)
+        practise(learned, one, 40, 0)
+        save_state(learned, tmp_path / "state.npz")
+        with pytest.raises(UsageError, match=f"'{name}' learned") as refused:
+            load_state(make_controller(name, other), tmp_path / "state.npz")
+        assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("name", ["analytic_height", "mean_lead"])
+def test_controllers_of_the_conveyor_say_so_elsewhere(name: str) -> None:
+    with pytest.raises(UsageError, match=f"controller '{name}' knows the physics of the conveyor only"):
+        make_controller(name, PoseVectorEnv())

@@ -1,0 +1,129 @@
+"""The command `pnt-gym` and what only it has."""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+
+import pytest
+import yaml
+
+from agents.ground import console
+from agents.ground.places import POLICY, SHIPPED, code_pattern, module_name
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.commands import command_module
+from tests.tools.commands import call
+
+
+@pytest.fixture
+def say(capsys, monkeypatch):
+    """What the command prints for some words, and how it exits."""
+
+    def run(*words):
+        monkeypatch.setattr(sys, "argv", ["pnt-gym", *words])
+        code = 0
+        try:
+            command_module("ground.console").main()
+        except SystemExit as end:
+            code = end.code or 0
+        said = capsys.readouterr()
+        return code, said.out, said.err
+
+    return run
+
+
+def test_without_a_word_it_lists_the_commands(say):
+    code, out, _ = say()
+    assert code == 0
+    assert all(f"  {name}" in out for name in console.COMMANDS)
+    assert say("--help")[1] == out
+
+
+@pytest.mark.parametrize("name", console.COMMANDS)
+def test_every_command_says_what_it_takes(say, name):
+    code, out, _ = say(*name.split(), "--help")
+    assert code == 0
+    assert f"usage: pnt-gym {name}" in out
+
+
+@pytest.mark.parametrize("words", ["evaluat", "line", "line calibrat"])
+def test_an_unknown_command_is_one_sentence(say, words):
+    code, _, error = say(*words.split(), *(["x"] if words == "line" else []))
+    said = "line x" if words == "line" else words
+    assert code == 2
+    assert error == f"error: {said!r} is no command; commands are {', '.join(console.COMMANDS)}\n"
+
+
+@pytest.mark.parametrize("words", [["line"], ["line", "--help"]])
+def test_the_tools_of_lines_are_listed(say, words):
+    code, out, _ = say(*words)
+    assert code == 0
+    assert [line.split()[:2] for line in out.splitlines() if line.startswith("  ")] == [
+        ["line", name] for name in ("plan", "tune", "imitate", "calibrate")
+    ]
+
+
+@pytest.mark.parametrize("name", console.FORMER)
+def test_a_command_that_has_moved_names_its_new_place(say, name, tmp_path):
+    code, _, error = say(name, "--level", "value")
+    assert (code, error) == (2, f"error: {name!r} is `pnt-gym {console.FORMER[name]}` now\n")
+    done = call(f"agents.{name}", "--help", folder=tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == f"error: agents.{name} is `python -m agents.{console.FORMER[name]}` now\n"
+
+
+@pytest.mark.parametrize(
+    ("former", "names"),
+    [
+        ("evaluation", ["evaluate"]), ("sb3", ["ThrownBuffer"]), ("tables", ["Grid"]),
+        ("episodes", ["Episode", "episodes", "episode_seeds"]),
+    ],
+)  # fmt: skip
+def test_documented_modules_that_have_moved_can_be_imported_by_their_former_names(former, names):
+    rooms = {"evaluation": "judging", "sb3": "learning", "tables": "ground", "episodes": "data"}
+    before, now = import_module(f"agents.{former}"), import_module(f"agents.{rooms[former]}.{former}")
+    assert [getattr(before, name) for name in names] == [getattr(now, name) for name in names]
+
+
+def test_the_levels_are_listed_with_their_purpose(say):
+    code, out, _ = say("levels")
+    assert code == 0
+    assert all(f"PnT/{name}" in out for name in ConveyorConfig.level_names())
+    assert "Fifteen kinds of waste" in out
+
+
+def test_a_level_shown_in_full_is_that_level_again(say):
+    _, out, _ = say("levels", "--show", "PnT/tight")
+    assert ConveyorConfig.load(yaml.safe_load(out)) == ConveyorConfig.load("tight")
+
+
+def test_a_level_that_does_not_ship_is_one_sentence(say):
+    code, _, error = say("levels", "--show", "PnT/wast")
+    assert code == 2
+    assert error.startswith("error: level 'PnT/wast' does not ship; those that do are PnT/day, PnT/day_far, ")
+
+
+def test_the_demo_lets_all_throw_the_same(say):
+    code, out, _ = say("demo", "--picks", "16")
+    assert code == 0
+    assert [name for name in ("analytic", "virtual_goal", "trained policy (sac)") if name not in out] == []
+    assert "the same 16 throws each" in out
+
+
+def test_the_doctor_throws(say):
+    code, out, _ = say("doctor")
+    assert code == 0
+    assert all(name in out for name in ("mujoco", "torch", "MUJOCO_GL", " a second, "))
+
+
+def test_a_missing_library_is_one_sentence(say, monkeypatch):
+    monkeypatch.setitem(sys.modules, "torch", None)
+    code, _, error = say("train", "--steps", "64")
+    assert code == 2
+    assert error == "error: this needs torch: pip install 'pnt_gym[rl]'\n"
+
+
+def test_what_ships_is_there():
+    assert POLICY.is_dir()
+    assert (SHIPPED / "configs" / "rl" / "sac.yml").is_file()
+    assert (module_name("agents.train"), code_pattern("agents/*.py")) == ("agents.train", "agents/*.py")

@@ -1,0 +1,67 @@
+"""What another machine gets: all of the code, what it imports of the user's, and nothing else."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from agents.ground.cli import UsageError
+from agents.ground.places import SHIPPED as ROOT
+from agents.jobs import parcel
+from agents.jobs.parcel import PARTS, check_identity, identity, own_code, pack
+
+SAY = "import json; from agents.jobs.parcel import identity; print(json.dumps(identity(['theirs'], True)))"
+
+
+@pytest.fixture
+def sent(here: Path, tmp_path: Path) -> Path:
+    """What is sent with modules of the user's."""
+    pack(tmp_path, ["theirs", "lob", "lob.inner", "agents.policies.actor"])
+    return tmp_path
+
+
+def test_code_and_modules_are_there_and_nothing_else(sent: Path) -> None:
+    assert {path.name for path in sent.iterdir()} == {*PARTS, "theirs.py", "lob"}
+    assert not [*sent.rglob("__pycache__")]
+    for part in ("pnt_gym/cells/base/items.yaml", "configs/cells/conveyor/waste.yaml", "agents/jobs/work.py"):
+        assert (sent / part).read_bytes() == (ROOT / part).read_bytes()
+    assert sum(path.stat().st_size for path in sent.rglob("*") if path.is_file()) < 10e6
+
+
+def test_it_computes_elsewhere_what_it_computes_here(sent: Path) -> None:
+    """In a process that knows no other place, and on one core."""
+    told = {**os.environ, "PYTHONPATH": str(sent), "OMP_NUM_THREADS": "1"}
+    command = [sys.executable, "-W", "ignore", "-c", SAY]
+    done = subprocess.run(command, cwd=sent, env=told, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout) == identity(["theirs"], True)
+
+
+@pytest.mark.usefixtures("here")
+def test_what_differs_is_told_by_name() -> None:
+    found = identity(["theirs"], False)
+    check_identity(found, ["theirs"], False)
+    for name, said in (
+        ("code", "runs other code of pnt_gym than this machine"),
+        ("numpy", f"has numpy {found['numpy']}, here it is another; a study needs the same everywhere"),
+        ("module theirs", f"has module theirs {own_code('theirs')[:12]}, here it is another"),
+        ("arithmetic", "rounds otherwise than this machine"),
+    ):
+        with pytest.raises(UsageError, match=f"^node '.+' {said}"):
+            check_identity(found | {name: "another"}, ["theirs"], False)
+
+
+def test_modules_that_cannot_travel(here: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (here / "bare").mkdir()
+    with pytest.raises(UsageError, match="module 'bare' lies in no file"):
+        pack(tmp_path, ["bare"])
+    with pytest.raises(UsageError, match="module 'nowhere' cannot be imported"):
+        pack(tmp_path / "two", ["nowhere"])
+    monkeypatch.setattr(parcel, "_MOST", 10)
+    with pytest.raises(UsageError, match="module 'lob' takes 0 MB; at most 0 MB are sent"):
+        pack(tmp_path / "three", ["lob"])

@@ -1,0 +1,229 @@
+"""How controllers of a line are judged: by command, from Python, and on the same streams."""
+
+from __future__ import annotations
+
+from io import StringIO
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from rich.console import Console
+
+from agents.dispatchers.registry import line_controller, line_of
+from agents.dispatchers.rules import Index
+from agents.ground.cli import UsageError
+from agents.ground.environments import make_vector
+from agents.ground.tables import shifts_table
+from agents.judging.evaluation import evaluate
+from agents.judging.work_shifts import Shifts, judged, summary, worked
+from pnt_gym.cells.line.observation import decoded
+from tests.tools.commands import answer, call, call_here
+
+LEVEL = {"base": "value", "duration": 10.0}
+CONTRACT = {
+    "env", "controller", "level", "seed", "picks", "picks_per_min", "sorted_per_min", "success_rate", "success_low",
+    "success_high", "cycle_time_mean_s", "dwell_s", "throws", "recovery", "purity", "pick_rate", "value_per_min",
+    "utilisation",
+}  # fmt: skip
+
+
+def lines(level=LEVEL, rows=4):
+    env = make_vector("PnTLine-v0", level, rows, 1)
+    return env, line_of(env)
+
+
+def test_the_command_writes_the_contract_and_a_picture(tmp_path):
+    (tmp_path / "short.yaml").write_text("base: skills3\nduration: 6.0\n")
+    given = (
+        "--env",
+        "PnTLine-v0",
+        "--level",
+        "short.yaml",
+        "--controller",
+        "price",
+        "--shifts",
+        "3",
+        "--num-envs",
+        "2",
+    )
+    run = call("agents.evaluate", *given, "--json", "out.json", "--picture", "who.svg", folder=tmp_path)
+    told = answer(run, tmp_path / "out.json")
+    assert set(told) >= CONTRACT
+    assert told["shifts"] == len(told["by_shift"]["value_per_min"]) == 3
+    assert len(told["throws"]) == told["picks"]
+    assert {one["shift"] for one in told["throws"]} == {0, 1, 2}
+    assert len(told["utilisation"]) == len(told["robots"]) == 3
+    sorted_ = sum(one["sorted"] and one["start"] + one["cycle_time"] <= 6.0 for one in told["throws"])
+    assert sorted_ == sum(told["by_shift"]["sorted"])
+    assert (tmp_path / "who.svg").read_text().startswith("<?xml")
+
+
+def test_the_first_shifts_of_many_are_those_of_few():
+    few, many = (worked(Index("atc", "atc"), lines()[0], count, 5) for count in (4, 9))
+    np.testing.assert_array_equal(few.value, many.value[:4])
+    assert len(many.value) == 9
+
+
+def test_whoever_decides_meets_the_same_objects():
+    seen = []
+    for name in ("fifo", "atc"):
+        env, core = lines()
+        worked(line_controller(name, core), env, 4, 5)
+        env.reset(seed=5)
+        seen.append((core.cell.stream.x, core.cell.stream.worth, core.cell.stream.objects.kind))
+    for one, other in zip(*seen, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+def test_value_is_what_was_brought_in():
+    env, core = lines()
+    told = judged(line_controller("atc", core), env, 4, 0)
+    gained = np.bincount([one["shift"] for one in told["throws"]], [one["value"] for one in told["throws"]])
+    np.testing.assert_allclose(60.0 * gained / 10.0, told["by_shift"]["value_per_min"])
+    assert told["value_per_min"] == pytest.approx(np.mean(told["by_shift"]["value_per_min"]))
+
+
+def by_hand():
+    """Two shifts of ten seconds at `skills3`, of seven decisions in all."""
+    both = {
+        "value_per_min": [12.0, 6.0], "sorted_per_min": [18.0, 6.0], "recovery": [0.5, 0.25],
+        "value_recovery": [0.4, 0.2], "purity": [0.75, np.nan], "passed_value_per_min": [30.0, 10.0],
+        "passed_tried": [0.2, np.nan], "utilisation": [[1.0, 0.5, 0.0], [0.5, 0.5, 0.0]],
+        "picks_by_robot": [[3, 1, 0], [1, 2, 0]],
+        "recovery_by_item": [[0.5, np.nan, 1.0, 0.0], [0.1, np.nan, 0.0, 0.0]],
+        "passed_by_item": [[2, 0, 0, 1], [0, 0, 4, 1]],
+    }  # fmt: skip
+    decisions = {
+        "shift": [0, 0, 0, 0, 1, 1, 1], "by": [0, 0, 1, 0, 0, 1, 1], "object": range(7), "item": [2, 0, 0, 0, 2, 0, 1],
+        "true_kind": [2, 2, 0, 0, 2, 0, 1], "bin": [0, 1, 1, 1, 0, 1, 2], "percent": [40.0] * 7,
+        "start": [0.0, 2.0, 3.0, 9.5, 0.0, 1.0, 2.0], "cycle_time": [1.0] * 7,
+        "wait_time": [0.1, 0.3, 0.0, 0.4, 0.0, 0.6, 0.0], "value": [1.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0],
+        "picked": [1, 1, 1, 1, 0, 1, 1], "is_success": [1, 1, 1, 1, 0, 1, 0], "sorted": [1, 0, 1, 1, 0, 1, 0],
+        "ended_in": [0, 1, 1, 1, -1, 1, -1],
+    }  # fmt: skip
+    told = {f"shift_{name}": np.array(values) for name, values in both.items()}
+    return Shifts(told, {name: np.array(values) for name, values in decisions.items()}, 2, 10, 0.05)
+
+
+def test_figures_of_shifts_by_hand():
+    _, core = lines({"base": "skills3", "duration": 10.0}, 1)
+    found = summary(by_hand(), core)
+    assert (found["shifts"], found["picks"], found["picks_per_min"]) == (2, 7, 21.0)
+    assert (found["value_per_min"], found["sorted_per_min"], found["recovery"]) == (9.0, 12.0, 0.375)
+    assert (found["purity"], found["passed_value_per_min"], found["passed_tried"]) == (0.75, 20.0, 0.2)
+    assert found["recovery_by_item"] == [0.3, None, 0.5, 0.0]
+    assert found["passed_by_item"] == [1.0, 0.0, 2.0, 1.0]
+    assert found["utilisation"] == [0.75, 0.5, 0.0]
+    assert found["picks_by_robot"] == [2.0, 1.5, 0.0]
+    assert found["wait_by_robot_s"] == [pytest.approx(0.2), pytest.approx(0.2), None]
+    assert found["wait_time_mean_s"] == pytest.approx(0.2)
+    assert (found["pick_rate"], found["success_rate"]) == (pytest.approx(6 / 7), pytest.approx(5 / 7))
+    assert (found["ms_per_decision"], found["invalid_actions"]) == (pytest.approx(5.0), 2)
+    # The third throw into the first robot's trays ends after the shift.
+    assert found["purity_by_bin"] == {"first/paper": 1.0, "first/trays": 0.0, "second/trays": 1.0}
+
+
+def test_the_table_has_every_figure():
+    _, core = lines({"base": "skills3", "duration": 10.0}, 1)
+    found = summary(by_hand(), core)
+    shown = Console(width=120, record=True, file=StringIO())
+    shown.print(shifts_table("x", found))
+    lines_of = [" ".join(line.replace("│", " ").split()) for line in shown.export_text().splitlines()]
+    for line in (
+        "tray: recovery, passed the end in a shift 30.0 %, 1.0",
+        "can: recovery, passed the end in a shift -, 0.0",
+        "value that passed the end, per minute 20.0",
+        "tried in vain, of what passed it 20.0 %",
+        "purity: share of what is in bins 75.0 %",
+        "purity of bin first/trays 0.0 %",
+        "robot first: at work, picks in a shift, standstill for each 75.0 %, 2, 0.200 s",
+        "robot third: at work, picks in a shift, standstill for each 0.0 %, 0, -",
+        "time of a decision 5.00 ms",
+    ):
+        assert line in lines_of
+    assert not any("first/paper" in line for line in lines_of)
+
+
+def test_purity_by_bin_is_that_of_all_bins():
+    env, core = lines({"base": "skills3", "duration": 10.0})
+    told = judged(line_controller("random", core), env, 4, 0)
+    in_time = [one for one in told["throws"] if one["ended_in"] >= 0 and one["start"] + one["cycle_time"] <= 10.0]
+    held = {name: 0.0 for name in told["purity_by_bin"]}
+    for one in in_time:
+        robot = core.config.robots[one["by"]].name
+        held[f"{robot}/{core.config.cell.bins.fixed[one['ended_in']].name}"] += one["sorted"]
+    assert sum(held.values()) == sum(told["by_shift"]["sorted"])
+    assert len(in_time) == sum(told["by_shift"]["sorted"]) + sum(told["by_shift"]["misplaced"])
+
+
+def test_rules_take_what_their_name_says():
+    env, core = lines()
+    features, _ = env.reset(seed=2)
+    own = decoded(features).choices
+    there = own["real"] > 0.5
+    for name, key in (("fifo", own["lift"] + own["slack"]), ("spt", own["cycle"]), ("value_rate", -own["ln_rate"])):
+        found = line_controller(name, core).act(type("Seen", (), {"features": features}))
+        np.testing.assert_array_equal(found, np.where(there, key, np.inf).argmin(axis=1))
+
+
+def test_price_leaves_to_others_what_they_can_take():
+    env, _ = lines({"base": "skills3", "duration": 10.0})
+    features, _ = env.reset(seed=2)
+    own = decoded(features)
+    plain, leaving = (Index("price", "atc", 1.0, share).worth(own) for share in (0.0, 0.5))
+    shared = (own.choices["heirs"] > 0.5) & (own.choices["real"] > 0.5)
+    assert shared.any()
+    np.testing.assert_allclose(leaving[shared], 0.5 * plain[shared])
+    np.testing.assert_array_equal(leaving[~shared], plain[~shared])
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (("--controller", "mlp"), "is no controller of a line"),
+        (("--controller", "atc", "--picks", "9"), "--picks goes with throws"),
+        (("--controller", "atc", "--release", "ridge"), "set `throws` to 'flight' or 'full'"),
+        (("--controller", "atc", "--shifts", "0"), "--shifts is 0"),
+        (("--controller", "atc", "--level", "waste"), "unknown level 'waste'"),
+        (("--controller", "atc", "--throws", "flight", "--release", "atc"), "'atc' is neither a controller"),
+    ],
+)
+def test_bad_usage_is_one_sentence(given, said, tmp_path):
+    run = call_here("agents.evaluate", "--env", "PnTLine-v0", *given, folder=tmp_path)
+    assert run.returncode == 2
+    assert said in run.stderr
+    assert len(run.stderr.strip().splitlines()) == 1
+
+
+def test_shifts_are_not_for_throws(tmp_path):
+    run = call_here(
+        "agents.evaluate", "--env", "PnTRelease-v0", "--controller", "analytic", "--shifts", "2", folder=tmp_path
+    )
+    assert (run.returncode, "--shifts goes with a line" in run.stderr) == (2, True)
+
+
+def test_a_learned_release_goes_on_the_line(tmp_path):
+    (tmp_path / "short.yaml").write_text("base: single\nduration: 5.0\n")
+    given = ("--env", "PnTLine-v0", "--level", "short.yaml", "--controller", "atc", "--shifts", "1", "--num-envs", "1")
+    told = []
+    for release in ("analytic", "analytic_height"):
+        more = ("--throws", "flight", "--release", release, "--json", f"{release}.json")
+        run = call_here("agents.evaluate", *given, *more, folder=tmp_path)
+        told.append(answer(run, tmp_path / f"{release}.json"))
+    assert [one["release"] for one in told] == ["analytic", "analytic_height"]
+    assert told[0]["throws"][0]["start"] == told[1]["throws"][0]["start"]
+
+
+def test_from_python_by_name_and_by_function():
+    how = {"level": {"base": "single", "duration": 5.0}, "num_envs": 2}
+    told = evaluate("atc", "PnTLine-v0", 3, **how)
+    assert (told["env"], told["controller"], told["shifts"]) == ("PnTLine-v0", "atc", 3)
+    first = evaluate(lambda observations: np.zeros(len(observations)), "PnTLine-v0", 3, **how)
+    assert first["controller"] == "function"
+    assert first["invalid_actions"] == 0
+
+
+def test_shifts_that_are_cut_short_are_no_shifts():
+    env = gym.make_vec("PnTLine-v0", num_envs=2, level="value", max_episode_steps=5)
+    with pytest.raises(UsageError, match="cuts shifts short of their end; leave max_episode_steps out"):
+        evaluate("value_rate", env, picks=2)

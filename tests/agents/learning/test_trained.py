@@ -1,0 +1,123 @@
+"""Models that others have trained: single files of stable-baselines3, and folders as RL-Zoo leaves them."""
+
+from __future__ import annotations
+
+import shutil
+from collections import OrderedDict
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+import yaml
+from stable_baselines3 import A2C, DDPG, PPO, SAC, TD3
+from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
+
+from agents.controllers import Observation, make_controller
+from agents.ground.cli import UsageError
+from agents.ground.environments import make_vector
+from agents.learning.sb3 import load_policy
+from agents.learning.trained import find_trained, setting
+from tests.tools.commands import answer, call_here
+from tests.tools.models import Space, model
+
+torch.set_num_threads(1)
+
+
+@pytest.mark.parametrize("algorithm", [SAC, TD3, DDPG, PPO, A2C, "TQC"])
+def test_the_algorithm_of_a_model_is_read_from_its_file(tmp_path: Path, algorithm: Any) -> None:
+    if algorithm == "TQC":
+        algorithm = pytest.importorskip("sb3_contrib").TQC
+    saved = model(algorithm)
+    saved.save(tmp_path / "model.zip")
+    found = load_policy(tmp_path / "model.zip")
+    assert issubclass(algorithm, type(found))
+    seen = np.linspace(-1.0, 1.0, 8, dtype=np.float32).reshape(4, 2)
+    for one, other in zip(*(m.predict(seen, deterministic=True)[0] for m in (saved, found)), strict=True):
+        assert one == other
+
+
+@pytest.fixture
+def zoo(here: Path, tmp_path: Path) -> Path:
+    """A folder as RL-Zoo leaves it, of a policy whose observations were normalised."""
+    place = tmp_path / "logs" / "sac" / "Lob-v0_1"
+    inner = place / "Lob-v0"
+    inner.mkdir(parents=True)
+    normalised = VecNormalize(DummyVecEnv([Space]), norm_reward=False)
+    learner = model(SAC, normalised)
+    learner.learn(60)
+    learner.save(place / "Lob-v0")
+    learner.save(place / "best_model")
+    normalised.save(str(inner / "vecnormalize.pkl"))
+    asked = {"algo": "sac", "env": "OneJointThrow-v0", "env_kwargs": {"level": "ideal"}, "gym_packages": ["pnt_gym"]}
+    settings = {"gamma": 0.0, "normalize": "{'norm_obs': True}", "train_freq": (1, "step")}
+    for name, told in (("args", asked), ("config", settings)):
+        (inner / f"{name}.yml").write_text(yaml.dump(OrderedDict(told)))
+    return place
+
+
+def test_a_folder_of_rl_zoo_is_understood(zoo: Path) -> None:
+    found = find_trained(zoo)
+    assert found.known == {"env": "OneJointThrow-v0", "level": "ideal"}
+    assert (found.model.name, found.statistics) == ("Lob-v0.zip", zoo / "Lob-v0" / "vecnormalize.pkl")
+    env = make_vector("lob:Lob-v0", num_envs=4)
+    seen = Observation(env.reset(seed=1)[0], np.zeros(4, dtype=np.int64))
+    theirs = VecNormalize.load(str(found.statistics), DummyVecEnv([Space]))
+    normal = load_policy(found.model).predict(theirs.normalize_obs(seen.features), deterministic=True)[0]
+    np.testing.assert_array_equal(make_controller(str(zoo), env, trust=True).act(seen), normal)
+    assert not np.allclose(make_controller(str(found.model), env, trust=True).act(seen), normal)
+    shutil.copy(str(found.statistics), zoo)
+    np.testing.assert_array_equal(make_controller(str(found.model), env, trust=True).act(seen), normal)
+
+
+def test_a_folder_of_rl_zoo_on_the_command_line(zoo: Path, here: Path) -> None:
+    arguments = ("--controller", zoo, "--env", "lob:Lob-v0", "--level", "home", "--picks", "4", "--json", "z.json")
+    assert answer(call_here("agents.evaluate", *arguments, "--trust", folder=here), here / "z.json")["picks"] == 4
+    assert setting(str(zoo), None, None, None) == ("OneJointThrow-v0", "ideal", None)
+
+
+def no_model(place: Path) -> None:
+    for file in place.glob("*.zip"):
+        file.unlink()
+
+
+def behind_a_wrapper(place: Path) -> None:
+    (place / "Lob-v0" / "config.yml").write_text("env_wrapper: somebody.Wrapper\n")
+
+
+def code_in_yaml(place: Path) -> None:
+    (place / "Lob-v0" / "args.yml").write_text("!!python/object/apply:os.system ['echo run > ran']\n")
+
+
+def torn_model(place: Path) -> None:
+    data = (place / "Lob-v0.zip").read_bytes()
+    (place / "Lob-v0.zip").write_bytes(data[: len(data) // 2])
+
+
+def torn_statistics(place: Path) -> None:
+    (place / "Lob-v0" / "vecnormalize.pkl").write_bytes(b"nothing")
+
+
+@pytest.mark.parametrize(
+    ("damage", "said"),
+    [
+        (no_model, r"holds neither Lob-v0\.zip nor best_model\.zip"),
+        (behind_a_wrapper, "was trained with env_wrapper"),
+        (code_in_yaml, "cannot be read as RL-Zoo writes it"),
+        (torn_model, r"Lob-v0\.zip is truncated or not a model"),
+        (torn_statistics, "is damaged, or of other observations"),
+    ],
+)
+def test_a_damaged_folder_of_rl_zoo_is_one_sentence(zoo: Path, damage: Callable[[Path], None], said: str) -> None:
+    damage(zoo)
+    with pytest.raises(UsageError, match=said) as refused:
+        make_controller(str(zoo), make_vector("lob:Lob-v0"), trust=True)
+    assert "\n" not in str(refused.value)
+    assert not Path("ran").exists()
+
+
+def test_the_best_model_stands_in_for_a_run_cut_short(zoo: Path) -> None:
+    (zoo / "Lob-v0.zip").unlink()
+    assert find_trained(zoo).model.name == "best_model.zip"

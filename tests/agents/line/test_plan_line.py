@@ -1,0 +1,69 @@
+"""What a line needs: plans, tables and the sentence at the end."""
+
+import pytest
+
+from agents.line.plan import Arguments, down, line_up, planned
+from pnt_gym.cells.line.config import LineConfig
+from tests.tools.commands import answer, call, call_here
+
+LEVEL = LineConfig.load("skills3")
+
+
+def asked(**changes):
+    return Arguments(level="skills3", **changes)
+
+
+def test_more_robots_than_a_level_has_stand_on_as_its_last():
+    robots = line_up(LEVEL, 4)
+    assert [robot.x for robot in robots] == pytest.approx([0.0, 1.4, 2.8, 4.2])
+    assert robots[3].skills == LEVEL.robots[2].skills
+    assert len({robot.name for robot in robots}) == 4
+
+
+def test_every_combination_is_a_plan_with_the_stream_of_the_level():
+    plans = list(
+        planned(LEVEL, asked(robots=(2, 3), speeds=(0.3, 0.4), percents=(30.0, 40.0), skills=("level", "all")))
+    )
+    assert len(plans) == 16
+    for told, config in plans:
+        assert len(config.robots) == told["robots"]
+        assert config.cell.belt.speed == told["belt_speed"]
+        assert config.cell.limits.percent == (told["percent"],)
+        assert config.arrivals == LEVEL.arrivals
+        assert config.able().all() == (told["skills"] == "all")
+
+
+def test_a_robot_is_down_from_the_middle_of_the_shift_on():
+    config = down(LEVEL, asked(minutes=30.0, down="second:10"))
+    assert [(one.robot, one.start, one.end) for one in config.down] == [("second", 900.0, 1500.0)]
+    assert down(LEVEL, asked(down="nobody:10")) is LEVEL
+
+
+def test_it_says_which_plan_is_enough_and_writes_what_it_found(tmp_path):
+    file, picture = tmp_path / "plans.json", tmp_path / "plans.svg"
+    given = ("--robots", "1", "3", "--shifts", "2", "--minutes", "0.2", "--recovery", "0.2")
+    told = "--json", file, "--picture", picture
+    run = call("agents.line plan", "--level", "skills3", *given, *told, folder=tmp_path)
+    plans = answer(run, file)["plans"]
+    assert [plan["robots"] for plan in plans] == [1, 3]
+    assert plans[1]["recovery"] > plans[0]["recovery"] > 0.0
+    assert all(plan["recovery_low"] <= plan["recovery"] <= plan["recovery_high"] for plan in plans)
+    assert "are enough for 20.0 %" in " ".join(run.stdout.split())
+    assert picture.read_text().startswith("<?xml")
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (("--recovery", "1.5"), "--recovery is 1.5"),
+        (("--robots", "7"), "a line has 1 to 4"),
+        (("--controller", "best"), "must be one of"),
+        (("--down", "second"), "ROBOT:MINUTES"),
+        (("--level", "nowhere"), "unknown level 'nowhere'"),
+    ],
+)
+def test_bad_usage_is_one_sentence(given, said, tmp_path):
+    run = call_here("agents.line plan", *given, folder=tmp_path)
+    assert run.returncode == 2
+    assert said in run.stderr
+    assert len(run.stderr.strip().splitlines()) == 1

@@ -1,0 +1,99 @@
+"""Pictures of shifts at a line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import imageio.v3 as iio
+import numpy as np
+import pytest
+
+from agents.dispatchers.registry import line_controller, opened, the_line
+from agents.ground.environments import make_vector
+from agents.judging.work_shifts import judged, worked
+from agents.pictures.film import decisions
+from agents.pictures.gantt import gantt
+from pnt_gym.cells.line.view import LineView
+from tests.tools.commands import call_here
+
+LEVEL = {"base": "skills3", "duration": 8.0}
+FILM = ("--env", "PnTLine-v0", "--level", "skills3", "--controller", "fifo", "--throws", "flight", "--video")
+
+
+def test_who_took_what_has_a_row_for_each_robot():
+    env = make_vector("PnTLine-v0", LEVEL, 2, 1)
+    told = judged(line_controller("price", the_line(env)), env, 2, 0)
+    drawn = gantt(told, shift=1, span=(0.0, 8.0))
+    assert drawn.startswith("<?xml")
+    assert drawn == gantt(told, shift=1, span=(0.0, 8.0))
+
+
+def test_the_filmed_decisions_are_those_of_the_first_shift_that_is_judged():
+    many, one = make_vector("PnTLine-v0", LEVEL, 3, 1), opened("PnTLine-v0", LEVEL, 1, 1)
+    told = worked(line_controller("price", the_line(many)), many, 3, 7).decisions
+    core = the_line(one)
+    core.view()
+    times, taken = [], dict[int, float]()
+    for time in decisions(line_controller("price", core), one, 7, 5.0):
+        times.append(time)
+        taken |= {act.number: act.start for act in core.cell.acts.made}
+    assert times == sorted(times)
+    assert times[-2] < 5.0 <= times[-1]
+    judged_ones = (told["shift"] == 0) & (told["start"] < 5.0)
+    last = dict(zip(told["object"][judged_ones].tolist(), told["start"][judged_ones].tolist(), strict=True))
+    assert last == pytest.approx(taken)
+
+
+def test_without_a_bound_a_shift_is_worked_to_its_end():
+    env = opened("PnTLine-v0", LEVEL, 1, 1)
+    times = list(decisions(line_controller("fifo", the_line(env)), env, 0))
+    assert times[-2] <= 8.0
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Films of a second, in small frames."""
+    monkeypatch.setattr("agents.pictures.film.SECONDS", 1.0)
+    monkeypatch.setattr("agents.pictures.stage.SECONDS", 1.0)
+    monkeypatch.setattr(LineView.__init__, "__defaults__", ((64, 128),))
+
+
+@pytest.mark.usefixtures("opengl", "quick")
+@pytest.mark.parametrize("command", ["evaluate", "play"])
+def test_a_line_is_filmed(tmp_path: Path, command: str) -> None:
+    more = ("--shifts", "1", "--num-envs", "2") if command == "evaluate" else ()
+    done = call_here(f"agents.{command}", *FILM, "a.mp4", *more, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    frames = iio.imread(tmp_path / "a.mp4")
+    assert frames.shape[1:] == (64, 128, 3)
+    assert 0.5 * 30 <= len(frames) <= 2.0 * 30
+    assert np.abs(frames[0].astype(int) - frames[-1]).max() > 40
+    assert [path.name for path in tmp_path.iterdir()] == ["a.mp4"]
+
+
+@pytest.mark.usefixtures("opengl", "quick")
+def test_a_picture_is_of_a_moment_of_the_shift(tmp_path: Path) -> None:
+    given = ("--env", "PnTLine-v0", "--controller", "fifo", "--picture")
+    for moment in ("0", "1.5"):
+        done = call_here("agents.play", *given, f"{moment}.png", "--at", moment, folder=tmp_path)
+        assert done.returncode == 0, done.stderr
+    one, other = (iio.imread(tmp_path / f"{moment}.png").astype(int) for moment in ("0", "1.5"))
+    assert (np.abs(one - other).max(axis=2) > 40).any()
+
+
+@pytest.mark.parametrize(
+    ("command", "given", "said"),
+    [
+        ("evaluate", (*FILM, "a.mpeg"), "--video is 'a.mpeg'; it must end in .mp4 or .gif"),
+        ("play", (*FILM, "a.webm"), "--video is 'a.webm'; it must end in .mp4 or .gif"),
+        ("evaluate", ("--controller", "analytic", "--video", "a.mp4"), "--video goes with a line, such as PnTLine-v0"),
+        ("play", ("--throws", "full", "--video", "a.mp4"), "--throws goes with a line, such as PnTLine-v0"),
+        ("play", (*FILM[:4], "--controller", "analytic", "--video", "a.mp4"), "'analytic' is no controller of a line"),
+    ],
+)
+def test_what_cannot_be_filmed_is_refused_in_one_sentence(tmp_path: Path, command: str, given: tuple[str], said: str):
+    done = call_here(f"agents.{command}", *given, folder=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"error: {said}")
+    assert done.stderr.count("\n") == 1
+    assert not any(tmp_path.iterdir())

@@ -1,0 +1,85 @@
+"""The speeds that `make perf` measures: what a figure is made of, and the form of the results that tables read."""
+
+from __future__ import annotations
+
+import json
+from functools import partial
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import pytest
+
+from agents.ground.cli import UsageError
+from benchmarks import perf, timing
+from benchmarks.perf_cases import planning
+from benchmarks.timing import Count, Options, Timing
+
+RESULTS = Path(__file__).resolve().parents[1] / "results"
+
+
+class Clock:
+    """Time that passes only in calls: of the wall, and half as much of the processor."""
+
+    now = 0.0
+
+    def perf_counter(self) -> float:
+        return self.now
+
+    def process_time(self) -> float:
+        return 0.5 * self.now
+
+    def call(self, *seconds: float) -> Any:
+        turns = iter(seconds)
+        return lambda: setattr(self, "now", self.now + next(turns))
+
+
+def test_figures_are_times_of_an_item_rates_and_ratios_of_items(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(timing, "time", clock := Clock())
+    rows = [
+        Timing(("slow", 0), clock.call(9.0, 8.0, 4.0, 6.0), "ms", count=2, repeats=3),
+        Timing(("slow", 1), ("slow", 0), "s", statistic=median),
+        Timing(("fast",), clock.call(2.0, 1.0), "1/s", count=lambda: 10, repeats=1, clock=timing.CPU),
+        Timing(("ratio",), ("slow", 0), "x", count=2, over=("fast",)),
+        Count(("seen",), lambda: {"now": clock.now, "level": "waste"}),
+    ]
+    values = timing.nested(timing.figures(rows, Options()))
+    assert values == {"slow": [2000.0, 6.0], "fast": 20.0, "ratio": 20.0, "seen": {"now": 30.0, "level": "waste"}}
+
+
+def test_calls_that_repeat_as_often_take_turns_after_a_first_call_of_each() -> None:
+    turns: list[str] = []
+    repeats = {"a": 20, "b": 30, "c": 20}
+    rows = [Timing((name,), partial(turns.append, name), repeats=count) for name, count in repeats.items()]
+    timing.figures(rows, Options(quick=True))
+    assert "".join(turns) == "acacacbbbb"
+    turns.clear()
+    timing.figures(rows, Options(quick=True, repeats=1))
+    assert "".join(turns) == "acacbb"
+
+
+def form(value: Any) -> Any:
+    """Keys of results; rows of a list have the same."""
+    if isinstance(value, dict):
+        return {key: form(part) for key, part in value.items()}
+    return [form(value[0])] if isinstance(value, list) else type(value)
+
+
+@pytest.mark.parametrize(("case", "file"), [("planner", "perf_planner.json"), ("envs/PnTRelease-v0", "perf_envs.json")])
+def test_results_have_the_form_that_tables_read(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, case: str, file: str
+) -> None:
+    monkeypatch.setattr(planning, "FIRST_PLAN", "print(0.5)")
+    few = {"quick": True, "repeats": 1, "cells": 2, "singles": 1}
+    perf.main(perf.Arguments(cases=(case,), json=tmp_path / file, **few))
+    expected = json.loads((RESULTS / file).read_text())
+    if "envs" in expected:
+        expected["envs"] = {"PnTRelease-v0": expected["envs"]["PnTRelease-v0"]}
+    assert form(json.loads((tmp_path / file).read_text())) == form(expected)
+
+
+def test_a_name_stands_for_all_cases_that_begin_so() -> None:
+    assert perf.chosen([]) == [*perf.CASES]
+    assert perf.chosen(["free_direction", "planner"]) == ["planner", *(f"free_direction/{p}" for p in (30, 40, 45))]
+    with pytest.raises(UsageError, match="unknown case 'one'; known are planner"):
+        perf.chosen(["one"])
