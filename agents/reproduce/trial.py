@@ -17,7 +17,7 @@ from pnt_gym.arrays import Bools, Floats, Ints, finite_points, finite_rows, leng
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.base.plant import ObjectFlight
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.context import Before, Context, Drifted
+from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.hand import HandCycle
 from pnt_gym.cells.conveyor.objects.drawing import NORMALS, UNIFORMS, objects_from_draws
 from pnt_gym.cells.conveyor.outcome import Told, judge
@@ -163,23 +163,17 @@ def trial_context(
     index = np.array([config.items.index(name) for name in items])
     uniforms[:, 0] = (index + 0.5) / len(config.items)
     objects = objects_from_draws(normals, uniforms, config, item_arrays(config.item_list()))
-    limits = LimitRows.t3kr(objects.percent)
-    return Context(
-        objects=objects,
-        pick=pick,
-        target=target,
-        opening=np.tile(OPENING, (count, 1)),
-        bin=np.zeros(count, dtype=np.int64),
-        depth=np.full((count, 1), config.bins.depth),
-        limits=limits,
-        throw_limits=limits,
+    return Context.new(
+        objects,
+        pick,
+        target,
+        np.tile(OPENING, (count, 1)),
+        np.zeros(count, dtype=np.int64),
+        np.full((count, 1), config.bins.depth),
+        throw_limits=LimitRows.t3kr(objects.percent),
         plan=release,
-        belt_speed=config.belt.speed,
         ceiling=np.full(count, ceiling),
-        belt_shift=objects.belt_error * (pick[:, 0] - config.belt.camera_x),
-        drift=Drifted.nothing(count),
-        unseen=np.zeros((count, 2)),
-        before=Before.nothing(count),
+        belt=config.belt,
     )
 
 

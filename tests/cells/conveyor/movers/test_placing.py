@@ -30,7 +30,6 @@ PLACING = ("pick_and_place", "ellipse")
 METHODS = ("horizontal", *PLACING)
 ENV_OF = {"belt": "PnTConveyor-v0", "independent": "PnTRelease-v0"}
 ONLY_INSIDE = {"fixed": [{"name": "inside", "x": 0.30, "y": 0.40, "size": [0.24, 0.235]}]}
-pytestmark = pytest.mark.filterwarnings("ignore:level .* stays empty")
 
 
 def core_of(
