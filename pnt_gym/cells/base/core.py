@@ -5,21 +5,20 @@ Environments, evaluation, training and benchmark know only `Core`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from contextlib import nullcontext
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
-from typing import Any, Final, final
+from typing import Any, Final, Protocol, final
 
 import numpy as np
 from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import Bools, Floats, Ints, replaced, take
 from pnt_gym.cells.base.action import corrected, limited_actions, mode_of
 from pnt_gym.cells.base.cell import Cell, Generators
 from pnt_gym.cells.base.features import CLIP
 from pnt_gym.cells.base.request import ANYTHING, Request, lead
-from pnt_gym.cells.base.restoring import restoring
 from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.engine import unheard
 from pnt_gym.errors import ConfigError, PhysicsError
@@ -43,6 +42,30 @@ class Step:
     """Named results, (N,) each: `COMMON_INFO`, the reward's terms, and what the cell adds."""
     partial: Mapping[str, Bools] = field(default_factory=dict[str, Bools])
     """Of results that only some rows have, by name: which rows these are (N,). All rows have every other result."""
+
+
+class Drawing(Protocol):
+    """A cell of N rows, each of which draws from a generator of its own."""
+
+    context: Any
+    """The coming throws (N,)."""
+    generators: list[np.random.Generator]
+
+
+@contextmanager
+def restoring(cell: Drawing, waiting: Bools) -> Generator[None]:
+    """At the end of the block, give rows that wait the coming throws and the random numbers of its begin.
+
+    Args:
+        cell: steps in the block.
+        waiting: these rows (N,).
+    """
+    context, generators = cell.context, [cell.generators[row] for row in np.flatnonzero(waiting)]
+    states = [generator.bit_generator.state for generator in generators]
+    yield
+    cell.context = replaced(cell.context, waiting, take(context, waiting))
+    for generator, state in zip(generators, states, strict=True):
+        generator.bit_generator.state = state
 
 
 @final

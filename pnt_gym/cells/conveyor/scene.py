@@ -57,7 +57,7 @@ SENSORS: Final = {
 
 @dataclass(frozen=True)
 class Surroundings:
-    """Abstract: a compiled cell, and the ids of the object and of what it falls on."""
+    """A compiled cell, with its robot or without, and the ids of the object and of what it falls on."""
 
     model: MjModel
     object_body: int
@@ -65,12 +65,6 @@ class Surroundings:
     object_qpos: int
     object_qvel: int
     bin_bodies: tuple[int, ...]
-
-
-@final
-@dataclass(frozen=True)
-class FreeScene(Surroundings):
-    """The cell without its robot."""
 
 
 @final
@@ -134,12 +128,12 @@ def _controls(model: MjModel, actuators: slice) -> slice:
     return slice(start, start + actuators.stop - actuators.start)
 
 
-def build_free_scene(config: ConveyorConfig) -> FreeScene:
+def build_free_scene(config: ConveyorConfig) -> Surroundings:
     """Compile the cell without its robot."""
     spec = _empty_stage(config)
     _add_object_and_bins(spec, config)
     _add_object_sensors(spec)
-    return FreeScene(**_ids(spec.compile(), config))
+    return Surroundings(**_ids(spec.compile(), config))
 
 
 def bin_panels(size: Floats, bins: Bins) -> tuple[Floats, Floats]:

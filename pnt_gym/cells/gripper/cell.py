@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from operator import attrgetter
 from typing import Any, ClassVar, Final, final
 
 import numpy as np
@@ -28,6 +29,11 @@ from pnt_gym.engine import MjData, MjModel
 from pnt_gym.errors import ConfigError
 
 _PROBES: Final = 9
+RESULTS: Final = (
+    "landing_along", "landing_across", "release_delay", "in_opening", "in_bin", "rim", "picked", "slip", "recontact",
+    "peak_torque", "energy",
+)  # fmt: skip
+"""What the info tells of an outcome, by the names that it has there."""
 
 
 @final
@@ -81,21 +87,8 @@ class GripperCell(Cell[GripperConfig, Context, TossPlans, Outcome]):
 
     def info(self, outcome: Outcome, thrown: Context) -> dict[str, NDArray[Any]]:
         """What the gripper robot's cell tells of throws, (N,) each."""
-        return {
-            "landing_along": outcome.landing_along,
-            "landing_across": outcome.landing_across,
-            "release_delay": outcome.release_delay,
-            "in_opening": outcome.in_opening,
-            "in_bin": outcome.in_bin,
-            "rim": outcome.rim,
-            "picked": outcome.picked,
-            "slip": outcome.slip,
-            "recontact": outcome.recontact,
-            "peak_torque": outcome.peak_torque,
-            "energy": outcome.energy,
-            "target_x": thrown.target[:, 0].copy(),
-            "target_y": thrown.target[:, 1].copy(),
-        }
+        target = {"target_x": thrown.target[:, 0].copy(), "target_y": thrown.target[:, 1].copy()}
+        return {**dict(zip(RESULTS, attrgetter(*RESULTS)(outcome), strict=True)), **target}
 
     def correction(self, mode: str) -> Correction:
         """How an action shifts the landing and, with three numbers, the moment of the release."""

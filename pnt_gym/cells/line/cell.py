@@ -159,7 +159,7 @@ class LineCell:
         state, stream, choices = self.state, self.stream, self.state.choices
         at = np.arange(self.count)[:, None], choices.index
         objects, worth = replace(take(stream.objects, at), percent=choices.percent), stream.worth[at]
-        drawn, luck = _tried_again(objects, state.attempts[at]), turned(stream.luck[at], state.attempts[at])
+        drawn, luck = tried_again(objects, state.attempts[at]), turned(stream.luck[at], state.attempts[at])
         distance = np.sqrt(choices.away[..., 0] ** 2 + choices.away[..., 1] ** 2)
         made = self.throws.foretold(state.robot[:, None], choices.bin, drawn, distance, luck)
         if made is None:
@@ -255,7 +255,8 @@ class LineCell:
             return made
         at = rows, index[rows]
         luck, attempt = self.stream.luck[at], self.state.books.at(at).attempts
-        thrown, luck = tried_again(take(context, rows), attempt), turned(luck, attempt)
+        thrown, luck = take(context, rows), turned(luck, attempt)
+        thrown = replace(thrown, objects=tried_again(thrown.objects, attempt))
         return replaced(made, rows, self.throws.made(rows, self.state.robot[rows], thrown, luck))
 
     def _resting(self, context: Context) -> tuple[Floats, Floats]:
@@ -267,12 +268,7 @@ class LineCell:
         return motion.stop_time, motion.stop
 
 
-def tried_again(context: Context, attempt: Ints) -> Context:
-    """Picks of objects that were tried before: whether the cup seals is drawn anew."""
-    return replace(context, objects=_tried_again(context.objects, attempt))
-
-
-def _tried_again(objects: Objects, attempt: Ints) -> Objects:
+def tried_again(objects: Objects, attempt: Ints) -> Objects:
     """Objects that were tried before, S: whether the cup seals is drawn anew."""
     return replace(objects, pick_draw=turned(objects.pick_draw, attempt))
 

@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.cell import MOST_CELLS, MOST_THREADS, Generators, whole_number
-from pnt_gym.cells.base.core import Step
+from pnt_gym.cells.base.core import Step, restoring
 from pnt_gym.cells.base.features import CLIP
 from pnt_gym.cells.base.request import ANYTHING, Request
-from pnt_gym.cells.base.restoring import restoring
 from pnt_gym.cells.line.cell import LineCell, Taken
 from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig
 from pnt_gym.cells.line.observation import ENTRIES, Glance, encoded

@@ -10,7 +10,7 @@ from pnt_gym.arrays import Bools, Floats, made_anew
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.movers.placing import EllipseMover, placed
-from pnt_gym.cells.conveyor.movers.straight import Meeting, Reach, StraightMover, ThrowMotion
+from pnt_gym.cells.conveyor.movers.straight import Meeting, Mover, StraightMover, ThrowMotion
 from pnt_gym.planning.motion.limits import EllipticWorkspace, Limits
 from pnt_gym.planning.motion.trajectory import Segments
 from pnt_gym.planning.paths.arcs import PIECES
@@ -21,7 +21,7 @@ COLUMNS: Final = PIECES + 16
 
 
 @final
-class AutoMover:
+class AutoMover(Mover):
     """Straight throws, and over an ellipse what is put down; a release at rest is one of the latter.
 
     What it plans by itself is thrown. Who decides otherwise plans with the mover that puts down.
@@ -86,10 +86,6 @@ class AutoMover:
         straight = self._throws.meet(motion, place, limits)
         straight = replace(straight, back=straight.back.padded(COLUMNS))
         return made_anew(straight, motion.placed, over, motion, place, limits)
-
-    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
-        """The same without the motions."""
-        return self.meet(motion, place, limits).reach
 
 
 def _padded(motion: ThrowMotion) -> ThrowMotion:

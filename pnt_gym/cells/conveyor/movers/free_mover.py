@@ -16,7 +16,7 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats, joined, length, made_anew, replaced, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.movers.straight import Meeting, Reach, StraightMover, ThrowMotion
+from pnt_gym.cells.conveyor.movers.straight import Meeting, Mover, StraightMover, ThrowMotion
 from pnt_gym.planning.free.approach import approach_entry
 from pnt_gym.planning.free.check import keeps_rules
 from pnt_gym.planning.free.legs import return_leg, throw_leg
@@ -34,7 +34,7 @@ COLUMNS: Final = PIECES + 8
 
 
 @final
-class FreeMover:
+class FreeMover(Mover):
     """Throws with a free release direction.
 
     Args:
@@ -125,10 +125,6 @@ class FreeMover:
         inside = (found.position[:, 0] >= low - 1e-9) & (found.position[:, 0] <= high)
         return made_anew(found, ~(found.feasible & inside), self._with_stop, motion, place, limits)
 
-    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
-        """The same without the motions."""
-        return self.meet(motion, place, limits).reach
-
     def _in_flight(self, motion: ThrowMotion, place: Floats, limits: Limits, arrival: Floats | None) -> Meeting:
         """Meetings without a stop, not before `arrival` (N,) [s] if given."""
         drift = np.zeros_like(place)
@@ -143,7 +139,7 @@ class FreeMover:
         position = place + drift * time[:, None]
         back = _padded([moves.segments, down])
         good = moves.feasible & self._keeps(motion, back, position, limits)
-        return Meeting(position, time, np.zeros(len(time)), back, good)
+        return Meeting(position, time, np.zeros(len(time)), good, back)
 
     def _at_border(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """Meetings of hands that would be there before the object: after a wait, or by a slower flight."""
@@ -161,7 +157,7 @@ class FreeMover:
         wait = np.where(good, wait, 0.0)
         durations = back.durations.copy()
         durations[:, PIECES] = wait
-        return Meeting(position, enters, wait, replace(back, durations=durations), good)
+        return Meeting(position, enters, wait, good, replace(back, durations=durations))
 
     def _hover(self, motion: ThrowMotion, next_pick: Floats, limits: Limits, wait: Floats) -> tuple[Segments, Bools]:
         """Returns with a stop and a wait (N,) [s] above the next pick, and which of them keep the rules."""

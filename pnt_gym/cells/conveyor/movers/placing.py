@@ -8,7 +8,7 @@ hand itself. Nothing flies, so the three differ in their scales only.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Final, final
@@ -18,7 +18,7 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats, joined, length, replaced, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.movers.straight import Meeting, Reach, StraightMover, ThrowMotion
+from pnt_gym.cells.conveyor.movers.straight import Meeting, Mover, StraightMover, ThrowMotion
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.motion.limits import EllipticWorkspace, Limits
 from pnt_gym.planning.motion.scurve import coast, rest_to_rest, stroke_time
@@ -82,7 +82,7 @@ class HorizontalMover(StraightMover):
         )
 
 
-class PlacingMover(ABC):
+class PlacingMover(Mover):
     """Abstract: brings objects over their bins, lets go at rest, and returns the way it came.
 
     Subclasses say on which path the hand gets from rest to rest over what lies between.
@@ -183,11 +183,7 @@ class PlacingMover(ABC):
         position = at(np.where(good, time, 0.0))
         back = self.back(motion, position, limits)
         wait = np.where(good, np.maximum(time - back.durations.sum(axis=1), 0.0), 0.0)
-        return Meeting(position, np.where(good, time, 0.0), wait, joined([coast(wait), back], axis=1), good)
-
-    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
-        """The same without the motions."""
-        return self.meet(motion, place, limits).reach
+        return Meeting(position, np.where(good, time, 0.0), wait, good, joined([coast(wait), back], axis=1))
 
     def _hang(self, pick: Floats) -> Floats:
         """How far objects reach below the planner's points (N,) [m]: at their picks they lie on the belt."""

@@ -1,15 +1,16 @@
 """How the hand moves through a pick: on a straight line, as in Hassan et al. 2022, or with a free release direction.
 
 A mover plans the nominal release, the releases that corrections ask for, the motion to a release, and the motion from
-there to the next pick. The cell, its plan check and the residuals know only this protocol; `planner` in the cell's
+there to the next pick. The cell, its plan check and the residuals know only this class; `planner` in the cell's
 config chooses.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple, Protocol, final
+from typing import final
 
 import numpy as np
 
@@ -70,7 +71,8 @@ class ThrowMotion:
         return cls(place, coast(zero), zero, place, zero, np.zeros_like(place), zero + np.inf, zero > 0.0)
 
 
-class Reach(NamedTuple):
+@dataclass(frozen=True)
+class Reach:
     """When and where N hands meet objects on the belt; rows that are not feasible hold placeholders.
 
     Attributes:
@@ -88,68 +90,59 @@ class Reach(NamedTuple):
 
 @final
 @dataclass(frozen=True)
-class Meeting:
+class Meeting(Reach):
     """The same with the motions there."""
 
-    position: Floats
-    time: Floats
-    wait: Floats
     back: Segments
-    feasible: Bools
-
-    @property
-    def reach(self) -> Reach:
-        """Without the motions."""
-        return Reach(self.position, self.time, self.wait, self.feasible)
 
 
-class Mover(Protocol):
-    """Plans the hand's motion for N picks at once; a row's result does not depend on the other rows."""
+class Mover(ABC):
+    """Abstract: plans the hand's motion for N picks at once; a row's result does not depend on the other rows."""
 
+    @abstractmethod
     def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
         """Nominal releases for picks and targets (N, 3), below the ceilings (N,) [m]."""
-        ...
 
+    @abstractmethod
     def aimed(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
         """Releases for moved targets (N, 3) [m], as like the nominal ones as can be.
 
         `slack` is how far they may rise above the ceiling [m].
         """
-        ...
 
+    @abstractmethod
     def moved(self, context: Context, point: Floats) -> ReleaseBatch:
         """Releases at given points (N, 3) [m]."""
-        ...
 
+    @abstractmethod
     def reserve(self, release: ReleaseBatch) -> Floats:
         """How far the targets of releases that are taken on may move along them (N,) [m]."""
-        ...
 
+    @abstractmethod
     def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
         """Which releases the robot can execute (N,)."""
-        ...
 
+    @abstractmethod
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
         """The motions to feasible releases and on to where the return begins."""
-        ...
 
+    @abstractmethod
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
         """The motions from there to next picks at rest (N, 3) [m]."""
-        ...
 
+    @abstractmethod
     def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """The earliest meetings with objects on the belt.
 
         `place` (N, 3) [m] is where the hand would have to be to pick them when the throw ends.
         """
-        ...
 
     def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
-        """The same meetings without the motions, for those who compare many."""
-        ...
+        """The same meetings, for those who compare many and need no motions."""
+        return self.meet(motion, place, limits)
 
 
-class StraightMover:
+class StraightMover(Mover):
     """Throws along the line from pick to release, stops on it, and returns on straight lines.
 
     Args:
@@ -226,7 +219,7 @@ class StraightMover:
         """The earliest meeting of a hand that moves from rest to rest."""
         found = self.reach(motion, place, limits)
         back = straight_back(motion.stop, found.position, found.wait, limits, self._clearance)
-        return Meeting(found.position, found.time, found.wait, back, found.feasible)
+        return Meeting(**vars(found), back=back)
 
     def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
         """Where and when that is."""

@@ -31,7 +31,7 @@ STOPPING: Final = ("straight",)
 
 
 @final
-class TrackingMover:
+class TrackingMover(Mover):
     """Throws of another mover from a moving belt, and returns onto it.
 
     Args:
@@ -118,7 +118,7 @@ class TrackingMover:
         growing = self._growing(len(place))
         found = self._mover.reach(motion, place - self._early, growing.left(limits))
         good = found.feasible & (found.time >= growing.time)
-        return found._replace(position=found.position + self._behind, feasible=good)
+        return replace(found, position=found.position + self._behind, feasible=good)
 
     def _growing(self, count: int) -> Fading:
         return Fading(self._speed, np.full(count, self._arrival))

@@ -58,13 +58,7 @@ class PlannedBins:
         return depth
 
     def after(self, thrown: Objects, ended_in: Ints, depth: Floats) -> Floats:
-        """Depths (N, B) [m] for the throws that follow those of N objects, of which the planner said.
-
-        Args:
-            thrown: the objects.
-            ended_in: the bin in which each has ended (N,), -1 for none.
-            depth: what the planner said (N, B) [m].
-        """
+        """Depths for throws that follow when objects have ended in bins (N,), -1 for none, as `begin`."""
         return depth
 
 
