@@ -74,7 +74,7 @@ def cases_of(cell: LineCell) -> list[tuple[int, int, float]]:
     seen, able = cell.stream.objects.measured.kind[0], config.able()[robot]
     x = cell.stream.x[0] + own.belt.speed * state.clock[0]
     low, high = config.reach
-    there = (x >= low) & (x <= high) & (state.since[0] <= state.clock[0]) & able[seen]
+    there = (x >= low) & (x <= high) & (state.books.whole().since[0] <= state.clock[0]) & able[seen]
     accepts = own.acceptance()
     return [
         (int(i), int(b), float(p))

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints, replaced
 from pnt_gym.cells.base.action import Correction, Modes, Plans
+from pnt_gym.cells.base.canvas import Marker
 from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.cells.base.features import FeatureTable, Quantity
 from pnt_gym.cells.base.view import ThrowView
@@ -189,3 +190,11 @@ class Cell(ABC, Generic[ConfigT, ThrowsT, PlansT, VerdictT]):
             ConfigError: nothing of this cell can be drawn.
         """
         raise ConfigError(f"{type(self).__name__} has no pictures; it does not say how it is drawn")
+
+    def markers(self, row: int) -> list[Marker]:
+        """What is drawn beside the simulation before the coming throw; nothing unless a cell says otherwise."""
+        return []
+
+    def markers_at(self, time: float) -> list[Marker]:
+        """The same in the recorded throw, after a time [s]."""
+        return []

@@ -77,10 +77,8 @@ class ThrowClock:
         Raises:
             PhysicsError: a throw takes longer than any that is simulated.
         """
-        step, held = (
-            config.timestep,
-            plans.grips or grips(thrown, picked(thrown, config), plans.path, plans.release_time, config),
-        )
+        step = config.timestep
+        held = plans.grips or grips(thrown, picked(thrown, config), plans.path, plans.release_time, config)
         let_go: Floats = np.where(held.picked, plans.release_time + thrown.objects.delay, 0.0)
         free_at: Floats = np.where(held.dropped, held.lost_at * step, let_go)
         release = np.ceil(free_at / step - 1e-9).astype(np.int64)

@@ -170,15 +170,27 @@ def _bin_places(config: ConveyorConfig) -> list[tuple[float, float, tuple[float,
 
 
 def _empty_stage(config: ConveyorConfig) -> MjSpec:
-    """Air, floor and belt."""
+    """Air, light, floor and belt."""
     spec = mujoco.MjSpec()
     set_options(spec, config.timestep, density=AIR_DENSITY * config.mismatch, viscosity=AIR_VISCOSITY * config.mismatch)
-    _add_stage(spec, config)
+    light_stage(spec, ambient=0.35, diffuse=0.45)
+    spec.worldbody.add_light(pos=[0.6, -1.4, 1.6], dir=[-0.3, 0.6, -1.0], diffuse=np.full(3, 0.5))
+    add_ground(spec, config, 3.0)
     return spec
 
 
 def _add_object_and_bins(spec: MjSpec, config: ConveyorConfig) -> None:
-    _add_object(spec)
+    """Bins, and a free body whose frame is at its centre of mass, with one geom of any shape."""
+    add_free_object(
+        spec,
+        0.02,
+        1e-5,
+        0.03,
+        contype=_OBJECT_BIT,
+        conaffinity=_OBJECT_BIT | _CUP_BIT,
+        condim=6,  # without rolling friction a round object rolls off anything
+        priority=1,  # the item's own friction and rebound decide
+    )
     add_bins(spec, config)
 
 
@@ -193,13 +205,6 @@ def _ids(model: MjModel, config: ConveyorConfig) -> dict[str, Any]:
         "object_qvel": int(joint.dofadr[0]),
         "bin_bodies": tuple(model.body(f"bin_{i}").id for i in range(len(_bin_places(config)))),
     }
-
-
-def _add_stage(spec: MjSpec, config: ConveyorConfig) -> None:
-    """Light, floor and belt."""
-    light_stage(spec, ambient=0.35, diffuse=0.45)
-    spec.worldbody.add_light(pos=[0.6, -1.4, 1.6], dir=[-0.3, 0.6, -1.0], diffuse=np.full(3, 0.5))
-    add_ground(spec, config, 3.0)
 
 
 def add_ground(spec: MjSpec, config: ConveyorConfig, half: float) -> None:
@@ -238,20 +243,6 @@ def add_cup(spec: MjSpec, lip: float) -> None:
             conaffinity=0,
             group=2,
         )
-
-
-def _add_object(spec: MjSpec) -> None:
-    """A free body whose frame is at its centre of mass, with one geom of any shape and a site under the cup."""
-    add_free_object(
-        spec,
-        0.02,
-        1e-5,
-        0.03,
-        contype=_OBJECT_BIT,
-        conaffinity=_OBJECT_BIT | _CUP_BIT,
-        condim=6,  # without rolling friction a round object rolls off anything
-        priority=1,  # the item's own friction and rebound decide
-    )
 
 
 def _add_grip(spec: MjSpec, config: ConveyorConfig) -> None:

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.action import Correction, require_feasible
-from pnt_gym.cells.base.canvas import Marker
 from pnt_gym.cells.base.cell import Cell
 from pnt_gym.cells.base.plant import REWARD_TERMS
 from pnt_gym.cells.base.view import ThrowView
@@ -107,14 +106,6 @@ class GripperCell(Cell[GripperConfig, Context, TossPlans, Outcome]):
     def target(self, row: int) -> Floats:
         """Where the coming throw should go (3,) [m]."""
         return self.context.target[row]
-
-    def markers(self, row: int) -> list[Marker]:
-        """Nothing."""
-        return []
-
-    def markers_at(self, time: float) -> list[Marker]:
-        """Nothing."""
-        return []
 
     def _check_reach(self) -> None:
         """Every kind from a grid over the picks: between its points, reach is safe by far more than the spacing."""

@@ -29,8 +29,6 @@ from pnt_gym.errors import ConfigError, OrderError
 
 USUAL_CYCLE: Final = 0.9
 """About what a decision takes a robot, from 0.75 by good planners to 1.4 at random on the shipped levels [s]."""
-
-
 MOST_OBJECTS: Final = 5_000_000
 """Objects of all lines together at most: some 5 GB."""
 
@@ -159,7 +157,8 @@ class LineCell:
         state, stream, choices = self.state, self.stream, self.state.choices
         at = np.arange(self.count)[:, None], choices.index
         objects, worth = replace(take(stream.objects, at), percent=choices.percent), stream.worth[at]
-        drawn, luck = tried_again(objects, state.attempts[at]), turned(stream.luck[at], state.attempts[at])
+        attempts = state.books.at(at).attempts
+        drawn, luck = tried_again(objects, attempts), turned(stream.luck[at], attempts)
         distance = np.sqrt(choices.away[..., 0] ** 2 + choices.away[..., 1] ** 2)
         made = self.throws.foretold(state.robot[:, None], choices.bin, drawn, distance, luck)
         if made is None:

@@ -42,11 +42,6 @@ def turned(draws: Floats, attempt: Ints) -> Floats:
     return found
 
 
-def length(config: LineConfig) -> int:
-    """Objects M that are drawn for a shift."""
-    return int(config.objects)
-
-
 @final
 class Arriving:
     """Draws streams.
@@ -63,7 +58,7 @@ class Arriving:
         from pnt_gym.cells.line.lie import Jam, apart  # noqa: PLC0415 - numba takes a while
 
         self._config, self._planner, self._apart, self._jam = config, planner, apart, Jam
-        self.length = length(config)
+        self.length = int(config.objects)
 
     def nothing(self, count: int) -> Stream:
         """Room for N streams."""

@@ -166,7 +166,7 @@ def test_what_nobody_takes_and_what_is_past_or_not_yet_in_sight_is_not_seen(line
     before, stream, state = line.observe(), line.cell.stream, line.cell.state
     x = stream.x + line.config.cell.belt.speed * state.clock[:, None]
     low, high = line.config.reach
-    out = (x > high + 0.01) | (x < low - 0.3) | np.isinf(state.since)
+    out = (x > high + 0.01) | (x < low - 0.3) | np.isinf(state.books.whole().since)
     assert out.any(axis=1).all()
     worth = np.where(out, 77.0, stream.worth)
     seen = np.where(out, 0, stream.objects.measured.kind)

@@ -143,7 +143,9 @@ def test_the_best_come_first_and_each_is_what_is_known_of_it(name, tables):
             assert (np.diff(score[real]) <= 1e-12).all()
             robot, base = int(state.robot[row]), config.places()
             x = stream.x[row] + speed * state.clock[row]
-            free = (state.since[row] <= state.clock[row]) & (x >= config.reach[0]) & (x <= config.reach[1])
+            free = (
+                (state.books.whole().since[row] <= state.clock[row]) & (x >= config.reach[0]) & (x <= config.reach[1])
+            )
             for k in np.flatnonzero(real):
                 one, index = take(choices, k), int(choices.index[k])
                 kind = stream.objects.measured.kind[row, index]
