@@ -28,7 +28,7 @@ from pnt_gym.errors import PntGymError
 from pnt_gym.planning.motion.ballistics import flight_time
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows
 from pnt_gym.planning.motion.trajectory import HandPath
-from pnt_gym.planning.straight.plan import MIN_REACH, ReleaseBatch
+from pnt_gym.planning.straight.plan import MIN_REACH, Reason, ReleaseBatch
 from pnt_gym.robots.t3kr.geometry import T3KR
 
 OPENING: Final = (0.24, 0.235)
@@ -190,25 +190,17 @@ def _release(pick: Floats, target: Floats, throws: Throws) -> ReleaseBatch:
     count, point = len(pick), finite_points(throws.release_position, "release_position")
     speed = finite_points(throws.release_velocity, "release_velocity")
     _check_counts(count, release_position=len(point), release_velocity=len(speed))
-    rate = length(speed)
-    flat = np.sqrt(speed[:, 0] ** 2 + speed[:, 1] ** 2)
-    nothing, never = np.zeros(count), np.zeros(count, dtype=np.bool_)
-    return ReleaseBatch(
-        position=point,
-        velocity=speed,
-        direction=speed / np.where(rate > 0.0, rate, 1.0)[:, None],
-        speed=rate,
+    nothing = np.zeros(count)
+    return ReleaseBatch.alone(
+        pick,
+        point,
+        speed,
+        speed,
         acceleration=nothing,
-        angle=np.arctan2(speed[:, 2], flat),
-        azimuth=np.arctan2(speed[:, 1], speed[:, 0]),
-        distance=length(point - pick),
         time=finite_rows(throws.release_time, count, "release_time"),
         flight_time=np.nan_to_num(flight_time(point, speed, target[:, 2])),
-        ceiling_active=never,
-        workspace_active=never,
-        feasible=~never,
-        reason=np.zeros(count, dtype=np.int64),
-        straight=never,
+        ceiling_active=nothing > 0.0,
+        reason=np.full(count, int(Reason.FEASIBLE)),
     )
 
 

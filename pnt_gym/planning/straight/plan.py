@@ -122,7 +122,7 @@ class ReleaseBatch:
             pick: where the hands start (N, 3) [m].
             position: release points (N, 3) [m].
             velocity: of hands and objects there (N, 3) [m/s].
-            ahead: vectors that point along the throws (N, 3).
+            ahead: vectors that point along the throws (N, 3); 0 where there is no direction.
             acceleration: greatest ones of the motions (N,) [m/s2].
             time: of the motions (N,) [s].
             flight_time: from the releases to the targets (N,) [s].
@@ -130,12 +130,12 @@ class ReleaseBatch:
             reason: ``Reason`` codes (N,); only the feasible rows hold a plan.
         """
         feasible = reason == Reason.FEASIBLE
-        gap, never = np.where(feasible, 0.0, np.nan), np.zeros(len(reason), dtype=np.bool_)
+        gap, never, far = np.where(feasible, 0.0, np.nan), np.zeros(len(reason), dtype=np.bool_), length(ahead)
         flat = np.sqrt(velocity[:, 0] ** 2 + velocity[:, 1] ** 2)
         return cls(
             position=position + gap[:, None],
             velocity=velocity + gap[:, None],
-            direction=ahead / np.where(feasible, length(ahead), 1.0)[:, None] + gap[:, None],
+            direction=ahead / np.where(far > 0.0, far, 1.0)[:, None] + gap[:, None],
             speed=length(velocity) + gap,
             acceleration=acceleration + gap,
             angle=np.arctan2(velocity[:, 2], flat) + gap,
