@@ -15,7 +15,7 @@ import numpy as np
 
 from benchmarks.checks import check_parser, choices
 from pnt_gym.arrays import take
-from pnt_gym.cells.conveyor.movers import ThrowMotion
+from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line.cell import LineCell
 from pnt_gym.cells.line.config import LineConfig
@@ -71,10 +71,10 @@ def cases_of(cell: LineCell) -> list[tuple[int, int, float]]:
     state, config = cell.state, cell.config
     robot = int(state.robot[0])
     own = config.cell_of(robot)
-    seen, able = cell.stream.objects.seen[0], config.able()[robot]
+    seen, able = cell.stream.objects.measured.kind[0], config.able()[robot]
     x = cell.stream.x[0] + own.belt.speed * state.clock[0]
     low, high = config.reach
-    there = (x >= low) & (x <= high) & (state.since[0] <= state.clock[0]) & able[seen]
+    there = (x >= low) & (x <= high) & (state.books.whole().since[0] <= state.clock[0]) & able[seen]
     accepts = own.acceptance()
     return [
         (int(i), int(b), float(p))

@@ -34,10 +34,10 @@ from agents.judging.throws.data import summary
 from agents.judging.throws.trial import held_out, practise
 from benchmarks.study import Floats, infos, seeded_cells, study_options, study_parser
 from pnt_gym.arrays import joined, length
-from pnt_gym.cells.conveyor.clearance import vertical
+from pnt_gym.cells.base.rotations import vertical
 from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.cup.parting import Parting
 from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
-from pnt_gym.cells.conveyor.parting import Parting
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
 
 LEVEL: Final = "waste_plain"

@@ -18,9 +18,9 @@ import pnt_gym
 from agents.ground.files import write_json
 from agents.ground.metrics import mean_interval
 from benchmarks.study import Floats, infos, seeded_cells, study_options, study_parser
+from pnt_gym.cells.conveyor.belt.sources import BeltPicks
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.planner import PickPlanner
-from pnt_gym.cells.conveyor.sources import BeltPicks
 
 SHIFTS: Final = 24
 PATIENCES: Final = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)

@@ -18,6 +18,7 @@ import gymnasium as gym
 import numpy as np
 
 import pnt_gym
+from pnt_gym.errors import PntGymError
 
 ROOT = Path(pnt_gym.__file__).resolve().parent
 
@@ -49,15 +50,15 @@ class Trace:
         return found
 
 
-def trace_step(env_id: str, level: str) -> Trace:
-    """Of one step with an action of 0.1, after two others."""
-    env = gym.make(env_id, level=level).unwrapped
-    env.reset(seed=0)
-    action = np.full(env.action_space.shape or (), 0.1, dtype=np.float32)
+def trace_step(env_id: str, level: str | None = None) -> Trace:
+    """Of one step with an action of 0.1, or the first choice that there is, after two others; None for the default."""
+    env = gym.make(env_id, **({"level": level} if level else {})).unwrapped
+    _, info = env.reset(seed=0)
     for _ in range(2):
-        if any(env.step(action)[2:4]):
-            env.reset()
-    trace = Trace()
+        _, _, over, cut, info = env.step(_action(env, info))
+        if over or cut:
+            _, info = env.reset()
+    trace, action = Trace(), _action(env, info)
     sys.setprofile(trace)
     try:
         env.step(action)
@@ -67,16 +68,26 @@ def trace_step(env_id: str, level: str) -> Trace:
     return trace
 
 
+def _action(env: gym.Env[Any, Any], info: dict[str, Any]) -> Any:
+    """Small numbers, or on a line the first choice that its mask allows."""
+    if "action_mask" in info:
+        return int(np.argmax(info["action_mask"]))
+    return np.full(env.action_space.shape or (), 0.1, dtype=np.float32)
+
+
 def main() -> None:
     """Print the figures, and with --list every function."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--env", default="PnTConveyor-v0")
-    parser.add_argument("--level", default="nominal")
+    parser.add_argument("--env", default="PnTConveyor-v0", choices=pnt_gym.ENV_IDS)
+    parser.add_argument("--level", help="the environment's default unless given")
     parser.add_argument("--list", action="store_true", help="every function with its calls")
     args = parser.parse_args()
-    trace = trace_step(args.env, args.level)
+    try:
+        trace = trace_step(args.env, args.level)
+    except PntGymError as error:
+        parser.error(str(error))
     print(
-        f"{args.env} {args.level}: {len(trace.files)} files, {len(trace.functions)} functions, "
+        f"{args.env} {args.level or 'default level'}: {len(trace.files)} files, {len(trace.functions)} functions, "
         f"{sum(trace.functions.values())} calls, {trace.deepest} deep"
     )
     if args.list:

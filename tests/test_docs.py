@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 from pnt_gym.cells.base.canvas import RENDER_MODES
-from pnt_gym.cells.base.core import Cell
+from pnt_gym.cells.base.cell import Cell
 from pnt_gym.cells.base.features import CLIP
 from pnt_gym.cells.base.request import ASKED, MOST_DRAWS
 from pnt_gym.cells.base.sorting import Belt, SortingReward

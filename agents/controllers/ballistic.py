@@ -13,7 +13,7 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.objects import release_delay
+from pnt_gym.cells.conveyor.objects.drawing import release_delay
 from pnt_gym.cells.conveyor.observation import decode
 from pnt_gym.constants import GRAVITY
 

@@ -1,7 +1,6 @@
 """Looking ahead: what follows from a choice, as far as camera, encoder and planner tell.
 
-Nothing hidden is used. What lies upstream of the camera is not known, chances are those of the table, and other robots
-are free when they say.
+An `Outlook` holds all that is used: chances are those of the table, and other robots are free when they say.
 """
 
 from __future__ import annotations
@@ -13,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints, joined, take
-from pnt_gym.cells.line.cell import LineCell
 from pnt_gym.cells.line.choosing import IDLE
 from pnt_gym.cells.line.core import LineCore
-from pnt_gym.cells.line.options import AWAY, Sight
+from pnt_gym.cells.line.options import AWAY
 from pnt_gym.cells.line.state import CHOICES
 
 from ..controllers.protocol import Controller, Observation
+from .outlook import Outlook, outlook
 from .rules import first_of
 from .scored import Scored, there
 
@@ -53,7 +52,6 @@ class Lookahead:
     """Beam search for the best plans of several decisions.
 
     Args:
-        core: the lines; of them only what the robots know.
         price: value that a second of a robot's time is worth, in comparing plans of different length [1/s].
         share: of its value that an object loses which a robot downstream can take too, as in the rule `price`.
         joint: plan for all robots of a line, not only for that whose turn it is.
@@ -66,7 +64,6 @@ class Lookahead:
 
     def __init__(
         self,
-        core: LineCore,
         *,
         price: float = 1.0,
         share: float = 0.0,
@@ -77,21 +74,19 @@ class Lookahead:
         depth: int = MOST,
         by_rate: bool = False,
     ) -> None:
-        self._cell, self._price, self._share = core.cell, price, share
+        self._price, self._share = price, share
         self._joint, self._width, self._apart = joint, width, apart
         self._horizon, self._depth, self._by_rate = horizon, depth, by_rate
 
-    def plans(self, among: Bools) -> Plans:
+    def plans(self, known: Outlook, among: Bools) -> Plans:
         """The best plans that begin with some of the choices (N, CHOICES) of each line."""
-        cell = self._cell
-        sight = cell.chooser.sight(cell.state, cell.stream, np.arange(cell.count))
-        plans = self._begun(cell, sight, among)
+        plans = self._begun(known, among)
         for _ in range(self._depth):
             more = np.flatnonzero(plans.free.min(axis=1) < self._horizon)
             if more.size == 0:
                 break
             complete = take(plans, np.setdiff1d(np.arange(len(plans.line)), more))
-            plans = self._kept(joined([complete, *self._continued(cell, sight, take(plans, more))]))
+            plans = self._kept(joined([complete, *self._continued(known, take(plans, more))]))
         return plans
 
     def worth(self, plans: Plans) -> Floats:
@@ -110,39 +105,36 @@ class Lookahead:
         group = plans.line * CHOICES + plans.first if self._apart else plans.line
         return take(plans, self.best(plans, self._width, group))
 
-    def _begun(self, cell: LineCell, sight: Sight, among: Bools) -> Plans:
+    def _begun(self, known: Outlook, among: Bools) -> Plans:
         """Plans of one decision: some of the choices."""
-        state, choices = cell.state, cell.state.choices
+        choices = known.choices
         line, first = np.nonzero(among)
-        robot, rows = state.robot[line], np.arange(len(line))
-        free = np.maximum(state.expected[line] - state.clock[line, None], 0.0)
+        robot, rows = known.robot[line], np.arange(len(line))
+        free = known.busy[line]
         if not self._joint:
             free = np.full_like(free, np.inf)
         cycle = choices.cycle[line, first]
         free[rows, robot] = cycle
-        hand = state.hand[line].copy()
+        hand = known.hand[line]
         hand[rows, robot] = choices.stop[line, first]
-        taken = sight.which[line] == choices.index[line, first][:, None]
+        taken = known.sight.which[line] == choices.index[line, first][:, None]
         value = choices.value[line, first] * choices.chance[line, first]
         value *= 1.0 - self._share * (choices.heirs[line, first] > 0.0)
         return Plans(line, first.astype(np.int64), free, hand, taken, value, cycle)
 
-    def _continued(self, cell: LineCell, sight: Sight, plans: Plans) -> list[Plans]:
+    def _continued(self, known: Outlook, plans: Plans) -> list[Plans]:
         """Plans with every next decision there is, and those for which there is none, a moment later."""
         robot, rows = plans.free.argmin(axis=1), np.arange(len(plans.line))
         now = plans.free[rows, robot]
-        x = sight.x[plans.line] + cell.config.cell.belt.speed * now[:, None]
-        seen = Sight(plans.line, sight.which[plans.line], np.where(plans.taken, AWAY, x), sight.seen[plans.line])
-        options = cell.chooser.options(cell.stream, seen, robot, plans.hand[rows, robot])
+        x = known.sight.x[plans.line] + known.speed * now[:, None]
+        x = np.where(plans.taken, AWAY, x)
+        options, worth, inherited = known.options(plans.line, x, robot, plans.hand[rows, robot])
         own = take(plans, options.row)
         k, who = np.arange(len(options.row)), robot[options.row]
         free, hand, taken = own.free.copy(), own.hand.copy(), own.taken.copy()
         free[k, who] += options.cycle
         hand[k, who] = options.stop
         taken[k, options.place] = True
-        at = options.row, options.place
-        worth = cell.stream.worth[own.line, seen.which[at]] * cell.chooser.chance(seen, options)
-        inherited = cell.chooser.heirs(who, seen.seen[at]).any(axis=1)
         value = own.value + worth * (1.0 - self._share * inherited)
         longer = replace(own, free=free, hand=hand, taken=taken, value=value, spent=own.spent + options.cycle)
         return [longer, self._idle(plans, robot, np.setdiff1d(rows, options.row))]
@@ -166,13 +158,14 @@ class Beam(Controller):
     """
 
     def __init__(self, name: str, core: LineCore, **options: Any) -> None:
-        self.name, self._core, self._ahead = name, core, Lookahead(core, **options)
+        self.name, self._core, self._ahead = name, core, Lookahead(**options)
 
     def act(self, observation: Observation) -> NDArray[np.int64]:  # type: ignore[override]
         """The first decision of the best plan of each line (N,)."""
-        plans = self._ahead.plans(self._core.cell.state.choices.real)
+        known = outlook(self._core)
+        plans = self._ahead.plans(known, known.choices.real)
         best = self._ahead.best(plans, 1, plans.line)
-        choice = np.zeros(self._core.cell.count, dtype=np.int64)
+        choice = np.zeros(len(known.robot), dtype=np.int64)
         choice[plans.line[best]] = plans.first[best]
         return choice
 
@@ -204,8 +197,8 @@ class Guided(Controller):
         horizon: float = 3.0,
         **options: Any,
     ) -> None:
-        self.name, self.trust, self._guide, self._few = name, trust, guide, few
-        self._ahead = Lookahead(core, width=width, apart=True, horizon=horizon, **options)
+        self.name, self.trust, self._core, self._guide, self._few = name, trust, core, guide, few
+        self._ahead = Lookahead(width=width, apart=True, horizon=horizon, **options)
 
     def act(self, observation: Observation) -> NDArray[np.int64]:  # type: ignore[override]
         """The best of these choices of each line (N,)."""
@@ -213,7 +206,7 @@ class Guided(Controller):
         scores: Floats = np.where(there(seen), self._guide.scores(seen), -np.inf)
         place = np.argsort(np.argsort(-scores, axis=1, kind="stable"), axis=1)
         among = (place < self._few) & there(seen)
-        plans = self._ahead.plans(among)
+        plans = self._ahead.plans(outlook(self._core), among)
         worth = np.full(scores.shape, -np.inf)
         np.maximum.at(worth, (plans.line, plans.first), self._ahead.worth(plans))
         return first_of(np.where(among, scores + self.trust * np.where(among, worth, 0.0), -np.inf))

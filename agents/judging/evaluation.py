@@ -27,7 +27,7 @@ def evaluate(
     practice: int | None = None,
     online: bool = False,
     trust: bool = False,
-    progress: Callable[[str, float], object] | None = None,
+    progress: Callable[[str, int], object] | None = None,
     **options: Any,
 ) -> dict[str, Any]:
     """What a policy is worth on held-out objects: the figures and throws that `agents.evaluate --json` writes.

@@ -28,7 +28,7 @@ from ..learning.windows import ThrowWindow, Window
 from .card import Card, usual_card
 from .record import Record
 
-Progress = Callable[[float], object]
+Progress = Callable[[int], object]
 """Called with the number of units just done, or of steps in a practice."""
 EXPERTS: Final[Mapping[str, str]] = dict.fromkeys(("PnTConveyor-v0", "PnTRelease-v0"), str(POLICY))
 """Policies that ship, by the environment in which each is the expert."""

@@ -17,7 +17,7 @@ from agents.reproduce.grids import NONE
 from pnt_gym.arrays import Bools, Floats, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.free_mover import FreeMover
+from pnt_gym.cells.conveyor.movers.free_mover import FreeMover
 from pnt_gym.planning import EllipticWorkspace, InfeasibleThrow, JerkTrajectory, Reason, ReleaseBatch
 from pnt_gym.robots.t3kr.geometry import T3KR
 

@@ -17,9 +17,9 @@ from pnt_gym.arrays import Bools, Floats, Ints, finite_points, finite_rows, leng
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.base.plant import ObjectFlight
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.context import Before, Context, Drifted
+from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.hand import HandCycle
-from pnt_gym.cells.conveyor.objects import NORMALS, UNIFORMS, objects_from_draws
+from pnt_gym.cells.conveyor.objects.drawing import NORMALS, UNIFORMS, objects_from_draws
 from pnt_gym.cells.conveyor.outcome import Told, judge
 from pnt_gym.cells.conveyor.plant import ConveyorPlant, Followed
 from pnt_gym.cells.conveyor.scene import CUP_LENGTH
@@ -28,7 +28,7 @@ from pnt_gym.errors import PntGymError
 from pnt_gym.planning.motion.ballistics import flight_time
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows
 from pnt_gym.planning.motion.trajectory import HandPath
-from pnt_gym.planning.straight.plan import MIN_REACH, ReleaseBatch
+from pnt_gym.planning.straight.plan import MIN_REACH, Reason, ReleaseBatch
 from pnt_gym.robots.t3kr.geometry import T3KR
 
 OPENING: Final = (0.24, 0.235)
@@ -163,23 +163,17 @@ def trial_context(
     index = np.array([config.items.index(name) for name in items])
     uniforms[:, 0] = (index + 0.5) / len(config.items)
     objects = objects_from_draws(normals, uniforms, config, item_arrays(config.item_list()))
-    limits = LimitRows.t3kr(objects.percent)
-    return Context(
-        objects=objects,
-        pick=pick,
-        target=target,
-        opening=np.tile(OPENING, (count, 1)),
-        bin=np.zeros(count, dtype=np.int64),
-        depth=np.full((count, 1), config.bins.depth),
-        limits=limits,
-        throw_limits=limits,
+    return Context.new(
+        objects,
+        pick,
+        target,
+        np.tile(OPENING, (count, 1)),
+        np.zeros(count, dtype=np.int64),
+        np.full((count, 1), config.bins.depth),
+        throw_limits=LimitRows.t3kr(objects.percent),
         plan=release,
-        belt_speed=config.belt.speed,
         ceiling=np.full(count, ceiling),
-        belt_shift=objects.belt_error * (pick[:, 0] - config.belt.camera_x),
-        drift=Drifted.nothing(count),
-        unseen=np.zeros((count, 2)),
-        before=Before.nothing(count),
+        belt=config.belt,
     )
 
 
@@ -196,25 +190,17 @@ def _release(pick: Floats, target: Floats, throws: Throws) -> ReleaseBatch:
     count, point = len(pick), finite_points(throws.release_position, "release_position")
     speed = finite_points(throws.release_velocity, "release_velocity")
     _check_counts(count, release_position=len(point), release_velocity=len(speed))
-    rate = length(speed)
-    flat = np.sqrt(speed[:, 0] ** 2 + speed[:, 1] ** 2)
-    nothing, never = np.zeros(count), np.zeros(count, dtype=np.bool_)
-    return ReleaseBatch(
-        position=point,
-        velocity=speed,
-        direction=speed / np.where(rate > 0.0, rate, 1.0)[:, None],
-        speed=rate,
+    nothing = np.zeros(count)
+    return ReleaseBatch.alone(
+        pick,
+        point,
+        speed,
+        speed,
         acceleration=nothing,
-        angle=np.arctan2(speed[:, 2], flat),
-        azimuth=np.arctan2(speed[:, 1], speed[:, 0]),
-        distance=length(point - pick),
         time=finite_rows(throws.release_time, count, "release_time"),
         flight_time=np.nan_to_num(flight_time(point, speed, target[:, 2])),
-        ceiling_active=never,
-        workspace_active=never,
-        feasible=~never,
-        reason=np.zeros(count, dtype=np.int64),
-        straight=never,
+        ceiling_active=nothing > 0.0,
+        reason=np.full(count, int(Reason.FEASIBLE)),
     )
 
 
@@ -271,7 +257,8 @@ def _judged(
 ) -> Trials:
     """What the cell makes of the throws; but an object that is put down lands where it is let go."""
     count, flight = len(release.speed), followed.flight
-    outcome = judge(followed.flown, context, plant.config, path.duration, Told.alone(count))
+    accepts = plant.config.acceptance()
+    outcome = judge(followed.flown, context, plant.config, accepts, path.duration, Told.alone(count))
     let_go = flight.position[np.arange(count), flight.release_step, :2]
     landing = np.where((release.speed < REST)[:, None], let_go, outcome.landing)
     miss = landing - context.target[:, :2]

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Ints
 from pnt_gym.cells.base.canvas import DRAWING, FPS, RENDER_MODES, SIZE, Picture
+from pnt_gym.cells.base.cell import Cell, Generators
 from pnt_gym.cells.base.config import Level, LevelConfig, describes_a_cell, written
-from pnt_gym.cells.base.core import Cell, Core, Generators, Step
+from pnt_gym.cells.base.core import Core, Step
 from pnt_gym.cells.base.request import ANYTHING, ASKED, Request, requested
 from pnt_gym.cells.base.view import View
 from pnt_gym.engine import has_display

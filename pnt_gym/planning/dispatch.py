@@ -39,33 +39,12 @@ class Candidates:
     possible: Bools
     """Which can be taken at all; the numbers of others mean nothing."""
 
-    @property
-    def slack(self) -> Floats:
-        """How much later each could still be taken [s]."""
-        return self.leave - self.start
-
-
-def _first(among: Candidates, _: float) -> Floats:
-    return -among.leave
-
-
-def _soonest(among: Candidates, _: float) -> Floats:
-    return 1.0 / among.time
-
-
-def _value_rate(among: Candidates, _: float) -> Floats:
-    return among.value / among.time
-
-
-def _atc(among: Candidates, patience: float) -> Floats:
-    return among.value / among.time * np.exp(-among.slack / patience)
-
 
 RULES: Final[Mapping[Rule, Callable[[Candidates, float], Floats]]] = {
-    "first": _first,
-    "soonest": _soonest,
-    "value_rate": _value_rate,
-    "atc": _atc,
+    "first": lambda among, _: -among.leave,
+    "soonest": lambda among, _: 1.0 / among.time,
+    "value_rate": lambda among, _: among.value / among.time,
+    "atc": lambda among, patience: among.value / among.time * np.exp((among.start - among.leave) / patience),
 }
 
 

@@ -84,13 +84,13 @@ class Ledger:
 
     def agrees(self, cell: LineCell, row: int) -> None:
         """Make sure that the cell's books say the same of every object of a line."""
-        state = cell.state
-        for index in range(state.fate.shape[1]):
+        accounts = cell.state.books.whole()
+        for index in range(accounts.fate.shape[1]):
             fate, robot, in_bin = self.taken.get(index, (Fate.RIDES, -1, -1))
-            assert (state.fate[row, index], state.taker[row, index], state.ended_in[row, index]) == (
+            assert (accounts.fate[row, index], accounts.taker[row, index], accounts.ended_in[row, index]) == (
                 fate,
                 robot,
                 in_bin,
             )
-            assert state.attempts[row, index] == self.tries.get(index, 0)
-            assert np.isinf(state.since[row, index]) == (index in self.taken)
+            assert accounts.attempts[row, index] == self.tries.get(index, 0)
+            assert np.isinf(accounts.since[row, index]) == (index in self.taken)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pnt_gym.cells.base.items import ELLIPSOID
-from pnt_gym.cells.conveyor.objects import Objects
+from pnt_gym.cells.conveyor.objects.records import Objects
 
 CORNERS = 24
 

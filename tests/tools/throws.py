@@ -14,8 +14,8 @@ from pnt_gym.cells.conveyor.action import MODES as PICK_MODES
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig, FollowThrough
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.movers import StraightMover, straight_back
-from pnt_gym.cells.conveyor.objects import Objects
+from pnt_gym.cells.conveyor.movers.straight import StraightMover, straight_back
+from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.gripper.action import MODES as TOSS_MODES
 from pnt_gym.cells.one_joint.action import MODES as GOAL_MODES
@@ -131,6 +131,22 @@ def with_objects(core: Core, **fields: Any) -> None:
     """Overwrite hidden values of the objects under the cups."""
     context = core.context
     core.cell.context = replace(context, objects=replace(context.objects, **fields))
+
+
+def parts_of(objects: Objects) -> dict[str, np.ndarray]:
+    """All arrays of objects by name, those of the records in them as `record.name`."""
+    inner = {record: vars(getattr(objects, record)) for record in ("measured", "draws")}
+    return {name: values for name, values in vars(objects).items() if name not in inner} | {
+        f"{record}.{name}": values for record, columns in inner.items() for name, values in columns.items()
+    }
+
+
+def with_part(objects: Objects, name: str, values: np.ndarray) -> Objects:
+    """Objects with other values of a name of `parts_of`."""
+    if "." not in name:
+        return replace(objects, **{name: values})
+    record, column = name.split(".")
+    return replace(objects, **{record: replace(getattr(objects, record), **{column: values})})
 
 
 def planned(config: ConveyorConfig, objects: Objects, x: np.ndarray) -> tuple[Context, np.ndarray]:

@@ -63,7 +63,7 @@ class Shifts:
 
 
 def worked(
-    controller: Controller, env: Env, shifts: int, env_seed: int, progress: Callable[[float], object] | None = None
+    controller: Controller, env: Env, shifts: int, env_seed: int, progress: Callable[[int], object] | None = None
 ) -> Shifts:
     """Let a controller work whole shifts.
 

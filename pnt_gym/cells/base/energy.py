@@ -23,18 +23,14 @@ def work_of_steps(torque: Floats, speed: Floats, steps: Ints, step: float) -> Fl
     """
     counts = np.arange(torque.shape[1], dtype=np.int64) < steps[:, None]
     before = np.concatenate([speed[:, :1], speed[:, :-1]], axis=1)
-    return _total(np.where(counts, _positive_power(torque, (before + speed) / 2.0), 0.0) * step)
+    power = np.maximum(torque * ((before + speed) / 2.0), 0.0).sum(axis=-1)
+    return _total(np.where(counts, power, 0.0) * step)
 
 
 def work_between(torque: Floats, speed: Floats, times: Floats) -> Floats:
     """Positive work of a planned motion (N,) [J], from torque and speed (N, K, J) at times (N, K) [s] that grow."""
-    power = _positive_power(torque, speed)
+    power = np.maximum(torque * speed, 0.0).sum(axis=-1)
     return _total((power[:, 1:] + power[:, :-1]) / 2.0 * np.diff(times, axis=1))
-
-
-def _positive_power(torque: Floats, speed: Floats) -> Floats:
-    """Of all motors together (N, M) [W]."""
-    return np.maximum(torque * speed, 0.0).sum(axis=-1)
 
 
 def _total(parts: Floats) -> Floats:

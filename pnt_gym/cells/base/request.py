@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from numbers import Integral
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
 from pnt_gym.arrays import Bools
+from pnt_gym.cells.base.cell import Cell, Generators
 from pnt_gym.errors import ConfigError, one_sentence
-
-if TYPE_CHECKING:
-    from pnt_gym.cells.base.core import Cell, Generators
 
 Request = Mapping[str, str]
 """A name each for those of `ASKED` that are asked for."""

@@ -48,8 +48,7 @@ def _moved(planner: PickPlanner, context: Context, residual: Floats) -> ReleaseB
 
 
 def _replanned(planner: PickPlanner, context: Context, residual: Floats) -> ReleaseBatch:
-    goal = _goal(context, residual)
-    return planner.checked(context, planner.replanned(context, goal))
+    return planner.checked(context, planner.replanned(context, _goal(context, residual)))
 
 
 def _chosen(planner: PickPlanner, context: Context, residual: Floats) -> ReleaseBatch:

@@ -19,6 +19,10 @@ from pnt_gym.planning.motion.riding import fastest_belt
 
 SUM_TOLERANCE: Final = 1e-6
 """Shares that sum to 1 do so within this."""
+LIP_GAP: Final = 0.0005
+"""The object hangs this far below the rigid part of the cup, so that holding it is not a contact [m]."""
+LIP_LENGTH: Final = 0.010
+"""Of a lip that yields, below the solid part of its cup; an object can tilt until it meets that [m]."""
 
 
 class Limits(Section):
@@ -169,7 +173,7 @@ class Cup(Section):
 
 
 class Pick(Section):
-    """Whether the cup holds its object when the dwell is over (`cells.conveyor.seal`)."""
+    """Whether the cup holds its object when the dwell is over (`cells.conveyor.cup.hold`)."""
 
     fails: bool = Field(
         default=True,
@@ -289,6 +293,11 @@ class ConveyorConfig(SortingLine):
     def swings(self) -> bool:
         """Whether objects swing under their cups; in the planner's own world they do not."""
         return self.cup.stiffness is not None and self.mismatch > 0.0
+
+    @property
+    def lip_length(self) -> float:
+        """How far the tip of a cup is below its solid part [m]."""
+        return LIP_LENGTH if self.swings else 0.0
 
     @property
     def pushes(self) -> bool:

@@ -9,23 +9,10 @@ from typing import NamedTuple, Self, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.conveyor.objects import Objects
+from pnt_gym.cells.base.sorting import Belt
+from pnt_gym.cells.conveyor.objects.records import Measured, Objects
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.straight.plan import ReleaseBatch
-
-
-@final
-@dataclass(frozen=True)
-class Measured:
-    """What the sensors report of N objects: all that an observation may contain of them."""
-
-    shape: Ints
-    size: Floats
-    mass: Floats
-    seal: Floats
-    yaw: Floats
-    grasp: Floats
-    """Centre of mass from the cup axis along world x, y (N, 2) [m]."""
 
 
 @final
@@ -106,10 +93,45 @@ class Context:
     before: Before
     """What is known of the throws before."""
 
+    @classmethod
+    def new(
+        cls,
+        objects: Objects,
+        pick: Floats,
+        target: Floats,
+        opening: Floats,
+        index: Ints,
+        depth: Floats,
+        *,
+        throw_limits: LimitRows,
+        plan: ReleaseBatch,
+        ceiling: Floats,
+        belt: Belt,
+    ) -> Context:
+        """Picks of cells that have not drifted, and that know of no throw before."""
+        nothing = np.zeros((len(pick), 2))
+        return cls(
+            objects=objects,
+            pick=pick,
+            target=target,
+            opening=opening,
+            bin=index,
+            depth=depth,
+            limits=LimitRows.t3kr(objects.percent),
+            throw_limits=throw_limits,
+            plan=plan,
+            belt_speed=belt.speed,
+            ceiling=ceiling,
+            belt_shift=belt_shift(objects, pick, belt),
+            drift=Drifted.nothing(len(pick)),
+            unseen=nothing,
+            before=Before.nothing(len(pick)),
+        )
+
     @property
     def kind(self) -> Ints:
         """What the cell's classifier says of each object: index into its items (N,)."""
-        return self.objects.seen
+        return self.objects.measured.kind
 
     @cached_property
     def bin_depth(self) -> Floats:
@@ -149,18 +171,15 @@ class Context:
         zero = np.zeros_like(self.objects.known_depth)
         return np.stack([zero, zero, self.objects.known_depth], axis=-1)
 
-    @cached_property
+    @property
     def measured(self) -> Measured:
         """What the sensors say of the objects."""
-        o = self.objects
-        return Measured(
-            shape=o.shape,
-            size=o.measured_size,
-            mass=o.measured_mass,
-            seal=o.measured_seal,
-            yaw=o.measured_yaw,
-            grasp=self.visible_grasp + o.grasp_noise,
-        )
+        return self.objects.measured
+
+    @cached_property
+    def measured_grasp(self) -> Floats:
+        """What they say of the centre of mass from the cup axis along world x, y (N, 2) [m]."""
+        return self.visible_grasp + self.measured.grasp_noise
 
     def expected(self) -> Context:
         """The same picks without what differs from throw to throw of one object."""
@@ -182,3 +201,8 @@ class Context:
         """Level vectors (N, 3) given along and left of the throw, in the world."""
         ex, ey = self.direction[:, 0], self.direction[:, 1]
         return np.stack([along * ex - across * ey, along * ey + across * ex, np.zeros_like(ex)], axis=-1)
+
+
+def belt_shift(objects: Objects, pick: Floats, belt: Belt) -> Floats:
+    """Grasp offset along x that the belt-speed error adds to objects at picks (N, 3): (N,) [m]."""
+    return objects.belt_error * (pick[:, 0] - belt.camera_x)

@@ -12,11 +12,11 @@ from pnt_gym.cells.base.fluid import lying_size
 from pnt_gym.cells.base.plant import Touchdown
 from pnt_gym.cells.base.sorting import Bins
 from pnt_gym.cells.base.stage import ITEM_RGBA
-from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.cup.swing import bodies
 from pnt_gym.cells.conveyor.hand import ThrowClock
-from pnt_gym.cells.conveyor.scene import BOTTOM, LIP_GAP, Surroundings, bin_panels, build_free_scene
-from pnt_gym.cells.conveyor.swing import bodies
+from pnt_gym.cells.conveyor.scene import BOTTOM, Surroundings, bin_panels, build_free_scene
 from pnt_gym.constants import GRAVITY
 from pnt_gym.engine import Batch
 from pnt_gym.planning.motion.ballistics import landing_point

@@ -9,13 +9,13 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, take
 from pnt_gym.cells.base.plant import step_counts
-from pnt_gym.cells.conveyor.clearance import FORESIGHT, MARGIN, Passage, foreseen, touches, vertical
+from pnt_gym.cells.base.rotations import vertical
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.hold import Grips, grips
-from pnt_gym.cells.conveyor.parting import Parting
-from pnt_gym.cells.conveyor.scene import lip_length
-from pnt_gym.cells.conveyor.swing import swung
+from pnt_gym.cells.conveyor.cup.clearance import FORESIGHT, MARGIN, Passage, foreseen, touches
+from pnt_gym.cells.conveyor.cup.hold import Grips, grips, picked
+from pnt_gym.cells.conveyor.cup.parting import Parting
+from pnt_gym.cells.conveyor.cup.swing import swung
 from pnt_gym.planning.motion.trajectory import HandPath, Samples
 from pnt_gym.planning.straight.plan import ReleaseBatch
 
@@ -77,7 +77,8 @@ class ThrowClock:
         Raises:
             PhysicsError: a throw takes longer than any that is simulated.
         """
-        step, held = config.timestep, plans.grips or grips(thrown, plans.path, plans.release_time, config)
+        step = config.timestep
+        held = plans.grips or grips(thrown, picked(thrown, config), plans.path, plans.release_time, config)
         let_go: Floats = np.where(held.picked, plans.release_time + thrown.objects.delay, 0.0)
         free_at: Floats = np.where(held.dropped, held.lost_at * step, let_go)
         release = np.ceil(free_at / step - 1e-9).astype(np.int64)
@@ -86,9 +87,9 @@ class ThrowClock:
         end = step_counts(np.maximum(plans.path.duration + shift, settled), step)
         push = np.where(held.unthrown, 0.0, config.mismatch * config.cup.blow_off)
         parting = Parting.hanging(thrown.lost(held.unthrown), push)
-        lip, offset = lip_length(config), thrown.cup_offset
+        lip, offset = config.lip_length, thrown.cup_offset
         clock = cls(plans.path, offset, free_at, shift, release, end, step, held, parting, lip)
-        if not config.swings:
+        if not (config.swings and held.picked.any()):
             return clock
         return replace(clock, parting=swung(thrown, parting, clock.hand, release, clock.stride, config))
 

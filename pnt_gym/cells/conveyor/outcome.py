@@ -11,7 +11,7 @@ from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.plant import Landed, Touchdown
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.hold import Grips
+from pnt_gym.cells.conveyor.cup.hold import Grips
 
 
 @final
@@ -43,41 +43,6 @@ class Flown:
     """How the cups held."""
 
 
-@final
-@dataclass(frozen=True)
-class Outcome(Landed):
-    """N throws as the simulator measured them; the cycle is from lift to lift, dwell included."""
-
-    wait_time: Floats
-    """Part of the cycle spent waiting above the belt for the next object (N,) [s]."""
-    tracking_error: Floats
-    """Distance of the hand from its reference at the moment of release (N,) [m]."""
-    picked: Bools
-    """The cup sealed; else the object rides on, and nothing is known of its landing (N,)."""
-    dropped: Bools
-    """The object was lost on the way to its release (N,)."""
-    grip_margin: Floats
-    """How many times the load the cup could hold, at the worst moment until its release (N,)."""
-    energy: Floats
-    """Positive mechanical work of the motors in the cycle (N,) [J], see `cells.base.energy`."""
-    ended_in: Ints
-    """Index of the bin in which the object lies at the end, 0 for one that is drawn per throw; -1 in none (N,)."""
-    belongs: Bools
-    """That bin takes what the object is (N,)."""
-    passed: Ints
-    """Objects that were let go since the throw before (N,)."""
-    placed: Bools
-    """It was put down at its bin, not thrown (N,)."""
-    disturbed: Bools
-    """The object swept through another one on the belt (N,)."""
-
-    @property
-    def sorted(self) -> Bools:
-        """A success, and in a bin that takes what the object is (N,)."""
-        return self.is_success & self.belongs
-
-
-@final
 @dataclass(frozen=True)
 class Told:
     """What is known of N throws without simulating them."""
@@ -98,23 +63,53 @@ class Told:
         return cls(np.zeros(count), np.zeros(count, dtype=np.int64), never, never)
 
 
-def judge(flown: Flown, context: Context, config: ConveyorConfig, cycle_time: Floats, told: Told) -> Outcome:
+@final
+@dataclass(frozen=True)
+class Outcome(Landed, Told):
+    """N throws as the simulator measured them; the cycle is from lift to lift, dwell included."""
+
+    tracking_error: Floats
+    """Distance of the hand from its reference at the moment of release (N,) [m]."""
+    picked: Bools
+    """The cup sealed; else the object rides on, and nothing is known of its landing (N,)."""
+    dropped: Bools
+    """The object was lost on the way to its release (N,)."""
+    grip_margin: Floats
+    """How many times the load the cup could hold, at the worst moment until its release (N,)."""
+    energy: Floats
+    """Positive mechanical work of the motors in the cycle (N,) [J], see `cells.base.energy`."""
+    ended_in: Ints
+    """Index of the bin in which the object lies at the end, 0 for one that is drawn per throw; -1 in none (N,)."""
+    belongs: Bools
+    """That bin takes what the object is (N,)."""
+
+    @property
+    def sorted(self) -> Bools:
+        """A success, and in a bin that takes what the object is (N,)."""
+        return self.is_success & self.belongs
+
+
+def judge(
+    flown: Flown, context: Context, config: ConveyorConfig, accepts: Bools, cycle_time: Floats, told: Told
+) -> Outcome:
     """What became of N throws.
 
     Args:
         flown: the throws.
         context: the picks that were thrown.
         config: the cell.
+        accepts: which kinds of objects (rows) its fixed bins (columns) take, as `config.acceptance()`.
         cycle_time: from lift to lift, dwell included (N,) [s].
         told: what is known without simulating them.
     """
     landed = flown.touchdown.landed(context.target, context.opening, context.bin_depth, context.direction)
-    ended_in = bins_of(flown.touchdown, context, config, landed["in_bin"])
+    ended_in, objects = bins_of(flown.touchdown, context, config, landed["in_bin"]), context.objects
+    # A bin that is drawn for a throw takes what was seen.
+    fits = accepts[objects.kind, ended_in] if config.bins.fixed else objects.kind == objects.measured.kind
     return Outcome(
         **landed,
         landing_error=np.sqrt(landed["landing_along"] ** 2 + landed["landing_across"] ** 2),
         cycle_time=cycle_time,
-        wait_time=told.wait_time,
         peak_torque=flown.effort.torque,
         tracking_error=flown.tracking_error,
         picked=flown.grips.picked,
@@ -122,18 +117,9 @@ def judge(flown: Flown, context: Context, config: ConveyorConfig, cycle_time: Fl
         grip_margin=flown.grips.margin,
         energy=flown.effort.energy,
         ended_in=ended_in,
-        belongs=(ended_in >= 0) & _is_taken(context, ended_in, config),
-        passed=told.passed,
-        placed=told.placed,
-        disturbed=told.disturbed,
+        belongs=(ended_in >= 0) & fits,
+        **vars(told),
     )
-
-
-def _is_taken(context: Context, bins: Ints, config: ConveyorConfig) -> Bools:
-    """Whether bins (N,) take what the objects are; one that is drawn for a throw takes what was seen (N,)."""
-    if config.bins.random is not None:
-        return context.objects.kind == context.objects.seen
-    return np.asarray(config.acceptance()[context.objects.kind, bins])
 
 
 def bins_of(touchdown: Touchdown, context: Context, config: ConveyorConfig, in_bin: Bools) -> Ints:

@@ -12,18 +12,18 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats, Ints, made_anew, replaced, take
 from pnt_gym.cells.base.aside import Purpose, aside
 from pnt_gym.cells.base.items import item_arrays
-from pnt_gym.cells.conveyor.choosing import AutoMover
-from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.context import Before, Context, Drifted
-from pnt_gym.cells.conveyor.fill import drawn_fill
-from pnt_gym.cells.conveyor.free_mover import FreeMover
-from pnt_gym.cells.conveyor.hold import LEAST_ACCELERATION, measured_hold
-from pnt_gym.cells.conveyor.movers import Mover, StraightMover
-from pnt_gym.cells.conveyor.objects import NORMALS, TARGET_DRAWS, UNIFORMS, Apart, Objects, objects_from_draws
-from pnt_gym.cells.conveyor.placing import EllipseMover, HorizontalMover, PlaceMover, placed
-from pnt_gym.cells.conveyor.scene import LIP_GAP
+from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig, Throwable
+from pnt_gym.cells.conveyor.context import Context, belt_shift
+from pnt_gym.cells.conveyor.cup.hold import LEAST_ACCELERATION, measured_hold
+from pnt_gym.cells.conveyor.movers.choosing import AutoMover
+from pnt_gym.cells.conveyor.movers.free_mover import FreeMover
+from pnt_gym.cells.conveyor.movers.placing import EllipseMover, HorizontalMover, PlaceMover, placed
+from pnt_gym.cells.conveyor.movers.straight import Mover, StraightMover
+from pnt_gym.cells.conveyor.movers.tracking import TrackingMover
+from pnt_gym.cells.conveyor.objects.drawing import NORMALS, TARGET_DRAWS, UNIFORMS, Apart, objects_from_draws
+from pnt_gym.cells.conveyor.objects.fill import drawn_fill, fixed_areas, mean_volumes
+from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.throwable import throwable
-from pnt_gym.cells.conveyor.tracking import TrackingMover
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows
 from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.robots.t3kr.geometry import T3KR
@@ -56,50 +56,46 @@ class PickPlanner:
         fixed = config.bins.fixed
         self._centres = np.array([(b.x, b.y) for b in fixed]).reshape(-1, 2)
         self._openings = np.array([b.size for b in fixed]).reshape(-1, 2)
-        self.areas: Floats = np.prod(self._openings, axis=1)
+        self.areas = fixed_areas(config)
         """Of the fixed bins' openings (B,) [m2]."""
-        self._accepts = config.acceptance()
+        self.accepts = config.acceptance()
+        """Which items (rows) fixed bins (columns) take."""
+        self._picky = config.throwable != Throwable()
         self._table = item_arrays(config.item_list())
+        self._volumes = mean_volumes(config, self._table)
+        wanted = (
+            (config.pick.fails, Purpose.PICK, "pick"),
+            (config.classifier.confusion, Purpose.CLASS, "seen"),
+            (config.bins.emptied, Purpose.FILL, "fill"),
+        )
+        self._beside = [(purpose, column) for asked, purpose, column in wanted if asked]
+        """What the level asks objects to draw beside their own, and the columns of `Apart` that hold it."""
 
     def draw(self, generators: list[np.random.Generator], rows: Ints, count: int) -> Objects:
         """`count` new objects from the generators of some rows, shape (len(rows), count)."""
         normals, uniforms = np.empty((len(rows), count, NORMALS)), np.empty((len(rows), count, UNIFORMS))
         apart = Apart.none(self.config, len(rows), count)
-        beside = self._drawn_beside(apart)
         for place, row in enumerate(rows):
             generator = generators[int(row)]
-            for purpose, draws in beside:
-                aside(generator, purpose).random(out=draws[place])
+            for purpose, column in self._beside:
+                aside(generator, purpose).random(out=getattr(apart, column)[place])
             generator.standard_normal(out=normals[place])
             generator.random(out=uniforms[place])
         return objects_from_draws(normals, uniforms, self.config, self._table, apart)
-
-    def _drawn_beside(self, apart: Apart) -> list[tuple[Purpose, Floats]]:
-        """What the level asks objects to draw beside their own, and the arrays that hold it."""
-        config = self.config
-        wanted = (
-            (config.pick.fails, Purpose.PICK, apart.pick),
-            (config.classifier.confusion, Purpose.CLASS, apart.seen),
-            (config.bins.emptied, Purpose.FILL, apart.fill),
-        )
-        return [(purpose, draws) for asked, purpose, draws in wanted if asked]
 
     def draw_picks(self, generators: list[np.random.Generator], rows: Ints) -> tuple[Objects, Floats]:
         """A new object from the generator of each row, and where it is picked: anywhere in the window, (N, 3) [m]."""
         objects = take(self.draw(generators, rows, 1), np.s_[:, 0])
         low, high = self.config.lift_x
-        return objects, self.pick_point(objects, low + (high - low) * objects.place[:, 0])
+        return objects, self.pick_point(objects, low + (high - low) * objects.draws.place[:, 0])
 
     def pick_point(self, objects: Objects, x: Floats) -> Floats:
         """Where the planner takes objects at belt coordinate x (N,) to be: (N, 3) [m].
 
         That is the cup tip on the object, lowered by what the planner knows of the centre of mass.
         """
-        return np.stack([x, objects.lane_y, self.pick_height(objects)], axis=-1)
-
-    def pick_height(self, objects: Objects) -> Floats:
-        """The height of that [m]."""
-        return self.height(objects.size, objects.known_depth)
+        height = self.height(objects.size, objects.known_depth)
+        return np.stack([x, objects.draws.lane_y, height], axis=-1)
 
     def height(self, size: Floats, depth: Floats) -> Floats:
         """The height at which objects S are picked [m].
@@ -114,17 +110,19 @@ class PickPlanner:
         """The releases, of which only those that the robot can execute are called feasible."""
         return replace(release, feasible=self.mover.is_feasible(context.pick, release, context.throw_limits))
 
-    def plan(self, objects: Objects, pick: Floats, attempt: int = 0) -> tuple[Context, Bools]:
+    def plan(self, objects: Objects, pick: Floats) -> tuple[Context, Bools]:
         """Contexts for objects at their picks, and which of them can be thrown (N,).
 
-        Bins are tried in the order of the object's own draws, from `attempt` on; rows without any feasible throw hold
-        the last try.
+        Bins are tried in the order of the object's own draws; rows without any feasible throw hold the last try.
         """
-        context, good = self._into(objects, pick, *self._bin(objects, attempt))
-        rows = np.flatnonzero(~good)
-        if rows.size > 0 and attempt + 1 < (len(self._centres) or TARGET_DRAWS):
-            found, good[rows] = self.plan(take(objects, rows), pick[rows], attempt + 1)
-            context = replaced(context, rows, found)
+        context, good = self._into(objects, pick, *self._bin(objects, 0))
+        for attempt in range(1, len(self._centres) or TARGET_DRAWS):
+            rows = np.flatnonzero(~good)
+            if rows.size == 0:
+                break
+            pending = take(objects, rows)
+            following, good[rows] = self._into(pending, pick[rows], *self._bin(pending, attempt))
+            context = replaced(context, rows, following)
         return context, good
 
     def plan_into(self, objects: Objects, pick: Floats, bins: Ints) -> tuple[Context, Bools]:
@@ -138,25 +136,18 @@ class PickPlanner:
     ) -> tuple[Context, Bools]:
         """Contexts for objects at their picks and the bins they go to, and which of them can be thrown (N,)."""
         ceiling = pick[:, 2] + self.config.motion.ceiling
-        limits = LimitRows.t3kr(objects.percent)
-        belt_shift = objects.belt_error * (pick[:, 0] - self.config.belt.camera_x)
-        throw_limits, good = self._careful(objects, belt_shift, limits)
-        context = Context(
-            objects=objects,
-            pick=pick,
-            target=target,
-            opening=opening,
-            bin=index,
-            depth=self._depth(objects, opening),
-            limits=limits,
+        throw_limits, good = self._careful(objects, pick)
+        context = Context.new(
+            objects,
+            pick,
+            target,
+            opening,
+            index,
+            self._depth(objects, opening),
             throw_limits=throw_limits,
             plan=self.mover.plan(pick, target, throw_limits, ceiling),
-            belt_speed=self.config.belt.speed,
             ceiling=ceiling,
-            belt_shift=belt_shift,
-            drift=Drifted.nothing(len(pick)),
-            unseen=np.zeros((len(pick), 2)),
-            before=Before.nothing(len(pick)),
+            belt=self.config.belt,
         )
         context, taken = self._decided(context)
         good &= taken & self.mover.is_feasible(pick, context.plan, throw_limits)
@@ -188,10 +179,11 @@ class PickPlanner:
 
     def _depth(self, objects: Objects, opening: Floats) -> Floats:
         """Depth of all fixed bins, or of one with an opening (N, 2) that is drawn, by the objects' draws (N, B) [m]."""
-        if self.config.bins.emptied is None:
-            return np.full(objects.fill_draw.shape, self.config.bins.depth)
+        emptied = self.config.bins.emptied
+        if emptied is None:
+            return np.full(objects.draws.fill.shape, self.config.bins.depth)
         area = self.areas if self.config.bins.fixed else np.prod(opening, axis=1, keepdims=True)
-        return drawn_fill(objects.fill_draw, self.config, self._table).depth(area, self.config)
+        return drawn_fill(objects.draws.fill, emptied, self._volumes).depth(area, self.config)
 
     def _mover(self, name: str) -> Mover:
         mover = _MOVERS[name]
@@ -201,21 +193,20 @@ class PickPlanner:
 
     def _decided(self, context: Context) -> tuple[Context, Bools]:
         """The same picks, of which those that are not to be thrown are put down, and which are taken on at all (N,)."""
-        thrown = throwable(context, self.config.throwable, self._table)
+        every = np.full(len(context.pick), True)
+        thrown = throwable(context, self.config.throwable, self._table) if self._picky else every
         if self._puts is None:
             return context, thrown
         given = context.pick, context.target, context.throw_limits, context.ceiling
-        return replace(context, plan=made_anew(context.plan, ~thrown, self._puts.plan, *given)), np.full_like(
-            thrown, True
-        )
+        return replace(context, plan=made_anew(context.plan, ~thrown, self._puts.plan, *given)), every
 
-    def _careful(self, objects: Objects, belt_shift: Floats, limits: LimitRows) -> tuple[LimitRows, Bools]:
+    def _careful(self, objects: Objects, pick: Floats) -> tuple[LimitRows, Bools]:
         """Limits at which measured objects stay under the cup, and which of them can be held at all (N,)."""
-        safety = self.config.grip.safety
+        safety, limits = self.config.grip.safety, LimitRows.t3kr(objects.percent)
         if safety is None:
-            return limits, np.full(len(objects.seen), True)
-        wanted = self._table.safety[objects.seen] if safety == "surface" else safety
-        most = measured_hold(objects, belt_shift).acceleration(wanted)
+            return limits, np.full(len(objects.measured.kind), True)
+        wanted = self._table.safety[objects.measured.kind] if safety == "surface" else safety
+        most = measured_hold(objects, belt_shift(objects, pick, self.config.belt)).acceleration(wanted)
         slow = np.minimum(limits.acceleration, np.maximum(most, LEAST_ACCELERATION))
         return limits._replace(acceleration=slow), most >= LEAST_ACCELERATION
 
@@ -228,7 +219,7 @@ class PickPlanner:
 
     def _bin(self, objects: Objects, attempt: int) -> tuple[Floats, Floats, Ints]:
         """Centre at the rim (N, 3), opening (N, 2) and index (N,) of the bin tried at this attempt."""
-        draw, bins = objects.bin_draw[:, attempt], self.config.bins
+        draw, bins = objects.draws.bin[:, attempt], self.config.bins
         rim = np.full(len(draw), bins.rim)
         if bins.random is None:
             index = self._fixed_bin(objects, attempt)
@@ -240,15 +231,15 @@ class PickPlanner:
             centre = low + (high - low) * draw[:, :2]
             side = r.side[0] + (r.side[1] - r.side[0]) * draw[:, 2]
             if r.item_clearance > 0.0:
-                side = np.maximum(side, objects.measured_size.max(axis=-1) + r.item_clearance)
+                side = np.maximum(side, objects.measured.size.max(axis=-1) + r.item_clearance)
             opening = np.stack([side, side], axis=-1)
         return np.concatenate([centre, rim[:, None]], axis=1), opening, index
 
     def _fixed_bin(self, objects: Objects, attempt: int) -> Ints:
         """Accepting bins in turn, starting at a random one."""
-        choices = self._accepts[objects.seen]
+        choices = self.accepts[objects.measured.kind]
         count = choices.sum(axis=1)
-        start = np.minimum((objects.bin_draw[:, 0, 0] * count).astype(np.int64), count - 1)
+        start = np.minimum((objects.draws.bin[:, 0, 0] * count).astype(np.int64), count - 1)
         wanted = (start + attempt) % count
         rank = np.cumsum(choices, axis=1) - 1
         return np.argmax(choices & (rank == wanted[:, None]), axis=1)

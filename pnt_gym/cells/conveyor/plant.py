@@ -19,15 +19,15 @@ from pnt_gym.arrays import Bools, Floats, Ints, either, length, made_anew, take
 from pnt_gym.cells.base.alone import Fall
 from pnt_gym.cells.base.energy import work_between, work_of_steps
 from pnt_gym.cells.base.plant import ObjectFlight, Plant, Touchdown, staged_rollout, touching
+from pnt_gym.cells.base.rotations import in_body_axes, upright
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.cup.swing import springs
 from pnt_gym.cells.conveyor.free import FreeObjects, write_models
 from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
 from pnt_gym.cells.conveyor.outcome import Effort, Flown
-from pnt_gym.cells.conveyor.parting import upright
 from pnt_gym.cells.conveyor.scene import SENSORS, Scene, build_scene
-from pnt_gym.cells.conveyor.spin import in_body_axes
-from pnt_gym.cells.conveyor.swing import springs
+from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.robots.t3kr.kinematics import closed_pose, closed_velocity
 from pnt_gym.robots.t3kr.model import qpos_columns, qvel_columns
 from pnt_gym.robots.t3kr.references import JointMotion, joint_knots, knot_count, upsample
@@ -65,7 +65,8 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         """Simulate one throw in every simulation: the N picks, and what the hands do."""
         clock = ThrowClock.of(thrown, plans, self.config)
         thrown = thrown.lost(clock.grips.unthrown)
-        self._keep_recorded(thrown, plans, clock)
+        if self.record_row is not None:
+            self._keep_throw(np.array([self.record_row]), thrown, plans.release, clock)
         rows = np.arange(len(thrown.pick))
         return either(clock.grips.picked, self._thrown, self._left_lying, rows, thrown, clock)
 
@@ -96,7 +97,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         qpos[:, self._robot_qpos] = closed_pose(cup, self._rods_per_arm, scene.robot.geometry)
         qpos[:, first : first + 2] = cup[:, :2] + context.grasp
         qpos[:, first + 2] = cup[:, 2] - o.com_depth
-        qpos[:, first + 3], qpos[:, first + 6] = np.cos(o.yaw / 2), np.sin(o.yaw / 2)
+        qpos[:, first + 3 : first + 7] = upright(o.yaw)
         batch.bind("qpos")[rows] = qpos
         batch.bind("eq_active")[rows] = 1.0
 
@@ -160,15 +161,13 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         self.write(thrown, rows, clock)
         return self._followed(rows, thrown, clock).flown
 
-    def _keep_recorded(self, thrown: Context, plans: HandCycle, clock: ThrowClock) -> None:
-        """Keep the throw that is recorded."""
-        row, plan = self.record_row, plans.release
-        if row is not None:
-            one = np.array([row])
-            self.write(take(thrown, one), one, take(clock, one))
-            control = self._references(one, take(thrown, one), take(clock, one), int(clock.end[row]))
-            flight = plan.position[row], plan.velocity[row], plan.flight_time[row]
-            self.keep(self.scene.object_body, control[0], flight, thrown.target[row])
+    def _keep_throw(self, row: Ints, thrown: Context, plans: ReleaseBatch, clock: ThrowClock) -> None:
+        """Keep the throw of one row (1,) for its recording."""
+        thrown, plan, clock = take(thrown, row), take(plans, row), take(clock, row)
+        self.write(thrown, row, clock)
+        control = self._references(row, thrown, clock, int(clock.end[0]))
+        flight = plan.position[0], plan.velocity[0], plan.flight_time[0]
+        self.keep(self.scene.object_body, control[0], flight, thrown.target[0])
 
     def _with_robot(self, rows: Ints, thrown: Context, clock: ThrowClock, until: Ints) -> dict[str, Floats]:
         """Records of some rows up to a step of each."""
@@ -205,7 +204,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         steps = np.minimum(np.arange(0, last + 1, clock.stride, dtype=np.int64), ahead[:, None])
         moves = np.arange(steps.shape[1], dtype=np.int64) * clock.stride < (ahead + clock.stride)[:, None]
         hand = clock.hand(clear[:, None] + steps)
-        knots = joint_knots(*(values[moves][None] for values in hand), geometry=self.scene.robot.geometry)
+        knots = joint_knots(*take(hand, (None, moves)), geometry=self.scene.robot.geometry)
         motors = np.zeros((2, len(self._motors), *steps.shape))
         motors[:, :, moves] = knots.torque[:, 0], knots.velocity[:, 0]
         torque, speed = motors.transpose(0, 2, 3, 1)

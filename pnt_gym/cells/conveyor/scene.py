@@ -36,10 +36,6 @@ from pnt_gym.robots.specification import LOOP_SOLIMP, LOOP_SOLREF, set_options
 from pnt_gym.robots.t3kr.model import T3krHandles, add_t3kr
 
 CUP_LENGTH: Final = 0.050
-LIP_GAP: Final = 0.0005
-"""The object hangs this far below the rigid part of the cup, so that holding it is not a contact [m]."""
-LIP_LENGTH: Final = 0.010
-"""Of a lip that yields, below the solid part of its cup; an object can tilt until it meets that [m]."""
 FLOOR_DROP: Final = 0.02
 """The floor lies this far below the bins' bottoms [m]."""
 
@@ -61,7 +57,7 @@ SENSORS: Final = {
 
 @dataclass(frozen=True)
 class Surroundings:
-    """Abstract: a compiled cell, and the ids of the object and of what it falls on."""
+    """A compiled cell, with its robot or without, and the ids of the object and of what it falls on."""
 
     model: MjModel
     object_body: int
@@ -69,12 +65,6 @@ class Surroundings:
     object_qpos: int
     object_qvel: int
     bin_bodies: tuple[int, ...]
-
-
-@final
-@dataclass(frozen=True)
-class FreeScene(Surroundings):
-    """The cell without its robot."""
 
 
 @final
@@ -105,7 +95,7 @@ def build_scene(config: ConveyorConfig, rods: str = "four") -> Scene:
     """
     spec = _empty_stage(config)
     robot = add_t3kr(spec, rods="eight" if rods == "eight" else "four")
-    add_cup(spec, lip_length(config))
+    add_cup(spec, config.lip_length)
     _add_object_and_bins(spec, config)
     _add_grip(spec, config)
     _add_object_sensors(spec)
@@ -126,11 +116,6 @@ def build_scene(config: ConveyorConfig, rods: str = "four") -> Scene:
     )
 
 
-def lip_length(config: ConveyorConfig) -> float:
-    """How far the tip of a cup is below its solid part [m]."""
-    return LIP_LENGTH if config.swings else 0.0
-
-
 def _actuators(model: MjModel, first: str, count: int) -> slice:
     """So many actuators from a named one on, which need not be there for none."""
     start = int(model.actuator(first).id) if count > 0 else 0
@@ -143,12 +128,12 @@ def _controls(model: MjModel, actuators: slice) -> slice:
     return slice(start, start + actuators.stop - actuators.start)
 
 
-def build_free_scene(config: ConveyorConfig) -> FreeScene:
+def build_free_scene(config: ConveyorConfig) -> Surroundings:
     """Compile the cell without its robot."""
     spec = _empty_stage(config)
     _add_object_and_bins(spec, config)
     _add_object_sensors(spec)
-    return FreeScene(**_ids(spec.compile(), config))
+    return Surroundings(**_ids(spec.compile(), config))
 
 
 def bin_panels(size: Floats, bins: Bins) -> tuple[Floats, Floats]:
@@ -185,15 +170,27 @@ def _bin_places(config: ConveyorConfig) -> list[tuple[float, float, tuple[float,
 
 
 def _empty_stage(config: ConveyorConfig) -> MjSpec:
-    """Air, floor and belt."""
+    """Air, light, floor and belt."""
     spec = mujoco.MjSpec()
     set_options(spec, config.timestep, density=AIR_DENSITY * config.mismatch, viscosity=AIR_VISCOSITY * config.mismatch)
-    _add_stage(spec, config)
+    light_stage(spec, ambient=0.35, diffuse=0.45)
+    spec.worldbody.add_light(pos=[0.6, -1.4, 1.6], dir=[-0.3, 0.6, -1.0], diffuse=np.full(3, 0.5))
+    add_ground(spec, config, 3.0)
     return spec
 
 
 def _add_object_and_bins(spec: MjSpec, config: ConveyorConfig) -> None:
-    _add_object(spec)
+    """Bins, and a free body whose frame is at its centre of mass, with one geom of any shape."""
+    add_free_object(
+        spec,
+        0.02,
+        1e-5,
+        0.03,
+        contype=_OBJECT_BIT,
+        conaffinity=_OBJECT_BIT | _CUP_BIT,
+        condim=6,  # without rolling friction a round object rolls off anything
+        priority=1,  # the item's own friction and rebound decide
+    )
     add_bins(spec, config)
 
 
@@ -208,13 +205,6 @@ def _ids(model: MjModel, config: ConveyorConfig) -> dict[str, Any]:
         "object_qvel": int(joint.dofadr[0]),
         "bin_bodies": tuple(model.body(f"bin_{i}").id for i in range(len(_bin_places(config)))),
     }
-
-
-def _add_stage(spec: MjSpec, config: ConveyorConfig) -> None:
-    """Light, floor and belt."""
-    light_stage(spec, ambient=0.35, diffuse=0.45)
-    spec.worldbody.add_light(pos=[0.6, -1.4, 1.6], dir=[-0.3, 0.6, -1.0], diffuse=np.full(3, 0.5))
-    add_ground(spec, config, 3.0)
 
 
 def add_ground(spec: MjSpec, config: ConveyorConfig, half: float) -> None:
@@ -253,20 +243,6 @@ def add_cup(spec: MjSpec, lip: float) -> None:
             conaffinity=0,
             group=2,
         )
-
-
-def _add_object(spec: MjSpec) -> None:
-    """A free body whose frame is at its centre of mass, with one geom of any shape and a site under the cup."""
-    add_free_object(
-        spec,
-        0.02,
-        1e-5,
-        0.03,
-        contype=_OBJECT_BIT,
-        conaffinity=_OBJECT_BIT | _CUP_BIT,
-        condim=6,  # without rolling friction a round object rolls off anything
-        priority=1,  # the item's own friction and rebound decide
-    )
 
 
 def _add_grip(spec: MjSpec, config: ConveyorConfig) -> None:

@@ -3,18 +3,30 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Self, final
+from typing import Any, Final, Self, final
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import Bools, Floats, Ints, replaced
 from pnt_gym.cells.base.aside import Purpose, aside
+from pnt_gym.cells.base.cell import Generators
+from pnt_gym.cells.base.features import FeatureTable, Quantity
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Before, Context, Drifted
-from pnt_gym.cells.conveyor.objects import spin_gripped
+from pnt_gym.cells.conveyor.objects.drawing import spin_gripped
+from pnt_gym.cells.conveyor.observation import DRIFT, HIDDEN, SHIFT_TABLE, TABLE
 from pnt_gym.cells.conveyor.outcome import Outcome
+from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.ballistics import landing_point
 from pnt_gym.planning.straight.plan import ReleaseBatch
+
+SEEN: Final = ("seen_along", "seen_across")
+"""Landing errors as a camera over the bins tells them."""
+FEWEST_PICKS: Final = 2
+"""In a shift from whose throws something can be learned."""
+MOST_PICKS: Final = 100_000
+"""In a shift that is drawn whole when it begins."""
 
 
 @final
@@ -70,6 +82,93 @@ def _drawn(spare: np.random.Generator, picks: int, config: ConveyorConfig) -> tu
     delay, encoder = level(drift.delay)[:, 0], level(drift.encoder)[:, 0]
     camera, draught = level(drift.camera, drift.camera), level(drift.draught, drift.draught)
     return delay, camera, encoder, draught, random.standard_normal((picks, 2)), random.random(picks)
+
+
+class Steady:
+    """N cells that stay as they are, without a camera over their bins: nothing is told of throws."""
+
+    seen: tuple[str, ...] = ()
+    """Keys of the info that tell of the landing errors, where they are not the true ones."""
+    table: FeatureTable = TABLE
+    """What is seen of the coming throws."""
+    hidden: tuple[Quantity, ...] = HIDDEN
+    """What is not."""
+
+    def begin(self, rows: Ints, generators: Generators, picks: Context) -> Context:
+        """First picks of new shifts in some rows, each with its own generator."""
+        return picks
+
+    def after(self, thrown: Context, plans: ReleaseBatch, outcome: Outcome, picks: Context) -> Context:
+        """The picks that follow throws, with what is known of these."""
+        return picks
+
+    def feedback(self, before: Before) -> dict[str, NDArray[Any]]:
+        """What the info tells of the throws before, (N,) each."""
+        return {}
+
+
+@final
+class Drifting(Steady):
+    """N cells that drift, with a camera over their bins that tells of each throw for those that follow.
+
+    Args:
+        config: the cell.
+        generators: one per row.
+
+    Raises:
+        ConfigError: a shift in which no throw tells anything for another, or too long to be drawn whole.
+    """
+
+    seen = SEEN
+    table = SHIFT_TABLE
+    hidden = (*HIDDEN, *DRIFT)
+
+    def __init__(self, config: ConveyorConfig, generators: Generators) -> None:
+        if not FEWEST_PICKS <= config.picks_per_shift <= MOST_PICKS:
+            raise ConfigError(
+                f"picks_per_shift is {config.picks_per_shift}; a shift in which a throw tells something for the "
+                f"next has {FEWEST_PICKS} to {MOST_PICKS}"
+            )
+        self._config = config
+        self._shift = Shift.drawn(generators, config)
+
+    def begin(self, rows: Ints, generators: Generators, picks: Context) -> Context:
+        """First picks of shifts that are drawn now."""
+        shift = Shift.drawn(generators, self._config)
+        self._shift = replaced(self._shift, rows, shift)
+        return self._off(picks, shift)
+
+    def after(self, thrown: Context, plans: ReleaseBatch, outcome: Outcome, picks: Context) -> Context:
+        """The next picks in cells that have drifted on, with what the camera saw."""
+        seen, error = self._shift.told(outcome, self._config)
+        self._shift = self._shift.thrown()
+        before = known(thrown, plans, seen, error, self._shift.at / self._config.picks_per_shift)
+        return replace(self._off(picks, self._shift), before=before)
+
+    def feedback(self, before: Before) -> dict[str, NDArray[Any]]:
+        """What the camera tells of the landings, NaN where it saw nothing, and at which pick of the shift that was."""
+        error = np.where(before.seen[:, None], before.error, np.nan)
+        return {**dict(zip(SEEN, error.T.copy(), strict=True)), "pick_in_shift": self._shift.at - 1}
+
+    def _off(self, picks: Context, shift: Shift) -> Context:
+        """Picks as they come in cells that are off by now."""
+        return drifted(picks, shift.now(), self._config) if self._config.drift.moves else picks
+
+
+def drift_of(config: ConveyorConfig, generators: Generators, feedback: bool) -> Steady:
+    """How cells drift, with a camera over their bins or without.
+
+    Raises:
+        ConfigError: a level that drifts without that camera, or a shift that is too short or too long with it.
+    """
+    if feedback:
+        return Drifting(config, generators)
+    if config.drift.moves:
+        raise ConfigError(
+            f"level {config.name!r} drifts, and nothing in this environment tells of it; use PnTAdapt-v0, or set "
+            "the parts of its section `drift` to 0"
+        )
+    return Steady()
 
 
 def drifted(context: Context, now: Drifted, config: ConveyorConfig) -> Context:

@@ -9,9 +9,10 @@ import numpy as np
 from pnt_gym.arrays import Floats, take
 from pnt_gym.cells.base.canvas import Marker
 from pnt_gym.cells.base.fluid import geom_placement, lying_size
+from pnt_gym.cells.base.rotations import upright
 from pnt_gym.cells.base.sorting import Belt
 from pnt_gym.cells.base.stage import ITEM_RGBA
-from pnt_gym.cells.conveyor.objects import Objects
+from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.engine import mujoco
 
 
@@ -30,13 +31,7 @@ def objects_on_belt(upstream: tuple[Objects, Floats] | None, belt: Belt, time: f
     objects, centre = upstream
     moved = centre + np.array([belt.speed * time, 0.0, 0.0])
     seen = np.flatnonzero((moved[:, 0] >= belt.x[0]) & (moved[:, 0] <= belt.x[1]))
-    return drawn(take(objects, seen), moved[seen], lying(objects.yaw[seen]))
-
-
-def lying(yaw: Floats) -> Floats:
-    """Attitudes of objects on the belt (K, 4), w first, by their yaw (K,) [rad]."""
-    zero = np.zeros_like(yaw)
-    return np.stack([np.cos(yaw / 2), zero, zero, np.sin(yaw / 2)], axis=-1)
+    return drawn(take(objects, seen), moved[seen], upright(objects.yaw[seen]))
 
 
 def drawn(objects: Objects, centre: Floats, attitude: Floats) -> list[Marker]:

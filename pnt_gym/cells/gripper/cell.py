@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from operator import attrgetter
 from typing import Any, ClassVar, Final, final
 
 import numpy as np
@@ -10,8 +11,7 @@ from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.action import Correction, require_feasible
-from pnt_gym.cells.base.canvas import Marker
-from pnt_gym.cells.base.core import Cell
+from pnt_gym.cells.base.cell import Cell
 from pnt_gym.cells.base.plant import REWARD_TERMS
 from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.cells.gripper.action import MODES, correction
@@ -28,6 +28,11 @@ from pnt_gym.engine import MjData, MjModel
 from pnt_gym.errors import ConfigError
 
 _PROBES: Final = 9
+RESULTS: Final = (
+    "landing_along", "landing_across", "release_delay", "in_opening", "in_bin", "rim", "picked", "slip", "recontact",
+    "peak_torque", "energy",
+)  # fmt: skip
+"""What the info tells of an outcome, by the names that it has there."""
 
 
 @final
@@ -81,21 +86,8 @@ class GripperCell(Cell[GripperConfig, Context, TossPlans, Outcome]):
 
     def info(self, outcome: Outcome, thrown: Context) -> dict[str, NDArray[Any]]:
         """What the gripper robot's cell tells of throws, (N,) each."""
-        return {
-            "landing_along": outcome.landing_along,
-            "landing_across": outcome.landing_across,
-            "release_delay": outcome.release_delay,
-            "in_opening": outcome.in_opening,
-            "in_bin": outcome.in_bin,
-            "rim": outcome.rim,
-            "picked": outcome.picked,
-            "slip": outcome.slip,
-            "recontact": outcome.recontact,
-            "peak_torque": outcome.peak_torque,
-            "energy": outcome.energy,
-            "target_x": thrown.target[:, 0].copy(),
-            "target_y": thrown.target[:, 1].copy(),
-        }
+        target = {"target_x": thrown.target[:, 0].copy(), "target_y": thrown.target[:, 1].copy()}
+        return {**dict(zip(RESULTS, attrgetter(*RESULTS)(outcome), strict=True)), **target}
 
     def correction(self, mode: str) -> Correction:
         """How an action shifts the landing and, with three numbers, the moment of the release."""
@@ -114,14 +106,6 @@ class GripperCell(Cell[GripperConfig, Context, TossPlans, Outcome]):
     def target(self, row: int) -> Floats:
         """Where the coming throw should go (3,) [m]."""
         return self.context.target[row]
-
-    def markers(self, row: int) -> list[Marker]:
-        """Nothing."""
-        return []
-
-    def markers_at(self, time: float) -> list[Marker]:
-        """Nothing."""
-        return []
 
     def _check_reach(self) -> None:
         """Every kind from a grid over the picks: between its points, reach is safe by far more than the spacing."""

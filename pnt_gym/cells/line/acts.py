@@ -15,12 +15,11 @@ import numpy as np
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.fluid import lying_size
 from pnt_gym.cells.base.plant import Recording
-from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.base.rotations import upright
+from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.movers import Mover, ThrowMotion
-from pnt_gym.cells.conveyor.scene import LIP_GAP
-from pnt_gym.cells.conveyor.tracking import brought_to_rest
-from pnt_gym.cells.conveyor.view import lying
+from pnt_gym.cells.conveyor.movers.straight import Mover, ThrowMotion
+from pnt_gym.cells.conveyor.movers.tracking import brought_to_rest
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.motion.ballistics import flight_state
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
@@ -186,7 +185,7 @@ def _planned_thing(decision: Decision, motion: ThrowMotion) -> Track:
         falling = _moments(0.0, np.sqrt(2.0 * sinks / GRAVITY))
         down = way[-1] - np.array([0.0, 0.0, 0.5 * GRAVITY]) * falling[:, None] ** 2
         way, time = np.concatenate([way, down]), np.concatenate([time, time[-1] + falling])
-    attitude = np.tile(lying(context.objects.yaw), (len(way), 1))
+    attitude = np.tile(upright(context.objects.yaw), (len(way), 1))
     return Track(decision.lift + time, np.concatenate([way, attitude], axis=1))
 
 

@@ -9,12 +9,12 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, replaced, take
-from pnt_gym.cells.base.core import MOST_CELLS, Generators, whole_number
+from pnt_gym.cells.base.cell import MOST_CELLS, Generators, whole_number
 from pnt_gym.cells.base.features import Quantity
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.objects import Objects
-from pnt_gym.cells.conveyor.tracking import brought_to_rest
+from pnt_gym.cells.conveyor.movers.tracking import brought_to_rest
+from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.line.acts import Act, Acts, Decision, act
 from pnt_gym.cells.line.books import Accounts
 from pnt_gym.cells.line.chances import Chances, needed
@@ -24,14 +24,11 @@ from pnt_gym.cells.line.hidden import BY_TABLE, SIMULATED, Truth
 from pnt_gym.cells.line.state import Fate, Shift
 from pnt_gym.cells.line.stream import Arriving, turned
 from pnt_gym.cells.line.throws import Made, TableThrows, Thrower, ThrownThrows
+from pnt_gym.cells.line.turns import Turns
 from pnt_gym.errors import ConfigError, OrderError
 
-MOST_LOOKS: Final = 100_000
-"""Looks in a row that find nothing before a line is declared impossible."""
 USUAL_CYCLE: Final = 0.9
 """About what a decision takes a robot, from 0.75 by good planners to 1.4 at random on the shipped levels [s]."""
-
-
 MOST_OBJECTS: Final = 5_000_000
 """Objects of all lines together at most: some 5 GB."""
 
@@ -85,6 +82,7 @@ class LineCell:
         cells = [config.cell_of(index) for index in range(len(config.robots))]
         self.chances: Chances = needed(config)
         self.chooser = Chooser(config, cells, self.chances)
+        self.turns = Turns(config, self.chooser)
         self.arriving = Arriving(config, self.chooser.planner)
         _check_room(config, count, self.arriving.length)
         self.throws: Thrower = _throws(config, cells, self.chances, count, threads)
@@ -108,7 +106,7 @@ class LineCell:
         self.stream = self.arriving.drawn(self.stream, rows, generators)
         begun, before = self._begun(len(rows)), self.state
         books = before.books.write(rows, begun.books.whole())
-        self.state = self._on(replace(replaced(before, rows, begun), books=books), rows)
+        self.state = self.turns.following(self.stream, replace(replaced(before, rows, begun), books=books), rows)
         if self.watched is not None and (rows == 0).any():
             self.watched = Acts(self._begun(1).hand[0])
 
@@ -159,7 +157,8 @@ class LineCell:
         state, stream, choices = self.state, self.stream, self.state.choices
         at = np.arange(self.count)[:, None], choices.index
         objects, worth = replace(take(stream.objects, at), percent=choices.percent), stream.worth[at]
-        drawn, luck = _tried_again(objects, state.attempts[at]), turned(stream.luck[at], state.attempts[at])
+        attempts = state.books.at(at).attempts
+        drawn, luck = tried_again(objects, attempts), turned(stream.luck[at], attempts)
         distance = np.sqrt(choices.away[..., 0] ** 2 + choices.away[..., 1] ** 2)
         made = self.throws.foretold(state.robot[:, None], choices.bin, drawn, distance, luck)
         if made is None:
@@ -213,7 +212,7 @@ class LineCell:
             hand=hand,
             busy=busy,
         )
-        self.state = self._on(after, np.flatnonzero(~self.over))
+        self.state = self.turns.following(self.stream, after, np.flatnonzero(~self.over))
         elapsed = np.maximum(np.minimum(self.state.clock, self.config.duration) - state.clock, 0.0)
         return Taken(
             robot=robot,
@@ -255,7 +254,8 @@ class LineCell:
             return made
         at = rows, index[rows]
         luck, attempt = self.stream.luck[at], self.state.books.at(at).attempts
-        thrown, luck = tried_again(take(context, rows), attempt), turned(luck, attempt)
+        thrown, luck = take(context, rows), turned(luck, attempt)
+        thrown = replace(thrown, objects=tried_again(thrown.objects, attempt))
         return replaced(made, rows, self.throws.made(rows, self.state.robot[rows], thrown, luck))
 
     def _resting(self, context: Context) -> tuple[Floats, Floats]:
@@ -266,69 +266,10 @@ class LineCell:
         motion = brought_to_rest(context.pick, context.limits, belt.speed)
         return motion.stop_time, motion.stop
 
-    def _on(self, state: Shift, rows: Ints) -> Shift:
-        """Some lines at their next decisions, or at the end of their shifts."""
-        pending, tempted = rows, rows[:0]
-        for _ in range(MOST_LOOKS):
-            if pending.size > 0:
-                state, found, pending = self._turned(state, pending)
-                tempted = np.concatenate([tempted, found])
-            elif tempted.size > 0:  # planning for all of them at once takes hardly longer than for one
-                state, pending, tempted = *self._looked(state, np.sort(tempted)), rows[:0]
-            else:
-                return _closed(replace(state, expected=np.maximum(state.expected, state.free)), self.config.duration)
-        raise ConfigError(f"level {self.config.name!r}: its robots find nothing that they can take")
 
-    def _turned(self, state: Shift, rows: Ints) -> tuple[Shift, Ints, Ints]:
-        """Some lines at the next robot's turn: those that come to it with something near, and those without."""
-        robot = state.free[rows].argmin(axis=1)
-        clock, robots, free = state.clock.copy(), state.robot.copy(), state.free.copy()
-        clock[rows], robots[rows] = state.free[rows, robot], robot
-        state = replace(state, clock=clock, robot=robots, free=free)
-        rows = rows[clock[rows] < self.config.duration]
-        until = self._standing(clock[rows], robots[rows])
-        down = until > clock[rows]
-        free[rows[down], robots[rows[down]]] = until[down]
-        looking = rows[~down]
-        sight = self.chooser.sight(state, self.stream, looking)
-        tempted = self.chooser.tempted(sight, robots[looking])
-        idle = looking[~tempted]
-        free[idle, robots[idle]] += self.chooser.pause(robots[idle], take(sight, ~tempted))
-        return state, looking[tempted], np.concatenate([rows[down], idle])
-
-    def _standing(self, clock: Floats, robot: Ints) -> Floats:
-        """Until when robots stand still by the level (K,) [s]; now for those that do not."""
-        until = clock.copy()
-        for who, start, end in zip(*self.config.standstills(), strict=True):
-            until = np.where((robot == who) & (until >= start) & (until < end), end, until)
-        return until
-
-    def _looked(self, state: Shift, rows: Ints) -> tuple[Shift, Ints]:
-        """What the robots whose turn it is can do in some lines, and the lines in which that is nothing."""
-        sight = self.chooser.sight(state, self.stream, rows)
-        found = self.chooser.found(state, self.stream, sight)
-        nothing = ~found.real.any(axis=1)
-        idle, free = rows[nothing], state.free.copy()
-        free[idle, state.robot[idle]] += self.chooser.pause(state.robot[idle], take(sight, nothing))
-        return replace(state, choices=replaced(state.choices, rows, found), free=free), idle
-
-
-def tried_again(context: Context, attempt: Ints) -> Context:
-    """Picks of objects that were tried before: whether the cup seals is drawn anew."""
-    return replace(context, objects=_tried_again(context.objects, attempt))
-
-
-def _tried_again(objects: Objects, attempt: Ints) -> Objects:
+def tried_again(objects: Objects, attempt: Ints) -> Objects:
     """Objects that were tried before, S: whether the cup seals is drawn anew."""
     return replace(objects, pick_draw=turned(objects.pick_draw, attempt))
-
-
-def _closed(state: Shift, duration: float) -> Shift:
-    """Nothing can be chosen where a shift is over."""
-    over = state.clock >= duration
-    if not over.any():
-        return state
-    return replace(state, choices=replace(state.choices, real=state.choices.real & ~over[:, None]))
 
 
 def _recorded(state: Shift, valid: Bools, index: Ints, made: Made, lift: Floats, in_time: Bools) -> Shift:

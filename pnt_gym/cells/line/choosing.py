@@ -10,6 +10,7 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats, Ints, replaced, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line.chances import Chances
 from pnt_gym.cells.line.config import LineConfig, alike
@@ -69,7 +70,7 @@ class Chooser:
     def found(self, state: Shift, stream: Stream, sight: Sight) -> Choices:
         """What the robots whose turn it is can do in the lines of a sight (K, CHOICES)."""
         lines, robot = sight.line, state.robot[sight.line]
-        options = self.options(stream, sight, robot, state.hand[lines, robot])
+        options = self.options(stream.objects, sight, robot, state.hand[lines, robot])
         at = options.row, options.place
         worth, chance = stream.worth[lines[options.row], sight.which[at]], self.chance(sight, options)
         place, kept = self._ranked(options.row, worth * chance - self._config.price_of_time * options.cycle)
@@ -108,7 +109,7 @@ class Chooser:
         at = lines[:, None], index
         there &= state.books.since(at) <= state.clock[lines, None]
         found = np.where(there, stream.x[at] + ride[:, None], AWAY)
-        return Sight(lines, index, found, stream.objects.seen[at])
+        return Sight(lines, index, found, stream.objects.measured.kind[at])
 
     def pause(self, robot: Ints, sight: Sight) -> Floats:
         """After what time robots (K,) that can do nothing look again (K,) [s]."""
@@ -119,15 +120,15 @@ class Chooser:
         way = np.where(coming, border - own, AWAY)
         return np.clip(way.min(axis=1) / belt.speed, IDLE, LONGEST)
 
-    def options(self, stream: Stream, sight: Sight, robot: Ints, hand: Floats) -> Options:
+    def options(self, objects: Objects, sight: Sight, robot: Ints, hand: Floats) -> Options:
         """All that robots (K,) can do whose hands stand still at places (K, 3) [m], from their bases."""
         turn = Turn(sight._replace(x=self._own(sight, robot)), hand)
         if len(self._kinds) == 1:
-            return self._kinds[0].options(turn, stream.objects)
+            return self._kinds[0].options(turn, objects)
         parts: list[Options] = []
         for index, kind in enumerate(self._kinds):
             some = np.flatnonzero(self._kind_of[robot] == index)
-            found = kind.options(take(turn, some), stream.objects)
+            found = kind.options(take(turn, some), objects)
             parts.append(replace(found, row=some[found.row]))
         return of_all(parts)
 
@@ -188,8 +189,8 @@ class Chooser:
         generator, kind = np.random.default_rng(0), self._kinds[0]
         objects = self.planner.draw([generator], np.zeros(1, dtype=np.int64), _TRIALS)
         low, high = self._config.cell.belt.pick_x
-        x = low + (high - low) * objects.place[..., 0]
-        sight = Sight(np.zeros(1, dtype=np.int64), np.arange(_TRIALS)[None], x, objects.seen)
+        x = low + (high - low) * objects.draws.place[..., 0]
+        sight = Sight(np.zeros(1, dtype=np.int64), np.arange(_TRIALS)[None], x, objects.measured.kind)
         found = kind.options(Turn(sight, self.begin()[None]), objects)
         if len(found.row) == 0:
             raise ConfigError(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import nullcontext
 from dataclasses import replace
 from typing import Any, Final, final
 
@@ -11,10 +12,10 @@ from gymnasium.spaces import Box, Discrete
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.core import MOST_CELLS, MOST_THREADS, Generators, Step, whole_number
+from pnt_gym.cells.base.cell import MOST_CELLS, MOST_THREADS, Generators, whole_number
+from pnt_gym.cells.base.core import Step, restoring
 from pnt_gym.cells.base.features import CLIP
 from pnt_gym.cells.base.request import ANYTHING, Request
-from pnt_gym.cells.base.restoring import restoring
 from pnt_gym.cells.line.cell import LineCell, Taken
 from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig
 from pnt_gym.cells.line.observation import ENTRIES, Glance, encoded
@@ -118,7 +119,7 @@ class LineCore:
         Raises:
             ActionError: no whole numbers from 0 to `CHOICES` - 1.
         """
-        with restoring(self.cell, waiting):
+        with nullcontext() if waiting is None else restoring(self.cell, waiting):
             taken = self.cell.take(_choices(actions, self.count))
             reward = taken.value - self.config.price_of_time * taken.elapsed
             ended = self.cell.over
@@ -174,7 +175,7 @@ def _told(taken: Taken) -> dict[str, NDArray[Any]]:
         "by": taken.robot,
         "invalid_action": ~taken.valid,
         "object": np.where(taken.valid, taken.index, -1),
-        "item": context.objects.seen.copy(),
+        "item": context.objects.measured.kind.copy(),
         "true_kind": context.objects.kind.copy(),
         "bin": context.bin.copy(),
         "percent": context.objects.percent.copy(),

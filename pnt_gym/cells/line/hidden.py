@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.base.features import Quantity
-from pnt_gym.cells.conveyor.objects import Objects
+from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.line.state import CHOICES
 from pnt_gym.cells.line.throws import Made
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, joined, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.movers import ThrowMotion
-from pnt_gym.cells.conveyor.objects import Objects
+from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
+from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line.state import PicksAndThrows
 from pnt_gym.planning.motion.limits import LimitRows
@@ -100,7 +100,7 @@ class Robots:
         belt, mover, sight = self._config.belt, self.planner.mover, turn.sight
         which = sight.line[at[0]], sight.which[at]
         height = self.planner.height(objects.size[which], objects.known_depth[which])
-        place = np.stack([sight.x[at], objects.lane_y[which], height], axis=-1)
+        place = np.stack([sight.x[at], objects.draws.lane_y[which], height], axis=-1)
         meeting = mover.reach(ThrowMotion.resting(turn.hand[at[0]]), place, LimitRows.t3kr(percent))
         met = np.flatnonzero(meeting.feasible & (meeting.time <= self._horizon))
         thrown = replace(take(objects, (which[0][met], which[1][met])), percent=percent[met])

@@ -14,7 +14,7 @@ from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.sorting import Belt
 from pnt_gym.cells.base.stage import BELT_THICKNESS, ITEM_RGBA, light_stage
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.scene import add_bins, add_cup, add_ground, lip_length
+from pnt_gym.cells.conveyor.scene import add_bins, add_cup, add_ground
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.engine import MjData, MjModel, MjSpec, mujoco
 from pnt_gym.robots.brush import FIXED_GROUP, MOTOR, PAINT, STEEL, Brush
@@ -110,7 +110,7 @@ def _add_robot(spec: MjSpec, config: LineConfig, index: int) -> T3krHandles:
     """One of the robots with its cup and its bins, at its place."""
     cell, own = config.cell_of(index), mujoco.MjSpec()
     robot = add_t3kr(own)
-    add_cup(own, lip_length(cell))
+    add_cup(own, cell.lip_length)
     add_bins(own, cell)
     _add_stand(own, robot, cell.belt, float(spec.geom("floor").pos[2]))
     for number, colour in enumerate(bin_colours(config, index)):

@@ -123,28 +123,3 @@ class Shift:
             choices=choices,
             books=Books(Accounts.fresh(count, objects)),
         )
-
-    @property
-    def since(self) -> Floats:
-        """A copy of when objects may be taken from on; infinity for those that are gone (N, M) [s]."""
-        return self.books.whole().since
-
-    @property
-    def attempts(self) -> Ints:
-        """A copy of how often each object has been tried (N, M)."""
-        return self.books.whole().attempts
-
-    @property
-    def fate(self) -> Ints:
-        """A copy of what has become of each object, see `Fate` (N, M)."""
-        return self.books.whole().fate
-
-    @property
-    def taker(self) -> Ints:
-        """A copy of which robot took each object, -1 for none (N, M)."""
-        return self.books.whole().taker
-
-    @property
-    def ended_in(self) -> Ints:
-        """A copy of the bin in which each object lies, of the robot that took it; -1 for none (N, M)."""
-        return self.books.whole().ended_in

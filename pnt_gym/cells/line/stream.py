@@ -9,9 +9,9 @@ import numpy as np
 
 from pnt_gym.arrays import Floats, Ints, replaced, take
 from pnt_gym.cells.base.aside import Purpose, aside
-from pnt_gym.cells.base.core import Generators
-from pnt_gym.cells.conveyor.objects import Objects
-from pnt_gym.cells.conveyor.outline import half_extent
+from pnt_gym.cells.base.cell import Generators
+from pnt_gym.cells.conveyor.objects.outline import half_extent
+from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.errors import ConfigError
@@ -42,11 +42,6 @@ def turned(draws: Floats, attempt: Ints) -> Floats:
     return found
 
 
-def length(config: LineConfig) -> int:
-    """Objects M that are drawn for a shift."""
-    return int(config.objects)
-
-
 @final
 class Arriving:
     """Draws streams.
@@ -63,7 +58,7 @@ class Arriving:
         from pnt_gym.cells.line.lie import Jam, apart  # noqa: PLC0415 - numba takes a while
 
         self._config, self._planner, self._apart, self._jam = config, planner, apart, Jam
-        self.length = length(config)
+        self.length = int(config.objects)
 
     def nothing(self, count: int) -> Stream:
         """Room for N streams."""
@@ -104,7 +99,7 @@ class Arriving:
             ConfigError: they come faster than they find room.
         """
         arrivals, speed = self._config.arrivals, self._config.cell.belt.speed
-        sides = objects.lane_y, half_extent(objects), half_extent(objects, np.pi / 2)
+        sides = objects.draws.lane_y, half_extent(objects), half_extent(objects, np.pi / 2)
         belts = zip(come, *sides, strict=True)
         try:
             return np.stack([self._apart(*belt, arrivals.gap) for belt in belts])

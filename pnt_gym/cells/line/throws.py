@@ -16,7 +16,7 @@ from pnt_gym.cells.base.plant import Recording
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.objects import Objects
+from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.line.chances import Chances
 from pnt_gym.cells.line.config import alike
 
@@ -160,5 +160,5 @@ class ThrownThrows(Thrower):
 
 def _of_own_bins(thrown: Context, count: int) -> Context:
     """Throws of a robot with so many bins, where others of the line may have more."""
-    objects = replace(thrown.objects, fill_draw=thrown.objects.fill_draw[:, :count])
-    return replace(thrown, objects=objects, depth=thrown.depth[:, :count])
+    draws = replace(thrown.objects.draws, fill=thrown.objects.draws.fill[:, :count])
+    return replace(thrown, objects=replace(thrown.objects, draws=draws), depth=thrown.depth[:, :count])

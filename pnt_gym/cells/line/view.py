@@ -10,8 +10,9 @@ import numpy as np
 from pnt_gym.arrays import Floats, Ints, take
 from pnt_gym.cells.base.canvas import FPS, SIZE, Canvas, Frame, Marker, Picture
 from pnt_gym.cells.base.fluid import lying_size
+from pnt_gym.cells.base.rotations import upright
 from pnt_gym.cells.base.view import FLOWN, Scene
-from pnt_gym.cells.conveyor.view import drawn, lying
+from pnt_gym.cells.conveyor.view import drawn
 from pnt_gym.cells.line.cell import LineCell
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.scene import build_scene, extent
@@ -129,8 +130,8 @@ class LineView:
         x = stream.x[0] + way + stream.objects.grasp[0, :, 0]
         which = np.flatnonzero(np.isfinite(until) & (x >= low) & (x <= high))
         objects = take(stream.objects, (0, which))
-        y, high = objects.lane_y + objects.grasp[:, 1], lying_size(objects.shape, objects.size)[:, 2]
-        return drawn(objects, np.stack([x[which], y, belt.height + high / 2], axis=1), lying(objects.yaw))
+        y, high = objects.draws.lane_y + objects.grasp[:, 1], lying_size(objects.shape, objects.size)[:, 2]
+        return drawn(objects, np.stack([x[which], y, belt.height + high / 2], axis=1), upright(objects.yaw))
 
     def _thrown(self, time: float) -> list[Marker]:
         """Objects in hands, in the air and where they lie."""

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints, made_anew, replaced
 from pnt_gym.cells.base.action import Correction, require_feasible
-from pnt_gym.cells.base.canvas import Marker
-from pnt_gym.cells.base.core import Cell
+from pnt_gym.cells.base.cell import Cell
 from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.cells.one_joint.action import MODES, correction
 from pnt_gym.cells.one_joint.config import GoalRegion, OneJointConfig
@@ -133,14 +132,6 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
         """Where the coming throw should go (3,) [m]."""
         x, y = self.context.goal[row, :2]
         return np.array([x, 0.0, y])
-
-    def markers(self, row: int) -> list[Marker]:
-        """Nothing."""
-        return []
-
-    def markers_at(self, time: float) -> list[Marker]:
-        """Nothing."""
-        return []
 
     def _check_targets(self) -> None:
         if self.job.region is not None:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import final
 
-from pnt_gym.arrays import Bools, Floats, Ints
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats, Ints, length
 from pnt_gym.errors import PntGymError
 from pnt_gym.planning.reasons import SpokenReason
 
@@ -99,6 +101,54 @@ class ReleaseBatch:
     feasible: Bools
     reason: Ints
     straight: Bools
+
+    @classmethod
+    def alone(
+        cls,
+        pick: Floats,
+        position: Floats,
+        velocity: Floats,
+        ahead: Floats,
+        *,
+        acceleration: Floats,
+        time: Floats,
+        flight_time: Floats,
+        ceiling_active: Bools,
+        reason: Ints,
+    ) -> ReleaseBatch:
+        """Releases that stand alone, whatever motions lead to them.
+
+        Args:
+            pick: where the hands start (N, 3) [m].
+            position: release points (N, 3) [m].
+            velocity: of hands and objects there (N, 3) [m/s].
+            ahead: vectors that point along the throws (N, 3); 0 where there is no direction.
+            acceleration: greatest ones of the motions (N,) [m/s2].
+            time: of the motions (N,) [s].
+            flight_time: from the releases to the targets (N,) [s].
+            ceiling_active: whether the ceiling moved a release (N,).
+            reason: ``Reason`` codes (N,); only the feasible rows hold a plan.
+        """
+        feasible = reason == Reason.FEASIBLE
+        gap, never, far = np.where(feasible, 0.0, np.nan), np.zeros(len(reason), dtype=np.bool_), length(ahead)
+        flat = np.sqrt(velocity[:, 0] ** 2 + velocity[:, 1] ** 2)
+        return cls(
+            position=position + gap[:, None],
+            velocity=velocity + gap[:, None],
+            direction=ahead / np.where(far > 0.0, far, 1.0)[:, None] + gap[:, None],
+            speed=length(velocity) + gap,
+            acceleration=acceleration + gap,
+            angle=np.arctan2(velocity[:, 2], flat) + gap,
+            azimuth=np.arctan2(ahead[:, 1], ahead[:, 0]) + gap,
+            distance=length(position - pick) + gap,
+            time=time + gap,
+            flight_time=flight_time + gap,
+            ceiling_active=feasible & ceiling_active,
+            workspace_active=never,
+            feasible=feasible,
+            reason=reason,
+            straight=never.copy(),
+        )
 
     def __len__(self) -> int:
         return int(self.feasible.shape[0])

@@ -7,11 +7,13 @@ import pytest
 
 from agents.dispatchers.decisions import observed_line
 from agents.dispatchers.lookahead import Beam, Guided
+from agents.dispatchers.outlook import TRUTH, outlook
 from agents.dispatchers.registry import line_controller, the_line
 from agents.dispatchers.scored import Scored
 from agents.dispatchers.settings import settings
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
+from pnt_gym.arrays import take
 from pnt_gym.cells.line.observation import decoded
 from pnt_gym.cells.line.state import CHOICES
 
@@ -60,6 +62,20 @@ def test_a_beam_knows_nothing_that_is_hidden():
         values[:] = np.roll(values, 1, axis=1)
     for beam, choice in zip(beams, before, strict=True):
         np.testing.assert_array_equal(beam.act(None), choice)
+
+
+def test_an_outlook_holds_what_sensors_report_and_no_truth():
+    env, core = lines(THREE)
+    env.reset(seed=3)
+    known = outlook(core)
+    objects, sight = known.objects, known.sight
+    assert np.isnan([getattr(objects, name) for name in TRUTH]).all()
+    assert np.isnan(objects.spin).all()
+    assert (objects.kind == -1).all()
+    true = take(core.cell.stream.objects, (np.arange(4)[:, None], sight.which))
+    np.testing.assert_array_equal(objects.size, true.measured.size)
+    np.testing.assert_array_equal(objects.yaw, true.measured.yaw)
+    np.testing.assert_array_equal(sight.seen, true.measured.kind)
 
 
 def met(env, seed, steps=12):

@@ -12,9 +12,9 @@ import pytest
 from gymnasium.spaces import Box
 
 from pnt_gym.cells.base.action import ActionMode, Modes, by_name
+from pnt_gym.cells.base.cell import Cell
 from pnt_gym.cells.base.config import LevelConfig
-from pnt_gym.cells.base.core import COMMON_INFO, Cell, Core
-from pnt_gym.cells.base.episodes import Episodes
+from pnt_gym.cells.base.core import COMMON_INFO, Core, Episodes
 from pnt_gym.cells.base.view import record_video
 from pnt_gym.envs.base import ThrowEnv, scalars
 from pnt_gym.envs.vector import vector_form

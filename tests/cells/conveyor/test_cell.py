@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from pnt_gym.arrays import replaced, take
+from pnt_gym.cells.conveyor.belt.sources import QUEUE, BeltPicks
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.planner import PickPlanner
-from pnt_gym.cells.conveyor.sources import QUEUE, BeltPicks
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.limits import MotionLimits
 from pnt_gym.planning.straight.release import plan_release_batch, release_at_elevation
@@ -82,7 +82,7 @@ def test_objects_keep_their_order_and_their_gaps(shift):
         assert (gaps <= high + 1e-9).all() or core.config.dispatch != "first"
     if core.config.dispatch == "first":
         stream = core.cell._source.stream
-        np.testing.assert_allclose(-np.diff(stream.queue_x, axis=1), stream.queue.gap[:, 1:], atol=1e-9)
+        np.testing.assert_allclose(-np.diff(stream.queue_x, axis=1), stream.queue.draws.gap[:, 1:], atol=1e-9)
 
 
 def test_no_object_is_thrown_twice(shift):
@@ -98,7 +98,7 @@ def test_picks_lie_in_the_window_and_in_their_lane(shift):
     for before, _, _, info, after, _ in history:
         assert (after.pick[:, 0] >= low - 1e-9).all()
         assert (after.pick[:, 0] <= high + 1e-9).all()
-        np.testing.assert_array_equal(after.pick[:, 1], after.objects.lane_y)
+        np.testing.assert_array_equal(after.pick[:, 1], after.objects.draws.lane_y)
         height = core.config.belt.height + after.objects.size[:, 2]
         assert (np.abs(after.pick[:, 2] - height) < 0.001).all()
         assert (info["wait_time"] >= 0.0).all()
@@ -200,6 +200,7 @@ def test_items_go_to_bins_that_accept_them():
     np.testing.assert_array_equal(context.target[:, :2], places[context.bin])
 
 
+@pytest.mark.filterwarnings("ignore:level .* bin 'moon' .* stays empty")
 def test_a_cell_whose_bins_are_out_of_reach_says_so():
     far = {"fixed": [{"name": "moon", "x": 0.0, "y": 9.0}]}
     with pytest.raises(ConfigError, match="no object has a feasible throw; check that the bins are in reach") as e:

@@ -8,10 +8,10 @@ import pytest
 from pnt_gym.arrays import take
 from pnt_gym.cells.base.features import CLIP
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.objects import Objects
+from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.observation import FEATURES, TABLE, decode
 from pnt_gym.cells.conveyor.planner import PickPlanner
-from tests.tools.throws import make_core, planned, same_bits, vary
+from tests.tools.throws import make_core, planned, same_bits, vary, with_part
 
 COUNT = 200
 
@@ -95,7 +95,7 @@ def test_yaw_and_grasp_are_seen_in_the_frame_of_the_throw(core):
     relative = context.measured.yaw - heading
     np.testing.assert_allclose(values["cos_2yaw"], np.cos(2 * relative), atol=2e-6)
     np.testing.assert_allclose(values["sin_2yaw"], np.sin(2 * relative), atol=2e-6)
-    grasp = context.measured.grasp
+    grasp = context.measured_grasp
     along = grasp[:, 0] * np.cos(heading) + grasp[:, 1] * np.sin(heading)
     across = grasp[:, 1] * np.cos(heading) - grasp[:, 0] * np.sin(heading)
     inside = (np.abs(along) < 0.049) & (np.abs(across) < 0.049)
@@ -135,7 +135,8 @@ def changed(o: Objects, name: str) -> Objects:
     if name == "size":  # the height is felt by the cup: it is measured
         return replace(o, size=o.size * np.array([1.3, 0.8, 1.0]))
     if name == "grasp":
-        return replace(o, grasp=o.grasp + 0.004, grasp_noise=o.grasp_noise - 0.004)
+        moved = replace(o, grasp=o.grasp + 0.004)
+        return with_part(moved, "measured.grasp_noise", o.measured.grasp_noise - 0.004)
     return replace(o, **{name: other(getattr(o, name))})
 
 
@@ -175,8 +176,9 @@ def test_measured_values_do_reach_the_observation():
     config = ConveyorConfig.load("waste")
     objects = drawn(config)
     before, _ = seen(config, objects)
-    for name in ("measured_mass", "measured_seal", "measured_yaw", "grasp_noise", "measured_size"):
-        after, _ = seen(config, replace(objects, **{name: getattr(objects, name) * 1.1}))
+    for name in ("mass", "seal", "yaw", "grasp_noise", "size"):
+        values = getattr(objects.measured, name) * 1.1
+        after, _ = seen(config, with_part(objects, f"measured.{name}", values))
         assert not same_bits(before, after), name
 
 

@@ -27,7 +27,8 @@ def flown() -> Flown:
 
 def judged(flown, **changes):
     moved = replace(flown, touchdown=replace(flown.touchdown, **changes))
-    return judge(moved, CONTEXT, CONFIG, np.full(COUNT, 0.9), replace(Told.alone(COUNT), wait_time=np.full(COUNT, 0.1)))
+    waiting = replace(Told.alone(COUNT), wait_time=np.full(COUNT, 0.1))
+    return judge(moved, CONTEXT, CONFIG, CONFIG.acceptance(), np.full(COUNT, 0.9), waiting)
 
 
 def test_through_the_opening_and_in_the_bin_is_a_success(flown):

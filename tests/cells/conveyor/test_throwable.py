@@ -7,7 +7,7 @@ from pnt_gym.cells.base.catalogue import CATALOGUE, LIGHT_ITEMS
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.hold import measured_hold
+from pnt_gym.cells.conveyor.cup.hold import measured_hold
 from pnt_gym.errors import ConfigError
 
 COUNT = 60

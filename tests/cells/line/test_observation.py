@@ -16,7 +16,7 @@ from pnt_gym.cells.line.observation import CHOICE_TABLE, ENTRIES, LEAST, LINE_TA
 from pnt_gym.cells.line.state import CHOICES
 from tests.cells.conveyor.test_observation import HIDDEN, changed
 from tests.tools.line import decided, with_table
-from tests.tools.throws import same_bits
+from tests.tools.throws import parts_of, same_bits, with_part
 
 LEVEL: dict[str, Any] = {"base": "skills3_burst", "duration": 20.0}
 UNSEEN = ("pick_chance", "pick_draw", "kind", "cup_friction", "cup_radius", "shape")
@@ -122,12 +122,12 @@ def test_a_hidden_value_of_objects_leaves_the_observation_as_it_is(line, name):
         assert same_bits(after, before)
 
 
-@pytest.mark.parametrize("name", ["seen", "lane_y"])
+@pytest.mark.parametrize("name", ["measured.kind", "draws.lane_y"])
 def test_what_is_known_does_reach_the_observation(line, name):
     """So that the test above can fail."""
     before, stream = line.observe(), line.cell.stream
-    values = np.roll(getattr(stream.objects, name), 1, axis=1)
-    line.cell.stream = replace(stream, objects=replace(stream.objects, **{name: values}))
+    values = np.roll(parts_of(stream.objects)[name], 1, axis=1)
+    line.cell.stream = replace(stream, objects=with_part(stream.objects, name, values))
     assert not same_bits(looked_again(line), before)
 
 
@@ -166,9 +166,9 @@ def test_what_nobody_takes_and_what_is_past_or_not_yet_in_sight_is_not_seen(line
     before, stream, state = line.observe(), line.cell.stream, line.cell.state
     x = stream.x + line.config.cell.belt.speed * state.clock[:, None]
     low, high = line.config.reach
-    out = (x > high + 0.01) | (x < low - 0.3) | np.isinf(state.since)
+    out = (x > high + 0.01) | (x < low - 0.3) | np.isinf(state.books.whole().since)
     assert out.any(axis=1).all()
     worth = np.where(out, 77.0, stream.worth)
-    seen = np.where(out, 0, stream.objects.seen)
-    line.cell.stream = replace(stream, worth=worth, objects=replace(stream.objects, seen=seen))
+    seen = np.where(out, 0, stream.objects.measured.kind)
+    line.cell.stream = replace(stream, worth=worth, objects=with_part(stream.objects, "measured.kind", seen))
     assert same_bits(looked_again(line), before)

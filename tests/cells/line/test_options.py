@@ -65,7 +65,7 @@ def test_without_riding_along_the_times_are_those_of_intercept_and_release(table
             context = cell.chooser.planned(state.robot, cell.stream, one)
             objects = context.objects
             x = cell.stream.x[0, one.index] + config.belt.speed * state.clock[0]
-            place = np.stack([x, objects.lane_y, context.pick[:, 2]], axis=-1)
+            place = np.stack([x, objects.draws.lane_y, context.pick[:, 2]], axis=-1)
             limits = LimitRows.t3kr(objects.percent)
             met = plan_intercept(
                 state.hand[0, state.robot[:1]],
@@ -108,7 +108,7 @@ def test_what_is_done_is_planned_as_it_was_when_it_was_chosen(name, tables):
             np.testing.assert_array_equal(own.pick[0], one.pick[row])
             np.testing.assert_array_equal((own.target - own.pick)[0, :2], one.away[row])
             assert (own.bin, own.objects.percent) == (one.bin[row], one.percent[row])
-            assert own.objects.seen == cell.stream.objects.seen[row, one.index[row]]
+            assert own.objects.measured.kind == cell.stream.objects.measured.kind[row, one.index[row]]
             seen += 1
     assert seen > 20
 
@@ -120,7 +120,7 @@ def test_an_object_of_a_class_that_a_robot_does_not_take_is_no_choice_of_its(tab
         state = cell.state
         for row in range(2):
             robot, real = int(state.robot[row]), state.choices.real[row]
-            kinds = {int(k) for k in cell.stream.objects.seen[row, state.choices.index[row][real]]}
+            kinds = {int(k) for k in cell.stream.objects.measured.kind[row, state.choices.index[row][real]]}
             assert kinds <= allowed[robot]
             met[robot] |= kinds
         cell.take(decided(cell, random))
@@ -143,10 +143,12 @@ def test_the_best_come_first_and_each_is_what_is_known_of_it(name, tables):
             assert (np.diff(score[real]) <= 1e-12).all()
             robot, base = int(state.robot[row]), config.places()
             x = stream.x[row] + speed * state.clock[row]
-            free = (state.since[row] <= state.clock[row]) & (x >= config.reach[0]) & (x <= config.reach[1])
+            free = (
+                (state.books.whole().since[row] <= state.clock[row]) & (x >= config.reach[0]) & (x <= config.reach[1])
+            )
             for k in np.flatnonzero(real):
                 one, index = take(choices, k), int(choices.index[k])
-                kind = stream.objects.seen[row, index]
+                kind = stream.objects.measured.kind[row, index]
                 assert free[index]
                 assert one.value == stream.worth[row, index]
                 setting = np.flatnonzero(table.percent == one.percent)[0]
@@ -157,17 +159,17 @@ def test_the_best_come_first_and_each_is_what_is_known_of_it(name, tables):
                 able = config.able()
                 then = x + speed * (one.lift + one.throwing)
                 near = np.abs(then - base[robot] - one.stop[0]) <= 0.25
-                own = free & able[robot, stream.objects.seen[row]]
+                own = free & able[robot, stream.objects.measured.kind[row]]
                 assert one.crowd == (near & own).sum() - int((near & own)[index])
                 heirs = [r for r in range(robot + 1, len(base)) if able[r, kind]]
                 assert one.heirs == len(heirs)
                 window = base[heirs[0]] + config.cell.belt.pick_x[0] if heirs else x[index]
                 assert one.reaches == pytest.approx(max(window - x[index], 0.0) / speed)
-                heir = free & able[heirs[0], stream.objects.seen[row]] if heirs else free & False
+                heir = free & able[heirs[0], stream.objects.measured.kind[row]] if heirs else free & False
                 between = heir & (x >= x[index]) & (x <= window)
                 assert one.queue == between.sum()  # itself, too
                 seen += 1
-            coming = free & config.able()[robot, stream.objects.seen[row]] & (x <= base[robot] + high)
+            coming = free & config.able()[robot, stream.objects.measured.kind[row]] & (x <= base[robot] + high)
             assert cell.chooser.coming(state, stream)[row] == coming.sum()
         cell.take(decided(cell, random))
     assert seen > 100

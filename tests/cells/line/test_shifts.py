@@ -7,7 +7,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from pnt_gym.cells.conveyor.tracking import brought_to_rest
+from pnt_gym.cells.conveyor.movers.tracking import brought_to_rest
 from pnt_gym.cells.line.cell import IDLE
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.outcome import told
@@ -50,7 +50,7 @@ def counted(cell, row):
     clock = min(float(state.clock[row]), config.duration)
     low, high = config.reach
     x = cell.stream.x[row] + config.cell.belt.speed * clock
-    fate = state.fate[row]
+    fate = state.books.whole().fate[row]
     rides = fate == Fate.RIDES
     places = {
         "on the belt": int((rides & (x >= low) & (x <= high)).sum()),
@@ -166,7 +166,7 @@ def test_what_a_cup_did_not_lift_is_offered_again_here_and_downstream(tables):
             assert np.abs(taken.end[row] - taken.start[row] - spent).min() < 1e-12
             hand = state.hand[row, robot]
             assert np.abs(rode.stop - hand).max(axis=1).min() < 1e-12
-    assert (cell.state.fate == Fate.RIDES).all()
+    assert (cell.state.books.whole().fate == Fate.RIDES).all()
     robots = [found for row in by for found in row.values()]
     assert any(len(found) != len(set(found)) for found in robots)
     assert any(len(set(found)) > 1 for found in robots)
@@ -180,7 +180,7 @@ def test_a_second_try_is_as_likely_as_the_first(tables):
     cell, random = begun(level, 8), np.random.default_rng(0)
     for before, taken, _ in shift(cell, random):
         rows = np.flatnonzero(taken.valid)
-        tried = before.attempts[rows, taken.index[rows]] > 0
+        tried = before.books.whole().attempts[rows, taken.index[rows]] > 0
         for which, counts in ((~tried, first), (tried, again)):
             counts += [taken.made.picked[rows][which].sum(), which.sum()]
     for picked, tries in (first, again):
@@ -236,8 +236,8 @@ def test_an_action_that_there_is_not_is_a_tenth_of_a_second_of_standing_still(ta
     assert taken.end[1] - taken.start[1] == pytest.approx(IDLE, abs=1e-12)
     assert taken.value[1] == 0.0
     after = cell.state
-    for name in ("since", "attempts", "fate", "taker", "ended_in"):
-        assert (getattr(after, name)[1] == getattr(before, name)[1]).all()
+    for own, earlier in zip(after.books.whole(), before.books.whole(), strict=True):
+        assert (own[1] == earlier[1]).all()
     robot = before.robot[1]
     assert after.free[1, robot] == before.clock[1] + IDLE
     assert (after.hand[1, robot] == before.hand[1, robot]).all()

@@ -13,7 +13,7 @@ from pnt_gym.arrays import take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line.lie import apart
-from pnt_gym.cells.line.stream import length, turned
+from pnt_gym.cells.line.stream import turned
 from tests.cells.base.test_records import arrays
 from tests.tools.line import begun, decided, with_table
 from tests.tools.outlines import outlines, overlap
@@ -33,7 +33,7 @@ def lying(level, count, seed=0):
     _, stream = drawn(level, count, seed)
     rows, many = stream.x.shape
     flat = take(stream.objects, (np.repeat(np.arange(rows), many), np.tile(np.arange(many), rows)))
-    centre = np.stack([stream.x.ravel(), flat.lane_y], axis=-1)
+    centre = np.stack([stream.x.ravel(), flat.draws.lane_y], axis=-1)
     return outlines(flat, centre).reshape(rows, many, -1, 2), centre.reshape(rows, many, 2)
 
 
@@ -128,7 +128,7 @@ def test_the_belt_is_full_when_a_shift_begins_and_stays_so():
 def test_enough_is_drawn_for_every_shift():
     for level in ({"base": "skills3_burst"}, {"base": "single", "arrivals": {"regularity": 0.1}}):
         config, stream = drawn(level, 40, 9)
-        assert stream.x.shape[1] == length(config)
+        assert stream.x.shape[1] == int(config.objects)
         end = config.reach[0] - config.cell.belt.speed * (config.duration + config.horizon)
         assert (stream.x[:, -1] < end).all()
 
@@ -202,8 +202,8 @@ def test_a_new_shift_is_another_and_the_other_lines_go_on():
         assert same_bits(before[name][[0, 2]], after[name][[0, 2]])
         assert not same_bits(before[name][1], after[name][1])
     assert (cell.state.clock[[0, 2]] == going.clock[[0, 2]]).all()
-    assert cell.state.attempts[1].sum() == 0
-    assert state.attempts.sum() == 0
+    assert cell.state.books.whole().attempts[1].sum() == 0
+    assert state.books.whole().attempts.sum() == 0
 
 
 def test_draws_of_later_attempts_tell_nothing_of_earlier_ones():

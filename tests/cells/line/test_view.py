@@ -155,7 +155,7 @@ def test_every_object_is_shown_once_where_it_is(late):
     core = begun(LEVELS["three"])
     for _ in range(late):
         core.step(np.zeros(1, dtype=np.int64))
-    taken = set(np.flatnonzero(np.isinf(core.cell.state.since[0])))
+    taken = set(np.flatnonzero(np.isinf(core.cell.state.books.whole().since[0])))
     lifted: dict[int, float] = {}
     view = core.view()
     low, high = extent(core.config)

@@ -31,7 +31,7 @@ from papers.hassan.per_pick import (
     timing_rows,
 )
 from papers.hassan.simulated import Measured, simulated, simulated_rows
-from pnt_gym.cells.conveyor.free_mover import FreeMover
+from pnt_gym.cells.conveyor.movers.free_mover import FreeMover
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.planning import InfeasibleThrow
 from pnt_gym.planning.free.rules import HandRules

@@ -1,0 +1,329 @@
+"""Where the next pick comes from: an independent draw, or the stream of objects on the moving belt."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats, Ints, replaced, take
+from pnt_gym.cells.base.cell import Generators
+from pnt_gym.cells.conveyor.belt.neighbours import as_measured, course, swept
+from pnt_gym.cells.conveyor.belt.stream import AWAY, LET_GO, BeltStream
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.cup.hold import Grips
+from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
+from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.errors import ConfigError
+from pnt_gym.planning.dispatch import Candidates, Rule, index
+from pnt_gym.planning.motion.intercept import HORIZON
+from pnt_gym.planning.motion.limits import LimitRows
+from pnt_gym.planning.motion.trajectory import Segments
+
+MOST_DRAWS: Final = 120
+"""Objects tried in a row before the cell is declared impossible."""
+QUEUE: Final = 6
+"""Objects in a queue that are tried one after the other."""
+MOST_SEEN: Final = 32
+"""Objects in a queue from which the best is taken, at most."""
+STANDING_HEIGHT: Final = 0.05
+"""Height of the next object where there is no belt to bring one [m]."""
+
+
+@final
+@dataclass(frozen=True)
+class NextPick:
+    """Where the hand goes after a throw, and the pick it finds there."""
+
+    wait: Floats
+    """Standstill above it until the object arrives (N,) [s]."""
+    context: Context
+    back: Segments
+    """The motion there."""
+
+
+@final
+@dataclass(frozen=True)
+class Planned:
+    """Throws of objects in queues that were planned to compare them, P of them."""
+
+    index: Ints
+    """Which of them is that of a row and a place in its queue (K, Q); -1 for an object that leaves before it is met."""
+    context: Context
+    throwable: Bools
+    """Which can be thrown (P,)."""
+
+    def at(self, rows: Ints, places: Ints) -> tuple[Context, Bools]:
+        """Those of some of the K rows and a place in each, and which can be thrown; any throw stands in for none."""
+        index = self.index[rows, places]
+        return take(self.context, index), self.throwable[index] & (index >= 0)
+
+
+class PickSource(ABC):
+    """Abstract: hands out picks to some rows of a cell; every row draws only from its own generator."""
+
+    def __init__(self, planner: PickPlanner, generators: Generators) -> None:
+        self._planner = planner
+        self._generators = generators
+        self.passed: Ints = np.zeros(len(generators), dtype=np.int64)
+        """Objects let go since the throw before, or since the episode began (N,)."""
+
+    @abstractmethod
+    def first(self, rows: Ints) -> Context:
+        """First picks of an episode for the cell's rows."""
+
+    @abstractmethod
+    def following(self, motion: ThrowMotion, limits: LimitRows, standing: Floats) -> NextPick:
+        """The picks that follow the throws of all rows.
+
+        Args:
+            motion: the throws.
+            limits: of the hand.
+            standing: share of the pick window (N, 2) at which the next object stands, where no belt says it.
+        """
+
+    def waiting(self, row: int) -> tuple[Objects, Floats] | None:
+        """The objects around one row's present pick, and their centres (K, 3) [m]; None without a belt."""
+        return None
+
+    def swept(self, thrown: Context, motion: ThrowMotion, held: Grips) -> Bools:
+        """Which objects on the belt the thrown ones sweep through, lost ones on their way back to it (N, K)."""
+        return np.zeros((len(thrown.pick), 0), dtype=np.bool_)
+
+    def knock(self, which: Bools) -> None:
+        """Objects on the belt (N, K) are not picked any more; without a belt there are none."""
+        assert which.shape[1] == 0
+
+    def _impossible(self) -> ConfigError:
+        config = self._planner.config
+        return ConfigError(
+            f"cell {config.name!r}: no object has a feasible throw; check that the bins are in reach at "
+            f"{', '.join(f'{p:g}' for p in config.limits.percent)} % of the robot's limits and that the "
+            f"follow-through of {config.motion.follow_through.window} s leaves room inside the workspace"
+        )
+
+
+@final
+class IndependentPicks(PickSource):
+    """Every pick is drawn anew and does not depend on the throw before: the contextual-bandit form."""
+
+    def first(self, rows: Ints) -> Context:
+        """One independent pick per row; objects are drawn until their throw is feasible."""
+        context, good = self._attempt(rows)
+        for _ in range(MOST_DRAWS):
+            pending = np.flatnonzero(~good)
+            if pending.size == 0:
+                return context
+            found, fits = self._attempt(rows[pending])
+            context = replaced(context, pending, found)
+            good[pending] = fits
+        raise self._impossible()
+
+    def following(self, motion: ThrowMotion, limits: LimitRows, standing: Floats) -> NextPick:
+        """A new pick that has nothing to do with the throw before."""
+        belt, (low, high) = self._planner.config.belt, self._planner.config.lift_x
+        x = low + (high - low) * standing[:, 0]
+        y = belt.lane_y[0] + (belt.lane_y[1] - belt.lane_y[0]) * standing[:, 1]
+        position = np.stack([x, y, np.full_like(x, belt.height + STANDING_HEIGHT)], axis=-1)
+        back = self._planner.mover.back(motion, position, limits)
+        return NextPick(np.zeros_like(x), self.first(np.arange(len(x))), back)
+
+    def _attempt(self, rows: Ints) -> tuple[Context, Bools]:
+        return self._planner.plan(*self._planner.draw_picks(self._generators, rows))
+
+
+@final
+class BeltPicks(PickSource):
+    """Objects ride the belt past the robot; the hand meets one that it can reach and throw, chosen by a rule.
+
+    `first` takes the most downstream one; those before it are let go for good. By any other rule objects that are not
+    taken stay, until they leave the window.
+    """
+
+    def __init__(self, planner: PickPlanner, generators: Generators) -> None:
+        super().__init__(planner, generators)
+        self._belt = planner.config.belt
+        self._dwell = planner.config.motion.dwell
+        self._rule: Rule = planner.config.dispatch
+        self._patience = planner.config.patience
+        self._estimator = _estimator(planner)
+        self._solid = planner.config.belt.neighbours == "solid"
+        self.stream = BeltStream(planner, generators, _queue_length(planner.config))
+
+    def first(self, rows: Ints) -> Context:
+        """An empty belt with objects about to enter the window; the hand starts above its middle."""
+        config = self._planner.config
+        self.stream.begin(rows)
+        middle = (config.belt.lane_y[0] + config.belt.lane_y[1]) / 2
+        start = np.tile([0.0, middle, config.belt.height + 0.3], (len(rows), 1))
+        limits = LimitRows.t3kr(np.full(len(rows), max(config.limits.percent)))
+        return self.following(ThrowMotion.resting(start), limits, rows=rows).context
+
+    def waiting(self, row: int) -> tuple[Objects, Floats] | None:
+        """The objects on the belt, those let go as well."""
+        objects, x = take(self.stream.objects, row), self.stream.x[row]
+        height = self._planner.config.belt.height + objects.size[:, 2] / 2
+        return objects, np.stack([x, objects.draws.lane_y, height], axis=-1)
+
+    def following(
+        self, motion: ThrowMotion, limits: LimitRows, standing: Floats | None = None, rows: Ints | None = None
+    ) -> NextPick:
+        """Objects on the belt that can be met and thrown after throws of some rows, by the rule; None for all rows."""
+        rows = np.arange(len(motion.stop)) if rows is None else rows
+        result, pending, length = None, np.arange(len(rows)), self.stream.length
+        self.passed[rows] = 0
+        for _ in range(-(-MOST_DRAWS // length)):
+            found, place, elapsed = self._taken(rows[pending], take(motion, pending), take(limits, pending))
+            result = found if result is None else replaced(result, pending, found)
+            gone = self._let_go(rows[pending], place, elapsed)
+            self.passed[rows[pending]] += gone
+            self.stream.ride(rows[pending], place, gone, elapsed)
+            pending = pending[place == length]
+            if pending.size == 0:
+                return result
+        raise self._too_sparse() if self._belt.spacing[0] > self._belt.speed * HORIZON else self._impossible()
+
+    def _too_sparse(self) -> ConfigError:
+        belt = self._belt
+        return ConfigError(
+            f"belt.spacing starts at {belt.spacing[0]:g} m and belt.speed is {belt.speed:g} m/s: nobody waits "
+            f"longer than {HORIZON:g} s for an object; let spacing start at {belt.speed * HORIZON:g} m or less"
+        )
+
+    def _taken(self, rows: Ints, motion: ThrowMotion, limits: LimitRows) -> tuple[NextPick, Ints, Floats]:
+        """The picks that are taken in some rows (K,), their places in the queue, and the times until their lifts.
+
+        A row without one has the queue's length as its place.
+        """
+        result, pending = None, np.arange(len(rows))
+        places, elapsed = np.full(len(rows), self.stream.length), np.zeros(len(rows))
+        order, planned = self._order(rows, motion, limits)
+        for at in order.T:
+            own, place = rows[pending], at[pending]
+            throws = None if planned is None else planned.at(pending, place)
+            found, time, good = self._meet(own, place, take(motion, pending), take(limits, pending), throws)
+            good &= ~self.stream.knocked[own, LET_GO + place]
+            best = self._touches_nobody(own, place, found.context, time, good) if self._solid else good
+            # The first that can be taken stays until one is found that touches nobody.
+            better = best | (places[pending] == self.stream.length)
+            into = pending[better]
+            result = found if result is None else replaced(result, into, take(found, better))
+            into, taken = pending[better & good], better & good
+            places[into], elapsed[into] = place[taken], time[taken]
+            pending = pending[~best]
+            if pending.size == 0:
+                break
+        assert result is not None  # a queue is never empty
+        return result, places, elapsed
+
+    def swept(self, thrown: Context, motion: ThrowMotion, held: Grips) -> Bools:
+        """Of all that is known (N, LET_GO + Q)."""
+        step, stream = self._planner.config.timestep, self.stream
+        let_go = motion.release_time + thrown.objects.delay
+        way = course(motion, np.where(held.dropped, held.lost_at * step, let_go), self._belt.speed)
+        places = stream.places(np.arange(len(way)))
+        met = swept(thrown.objects, thrown.pick[:, :2], way, stream.objects, places)
+        return met & held.picked[:, None]
+
+    def knock(self, which: Bools) -> None:
+        """They ride on; where neighbours are no more than ghosts, nothing happens to them."""
+        if self._solid:
+            self.stream.knocked |= which
+
+    def _touches_nobody(self, rows: Ints, at: Ints, context: Context, elapsed: Floats, good: Bools) -> Bools:
+        """Which objects at places of queues (K,), lifted after a time (K,) [s], are thrown without sweeping others.
+
+        By what the sensors see of all; those that are no good need no look.
+        """
+        some = np.flatnonzero(good)
+        rows, at, one = rows[some], at[some], take(context, some)
+        motion = self._planner.mover.throw(one.pick, one.plan, one.throw_limits, one.ceiling)
+        place = self.stream.places(rows)
+        place[..., 0] += self._belt.speed * elapsed[some, None]
+        place[np.arange(len(some)), LET_GO + at] = AWAY
+        others = as_measured(take(self.stream.objects, rows))
+        way = course(motion, motion.release_time, self._belt.speed)
+        met = swept(as_measured(one.objects), one.pick[:, :2], way, others, place)
+        free = np.zeros(len(good), dtype=np.bool_)
+        free[some] = ~met.any(axis=1)
+        return free
+
+    def _order(self, rows: Ints, motion: ThrowMotion, limits: LimitRows) -> tuple[Ints, Planned | None]:
+        """Places of the queues of some rows, the one to be tried first first (K, Q); and throws already planned."""
+        shape = len(rows), self.stream.length
+        if self._rule == "first":
+            return np.broadcast_to(np.arange(self.stream.length), shape), None
+        ahead = self.stream.queue_x[rows] + self._belt.speed * motion.stop_time[:, None] <= self._belt.pick_x[1]
+        ahead &= ~self.stream.knocked[rows, LET_GO:]
+        row, place = np.nonzero(ahead)
+        objects, x = self.stream.in_queue(rows[row], place)
+        worth, index = np.full(shape, -np.inf), np.full(shape, -1)
+        worth[row, place], context, good = self._index(objects, x, take(motion, row), take(limits, row))
+        index[row, place] = np.arange(len(row))
+        known = self._estimator is self._planner and len(row) > 0
+        return np.argsort(-worth, axis=1, kind="stable"), Planned(index, context, good) if known else None
+
+    def _index(
+        self, objects: Objects, x: Floats, motion: ThrowMotion, limits: LimitRows
+    ) -> tuple[Floats, Context, Bools]:
+        """What the rule thinks of objects that are at x when throws begin, their throws, which work out; (K,) each."""
+        mover = self._estimator.mover
+        meeting = mover.reach(motion, self._met_at(objects, x, motion), limits)
+        context, throwable = self._estimator.plan(objects, meeting.position)
+        good, throwing = meeting.feasible & throwable, np.zeros(len(x))
+        rows = np.flatnonzero(good)
+        one = take(context, rows)
+        throwing[rows] = mover.throw(one.pick, one.plan, one.throw_limits, one.ceiling).stop_time
+        start = meeting.time + self._dwell
+        stays = (self._belt.pick_x[1] - context.pick[:, 0]) / self._belt.speed
+        among = Candidates(np.ones(len(x)), start + throwing, start, start + stays, good)
+        return index(self._rule, among, self._patience), context, good
+
+    def _let_go(self, rows: Ints, place: Ints, elapsed: Floats) -> Ints:
+        """How many objects of each queue are let go when that at a place (K,) is lifted, all where there is none."""
+        if self._rule == "first":
+            return place
+        out = self.stream.queue_x[rows] + self._belt.speed * elapsed[:, None] > self._belt.pick_x[1]
+        out &= np.arange(self.stream.length) != place[:, None]
+        return np.where(place < self.stream.length, out.sum(axis=1), self.stream.length)
+
+    def _meet(
+        self, rows: Ints, at: Ints, motion: ThrowMotion, limits: LimitRows, throws: tuple[Context, Bools] | None
+    ) -> tuple[NextPick, Floats, Bools]:
+        """Picks of objects at places of queues, the times until their lifts, which work out; (K,) each.
+
+        Throws that are planned already, and which of them can be thrown, are taken as they are.
+        """
+        objects, x = self.stream.in_queue(rows, at)
+        meeting = self._planner.mover.meet(motion, self._met_at(objects, x, motion), limits)
+        context, throwable = throws or self._planner.plan(objects, meeting.position)
+        found = NextPick(meeting.wait, context, meeting.back)
+        return found, motion.stop_time + meeting.time + self._dwell, meeting.feasible & throwable
+
+    def _met_at(self, objects: Objects, x: Floats, motion: ThrowMotion) -> Floats:
+        """Where hands would have to be to pick objects when throws end that are at x when they begin (K, 3) [m]."""
+        return self._planner.pick_point(objects, x + self._belt.speed * motion.stop_time)
+
+
+def _estimator(planner: PickPlanner) -> PickPlanner:
+    """The planner that compares objects: what is taken is planned by the cell's own.
+
+    A free direction takes a hundred times as long to plan as a straight throw, so straight throws are compared there;
+    likewise rectangles where the hand goes over ellipses.
+    """
+    quick = {"free_direction": "straight", "ellipse": "pick_and_place"}.get(planner.config.planner)
+    return planner if quick is None else PickPlanner(planner.config.model_copy(update={"planner": quick}))
+
+
+def _queue_length(config: ConveyorConfig) -> int:
+    """Objects that are known at once: where the best is taken, about as many as lie in sight of the camera."""
+    belt = config.belt
+    if config.dispatch == "first":
+        return QUEUE
+    long = np.mean([item.size[:2] for item in config.item_list()]) if belt.gap == "edge" else 0.0
+    seen = (belt.pick_x[1] - belt.camera_x) / (np.mean(belt.spacing) + long)
+    return int(np.clip(np.ceil(seen), QUEUE, MOST_SEEN))

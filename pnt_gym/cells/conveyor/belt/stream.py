@@ -1,0 +1,118 @@
+"""The objects on N belts: where each lies, which may still be picked, and how new ones come after them."""
+
+from __future__ import annotations
+
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats, Ints, joined, replaced, take
+from pnt_gym.cells.base.cell import Generators
+from pnt_gym.cells.conveyor.objects.outline import half_extent
+from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.cells.conveyor.planner import PickPlanner
+
+LET_GO: Final = 8
+"""Objects let go that are still known: they ride on beside those that are picked."""
+AWAY: Final = 1e3
+"""Where objects are that no belt holds [m]."""
+
+
+@final
+class BeltStream:
+    """What lies on N belts, in rows from the most downstream object to the last one known.
+
+    The first `LET_GO` places of a row are objects that nobody will pick any more, the others the queue: those that may
+    be picked, in whatever order. With gaps from edge to edge a row's objects and their gaps depend on its generator
+    alone, and not on which of them are picked when.
+
+    Args:
+        planner: draws the objects.
+        generators: one for each belt.
+        length: objects Q in a queue.
+    """
+
+    def __init__(self, planner: PickPlanner, generators: Generators, length: int) -> None:
+        self._planner = planner
+        self._generators = generators
+        self._belt = planner.config.belt
+        self.length = length
+        places = len(generators), LET_GO + length
+        nothing = planner.draw([np.random.default_rng(0)], np.zeros(1, dtype=np.int64), 1)
+        self.objects: Objects = take(nothing, (np.zeros(places, dtype=np.int64), 0))
+        """All that is known (N, LET_GO + Q)."""
+        self.x: Floats = np.full(places, AWAY)
+        """Where they are along the belt at the lift of the present pick (N, LET_GO + Q) [m]."""
+        self.knocked: Bools = np.zeros(places, dtype=np.bool_)
+        """Which have been swept through, and cannot be picked any more (N, LET_GO + Q)."""
+
+    @property
+    def queue(self) -> Objects:
+        """Objects that may be picked, nearest first (N, Q)."""
+        return take(self.objects, np.s_[:, LET_GO:])
+
+    @property
+    def queue_x(self) -> Floats:
+        """Where those are (N, Q) [m]."""
+        return self.x[:, LET_GO:]
+
+    def places(self, rows: Ints) -> Floats:
+        """Where all that is known of some belts lies (K, LET_GO + Q, 2) [m]."""
+        return np.stack([self.x[rows], self.objects.draws.lane_y[rows]], axis=-1)
+
+    def begin(self, rows: Ints) -> None:
+        """Empty belts in some rows; the first object enters the window one gap after the episode begins."""
+        objects, entry = self._drawn(rows, self.length), np.full(len(rows), self._belt.pick_x[0])
+        queue = rows[:, None], np.arange(LET_GO, LET_GO + self.length, dtype=np.int64)
+        self.objects = replaced(self.objects, queue, objects)
+        self.x[rows], self.knocked[rows] = AWAY, False
+        self.x[queue] = self._behind(objects, entry, np.zeros(len(rows)))
+
+    def in_queue(self, rows: Ints, places: Ints) -> tuple[Objects, Floats]:
+        """Objects (K,) at places of the queues of some rows (K,), and where they are (K,) [m]."""
+        return take(self.objects, (rows, LET_GO + places)), self.x[rows, LET_GO + places]
+
+    def ride(self, rows: Ints, taken: Ints, gone: Ints, elapsed: Floats) -> None:
+        """Move belts on, without what was picked, and bring new objects.
+
+        Args:
+            rows: the belts (K,).
+            taken: place in the queue of the object that was picked (K,); Q for none.
+            gone: how many of the others, from the front of the queue, are let go (K,).
+            elapsed: the time that passes (K,) [s].
+        """
+        new = gone + (taken < self.length)
+        for count in np.unique(new):
+            some = new == count
+            self._ride(rows[some], taken[some], gone[some], elapsed[some], int(count))
+
+    def _ride(self, rows: Ints, taken: Ints, gone: Ints, elapsed: Floats, count: int) -> None:
+        """`ride` in rows that need as many new objects."""
+        new, places = self._drawn(rows, count), self.x.shape[1]
+        x = self.x[rows] + self._belt.speed * elapsed[:, None]
+        behind = self._behind(new, x[:, -1], half_extent(take(self.objects, (rows, -1))))
+        kept = gone[:, None] + np.arange(places - count, dtype=np.int64)
+        kept += kept >= LET_GO + taken[:, None]
+        old = take(self.objects, (rows[:, None], kept))
+        self.objects = replaced(self.objects, rows, joined([old, new], axis=1))
+        self.x[rows] = np.concatenate([np.take_along_axis(x, kept, axis=1), behind], axis=1)
+        known = np.take_along_axis(self.knocked[rows], kept, axis=1)
+        self.knocked[rows] = np.concatenate([known, np.zeros_like(behind, dtype=np.bool_)], axis=1)
+
+    def _behind(self, objects: Objects, x: Floats, half: Floats) -> Floats:
+        """Where objects (K, C) lie that follow others at x (K,), which reach back by half (K,) [m]."""
+        distance = objects.draws.gap
+        if self._belt.gap == "edge":
+            own = half_extent(objects)
+            before = np.concatenate([half[:, None], own[:, :-1]], axis=1)
+            distance = distance + before + own
+        return x[:, None] - np.cumsum(distance, axis=1)
+
+    def _drawn(self, rows: Ints, count: int) -> Objects:
+        """`count` new objects for some rows (K, count)."""
+        if self._belt.gap == "centre":
+            return self._planner.draw(self._generators, rows, count)
+        # One by one, so that how many are asked for at once makes no difference.
+        one_by_one = self._planner.draw(self._generators, np.repeat(rows, count), 1)
+        places = np.arange(len(rows) * count, dtype=np.int64).reshape(len(rows), count)
+        return take(one_by_one, (places, 0))

@@ -1,0 +1,148 @@
+"""How N objects swing under cups that yield: the lip as a spring, and the swing along the planned path of the hand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Final, NamedTuple, final
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats, Ints, dot
+from pnt_gym.cells.base.fluid import fluid_coefficients, geom_placement, lying_size, solid_shell_inertia
+from pnt_gym.cells.base.items import CYLINDER
+from pnt_gym.cells.base.rotations import in_body_axes, product, rotated, vertical
+from pnt_gym.cells.conveyor.config import LIP_GAP, LIP_LENGTH, ConveyorConfig
+from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.cup.parting import Parting
+from pnt_gym.cells.conveyor.objects.outline import reach
+from pnt_gym.planning.motion.trajectory import Samples
+
+FASTEST: Final = 0.5
+"""Phase of a swing in a step at most [rad]; a lip that would make it faster is as stiff as that.
+
+Then h^2 k + 2 h c < 1.4 about each axis; the steps are stable below 4, which coupling of the axes by an object's offset
+brings down to 4 / 3 at the utmost, and not near it."""
+TWIST_RATIO: Final = 0.5
+"""Damping ratio about the upright, where the lip is to be stiff."""
+STEEPEST: Final = 0.5
+"""Cosine of the tilt beyond which only the engine knows what an object under its cup meets."""
+SUNK: Final = 0.001
+"""So much deeper in the belt than it lies, an object under its cup has met it [m]."""
+
+
+@final
+class Spring(NamedTuple):
+    """Lips of N cups about three axes of the hand: two along the object's level ones, and upright."""
+
+    stiffness: Floats
+    """(N, 3) [N m/rad]"""
+    damping: Floats
+    """(N, 3) [N m s/rad]"""
+
+
+def springs(thrown: Context, config: ConveyorConfig) -> Spring:
+    """The lips, as springs for Euler's steps.
+
+    Frequency and decay of a swing are those of the lip's stiffness and damping ratio at any step: a step x' = x + h v',
+    v' = v - h (k x + c v) has the eigenvalues exp(-zeta w h +- i w h sqrt(1 - zeta^2)) if 1 - h c = exp(-2 zeta w h)
+    and h^2 k = 1 + exp(-2 zeta w h) - 2 exp(-zeta w h) cos(w h sqrt(1 - zeta^2)). What a lip bends under a constant
+    load is larger than load over stiffness by the share zeta w h. About the upright it is as stiff as a step allows.
+    """
+    cup, step, inertia = config.cup, config.timestep, felt_inertia(thrown)
+    stiffness = (cup.stiffness or np.inf) / config.mismatch
+    turn = np.minimum(step * np.sqrt(stiffness / inertia), FASTEST)
+    turn[:, 2] = FASTEST
+    ratio = np.array([cup.damping, cup.damping, TWIST_RATIO])
+    decay, wave = np.exp(-ratio * turn), np.cos(turn * np.sqrt(1.0 - ratio**2))
+    return Spring(
+        stiffness=inertia * (1.0 + decay * decay - 2.0 * decay * wave) / step**2,
+        damping=inertia * (1.0 - decay * decay) / step,
+    )
+
+
+def felt_inertia(thrown: Context) -> Floats:
+    """Inertia of N objects, free to turn about the lip, against a moment about each of their axes (N, 3) [kg m2].
+
+    It is less than the moment of inertia about that axis where an offset lets the others turn too.
+    """
+    o = thrown.objects
+    arm = in_body_axes(np.concatenate([thrown.grasp, -o.com_depth[:, None]], axis=1), o.yaw)
+    inertia = -o.mass[:, None, None] * arm[:, :, None] * arm[:, None, :]
+    diagonal = solid_shell_inertia(o.mass, lying_size(o.shape, o.size), o.shape)
+    inertia[:, range(3), range(3)] += diagonal + (o.mass * dot(arm, arm))[:, None]
+    return np.asarray(1.0 / np.linalg.inv(inertia)[:, range(3), range(3)], dtype=np.float64)
+
+
+def swung(
+    thrown: Context,
+    hanging: Parting,
+    hand: Callable[[Ints], Samples],
+    release: Ints,
+    stride: int,
+    config: ConveyorConfig,
+) -> Parting:
+    """How objects leave their cups that began to swing with the throw.
+
+    Args:
+        thrown: the N objects.
+        hanging: how they would leave rigid cups.
+        hand: the planned motion of the cup's tip at the beginning of steps (K,).
+        release: steps at which they are let go (N,).
+        stride: steps between two looks at where they are.
+        config: the cell.
+    """
+    from pnt_gym.cells.base.freefall import STATE, swing_down  # noqa: PLC0415 - compiles, where nothing is kept
+
+    yaw, count, last = thrown.objects.yaw, len(release), int(release.max())
+    motion = hand(np.arange(last, dtype=np.int64))
+    against_air = motion.velocity - np.concatenate([thrown.drift.draught, np.zeros((count, 1))], axis=1)[:, None]
+    moves = np.concatenate([in_body_axes(way, yaw[:, None]) for way in (motion.acceleration, against_air)], axis=2)
+    arm = in_body_axes(hanging.apart, yaw)
+    state, seen = np.zeros((count, STATE)), np.zeros((count, last // stride + 2, 4))
+    state[:, 3] = 1.0
+    pivot = np.concatenate([arm, *springs(thrown, config)], axis=1)
+    swing_down(state, bodies(thrown), pivot, config.mismatch, config.timestep, moves, release, stride, seen)
+    turned, rate = state[:, 3:7], state[:, 10:13]
+    looks = np.minimum(np.arange(seen.shape[1], dtype=np.int64) * stride, release[:, None])
+    return replace(
+        hanging,
+        apart=in_body_axes(rotated(turned, arm), -yaw),
+        velocity=hanging.velocity + in_body_axes(rotated(turned, np.cross(rate, arm)), -yaw),
+        attitude=product(hanging.attitude, turned),
+        rate=hanging.rate + rate,
+        unsure=_met(thrown, arm, seen, hand(looks).position[..., 2], config),
+    )
+
+
+def bodies(thrown: Context) -> Floats:
+    """What the objects are (N, BODY), see `freefall`."""
+    o = thrown.objects
+    full = lying_size(o.shape, o.size)
+    placed = geom_placement(o.shape, full)
+    inertia, fluid = solid_shell_inertia(o.mass, full, o.shape), fluid_coefficients(o.shape, full, o.drag)
+    lies = (o.shape == CYLINDER)[:, None]
+    semi = np.where(lies, placed.size[:, [0, 0, 1]], placed.size)
+    up = o.com_depth - LIP_GAP - o.size[:, 2] / 2
+    return np.ascontiguousarray(
+        np.concatenate([o.mass[:, None], inertia, up[:, None], placed.quat, semi, fluid], axis=1)
+    )
+
+
+def _met(thrown: Context, arm: Floats, seen: Floats, tip: Floats, config: ConveyorConfig) -> Bools:
+    """Whether objects met the belt, or the solid part of their cups (N,).
+
+    Args:
+        thrown: N objects.
+        arm: centre of mass from the tip in their own axes (N, 3) [m].
+        seen: attitudes (N, K, 4).
+        tip: height of the tip (N, K) [m].
+        config: the cell.
+    """
+    o, up = thrown.objects, vertical(seen)
+    full = lying_size(o.shape, o.size)
+    middle = arm + np.stack([np.zeros_like(o.yaw)] * 2 + [o.com_depth - LIP_GAP - o.size[:, 2] / 2.0], axis=1)
+    low = tip + dot(middle[:, None], up) - reach(o, full / 2.0, up)
+    tilt = np.sqrt(np.maximum(1.0 - up[..., 2] ** 2, 0.0))
+    steep = (o.cup_radius[:, None] * tilt > LIP_LENGTH) | (up[..., 2] < STEEPEST)
+    return np.asarray((steep | (low < config.belt.height - SUNK)).any(axis=1))

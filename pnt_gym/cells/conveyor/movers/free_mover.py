@@ -1,0 +1,230 @@
+"""The mover with a free release direction: throw and return are planned as fast transfers between moving states.
+
+Rows for which no such throw exists are thrown straight. The return goes through the top of the approach in flight. It
+stops there where the object is not in the window yet, and where no flight keeps the rules; only if a stop there breaks
+a rule too does the hand brake along the line of the release and go back on straight lines, as the straight mover does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats, joined, length, made_anew, replaced, take
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.movers.straight import Meeting, Mover, StraightMover, ThrowMotion
+from pnt_gym.planning.free.approach import approach_entry
+from pnt_gym.planning.free.check import keeps_rules
+from pnt_gym.planning.free.legs import return_leg, throw_leg
+from pnt_gym.planning.free.release import free_releases, top, turning_point
+from pnt_gym.planning.free.rules import HandRules
+from pnt_gym.planning.motion.ballistics import flight_time
+from pnt_gym.planning.motion.limits import EllipticWorkspace, Limits
+from pnt_gym.planning.motion.scurve import accelerate, brake, brake_distance, coast
+from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
+from pnt_gym.planning.motion.transfer import PIECES
+from pnt_gym.planning.straight.plan import CONTACT, Reason, ReleaseBatch
+
+COLUMNS: Final = PIECES + 8
+"""Segments of a return: a transfer, a wait, and an approach from rest to rest; other returns have fewer."""
+
+
+@final
+class FreeMover(Mover):
+    """Throws with a free release direction.
+
+    Args:
+        config: the cell.
+        workspace: where the hand may be.
+    """
+
+    def __init__(self, config: ConveyorConfig, workspace: EllipticWorkspace) -> None:
+        follow = config.motion.follow_through
+        self._belt = config.belt
+        self._straight = StraightMover(config, workspace)
+        self._workspace = workspace
+        self.rules = HandRules(
+            approach=config.motion.clearance,
+            window=follow.window,
+            hand_cap=follow.hand_cap,
+            clear_distance=follow.clear_distance,
+            margin=follow.margin,
+            workspace=workspace,
+        )
+
+    def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
+        """The quickest release of a grid of choices, or the straight throw where there is none."""
+        # The next pick is not known yet, so the release must leave room for any return.
+        free = free_releases(pick, target, limits, ceiling=ceiling, rules=self.rules)
+        release = self._released(pick, free.position, free.velocity, free.flight_time, limits, ceiling)
+        good = self.is_feasible(pick, release, limits)
+        return made_anew(release, ~good, self._straight.plan, pick, target, limits, ceiling)
+
+    def aimed(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
+        """The nominal release moved level by what the target was moved, at the same velocity."""
+        plan, shift = context.plan, goal - context.target
+        release = self._shifted(context, plan.position + shift, plan.flight_time)
+        return made_anew(release, plan.straight, partial(self._straight.aimed, slack=slack), context, goal)
+
+    def moved(self, context: Context, point: Floats) -> ReleaseBatch:
+        """Releases at the points, at the nominal velocity."""
+        flight = flight_time(point, context.plan.velocity, context.target[:, 2])
+        release = self._shifted(context, point, flight)
+        return made_anew(release, context.plan.straight, self._straight.moved, context, point)
+
+    def reserve(self, release: ReleaseBatch) -> Floats:
+        """That of straight throws."""
+        return self._straight.reserve(release)
+
+    def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
+        """Which throws exist and leave the hand room to turn back inside the workspace."""
+        known = release.feasible[:, None]
+        velocity = np.where(known, release.velocity, 0.0)
+        position = np.where(known, release.position, pick)
+        turn = turning_point(position + self.rules.window * velocity, velocity, limits)
+        inside = self._workspace.contains
+        good = release.feasible & inside(pick) & inside(position) & inside(turn)
+        return np.where(release.straight, self._straight.is_feasible(pick, release, limits), good)
+
+    def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
+        """The motion to the release and the window."""
+        roof = top(ceiling, self.rules)
+        curved = throw_leg(pick, release.position, release.velocity, limits, roof).segments
+        line = accelerate(release.direction, release.distance, limits)
+        straight = release.straight
+        way = replaced(curved, straight, take(line.padded(curved.durations.shape[1]), straight))
+        time = way.durations.sum(axis=1)
+        window = np.full(len(pick), self.rules.window)
+        return ThrowMotion(
+            pick=pick,
+            segments=joined([way, coast(window)], axis=1),
+            release_time=time,
+            stop=release.position + window[:, None] * release.velocity,
+            stop_time=time + window,
+            velocity=release.velocity,
+            roof=roof,
+            placed=np.zeros(len(pick), dtype=np.bool_),
+        )
+
+    def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
+        """Through the top of the approach without stopping where that keeps the rules, else with a stop."""
+        moves, down = return_leg(motion.stop, motion.velocity, next_pick, limits, motion.roof, self.rules)
+        found = _padded([moves.segments, down])
+        kept = moves.feasible & self._keeps(motion, found, next_pick, limits)
+        return made_anew(found, ~kept, self._stopping, motion, next_pick, limits)
+
+    def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
+        """The earliest meeting, in flight where that is possible."""
+        low, high = self._belt.pick_x
+        found = self._in_flight(motion, place, limits, None)
+        found = made_anew(found, found.position[:, 0] < low, self._at_border, motion, place, limits)
+        inside = (found.position[:, 0] >= low - 1e-9) & (found.position[:, 0] <= high)
+        return made_anew(found, ~(found.feasible & inside), self._with_stop, motion, place, limits)
+
+    def _in_flight(self, motion: ThrowMotion, place: Floats, limits: Limits, arrival: Floats | None) -> Meeting:
+        """Meetings without a stop, not before `arrival` (N,) [s] if given."""
+        drift = np.zeros_like(place)
+        drift[:, 0] = self._belt.speed
+        shortest = None
+        if arrival is not None:
+            shortest = arrival - approach_entry(limits, len(place), self.rules.approach).down.durations.sum(axis=1)
+        moves, down = return_leg(
+            motion.stop, motion.velocity, place, limits, motion.roof, self.rules, drift=drift, shortest=shortest
+        )
+        time = np.where(moves.feasible, moves.duration, 0.0) + down.durations.sum(axis=1)
+        position = place + drift * time[:, None]
+        back = _padded([moves.segments, down])
+        good = moves.feasible & self._keeps(motion, back, position, limits)
+        return Meeting(position, time, np.zeros(len(time)), good, back)
+
+    def _at_border(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
+        """Meetings of hands that would be there before the object: after a wait, or by a slower flight."""
+        enters = (self._belt.pick_x[0] - place[:, 0]) / self._belt.speed
+        found = self._waiting(motion, place, limits, enters)
+        return made_anew(found, ~found.feasible, self._in_flight, motion, place, limits, enters)
+
+    def _waiting(self, motion: ThrowMotion, place: Floats, limits: Limits, enters: Floats) -> Meeting:
+        """Meetings at the border of the window when the objects enter it (N,) [s], after a stop above that point."""
+        position = place.copy()
+        position[:, 0] = self._belt.pick_x[0]
+        back, good = self._hover(motion, position, limits, np.zeros(len(place)))
+        wait = enters - back.durations.sum(axis=1)
+        good &= wait >= 0.0
+        wait = np.where(good, wait, 0.0)
+        durations = back.durations.copy()
+        durations[:, PIECES] = wait
+        return Meeting(position, enters, wait, good, replace(back, durations=durations))
+
+    def _hover(self, motion: ThrowMotion, next_pick: Floats, limits: Limits, wait: Floats) -> tuple[Segments, Bools]:
+        """Returns with a stop and a wait (N,) [s] above the next pick, and which of them keep the rules."""
+        moves, down = return_leg(motion.stop, motion.velocity, next_pick, limits, motion.roof, self.rules, hover=True)
+        back = _padded([moves.segments, coast(wait), down])
+        return back, moves.feasible & self._keeps(motion, back, next_pick, limits)
+
+    def _with_stop(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
+        """Meetings of hands that brake, move straight above the pick, wait, and go down."""
+        halt, halted = self._halt(motion, limits)
+        time = halt.durations.sum(axis=1)
+        belt = np.array([self._belt.speed, 0.0, 0.0])
+        found = self._straight.meet(halted, place + belt * time[:, None], limits)
+        return replace(found, time=found.time + time, back=_padded([halt, found.back]))
+
+    def _stopping(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
+        """Returns with a stop above the next pick, or where that breaks a rule, straight after a stop at once."""
+        hovered, good = self._hover(motion, next_pick, limits, np.zeros(len(next_pick)))
+        halt, halted = self._halt(motion, limits)
+        straight = _padded([halt, self._straight.back(halted, next_pick, limits)])
+        return replaced(straight, good, take(hovered, good))
+
+    def _halt(self, motion: ThrowMotion, limits: Limits) -> tuple[Segments, ThrowMotion]:
+        """Braking at once along the release velocity, and the hands at rest after it."""
+        speed = length(motion.velocity)
+        ahead = motion.velocity / np.maximum(speed, 1e-12)[:, None]
+        stop = motion.stop + ahead * brake_distance(speed, limits)[:, None]
+        return brake(ahead, speed, limits), ThrowMotion.resting(stop)
+
+    def _keeps(self, motion: ThrowMotion, back: Segments, next_pick: Floats, limits: Limits) -> Bools:
+        """Which returns keep limits and rules."""
+        path = JerkTrajectory(motion.stop, back.durations, back.jerks, motion.velocity)
+        low = np.minimum(motion.stop[:, 2], next_pick[:, 2])
+        return keeps_rules(path, np.zeros(len(low)), limits, motion.roof, self.rules, (low, low))
+
+    def _shifted(self, context: Context, position: Floats, flight: Floats) -> ReleaseBatch:
+        """Releases at moved points with the nominal velocity."""
+        return self._released(
+            context.pick, position, context.plan.velocity, flight, context.throw_limits, context.ceiling
+        )
+
+    def _released(
+        self,
+        pick: Floats,
+        position: Floats,
+        velocity: Floats,
+        flight: Floats,
+        limits: Limits,
+        ceiling: Floats,
+    ) -> ReleaseBatch:
+        """Releases as the planner's batch; feasible where a motion to them was found."""
+        motion = throw_leg(
+            pick, np.where(flight[:, None] > 0.0, position, np.nan), velocity, limits, top(ceiling, self.rules)
+        )
+        return ReleaseBatch.alone(
+            pick,
+            position,
+            velocity,
+            velocity,
+            acceleration=motion.segments.greatest_acceleration(),
+            time=motion.duration,
+            flight_time=flight,
+            ceiling_active=position[:, 2] >= ceiling - CONTACT,
+            reason=np.where(motion.feasible, int(Reason.FEASIBLE), int(Reason.CEILING)),
+        )
+
+
+def _padded(parts: list[Segments]) -> Segments:
+    """The parts one after the other, filled up with segments of no duration."""
+    return joined(parts, axis=1).padded(COLUMNS)

@@ -1,0 +1,298 @@
+"""Objects on the belt: what is true of each (hidden) and what the cell's sensors say of it.
+
+One object is one row of standard draws (normal and uniform) from its own cell's generator. Everything here is a
+pure function of those rows, so a cell gives the same objects alone and in a batch.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from operator import itemgetter
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.arrays import Floats, Ints
+from pnt_gym.cells.base.fluid import lying_size, solid_shell_inertia
+from pnt_gym.cells.base.grip import CUP_RADIUS
+from pnt_gym.cells.base.items import CYLINDER, ItemTable
+from pnt_gym.cells.base.rotations import in_body_axes
+from pnt_gym.cells.conveyor.config import ConveyorConfig, Suction
+from pnt_gym.cells.conveyor.objects.records import Draws, Measured, Objects
+from pnt_gym.constants import GRAVITY
+
+TARGET_DRAWS = 8
+"""Bins that may be tried for one object before it is let go."""
+
+_NORMALS: Final = {
+    "mass": np.s_[..., 0],
+    "size": np.s_[..., 1:2],
+    "size_axis": np.s_[..., 2:5],
+    "drag": np.s_[..., 5],
+    "seal": np.s_[..., 6],
+    "com_depth": np.s_[..., 7],
+    "grasp": np.s_[..., 8:10],
+    "height": np.s_[..., 10],
+    "belt_speed": np.s_[..., 11],
+    "jitter": np.s_[..., 12],
+    "spin": np.s_[..., 13:16],
+    "measured_size": np.s_[..., 16:19],
+    "measured_mass": np.s_[..., 19],
+    "measured_seal": np.s_[..., 20],
+    "measured_yaw": np.s_[..., 21],
+    "grasp_noise": np.s_[..., 22:24],
+}
+"""Columns of an object's standard normal draws."""
+NORMALS = 24
+_UNIFORMS: Final = {
+    "kind": np.s_[..., 0],
+    "lane": np.s_[..., 1],
+    "gap": np.s_[..., 2],
+    "yaw": np.s_[..., 3],
+    "residue_chance": np.s_[..., 4],
+    "residue": np.s_[..., 5],
+    "percent": np.s_[..., 6],
+    "place": np.s_[..., 8:12],
+    "bin": np.s_[..., 12 : 12 + 3 * TARGET_DRAWS],
+}
+"""Columns of its uniform draws; column 7 is not used."""
+UNIFORMS = 12 + 3 * TARGET_DRAWS
+_OF_THE_KIND: Final = ("shape", "friction", "cup_friction", "rolling_friction", "solref", "pick_chance")
+"""What all objects of a kind have alike."""
+_SMALLEST = 0.005
+"""The camera reports no extent below this [m]."""
+_MIN_DEPTH, _MAX_DEPTH = 0.05, 0.95
+HALF_LIP: Final = 4.0 / (3.0 * np.pi)
+"""Centroid of half a disc from its middle, in radii."""
+
+
+@final
+@dataclass(frozen=True)
+class Apart:
+    """What some levels draw beside, uniform in [0, 1), with any leading shape S."""
+
+    pick: Floats
+    """Whether the cup seals; 1 where picks do not fail."""
+    seen: Floats
+    """As what it is seen."""
+    fill: Floats
+    """How much lies in each bin, S + (B,)."""
+
+    @classmethod
+    def none(cls, config: ConveyorConfig, *shape: int) -> Apart:
+        """Nothing fails, and bins are empty."""
+        return cls(np.ones(shape), np.zeros(shape), np.zeros((*shape, max(len(config.bins.fixed), 1))))
+
+
+def objects_from_draws(
+    normals: Floats, uniforms: Floats, config: ConveyorConfig, table: ItemTable, apart: Apart | None = None
+) -> Objects:
+    """Objects from standard draws.
+
+    Args:
+        normals: S + (NORMALS,) standard normal.
+        uniforms: S + (UNIFORMS,) in [0, 1).
+        config: the cell; its mismatch scales every hidden effect, not the catalogue and not the sensor noise.
+        table: the items, stacked.
+        apart: further draws, S; none where nothing fails.
+    """
+    apart = Apart.none(config, *normals.shape[:-1]) if apart is None else apart
+    m, spread, noise = config.mismatch, config.spread, config.noise
+    z = dict(zip(_NORMALS, itemgetter(*_NORMALS.values())(normals), strict=True))
+    u = dict(zip(_UNIFORMS, itemgetter(*_UNIFORMS.values())(uniforms), strict=True))
+    kind = _kinds(u["kind"], config)
+    seen = _seen(kind, apart.seen, config)
+    size = _sizes(table, kind, z["size"], z["size_axis"], config)
+    leftover = table.container[kind] & (u["residue_chance"] < spread.residue_chance)
+    residue = np.where(leftover, spread.residue * u["residue"], 0.0)
+    mass = table.mass[kind] * np.exp(spread.mass * z["mass"]) * (1.0 + residue)
+    seal = table.seal_force[kind] * np.exp(spread.seal * z["seal"])
+    depth = table.com_depth[kind] + spread.com_depth * z["com_depth"] + 0.12 * residue / (1.0 + residue)
+    com_depth = np.clip(depth, _MIN_DEPTH, _MAX_DEPTH) * size[..., 2] + m * spread.height * z["height"]
+    grasp = m * spread.grasp * z["grasp"]
+    jitter = m * config.suction.jitter * z["jitter"]
+    yaw = spread.yaw * (2.0 * u["yaw"] - 1.0)
+    lane, gap = config.belt.lane_y, config.belt.spacing
+    drawn = Objects(
+        kind=kind,
+        size=size,
+        mass=mass,
+        drag=table.drag[kind] * np.exp(spread.drag * z["drag"]),
+        com_depth=com_depth,
+        known_depth=max(1.0 - m, 0.0) * com_depth,
+        seal=seal,
+        delay=np.maximum(m * (release_delay(seal, mass, config.suction) + table.clings[kind]) + jitter, 0.0),
+        jitter=jitter,
+        cup_radius=np.where(config.cup.fitted, table.cup_radius[kind], CUP_RADIUS),
+        **{name: getattr(table, name)[kind] for name in _OF_THE_KIND},
+        yaw=yaw,
+        grasp=grasp,
+        belt_error=m * spread.belt_speed * z["belt_speed"],
+        spin=assumed(m * spread.spin * z["spin"], spread.spin_per_offset * grasp),
+        pick_draw=apart.pick,
+        measured=Measured(
+            kind=seen,
+            shape=table.shape[kind],
+            size=_measured_size(size, noise.size * z["measured_size"]),
+            mass=mass * np.exp(noise.mass * z["measured_mass"]),
+            seal=seal * np.exp(noise.seal * z["measured_seal"]),
+            yaw=yaw + noise.yaw * z["measured_yaw"],
+            friction=table.cup_friction[seen],
+            grasp_noise=noise.grasp * z["grasp_noise"],
+        ),
+        percent=_one_of(config.limits.percent, u["percent"]),
+        draws=Draws(
+            lane_y=lane[0] + (lane[1] - lane[0]) * u["lane"],
+            gap=gap[0] + (gap[1] - gap[0]) * u["gap"],
+            place=u["place"],
+            bin=u["bin"].reshape(*uniforms.shape[:-1], TARGET_DRAWS, 3),
+            fill=apart.fill,
+        ),
+    )
+    return replace(drawn, spin=_spin(drawn, config))
+
+
+def _one_of(values: tuple[float, ...], draw: Floats) -> Floats:
+    """One of the values for each uniform draw S: S."""
+    return np.asarray(values)[np.minimum((draw * len(values)).astype(np.int64), len(values) - 1)]
+
+
+def release_delay(seal: Floats, mass: Floats, suction: Suction) -> Floats:
+    """Mean delay between the valve command and the moment the object is free [s].
+
+    The vacuum decays exponentially and holds until its force drops below the weight. A porous seal (low F0) vents
+    through its leak too, which shortens the time constant.
+
+    Args:
+        seal: vacuum force before the release F0 [N], any shape.
+        mass: mass of the object [kg], same shape.
+        suction: valve delay, time constant and leak.
+
+    Returns:
+        valve + tau_e ln(F0 / (m g)) [s], never below 0.
+    """
+    tau = time_constant(seal, suction)
+    return np.maximum(suction.valve + tau * np.log(seal / (mass * GRAVITY)), 0.0)
+
+
+def time_constant(seal: Floats, suction: Suction) -> Floats:
+    """tau_e [s] of seals that hold F0 [N]."""
+    leak = np.where(seal < suction.leak_reference, suction.leak_reference / seal - 1.0, 0.0)
+    return suction.tau / (1.0 + suction.leak * leak)
+
+
+def _spin(drawn: Objects, config: ConveyorConfig) -> Floats:
+    """Spin of objects at release: as drawn, or by how the lip peels off, and by what is blown at them."""
+    m, cup, body = config.mismatch, config.cup, (drawn.mass, drawn.size, drawn.shape, drawn.yaw)
+    spin = drawn.spin
+    if cup.peel:
+        tau = time_constant(drawn.seal, config.suction)
+        impulse = peel_impulse(drawn.mass * GRAVITY, drawn.grasp, drawn.cup_radius, tau)
+        spin = gained(m * impulse, *body)
+    if cup.blow_off > 0.0:
+        spin = spin + gained(blow_impulse(drawn.mass, drawn.grasp, m * cup.blow_off), *body)
+    return spin
+
+
+def spin_gripped(objects: Objects, grasp: Floats, config: ConveyorConfig) -> Floats:
+    """Spin S + (3,) of objects that are gripped at another place than drawn: the rest of it stays.
+
+    Args:
+        objects: the objects as drawn, S.
+        grasp: where they are gripped, S + (2,) [m].
+        config: the cell.
+    """
+
+    def of(place: Floats) -> Floats:
+        drawn = replace(objects, grasp=place, spin=np.zeros_like(objects.spin))
+        if not config.cup.peel:
+            drawn = replace(drawn, spin=assumed(drawn.spin, config.spread.spin_per_offset * place))
+        return _spin(drawn, config)
+
+    return objects.spin + (of(grasp) - of(objects.grasp))
+
+
+def peel_impulse(weight: Floats, grasp: Floats, radius: Floats, tau: Floats) -> Floats:
+    """Angular impulse that a lip gives which peels off at one side, about x and y, S + (2,) [N m s].
+
+    An object is free when the vacuum has decayed to its weight. The lip opens first where the object is heavier, on the
+    side of its centre of mass. What is left of the vacuum, m g exp(-t / tau), is taken to hold the other half of the
+    lip, whose centroid is 4 r / (3 pi) from the middle: with the grasp offset e that is its arm about the centre of
+    mass, and the impulse is m g tau (e + 4 r / (3 pi)). The side that opened goes down. That half a lip holds until
+    the vacuum is gone is an upper bound.
+
+    Args:
+        weight: of the object, S [N].
+        grasp: centre of mass from the cup's axis along x, y, S + (2,) [m].
+        radius: of the lip, S [m].
+        tau: time constant of the vacuum, S [s].
+    """
+    offset = np.sqrt(grasp[..., 0] ** 2 + grasp[..., 1] ** 2)
+    side = grasp / np.maximum(offset, 1e-12)[..., None]
+    size = weight * tau * (offset + HALF_LIP * radius)
+    return size[..., None] * np.stack([-side[..., 1], side[..., 0]], axis=-1)
+
+
+def blow_impulse(mass: Floats, grasp: Floats, speed: float) -> Floats:
+    """Angular impulse about x and y of air that blows objects down along the cup's axis, S + (2,) [N m s].
+
+    Args:
+        mass: S [kg].
+        grasp: centre of mass from the cup's axis along x, y, S + (2,) [m].
+        speed: that the air gives the centre of mass [m/s].
+    """
+    return (mass * speed)[..., None] * np.stack([grasp[..., 1], -grasp[..., 0]], axis=-1)
+
+
+def gained(impulse: Floats, mass: Floats, size: Floats, shape: Ints, yaw: Floats) -> Floats:
+    """Spin about x, y, z that angular impulses about x and y, S + (2,) [N m s], give to free objects, S + (3,) [rad/s].
+
+    Args:
+        impulse: in the world.
+        mass: S [kg].
+        size: full extents, S + (3,) [m].
+        shape: index in `items.SHAPES`, S.
+        yaw: of the objects, S [rad].
+    """
+    index = shape.reshape(-1)
+    inertia = solid_shell_inertia(mass.reshape(-1), lying_size(index, size.reshape(-1, 3)), index)
+    level = np.concatenate([impulse, np.zeros_like(impulse[..., :1])], axis=-1)
+    return in_body_axes(in_body_axes(level, yaw) / inertia.reshape(size.shape), -yaw)
+
+
+def assumed(random: Floats, offset: Floats) -> Floats:
+    """Spin at release S + (3,): a random part (a third of it about z), and one from the off-centre grip S + (2,)."""
+    spin = random.copy()
+    spin[..., 2] /= 3.0
+    spin[..., 0] += offset[..., 1]
+    spin[..., 1] -= offset[..., 0]
+    return spin
+
+
+def _kinds(draw: Floats, config: ConveyorConfig) -> Ints:
+    """What comes, by draws S: all items alike, or in the shares that a level gives them."""
+    if not config.mix:
+        return np.minimum((draw * len(config.items)).astype(np.int64), len(config.items) - 1)
+    return np.minimum(np.searchsorted(np.cumsum(config.shares()), draw, side="right"), len(config.items) - 1)
+
+
+def _seen(kind: Ints, draw: Floats, config: ConveyorConfig) -> Ints:
+    """As what objects of kinds S are seen, by draws S."""
+    if not config.classifier.confusion:
+        return kind.copy()
+    reached = np.cumsum(config.confusion(), axis=1)[kind]
+    return np.minimum((draw[..., None] >= reached).sum(axis=-1), len(config.items) - 1)
+
+
+def _sizes(table: ItemTable, kind: Ints, common: Floats, axes: Floats, config: ConveyorConfig) -> Floats:
+    """True extents from draws common to the axes S + (1,) and per axis S + (3,); a cylinder keeps one diameter."""
+    own = config.spread.size_axis * axes
+    own[..., 1] = np.where(table.shape[kind] == CYLINDER, own[..., 2], own[..., 1])
+    return table.size[kind] * np.exp(config.spread.size * common + own)
+
+
+def _measured_size(size: Floats, noise: Floats) -> Floats:
+    """What the camera says of length and width; the height is felt by the cup when it touches down."""
+    seen = np.maximum(size + noise, _SMALLEST)
+    seen[..., 2] = size[..., 2]
+    return seen

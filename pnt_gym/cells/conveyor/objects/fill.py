@@ -1,0 +1,120 @@
+"""Bins that fill: how deep they still are for the next throw, by what lies in them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.arrays import Floats, Ints, replaced
+from pnt_gym.cells.base.items import ItemTable
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.objects.records import Objects
+
+LEAST_DEPTH: Final = 0.02
+"""However much lies in a bin, it is level, and so deep [m]: what would rise higher slides over the rim, or is raked."""
+_SHARE: Final = np.array([np.pi / 6.0, np.pi / 4.0, 1.0])
+"""Volume of each shape over that of the box around it."""
+
+
+@final
+@dataclass(frozen=True)
+class Fill:
+    """What lies in the B bins of N cells."""
+
+    count: Ints
+    """Objects since they were emptied (N, B)."""
+    volume: Floats
+    """Of these objects alone, without what is between them (N, B) [m3]."""
+
+    @classmethod
+    def nothing(cls, *shape: int) -> Fill:
+        """Empty bins (N, B)."""
+        return cls(np.zeros(shape, dtype=np.int64), np.zeros(shape))
+
+    def after(self, ended_in: Ints, volume: Floats, emptied: int) -> Fill:
+        """What lies there when objects of some volume (N,) have ended in bins (N,), in none where -1.
+
+        A bin is emptied as soon as so many objects lie in it.
+        """
+        came = np.arange(self.count.shape[1], dtype=np.int64) == ended_in[:, None]
+        count = self.count + came
+        full = count >= emptied
+        return Fill(np.where(full, 0, count), np.where(full, 0.0, self.volume + came * volume[:, None]))
+
+    def depth(self, area: Floats, config: ConveyorConfig) -> Floats:
+        """How deep bins of an area (N, B) or (B,) [m2] are above what lies in them, level (N, B) [m]."""
+        bins = config.bins
+        left = bins.depth - self.volume / (bins.packing * area)
+        return np.maximum(left, min(LEAST_DEPTH, bins.depth))
+
+
+class PlannedBins:
+    """Bins of N cells that are as deep as the planner of each throw says."""
+
+    def begin(self, rows: Ints, depth: Floats) -> Floats:
+        """Depths for first throws in some rows, of which the planner said (K, B) [m]."""
+        return depth
+
+    def after(self, thrown: Objects, ended_in: Ints, depth: Floats) -> Floats:
+        """Depths for throws that follow when objects have ended in bins (N,), -1 for none, as `begin`."""
+        return depth
+
+
+@final
+class FillingBins(PlannedBins):
+    """Fixed bins of N cells, in which what ends there stays for the throws that follow.
+
+    Args:
+        config: the cell.
+        count: N.
+        emptied: a bin is emptied as soon as so many objects lie in it.
+    """
+
+    def __init__(self, config: ConveyorConfig, count: int, emptied: int) -> None:
+        self._config, self._emptied = config, emptied
+        self._area = fixed_areas(config)
+        self._fill = Fill.nothing(count, len(self._area))
+
+    def begin(self, rows: Ints, depth: Floats) -> Floats:
+        """They are empty."""
+        empty = Fill.nothing(len(rows), len(self._area))
+        self._fill = replaced(self._fill, rows, empty)
+        return empty.depth(self._area, self._config)
+
+    def after(self, thrown: Objects, ended_in: Ints, depth: Floats) -> Floats:
+        """By what lies there now."""
+        self._fill = self._fill.after(ended_in, volume_of(thrown.shape, thrown.size), self._emptied)
+        return self._fill.depth(self._area, self._config)
+
+
+def bins_of_cells(config: ConveyorConfig, count: int, carried: bool) -> PlannedBins:
+    """The bins of N cells, with what lies in them carried along from throw to throw or not."""
+    emptied = config.bins.emptied
+    if emptied is None or not config.bins.fixed or not carried:
+        return PlannedBins()
+    return FillingBins(config, count, emptied)
+
+
+def fixed_areas(config: ConveyorConfig) -> Floats:
+    """Areas of the fixed bins' openings (B,) [m2]."""
+    return np.prod(np.array([fixed.size for fixed in config.bins.fixed]).reshape(-1, 2), axis=1)
+
+
+def mean_volumes(config: ConveyorConfig, table: ItemTable) -> Floats:
+    """Of what each bin takes (B,) [m3]."""
+    own = volume_of(table.shape, table.size)
+    takes = config.acceptance() if config.bins.fixed else np.full((len(own), 1), True)
+    return (own @ takes) / takes.sum(axis=0)
+
+
+def drawn_fill(draw: Floats, emptied: int, volume: Floats) -> Fill:
+    """Bins at any moment between two emptyings, by uniform draws (N, B): so many objects of a volume (B,) [m3]."""
+    count = np.minimum((draw * emptied).astype(np.int64), emptied - 1)
+    return Fill(count, count * volume)
+
+
+def volume_of(shape: Ints, size: Floats) -> Floats:
+    """Volume of bodies by shape S and full extents S + (3,) [m]: S [m3]."""
+    return np.asarray(_SHARE[shape] * size[..., 0] * size[..., 1] * size[..., 2])

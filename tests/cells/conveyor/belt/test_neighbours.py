@@ -1,0 +1,212 @@
+"""Objects on the belt that a carried one sweeps through: told as it is, and where they are solid, out of reach then."""
+
+import copy
+import pickle
+from dataclasses import replace
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from pnt_gym.arrays import joined, take
+from pnt_gym.cells.base.items import BOX, CYLINDER, ELLIPSOID
+from pnt_gym.cells.conveyor.belt.neighbours import AFTERWARDS, INTERVAL, as_measured, course, swept
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
+from pnt_gym.errors import ConfigError
+from pnt_gym.planning.motion.limits import MotionLimits
+from pnt_gym.planning.motion.scurve import accelerate, coast
+from tests.tools.throws import make_core, same_bits, vary
+
+COUNT = 24
+
+
+def core_of(count=COUNT, level="waste_plain", neighbours="solid", tracking=False, picks="belt", speed=0.8, **changes):
+    belt = {"speed": speed, "neighbours": neighbours, "tracking": tracking}
+    return make_core(vary(level, belt=belt, **{"fidelity": "flight", **changes}), count, picks=picks)
+
+
+def some_objects(count, seed):
+    """Objects of every shape and yaw."""
+    objects = make_core("waste_plain", count, seed=seed).context.objects
+    rng = np.random.default_rng(seed)
+    return replace(
+        objects,
+        shape=rng.choice([ELLIPSOID, CYLINDER, BOX], count),
+        size=rng.uniform(0.02, 0.2, (count, 3)),
+        yaw=rng.uniform(-np.pi, np.pi, count),
+    )
+
+
+def covers(one, points, shrink):
+    """Whether an object's outline about the origin holds points (P, 2), from the definition of its shape."""
+    cos, sin = np.cos(one.yaw), np.sin(one.yaw)
+    along, across = points @ [cos, sin], points @ [-sin, cos]
+    a, b = one.size[0] / 2 - shrink, one.size[1] / 2 - shrink
+    if one.shape == ELLIPSOID:
+        return (along / a) ** 2 + (across / b) ** 2 <= 1.0
+    return (np.abs(along) <= a) & (np.abs(across) <= b)
+
+
+def meet_by_points(one, other, apart, shrink):
+    """Whether two outlines share a point of a fine grid."""
+    grid = np.linspace(-0.15, 0.15, 301)
+    points = np.stack(np.meshgrid(grid, grid), axis=-1).reshape(-1, 2)
+    return bool((covers(one, points, shrink) & covers(other, points - apart, shrink)).any())
+
+
+def test_outlines_overlap_where_they_share_points():
+    count = 300
+    one, other = some_objects(count, 0), some_objects(count, 1000)
+    apart = np.random.default_rng(0).uniform(-0.15, 0.15, (count, 2))
+    still = np.zeros((count, 1, 3))
+    found = swept(one, np.zeros((count, 2)), still, take(other, np.s_[:, None]), apart[:, None])[:, 0]
+    surely = [meet_by_points(take(one, k), take(other, k), apart[k], 0.001) for k in range(count)]
+    maybe = [meet_by_points(take(one, k), take(other, k), apart[k], -0.001) for k in range(count)]
+    assert 0.2 < np.mean(surely) < 0.8
+    assert found[np.array(surely)].all()
+    assert not found[~np.array(maybe)].any()
+
+
+def test_only_what_is_higher_than_the_underside_is_met():
+    one, other = some_objects(4, 0), some_objects(4, 50)
+    height = other.size[:, 2]
+    for lift, meets in ((height - 0.001, True), (height + 0.001, False), (height * 0 - 0.05, False)):
+        way = np.stack([0 * lift, 0 * lift, lift], axis=-1)[:, None]
+        found = swept(one, np.zeros((4, 2)), way, take(other, np.s_[:, None]), np.zeros((4, 1, 2)))
+        assert (found == meets).all()
+
+
+def straight_throw(count=3):
+    """Throws from rest towards +y, rising."""
+    limits = MotionLimits.t3kr(40.0)
+    ahead = np.tile([0.0, 0.8, 0.6], (count, 1))
+    segments = joined([accelerate(ahead, np.full(count, 0.2), limits), coast(np.full(count, 0.2))], axis=1)
+    pick = np.random.default_rng(0).normal(size=(count, 3))
+    resting = ThrowMotion.resting(pick)
+    return replace(resting, segments=segments, release_time=segments.durations[:, :-1].sum(axis=1))
+
+
+def test_ways_are_those_of_the_hand_and_then_of_a_falling_object_against_the_belt():
+    motion, speed = straight_throw(), 0.5
+    free_at = np.array([0.02, 0.06, 0.1])
+    way = course(motion, free_at, speed)
+    times = INTERVAL * np.arange(way.shape[1])
+    np.testing.assert_allclose(way[:, 0], 0.0)
+    for row, free in enumerate(free_at):
+        counted = times <= free + AFTERWARDS
+        t, there = times[counted], way[row, counted]
+        np.testing.assert_allclose(there[:, 0], -speed * t, atol=1e-12)
+        held = t <= free
+        # Along the line of the throw while it is held, at 1200 m/s3 at first.
+        np.testing.assert_allclose(there[held, 1] * 0.75, there[held, 2], atol=1e-12)
+        early = t <= min(free, 0.04)
+        np.testing.assert_allclose(there[early, 1], 0.8 * 1200.0 * t[early] ** 3 / 6, atol=1e-12)
+        flying = t > free + INTERVAL
+        if flying.sum() > 2:
+            second = np.diff(there[flying], 2, axis=0) / INTERVAL**2
+            np.testing.assert_allclose(second, np.tile([0.0, 0.0, -9.81], (len(second), 1)), atol=1e-6)
+
+
+def test_a_lost_object_that_falls_back_meets_what_it_falls_on():
+    """Held, it would have risen over its neighbour."""
+    motion = straight_throw(1)
+    one = replace(some_objects(1, 3), shape=np.array([BOX]), size=np.full((1, 3), 0.05), yaw=np.zeros(1))
+    other = take(one, np.s_[:, None])
+    lost, held = (course(motion, np.array([free]), 0.25) for free in (0.05, 0.15))
+    down = int(np.argmax(lost[0, :, 2] < -0.005))
+    assert down > 0
+    for way, meets in ((lost, True), (held, False)):
+        assert swept(one, np.zeros((1, 2)), way, other, lost[:, [down], :2])[0, 0] == meets
+
+
+def identity(objects):
+    """Objects by a value that no two share."""
+    return set(np.asarray(objects.mass).ravel().tolist())
+
+
+@pytest.mark.parametrize("tracking", [False, True])
+@pytest.mark.parametrize("dispatch", ["first", "soonest"])
+def test_what_was_knocked_rides_on_and_is_never_picked(tracking, dispatch):
+    core = core_of(tracking=tracking, dispatch=dispatch)
+    knocked, told = set(), 0
+    for _ in range(10):
+        stream = core.cell._source.stream
+        before = copy.deepcopy(stream)
+        context = core.context
+        motion, held = core.cell._motion(context, core.plan(np.zeros((COUNT, 2)))[0])
+        met = core.cell._source.swept(context, motion, held)
+        info = core.step(np.zeros((COUNT, 2))).info
+        np.testing.assert_array_equal(info["disturbed"], met.any(axis=1))
+        told += info["disturbed"].sum()
+        knocked |= set(before.objects.mass[met].tolist())
+        assert not knocked & identity(core.context.objects)
+        # What is still known to be knocked is what was.
+        assert set(stream.objects.mass[stream.knocked].tolist()) <= knocked
+    assert told > 0
+    assert knocked
+
+
+@pytest.mark.parametrize("tracking", [False, True])
+def test_solid_neighbours_are_rarely_touched(tracking):
+    rates = {}
+    for neighbours in ("ghosts", "solid"):
+        core = core_of(40, neighbours=neighbours, tracking=tracking)
+        rates[neighbours] = np.mean([core.step(np.zeros((40, 2))).info["disturbed"].mean() for _ in range(6)])
+    assert rates["ghosts"] > 0.1
+    assert rates["solid"] < 0.3 * rates["ghosts"]
+
+
+def test_where_every_pick_touches_somebody_the_first_is_taken():
+    """Nobody starves: picks go on, and are told to disturb."""
+    belt = {"speed": 0.25, "neighbours": "solid", "spacing": [0.02, 0.021], "lane_y": [-0.33, -0.32]}
+    core = make_core(vary("waste_plain", belt=belt, fidelity="flight"), 12, picks="belt")
+    info = [core.step(np.zeros((12, 2))).info["disturbed"] for _ in range(4)]
+    assert np.mean(info) > 0.5
+
+
+def test_ghosts_are_told_of_and_change_nothing_else():
+    """Until the first throw that touches somebody, or picks that would, both worlds are one."""
+    ghosts, solid = core_of(neighbours="ghosts"), core_of(neighbours="solid")
+    same = np.array([same_bits(ghosts.context.pick[k], solid.context.pick[k]) for k in range(COUNT)])
+    assert same.any()
+    one, other = (core.step(np.zeros((COUNT, 2))).info for core in (ghosts, solid))
+    np.testing.assert_array_equal(one["disturbed"][same], other["disturbed"][same])
+    np.testing.assert_array_equal(one["landing_error"][same], other["landing_error"][same])
+
+
+def test_without_a_belt_nobody_is_there():
+    core = core_of(picks="independent")
+    assert not core.step(np.zeros((COUNT, 2))).info["disturbed"].any()
+
+
+def test_what_the_planner_compares_is_what_the_sensors_see():
+    objects = core_of().context.objects
+    seen = as_measured(objects)
+    np.testing.assert_array_equal(seen.size, objects.measured.size)
+    np.testing.assert_array_equal(seen.yaw, objects.measured.yaw)
+    assert not np.array_equal(seen.size, objects.size)
+
+
+def test_a_row_gives_the_same_alone_in_a_batch_and_in_a_copy():
+    level = {"base": "waste_plain", "belt": {"speed": 0.8, "neighbours": "solid"}, "fidelity": "flight"}
+    env = gym.make_vec("PnTConveyor-v0", num_envs=4, level=level)
+    env.reset(seed=3)
+    single = gym.make("PnTConveyor-v0", level=level).unwrapped
+    single.reset(seed=5)
+    disturbed = 0
+    for step in range(8):
+        if step == 4:
+            single = pickle.loads(pickle.dumps(copy.deepcopy(single)))
+        seen, reward, _, _, info = env.step(np.zeros((4, 2), dtype=np.float32))
+        alone, own, _, _, told = single.step(np.zeros(2, dtype=np.float32))
+        assert same_bits(seen[2], alone)
+        assert reward[2] == own
+        assert info["disturbed"][2] == told["disturbed"]
+        disturbed += info["disturbed"].sum()
+    assert disturbed > 0
+
+
+def test_neighbours_are_ghosts_or_solid():
+    with pytest.raises(ConfigError, match=r"belt.neighbours is 'walls': input should be 'ghosts' or 'solid'"):
+        ConveyorConfig.load({"belt": {"neighbours": "walls"}})

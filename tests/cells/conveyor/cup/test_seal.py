@@ -1,0 +1,297 @@
+"""Picks that fail: by kind and by where the cup stands, at the price of a cycle, and changing nothing else."""
+
+import copy
+import pickle
+from dataclasses import replace
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+import pnt_gym  # noqa: F401 - registers the environments
+from agents.ground.metrics import wilson
+from pnt_gym.arrays import take
+from pnt_gym.cells.base.items import BOX, ELLIPSOID
+from pnt_gym.cells.conveyor.cup.hold import picked, seal_chance
+from pnt_gym.cells.conveyor.objects.outline import inside_outline
+from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.planning import MotionLimits, min_time_scurve
+from tests.tools.throws import make_core, parts_of, planned, same_bits, vary
+
+LIP = 0.018
+FAILING = {"pick": {"fails": True}}
+WASTE = vary("waste_plain", **FAILING)
+HIDDEN_DRAWS = ("pick_draw",)
+
+
+def some(count, config=WASTE, seed=0):
+    """Picks of so many objects anywhere in the window."""
+    objects = take(PickPlanner(config).draw([np.random.default_rng(seed)], np.arange(1), count), 0)
+    return planned(config, objects, np.linspace(-0.2, 0.2, count))[0]
+
+
+def moved(context, shape, place):
+    """The same objects with another shape, and the cup at a place (N, 2) from the middle."""
+    objects = replace(context.objects, shape=np.full(len(place), shape), grasp=-place)
+    return replace(context, objects=objects, belt_shift=np.zeros(len(place)))
+
+
+def test_distance_from_a_rectangle_is_that_of_its_nearest_edge():
+    """By brute force: the nearest of many points of the edge, positive inside."""
+    context, random = some(40), np.random.default_rng(1)
+    place = random.uniform(-0.12, 0.12, (40, 2))
+    found = inside_outline(moved(context, BOX, place).objects, place)
+    edge = np.linspace(-1.0, 1.0, 4001)
+    for row in range(40):
+        o = take(context.objects, row)
+        turn = np.array([[np.cos(o.yaw), np.sin(o.yaw)], [-np.sin(o.yaw), np.cos(o.yaw)]])
+        x, y = turn @ place[row]
+        a, b = o.size[:2] / 2.0
+        one = np.ones_like(edge)
+        points = np.concatenate([np.stack(p, axis=1) for p in ((a * edge, b * one), (a * edge, -b * one),
+                                                               (a * one, b * edge), (-a * one, b * edge))])  # fmt: skip
+        distance = np.hypot(*(points - [x, y]).T).min()
+        inside = abs(x) <= a and abs(y) <= b
+        assert found[row] == pytest.approx(distance if inside else -distance, abs=1e-4)
+
+
+def test_distance_from_a_circle_is_exact():
+    context = some(50)
+    radius = context.objects.size[:, 0] / 2.0
+    objects = replace(context.objects, size=np.repeat(2.0 * radius[:, None], 3, axis=1))
+    place = np.random.default_rng(2).uniform(-0.1, 0.1, (50, 2))
+    circles = replace(objects, shape=np.full(50, ELLIPSOID))
+    np.testing.assert_allclose(inside_outline(circles, place), radius - np.hypot(*place.T), atol=1e-12)
+
+
+@pytest.mark.parametrize("shape", [BOX, ELLIPSOID])
+def test_the_chance_falls_steadily_from_all_to_nothing_over_the_lip(shape):
+    """Along a way outwards: its kind's inside, nothing from the lip's radius outside on, no jump between."""
+    one, count = some(1), 2001
+    context = take(one, np.zeros(count, dtype=int))
+    wide = np.tile([0.10, 0.10, 0.05], (count, 1))
+    context = replace(context, objects=replace(context.objects, size=wide, yaw=np.zeros(count)))
+    out = np.linspace(0.0, 0.12, count)
+    chance = seal_chance(moved(context, shape, np.stack([out, np.zeros(count)], axis=1)))
+    full = context.objects.pick_chance[0]
+    assert (chance[out <= 0.05 - LIP - 1e-9] == full).all()
+    assert (chance[out >= 0.05 + LIP + 1e-9] == 0.0).all()
+    assert (np.diff(chance) <= 0.0).all()
+    assert np.abs(np.diff(chance)).max() < 0.01
+    assert chance[np.abs(out - 0.05).argmin()] == pytest.approx(full / 2.0, abs=0.01)
+
+
+@pytest.mark.parametrize("mismatch", [0.0, 0.5, 1.0, 3.0])
+def test_as_many_picks_fail_as_the_chances_say(mismatch):
+    config = vary("waste_plain", mismatch=mismatch, **FAILING)
+    context = some(1500, config)
+    expected = np.minimum(mismatch * (1.0 - seal_chance(context)), 1.0).mean()
+    failed = ~picked(context, config)
+    found = wilson(int(failed.sum()), len(failed))
+    assert found.low - 0.01 <= expected <= found.high + 0.01
+    assert failed.any() == (mismatch > 0.0)
+
+
+def test_crushed_and_porous_things_are_harder_to_pick():
+    table = {item.name: item.pick_chance for item in WASTE.item_list()}
+    assert max(table[name] for name in ("can_crushed", "pet_crushed", "paper_ball", "foil_ball")) <= 0.80
+    assert min(table[name] for name in ("can", "pet_05", "jar_lid", "tray", "steel_tin")) >= 0.85
+
+
+@pytest.mark.parametrize("mode", ["release_point", "release_xyz", "virtual_goal"])
+@pytest.mark.parametrize("fidelity", ["full", "flight"])
+@pytest.mark.parametrize("env_id", ["PnTConveyor-v0", "PnTRelease-v0"])
+def test_a_failed_pick_is_no_throw(env_id, fidelity, mode):
+    level = {"base": "waste_plain", "fidelity": fidelity, **FAILING}
+    env = gym.make_vec(env_id, num_envs=12, level=level, action_mode=mode)
+    env.reset(seed=1)
+    told = []
+    for _ in range(2):
+        seen, reward, *_, info = env.step(np.zeros(env.action_space.shape))
+        assert np.isfinite(seen).all()
+        assert np.isfinite(reward).all()
+        told.append({name: value for name, value in info.items() if isinstance(value, np.ndarray)})
+    held = np.concatenate([one["picked"] for one in told])
+    found = {name: np.concatenate([one[name] for one in told])[~held] for name in told[0] if name != "final_info"}
+    assert held.any()
+    assert not held.all()
+    for name in ("is_success", "sorted", "in_opening", "in_bin", "rim", "recontact", "dropped", "belongs"):
+        assert not found[name].any()
+    for name in ("landing_error", "landing_along", "landing_across", "grip_margin"):
+        assert np.isnan(found[name]).all()
+    assert (found["ended_in"] == -1).all()
+    assert (found["reward_success"] == 0.0).all()
+    assert (found["reward_landing"] == 0.0).all()
+    np.testing.assert_allclose(found["reward_time"], 0.1 * (1.0 - found["cycle_time"] / 3.0))
+
+
+def test_a_failed_pick_costs_the_way_to_the_next_object():
+    """Dwell, straight above the next pick, and down: by the public S-curve, row by row."""
+    core = make_core(vary("nominal_plain", **FAILING), 40, seed=2)
+    before, config = core.context, core.config
+    info = core.step(np.zeros((40, 2))).info
+    low, high = np.array([config.belt.pick_x, config.belt.lane_y]).T
+    for row in np.flatnonzero(~info["picked"]):
+        limits = MotionLimits.t3kr(percent=before.objects.percent[row])
+        place = low + (high - low) * before.objects.draws.place[row, 1:3]
+        over = np.array([*place, config.belt.height + 0.05 + config.motion.clearance])
+        ways = np.linalg.norm(over - before.pick[row]), config.motion.clearance
+        expected = config.motion.dwell + sum(min_time_scurve(way, limits).duration for way in ways)
+        assert info["cycle_time"][row] == pytest.approx(expected, abs=1e-9)
+        assert 0.0 < info["energy"][row] < info["energy"][info["picked"]].min()
+
+
+def test_what_is_picked_is_thrown_as_if_nothing_could_fail():
+    """To the last bit, and the objects are the same."""
+    plain, failing = (make_core(level, 24, seed=4) for level in ("waste_plain", WASTE))
+    for name, values in parts_of(plain.context.objects).items():
+        assert name in HIDDEN_DRAWS or same_bits(values, parts_of(failing.context.objects)[name])
+    infos = [core.step(np.full((24, 2), 0.1)).info for core in (plain, failing)]
+    held = infos[1]["picked"]
+    assert infos[0]["picked"].all()
+    assert 0 < held.sum() < 24
+    for name, values in infos[0].items():
+        if name not in ("kind", "picked"):
+            assert same_bits(values[held], infos[1][name][held]), name
+
+
+@pytest.mark.parametrize("picks", ["belt", "independent"])
+def test_a_row_fails_the_same_alone_in_a_batch_and_with_two_threads(picks):
+    def steps(core):
+        return [core.step(np.zeros((core.count, 2))).info for _ in range(3)]
+
+    many, again = (steps(make_core(WASTE, 6, picks=picks, seed=9, threads=threads)) for threads in (1, 2))
+    assert not np.all([info["picked"] for info in many])
+    for one, other in zip(many, again, strict=True):
+        assert all(same_bits(one[name], other[name]) for name in one)
+    for row in range(6):
+        for one, alone in zip(many, steps(make_core(WASTE, 1, picks=picks, seed=9 + row)), strict=True):
+            assert all(same_bits(one[name][row : row + 1], alone[name]) for name in one)
+
+
+def test_copies_go_on_with_the_same_failures():
+    env = gym.make("PnTConveyor-v0", level={"base": "waste_plain", "fidelity": "flight", **FAILING}).unwrapped
+    env.reset(seed=3)
+    env.step(np.zeros(2))
+    others = [pickle.loads(pickle.dumps(env)), copy.deepcopy(env)]
+    for _ in range(6):
+        mine = env.step(np.zeros(2))
+        for other in others:
+            theirs = other.step(np.zeros(2))
+            assert same_bits(mine[0], theirs[0])
+            assert repr(mine[4]) == repr(theirs[4])
+
+
+def test_no_object_comes_twice_and_none_is_lost_from_the_count():
+    """Thrown or failed, each object of the belt is met once; with those let go it is all that the belt brought."""
+    core = make_core(vary("waste_plain", picks_per_shift=1000, fidelity="flight", **FAILING), 6, picks="belt", seed=1)
+    met, held = [], []
+    for _ in range(12):
+        met.append(core.context.objects.mass.copy())
+        info = core.step(np.zeros((6, 2))).info
+        held.append(info["picked"])
+        assert ((info["ended_in"] >= 0) <= info["picked"]).all()
+        assert (info["sorted"] <= info["belongs"]).all()
+    assert 0 < np.sum(held) < 72
+    for row in range(6):
+        assert len({mass[row] for mass in met}) == 12
+
+
+def test_the_oracle_looks_at_throws_that_are_picked():
+    core = make_core(WASTE, 30, seed=4)
+    actions = np.zeros((30, 2))
+    assert np.isfinite(core.preview(actions).landing_error).all()
+    assert np.isnan(core.preview(actions, jitter=True).landing_error).any()
+
+
+def test_a_failed_pick_is_drawn_as_a_hand_that_leaves_its_object():
+    core = make_core(WASTE, 12, seed=4)
+    row = int(np.flatnonzero(~picked(core.context, core.config))[0])
+    core.cell.plant.record_row = row
+    belt = core.config.belt
+    x = core.context.pick[row, 0]
+    core.step(np.zeros((12, 2)))
+    recording = core.cell.plant.recording
+    for data, _ in recording.play(0.05):
+        time, place = data.time, data.xpos[recording.body].copy()
+    assert belt.height < place[2] < belt.height + 0.12
+    assert 0.3 * belt.speed * time < place[0] - x < 1.1 * belt.speed * time
+
+
+def test_a_cup_that_yields_and_blows_does_nothing_to_what_it_never_held():
+    """Every effect of the cup together with failed picks, in both fidelities."""
+    cup = {"stiffness": 0.5, "peel": True, "blow_off": 0.2, "fitted": True}
+    for fidelity in ("full", "flight"):
+        core = make_core(vary("waste_plain", cup=cup, fidelity=fidelity, **FAILING), 24, seed=4)
+        info = core.step(np.zeros((24, 2))).info
+        assert 0 < info["picked"].sum() < 24
+        assert same_bits(np.isnan(info["landing_error"]), ~info["picked"])
+        assert (info["energy"] > 0.0).all()
+
+
+@pytest.mark.parametrize("gap", ["centre", "edge"])
+def test_objects_of_one_belt_fail_one_by_one(gap):
+    """Each has a draw of its own, whether objects are drawn together or one after the other."""
+    core = make_core(vary("waste_plain", belt={"gap": gap}, **FAILING), 3, picks="belt")
+    draws = core.cell._source.stream.queue.pick_draw
+    assert len(np.unique(draws)) == draws.size
+
+
+@pytest.mark.parametrize("dispatch", ["first", "soonest", "atc"])
+def test_all_that_the_belt_brought_is_thrown_failed_passed_or_still_there(dispatch):
+    """Counted where objects are drawn, cell by cell."""
+    config = vary(
+        "waste_plain",
+        dispatch=dispatch,
+        fidelity="flight",
+        picks_per_shift=1000,
+        belt={"speed": 0.5, "gap": "edge"},
+        **FAILING,
+    )
+    core = make_core(config, 4, picks="belt", seed=1)
+    stream, planner = core.cell._source.stream, core.cell.planner
+    brought, draw = np.full(4, stream.length), planner.draw
+
+    def counted(generators, rows, count):
+        np.add.at(brought, rows, count)
+        return draw(generators, rows, count)
+
+    # What was let go before the first throw was replaced already, and so was the first object itself.
+    first = core.cell._source.passed + 1
+    planner.draw = counted
+    steps = [core.step(np.zeros((4, 2))).info for _ in range(10)]
+    thrown = np.sum([info["picked"].astype(int) for info in steps], axis=0)
+    failed = np.sum([~info["picked"] for info in steps], axis=0)
+    passed = np.sum([info["passed"] for info in steps], axis=0) + core.cell._source.passed
+    under_the_cup = 1
+    assert same_bits(brought + first, thrown + failed + passed + under_the_cup + stream.length)
+    assert passed.sum() > 0
+    assert failed.sum() > 0
+
+
+METHODS = ("straight", "free_direction", "horizontal", "pick_and_place", "ellipse", "auto")
+
+
+@pytest.mark.parametrize(
+    "belt", [{"tracking": True}, {"neighbours": "solid", "gap": "edge"}], ids=["tracking", "solid"]
+)
+@pytest.mark.parametrize("planner", METHODS)
+def test_failed_picks_go_with_every_way_to_a_bin_and_every_belt(planner, belt):
+    """Everything that can fail at once: no numbers are missing but those of landings that never were."""
+    level = {
+        "base": "nominal_plain", "planner": planner, "belt": belt, "fidelity": "flight", **FAILING,
+        "bins": {"emptied": 5}, "grip": {"limit": True},
+        "classifier": {"confusion": {"paper": {"paper": 0.8, "metal_can": 0.2}}},
+    }  # fmt: skip
+    env = gym.make_vec("PnTConveyor-v0", num_envs=12, level=level)
+    env.reset(seed=2)
+    held = []
+    for _ in range(2):
+        seen, reward, *_, info = env.step(np.zeros(env.action_space.shape))
+        assert np.isfinite(seen).all()
+        assert np.isfinite(reward).all()
+        assert same_bits(np.isnan(info["landing_error"]), ~info["picked"])
+        assert np.isfinite(info["energy"]).all()
+        assert (info["cycle_time"] > 0.1).all()
+        held.append(info["picked"])
+    assert 0 < np.sum(held) < 24

@@ -1,0 +1,210 @@
+"""Bins that fill: objects lie on what is there, and what ends in a bin makes it shallower until it is emptied."""
+
+import copy
+import pickle
+from dataclasses import replace
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+import pnt_gym  # noqa: F401 - registers the environments
+from pnt_gym.cells.base.items import item_arrays
+from pnt_gym.cells.conveyor.objects.fill import LEAST_DEPTH, Fill, drawn_fill, mean_volumes, volume_of
+from pnt_gym.errors import ConfigError
+from tests.tools.throws import make_core, parts_of, same_bits, vary
+
+PAIR = {
+    "fixed": [
+        {"name": "a", "x": -0.15, "y": 0.35, "size": [0.2, 0.2]},
+        {"name": "b", "x": 0.15, "y": 0.35, "size": [0.25, 0.2]},
+    ]
+}
+
+
+def filling(emptied=30, level="nominal_plain", **bins):
+    kept = PAIR if level == "nominal_plain" else {}
+    return vary(level, bins={**kept, "emptied": emptied, **bins}, picks_per_shift=1000)
+
+
+@pytest.mark.parametrize("level", ["nominal_plain", "waste_plain"])
+def test_an_object_comes_to_rest_on_what_lies_in_its_bin(level):
+    """Dropped into the middle of bins of any depth, without the robot: nothing sinks through."""
+    depths = np.linspace(0.02, 0.30, 15)
+    config = filling(level=level)
+    core = make_core(config, 15, seed=1)
+    context = core.context
+    if config.bins.fixed:
+        context = replace(context, depth=np.stack([depths, depths[::-1]], axis=1))
+    else:
+        context = replace(context, depth=depths[:, None])
+    depth, free = context.bin_depth, core.cell.plant.free
+    qpos = np.tile([0.0, 0.0, -0.80, 1.0, 0.0, 0.0, 0.0], (15, 1))
+    qpos[:, :2] = context.target[:, :2]
+    free.fall(np.arange(15), context, qpos, np.zeros((15, 6)), np.full(15, 1))
+    free.batch.bind("qpos")[:], free.batch.bind("qvel")[:] = qpos, 0.0
+    seen = free.batch.rollout(900, record=("sensordata",))["sensordata"]
+    above = seen[:, -1, 2] - (config.bins.rim - depth)
+    half = context.objects.size.min(axis=1) / 2.0
+    deep = depth > 0.05
+    assert (above[deep] > 0.5 * half[deep]).all()
+    assert (above[deep] < context.objects.size.max(axis=1)[deep]).all()
+    assert (np.abs(seen[deep, -1, 3:6]) < 0.05).all()
+
+
+def test_volumes_are_those_of_the_bodies():
+    size = np.array([[0.2, 0.1, 0.1], [0.2, 0.1, 0.1], [0.2, 0.1, 0.05]])
+    found = volume_of(np.array([0, 1, 2]), size)
+    np.testing.assert_allclose(found, [4 / 3 * np.pi * 0.1 * 0.05**2, np.pi * 0.05**2 * 0.2, 0.001], rtol=1e-12)
+
+
+def test_three_litres_in_a_bin_by_hand():
+    """0.2 m x 0.2 m, half of a filling is air: 1 l more is 50 mm less, until it is emptied."""
+    config, area = filling(emptied=3), np.array([0.04, 0.05])
+    fill = Fill.nothing(1, 2)
+    expected = [[0.25, 0.30], [0.20, 0.30], [0.20, 0.26], [0.30, 0.26], [0.30, 0.26]]
+    for where, depth in zip([0, 0, 1, 0, -1], expected, strict=True):
+        fill = fill.after(np.array([where]), np.array([0.001]), 3)
+        np.testing.assert_allclose(fill.depth(area, config), [depth], rtol=1e-12)
+    assert fill.count.tolist() == [[0, 1]]
+
+
+def test_an_overfull_bin_keeps_a_least_depth():
+    config = filling()
+    heap = Fill(np.array([[20, 0]]), np.array([[0.05, 0.0]]))
+    np.testing.assert_allclose(heap.depth(np.array([0.04, 0.05]), config), [[LEAST_DEPTH, 0.30]])
+    low = filling(depth=0.01)
+    np.testing.assert_allclose(heap.depth(np.array([0.04, 0.05]), low), [[0.01, 0.01]])
+
+
+@pytest.mark.parametrize("fidelity", ["full", "flight"])
+def test_what_a_shift_brings_is_what_its_bins_hold(fidelity):
+    """Every bin's depth from the list of all that ended there since it was emptied, throw by throw."""
+    core = make_core(vary("nominal_plain", bins={**PAIR, "emptied": 7}, fidelity=fidelity), 6, picks="belt", seed=3)
+    config = core.config
+    inside: dict[tuple[int, int], list[float]] = {(row, b): [] for row in range(6) for b in range(2)}
+    areas = [fixed.size[0] * fixed.size[1] for fixed in config.bins.fixed]
+    emptied = 0
+    for _ in range(16):
+        thrown = core.context
+        info = core.step(np.zeros((6, 2))).info
+        for row in range(6):
+            volume = sum(inside[row, int(info["bin"][row])])
+            depth = max(0.30 - volume / (config.bins.packing * areas[info["bin"][row]]), LEAST_DEPTH)
+            assert info["bin_depth"][row] == pytest.approx(depth, abs=1e-12)
+            if info["ended_in"][row] >= 0:
+                objects = inside[row, int(info["ended_in"][row])]
+                o = thrown.objects
+                objects.append(float(volume_of(o.shape[row], o.size[row])))
+                if len(objects) == 7:
+                    objects.clear()
+                    emptied += 1
+    assert emptied > 3
+
+
+def test_a_new_shift_begins_with_empty_bins():
+    env = gym.make_vec(
+        "PnTConveyor-v0", num_envs=3, level=vary("nominal_plain", bins={**PAIR, "emptied": 50}, picks_per_shift=4)
+    )
+    env.reset(seed=0)
+    depths = [env.step(np.zeros((3, 2)))[4]["bin_depth"] for _ in range(8)]
+    assert (depths[3] < 0.30).all()
+    assert (depths[4] == 0.30).all()
+    assert (depths[0] == 0.30).all()
+
+
+def test_a_drawn_fill_is_any_between_two_emptyings():
+    config = filling(emptied=4)
+    table = item_arrays(config.item_list())
+    fill = drawn_fill(np.array([[0.0, 0.26], [0.74, 0.99]]), 4, mean_volumes(config, table))
+    assert fill.count.tolist() == [[0, 1], [2, 3]]
+    mean = volume_of(table.shape, table.size).mean()
+    np.testing.assert_allclose(fill.volume, fill.count * mean)
+    own = vary(
+        "nominal_plain", bins={"fixed": [{**PAIR["fixed"][0], "accepts": ["paper"]}, PAIR["fixed"][1]], "emptied": 4}
+    )
+    np.testing.assert_allclose(mean_volumes(own, table)[0], volume_of(table.shape, table.size)[0])
+
+
+@pytest.mark.parametrize("level", ["nominal_plain", "waste_plain"])
+def test_drawn_fills_leave_all_else_as_it_is(level):
+    """The objects to the last bit; throws that clear the bottom fly the same."""
+    plain = make_core(vary(level, bins=PAIR if level == "nominal_plain" else {}), 40, seed=6)
+    full = make_core(filling(12, level), 40, seed=6)
+    for name, values in parts_of(plain.context.objects).items():
+        assert name == "draws.fill" or same_bits(values, parts_of(full.context.objects)[name])
+    assert same_bits(plain.observe(), full.observe())
+    depth = full.context.bin_depth
+    assert len(np.unique(depth)) > 5
+    infos = [core.step(np.zeros((40, 2))).info for core in (plain, full)]
+    assert (infos[0]["bin_depth"] == 0.30).all()
+    assert same_bits(infos[1]["bin_depth"], depth)
+    assert same_bits(infos[0]["cycle_time"], infos[1]["cycle_time"])
+    np.testing.assert_allclose(infos[0]["landing_error"], infos[1]["landing_error"], atol=1e-3)
+
+
+def test_shallow_bins_hold_less():
+    """As the facts of the flat fill say: deep ones all the same, few objects stay in one of 2 cm."""
+    config = filling(1000)
+    core = make_core(config, 60, seed=2)
+    kept = {}
+    for depth in (0.30, 0.15, 0.02):
+        core.cell.context = replace(core.context, depth=np.full((60, 2), depth))
+        kept[depth] = core.preview(np.zeros((60, 2))).in_bin.mean()
+    assert abs(kept[0.30] - kept[0.15]) < 0.06
+    assert kept[0.02] < kept[0.15] - 0.2
+
+
+@pytest.mark.parametrize("picks", ["belt", "independent"])
+def test_fills_are_the_same_alone_in_a_batch_and_with_two_threads(picks):
+    def steps(core):
+        return [core.step(np.zeros((core.count, 2))).info for _ in range(4)]
+
+    config = filling(9, fixed=PAIR["fixed"])
+    many, again = (steps(make_core(config, 4, picks=picks, seed=2, threads=threads)) for threads in (1, 2))
+    for one, other in zip(many, again, strict=True):
+        assert all(same_bits(one[name], other[name]) for name in one)
+    for row in range(4):
+        for one, alone in zip(many, steps(make_core(config, 1, picks=picks, seed=2 + row)), strict=True):
+            assert all(same_bits(one[name][row : row + 1], alone[name]) for name in one)
+
+
+def test_copies_go_on_with_what_lies_in_their_bins():
+    env = gym.make("PnTConveyor-v0", level=filling(60)).unwrapped
+    env.reset(seed=1)
+    for _ in range(3):
+        env.step(np.zeros(2))
+    others, depths = [pickle.loads(pickle.dumps(env)), copy.deepcopy(env)], []
+    for _ in range(4):
+        mine = env.step(np.zeros(2))[4]
+        depths.append(mine["bin_depth"])
+        for other in others:
+            assert other.step(np.zeros(2))[4] == mine
+    assert min(depths) < 0.30
+
+
+def test_asking_for_a_first_throw_leaves_the_bins_of_others_alone():
+    env = gym.make_vec("PnTConveyor-v0", num_envs=2, level=filling(60))
+    env.reset(seed=1)
+    for _ in range(3):
+        env.step(np.zeros((2, 2)))
+    env.reset(options={"reset_mask": np.array([True, False]), "item": "paper"})
+    depth = env.step(np.zeros((2, 2)))[4]["bin_depth"]
+    assert depth[0] == 0.30
+    assert depth[1] < 0.30
+
+
+WRONG = {
+    "never": ({"emptied": 0}, "bins.emptied is 0"),
+    "a part": ({"emptied": 2.5}, "bins.emptied is 2.5"),
+    "nothing but air": ({"packing": 0.0}, "bins.packing is 0"),
+    "more than all": ({"packing": 1.1}, "bins.packing is 1.1"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_a_filling_that_cannot_be_is_told_in_one_sentence(case):
+    bins, message = WRONG[case]
+    with pytest.raises(ConfigError, match=message) as caught:
+        vary("nominal_plain", bins=bins)
+    assert "\n" not in str(caught.value)
