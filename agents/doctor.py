@@ -38,7 +38,7 @@ def throws_for_a_second() -> str:
     """How many throws of the planner a second brings, and how many of them succeed."""
     from .controllers import make_controller
     from .ground.environments import make_vector
-    from .judging.throws.trial import thrown
+    from .judging.loop import thrown
 
     with closing(make_vector("PnTRelease-v0", "nominal", NUM_ENVS, os.cpu_count() or 1)) as env:
         batches = thrown(make_controller("analytic", env), env, 100 * NUM_ENVS, 0)

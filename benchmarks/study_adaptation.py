@@ -23,8 +23,8 @@ from agents.ground.environments import Env, core_of, make_vector
 from agents.ground.files import write_json
 from agents.ground.metrics import mean_interval, paired_mean
 from agents.ground.versions import versions
+from agents.judging.loop import held_out
 from agents.judging.throws.data import Throws
-from agents.judging.throws.trial import held_out
 from benchmarks.study import study_options, study_parser
 
 ENV: Final = "PnTAdapt-v0"

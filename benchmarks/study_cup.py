@@ -30,8 +30,8 @@ from agents.ground.amounts import NUM_ENVS
 from agents.ground.environments import make_vector
 from agents.ground.files import read_json, write_json
 from agents.ground.metrics import throughput
+from agents.judging.loop import held_out, practise
 from agents.judging.throws.data import summary
-from agents.judging.throws.trial import held_out, practise
 from benchmarks.study import Floats, infos, seeded_cells, study_options, study_parser
 from pnt_gym.arrays import joined, length
 from pnt_gym.cells.base.rotations import vertical

@@ -20,8 +20,8 @@ from agents.controllers import make_controller
 from agents.controllers.protocol import Actions, Controller, Observation
 from agents.ground.environments import core_of, make_vector
 from agents.ground.files import write_json
+from agents.judging.loop import held_out
 from agents.judging.throws.data import summary
-from agents.judging.throws.trial import held_out
 from benchmarks.study import study_options, study_parser
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.core import Core

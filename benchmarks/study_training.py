@@ -26,8 +26,8 @@ from agents.controllers.protocol import Controller
 from agents.ground.amounts import NUM_ENVS
 from agents.ground.environments import Env, core_of, make_vector
 from agents.ground.files import read_json, write_json
+from agents.judging.loop import held_out, practise
 from agents.judging.throws.data import summary
-from agents.judging.throws.trial import held_out, practise
 from agents.learning.hyperparameters import hyperparameters
 from agents.learning.progress import Stop
 from agents.learning.runs import RunFolder

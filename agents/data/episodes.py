@@ -17,8 +17,8 @@ from pnt_gym.arrays import Bools, Floats
 
 from ..controllers.protocol import Controller
 from ..ground.environments import Env, Role, cores_of, hidden_of
+from ..judging.loop import observed
 from ..judging.throws.data import results
-from ..judging.throws.trial import observed
 
 LEAST_SEED: Final = 2**31
 """`stream_seed` gives smaller ones, so no episode here begins as one of a training, practice or evaluation."""

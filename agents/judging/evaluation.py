@@ -13,8 +13,9 @@ from ..ground.amounts import NUM_ENVS
 from ..ground.cli import UsageError, at_least
 from ..ground.environments import Env, as_vector, make_vector
 from ..ground.tables import throws_bar
+from .loop import Progress
 from .record import Record, Row
-from .trial import Progress, Trial
+from .trial import Trial
 from .trials import trial_of
 
 

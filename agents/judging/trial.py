@@ -8,7 +8,7 @@ counted, who acts, and how that is told.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import Any, ClassVar, Final
@@ -26,10 +26,9 @@ from ..learning.algorithms import RESIDUAL
 from ..learning.runs import RunFolder
 from ..learning.windows import ThrowWindow, Window
 from .card import Card, usual_card
+from .loop import Progress, practise
 from .record import Record
 
-Progress = Callable[[int], object]
-"""Called with the number of units just done, or of steps in a practice."""
 EXPERTS: Final[Mapping[str, str]] = dict.fromkeys(("PnTConveyor-v0", "PnTRelease-v0"), str(POLICY))
 """Policies that ship, by the environment in which each is the expert."""
 
@@ -37,7 +36,7 @@ EXPERTS: Final[Mapping[str, str]] = dict.fromkeys(("PnTConveyor-v0", "PnTRelease
 class Trial(ABC):
     """Abstract: one kind of task, and how controllers are judged by it.
 
-    A subclass needs `unit` and `run` alone. All else says what single throws that are corrected need.
+    A subclass needs `unit`, `record` and `run` alone. All else is as single throws need it.
 
     Args:
         env: the cells in which controllers act.
@@ -155,7 +154,7 @@ class Trial(ABC):
         Returns:
             The controller, or where a search learns for it what the search has found.
         """
-        del steps, seed, progress
+        practise(controller, self.env, steps, seed, progress=progress)
         return controller
 
     def peers(self, asked: Mapping[str, Any]) -> dict[str, int]:

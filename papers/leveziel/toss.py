@@ -16,8 +16,8 @@ from agents.ground.drawings import COLOURS, Axes, Figure, dress, subplots, svg
 from agents.ground.environments import Env, core_of, make_vector
 from agents.ground.metrics import wilson
 from agents.ground.tables import Grid
+from agents.judging.loop import held_out, practise
 from agents.judging.throws.data import Throws, summary
-from agents.judging.throws.trial import held_out, practise
 from agents.reproduce.finding import Findings, Overview, Row
 from agents.reproduce.grids import JsonRow, Rows, below, number, plain
 from pnt_gym.arrays import Floats, joined

@@ -11,8 +11,8 @@ import numpy as np
 from agents.controllers import make_controller
 from agents.ground.drawings import COLOURS, Figure, dress, subplots
 from agents.ground.environments import make_vector, stream_seed
+from agents.judging.loop import held_out, practise, thrown
 from agents.judging.throws.data import Throws
-from agents.judging.throws.trial import held_out, practise, thrown
 from agents.reproduce.finding import Findings, Row
 from agents.reproduce.grids import listed
 from pnt_gym.arrays import Bools, Floats, joined

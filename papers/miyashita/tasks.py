@@ -17,8 +17,8 @@ from agents.controllers.protocol import Controller, Learner
 from agents.ground.drawings import COLOURS, Figure, frames_figure, subplots
 from agents.ground.environments import core_of, make_vector, stream_seed
 from agents.ground.metrics import wilson
+from agents.judging.loop import held_out, practise, thrown
 from agents.judging.throws.data import Throws
-from agents.judging.throws.trial import held_out, practise, thrown
 from agents.reproduce.finding import Findings, Row
 from agents.reproduce.grids import listed
 from pnt_gym.arrays import Bools, Floats, take

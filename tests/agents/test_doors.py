@@ -19,8 +19,8 @@ from agents.controllers import make_controller
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
 from agents.judging.evaluation import evaluate
+from agents.judging.loop import held_out, practise
 from agents.judging.throws.data import summary
-from agents.judging.throws.trial import held_out, practise
 from agents.learning.trained import setting
 from tests.tools.commands import answer, call, call_here
 from tests.tools.lob import write_entry_point, write_package

@@ -17,8 +17,8 @@ import yaml
 from agents.controllers import make_controller
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
+from agents.judging.loop import held_out
 from agents.judging.throws.data import summary
-from agents.judging.throws.trial import held_out
 from agents.learning.runs import RunFolder
 from agents.learning.vec_env import SameStepVecEnv
 from agents.train import Arguments, main

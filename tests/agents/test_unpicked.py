@@ -13,8 +13,8 @@ import pytest
 from agents.controllers import Observation, Outcome, make_controller
 from agents.ground.environments import make_vector
 from agents.judging.evaluation import evaluate
+from agents.judging.loop import practise
 from agents.judging.throws.data import Throws
-from agents.judging.throws.trial import practise
 from agents.learning.progress import ProgressCallback, Stop
 from pnt_gym.arrays import take
 

@@ -33,7 +33,8 @@ from ...learning.runs import RunFolder
 from ...learning.windows import DecisionWindow
 from ...policies.scorer import Scorer
 from ..card import Card
-from ..trial import Progress, Trial
+from ..loop import Progress
+from ..trial import Trial
 from .card import CARD
 from .data import worked
 from .record import ShiftRecord

@@ -20,8 +20,8 @@ from agents.controllers.trackers import effects
 from agents.ground.cli import UsageError
 from agents.ground.environments import core_of, make_vector
 from agents.judging.evaluation import evaluate
+from agents.judging.loop import held_out, observed, practise
 from agents.judging.throws.data import summary
-from agents.judging.throws.trial import held_out, observed, practise
 from agents.judging.trials import trial_of
 from pnt_gym.cells.conveyor.observation import SHIFT_TABLE
 from tests.agents.controllers.test_trackers import network, throws

@@ -26,7 +26,7 @@ from agents.data.episodes import episodes
 from agents.ground.cli import UsageError
 from agents.ground.environments import core_of, make_vector
 from agents.judging.evaluation import evaluate
-from agents.judging.throws.trial import held_out, thrown
+from agents.judging.loop import held_out, thrown
 from agents.judging.trials import trial_of
 from agents.learning.runs import LATER, RunFolder
 from agents.learning.sb3 import build, load_policy

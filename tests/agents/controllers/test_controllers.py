@@ -15,8 +15,8 @@ from agents.controllers.bucket_table import mean_shift, virtual_goal
 from agents.controllers.ridge import Ridge
 from agents.controllers.shift import ideal_shift, to_action
 from agents.ground.cli import UsageError
+from agents.judging.loop import held_out, practise
 from agents.judging.throws.data import summary
-from agents.judging.throws.trial import held_out, practise
 from pnt_gym.cells.conveyor.action import correction
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.observation import FEATURES

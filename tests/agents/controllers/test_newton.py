@@ -19,8 +19,8 @@ from agents.controllers.newton import NewtonGoal
 from agents.controllers.protocol import Learner as LearnerProtocol
 from agents.controllers.response import Response, gauss_newton, log_chance
 from agents.ground.cli import UsageError
+from agents.judging.loop import held_out, practise
 from agents.judging.throws.data import summary
-from agents.judging.throws.trial import held_out, practise
 from tests.tools.toy_cell import POSE, PoseVectorEnv, ToyVectorEnv, observation_of, outcome_of
 
 Errors = Callable[[np.ndarray], np.ndarray]

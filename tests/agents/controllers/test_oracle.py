@@ -12,8 +12,8 @@ import pytest
 from agents.controllers import make_controller
 from agents.controllers.oracle import Oracle
 from agents.ground.environments import make_vector
+from agents.judging.loop import held_out
 from agents.judging.throws.data import summary
-from agents.judging.throws.trial import held_out
 from tests.tools.toy_cell import POSE, ToyVectorEnv, observation_of
 
 Answer = Callable[[np.ndarray], np.ndarray]

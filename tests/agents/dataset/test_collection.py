@@ -15,7 +15,7 @@ from agents.controllers import make_controller
 from agents.data.collection import packed, unpacked
 from agents.data.episodes import Episode, episode_seeds
 from agents.ground.environments import make_vector
-from agents.judging.throws.trial import observed, practise
+from agents.judging.loop import observed, practise
 from tests.tools.commands import answered
 from tests.tools.datasets import SMALL, collected, known, replayed
 

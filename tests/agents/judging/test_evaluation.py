@@ -13,9 +13,9 @@ from agents.controllers import Observation, Outcome, make_controller
 from agents.ground.environments import make_vector, stream_seed
 from agents.ground.files import jsonable
 from agents.ground.tables import console
+from agents.judging.loop import held_out, practise
 from agents.judging.throws.data import Throws, failures, purity_by_bin, scatter, sorting, summary, throw_records
 from agents.judging.throws.tables import summary_table
-from agents.judging.throws.trial import held_out, practise
 from pnt_gym.arrays import take
 from pnt_gym.errors import PntGymError
 from tests.tools.toy_cell import PoseVectorEnv, ToyVectorEnv

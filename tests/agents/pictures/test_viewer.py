@@ -17,7 +17,7 @@ import pytest
 
 from agents.controllers import make_controller
 from agents.ground.environments import core_of, make_vector
-from agents.judging.throws.trial import thrown
+from agents.judging.loop import thrown
 from agents.pictures.stage import Stage
 from agents.pictures.viewer import Choice, Film, Shown, Wishes, watch
 from agents.play import Arguments, stage_of

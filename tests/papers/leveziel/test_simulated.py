@@ -11,7 +11,7 @@ import pytest
 
 from agents.controllers import Observation, Outcome, make_controller
 from agents.ground.environments import make_vector
-from agents.judging.throws.trial import practise
+from agents.judging.loop import practise
 from agents.reproduce.finding import Findings, Row
 from papers.leveziel import PARTS, overview
 from papers.leveziel import cycle as leveziel_cycle

@@ -12,7 +12,7 @@ from stable_baselines3.common.env_checker import check_env as check_env_sb3
 
 from agents.controllers import make_controller
 from agents.ground.environments import make_vector
-from agents.judging.throws.trial import held_out
+from agents.judging.loop import held_out
 from papers.hassan.planning.cycle import CycleRules, CycleTask, horizontal_throw, pick_and_place
 from pnt_gym.arrays import take
 from pnt_gym.cells.conveyor.action import MODES

@@ -1,0 +1,79 @@
+"""The loop in which controllers act and learn, throw by throw."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from pnt_gym.arrays import joined, take
+
+from ..controllers.protocol import Controller, Learner, Observation, Outcome
+from ..ground.environments import Env, core_of, stream_seed
+from .throws.data import Throws
+
+Progress: TypeAlias = Callable[[int], object]
+"""Called with the number of throws, or other units, just done."""
+
+
+def held_out(
+    controller: Controller,
+    env: Env,
+    picks: int,
+    seed: int,
+    *,
+    online: bool = False,
+    progress: Progress | None = None,
+) -> Throws:
+    """Let a controller, as it is, throw `picks` held-out objects; the arguments are those of `Trial.run`."""
+    return _collect(thrown(controller, env, picks, stream_seed("evaluate", seed), learn=online), progress)
+
+
+def practise(
+    controller: Controller, env: Env, throws: int, seed: int, *, start: int = 0, progress: Progress | None = None
+) -> None:
+    """Let a controller that learns throw `throws` objects first; others, and 0 throws, do nothing.
+
+    The number of rows of `env` is part of what the seed means. `start` throws with this seed are already behind the
+    controller, so that others follow.
+    """
+    if not isinstance(controller, Learner) or throws == 0:
+        return
+    controller.begin_practice(throws)
+    _collect(thrown(controller, env, throws, stream_seed("practice", seed, start), learn=True), progress)
+    controller.end_practice()
+
+
+def thrown(controller: Controller, env: Env, picks: int, env_seed: int, *, learn: bool = False) -> Iterator[Throws]:
+    """Carry out throws and yield each batch of them; the last batch is cut to `picks` in all."""
+    correction = core_of(env).correction
+    errors = () if correction is None else correction.told
+    features, info = env.reset(seed=env_seed)
+    done = 0
+    while done < picks:
+        seen = observed(features, info.get("kind", np.zeros(env.num_envs)))
+        action = controller.act(seen)
+        features, reward, _, _, info = env.step(action)
+        part = take(Throws.of(info, np.asarray(reward), errors), slice(picks - done))
+        if learn:
+            count = len(part)  # the last batch may hold more rows than were asked for
+            seen = take(seen, slice(count))
+            told = (part.error, part.is_success, part.cycle_time, part.clipped)
+            controller.learn(Outcome(seen, action[:count], *told))
+        done += len(part)
+        yield part
+
+
+def observed(features: Any, kind: Any) -> Observation:
+    """Coming picks as a controller sees them, from what an environment returned and the `kind` of its info."""
+    return Observation(np.array(features, dtype=np.float32), np.array(kind, dtype=np.int64))
+
+
+def _collect(batches: Iterable[Throws], progress: Progress | None) -> Throws:
+    parts: list[Throws] = []
+    for part in batches:
+        parts.append(part)
+        if progress is not None:
+            progress(len(part))
+    return joined(parts)
