@@ -9,6 +9,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from ..ground.drawings import COLOURS, Axes, Figure, dress, subplots, svg, tiled
+from .headline import headline_figure
 from .line import gains_figure
 from .tables import is_of_shifts, labels, name_of, rows_of
 
@@ -68,7 +69,8 @@ def throw_figures(data: Mapping[str, Any]) -> dict[str, str]:
     """SVG texts of a benchmark of throws, by file name; no clouds of a cell that tells its errors only."""
     if is_of_shifts(data):
         return {"over_the_shift.svg": svg(over_the_shift(data))}
-    drawn = {"landing_error.svg": bars(data), "learning_curves.svg": learning_curves(data, ERROR)}
+    drawn = {"sorted_per_min.svg": headline_figure(data), "landing_error.svg": bars(data)}
+    drawn["learning_curves.svg"] = learning_curves(data, ERROR)
     clouds = _cloud_choices(data)
     if clouds:
         drawn["landing_clouds.svg"] = landing_clouds(clouds)

@@ -12,6 +12,7 @@ from ..ground.files import of_its_form, read_json
 from ..ground.outputs import deliver_text
 from ..ground.tables import Grid, markdown_text
 from .adaptation import camera_table, newcomers_table
+from .headline import headline_table
 from .line import gains_table, learned_table, worked_table
 from .measures import (
     cup_table,
@@ -32,6 +33,7 @@ from .tables import benchmark_table, shift_table
 from .thrown import release_table, thrown_table
 
 BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
+    "headline": ("benchmark.json", headline_table),
     "benchmark": ("benchmark.json", benchmark_table),
     "physics": ("physics.json", physics_table),
     "planner": ("perf_planner.json", planner_table),
