@@ -130,7 +130,7 @@ def test_a_resume_mends_what_a_kill_kept_from_being_done(run: Path) -> None:
 
 
 def test_a_table_of_fewer_throws_is_not_taken_for_that_of_more(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def killed(*_: Any) -> None:
+    def killed(*_: Any, **__: Any) -> None:
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:

@@ -16,6 +16,7 @@ from agents.judging.evaluation import evaluate
 from agents.judging.loop import practise
 from agents.judging.throws.data import Throws
 from agents.learning.progress import ProgressCallback, Stop
+from agents.learning.windows import ThrowWindow
 from pnt_gym.arrays import take
 
 LEVEL = {"base": "waste", "fidelity": "flight", "spread": {"seal": 1.0}}
@@ -104,7 +105,7 @@ def test_an_evaluation_counts_what_was_not_thrown() -> None:
 
 def test_training_that_begins_with_failed_picks_is_told_without_a_warning(tmp_path: Path) -> None:
     shown: list[tuple[float, ...]] = []
-    callback = ProgressCallback(tmp_path / "progress.csv", 0, Stop(), lambda *told: shown.append(told))
+    callback = ProgressCallback(tmp_path / "progress.csv", 0, Stop(), ThrowWindow(), lambda *told: shown.append(told))
     none = {"is_success": False, "landing_error": np.nan}
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -199,7 +199,7 @@ publish none | run folder 'none' does not exist
 publish folder | 'folder' is not a run folder: it has no args.yml
 publish file | run folder 'file' does not exist
 publish policy --picks 0 | --picks is 0; it must be at least 1
-publish policy --shifts 3 | --shifts goes with a line, and not with a policy of sac
+publish policy --shifts 3 | --shifts goes with work shifts; PnTRelease-v0 is judged by throws
 publish policy --seed -1 | --seed is -1; it must be at least 0
 publish policy --no-onx | Unrecognized options: --no-onx; perhaps you meant --onnx
 publish policy --video x.mp4 | Unrecognized options: x.mp4
