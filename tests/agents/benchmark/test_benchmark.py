@@ -307,13 +307,13 @@ def test_report_writes_tables_figures_and_page(done: dict[str, Any], tmp_path: P
     assert "a\\|b" in text
     page = (tmp_path / "report.html").read_text()
     # Images, in which nothing runs; the first one opens the page and stands in its chapter again.
-    assert page.count("<img") == page.count('src="figures/') == page.count("src=") == 4
+    assert page.count("<img") == page.count('src="figures/') == page.count("src=") == 5
     assert page.index("landing_error.svg") < page.index("<ul>") < page.index("<h2")
     assert text.index("landing_error.svg") < text.index("(#chapter1)") < text.index("## ")
     assert "a|b" in page
     assert "http-equiv" not in page
     figures = {path.name: path.read_bytes() for path in (tmp_path / "figures").iterdir()}
-    assert set(figures) == {"landing_error.svg", "learning_curves.svg", "landing_clouds.svg"}
+    assert set(figures) == {"sorted_per_min.svg", "landing_error.svg", "learning_curves.svg", "landing_clouds.svg"}
     report(ReportArguments(results=tmp_path, readme=tmp_path / "README.top"))
     assert figures == {path.name: path.read_bytes() for path in (tmp_path / "figures").iterdir()}
     top = (tmp_path / "README.top").read_text()
