@@ -9,7 +9,7 @@ TOOLS := $(VENV)/tools/.installed
 PIP_OPTIONS ?=
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help setup dev train test test-cluster lint format docs bench bench-quick perf reproduce pictures report studies kill \
+.PHONY: help setup dev train test test-all test-cluster lint format docs bench bench-quick perf reproduce pictures report studies kill \
 	fuzz soak lock audit wheel package clean
 
 help: ## show this list
@@ -33,8 +33,11 @@ $(DEV): $(STAMP)
 train: setup ## train on PnTConveyor-v0, then compare with the analytic planner (minutes on 2 cores)
 	$(BIN)/python -m agents.train --env PnTConveyor-v0
 
-test: dev ## run the tests
+test: dev ## run the tests, but for those that are marked as nightly
 	$(BIN)/python -m pytest -n auto --dist loadfile
+
+test-all: dev ## run all tests, the nightly ones as well
+	$(BIN)/python -m pytest -n auto --dist loadfile -m ""
 
 test-cluster: $(CLUSTER) ## run the tests on two machines of a Ray cluster, one of which dies (adds Ray to .venv)
 	$(BIN)/python -m pytest tests/cluster -n 2 --dist loadfile
