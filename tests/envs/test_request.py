@@ -34,6 +34,8 @@ WISHES: list[tuple[str, dict[str, Any]]] = [
     ("GripperToss-v0", {"item": "yoghurt_cup"}),
     ("GripperToss-v0", {"target": 2}),
 ]  # fmt: skip
+OF_EACH = list(dict(WISHES).items())
+"""The last wish of every environment."""
 N, STEPS = 3, 3
 
 
@@ -71,7 +73,7 @@ def test_the_first_throw_is_what_was_asked_for(env_id: str, wish: dict[str, Any]
     assert len(seen) == 5 or env_id.startswith("OneJoint")  # where throws of one kind look the same
 
 
-@pytest.mark.parametrize(("env_id", "wish"), WISHES, ids=str)
+@pytest.mark.parametrize(("env_id", "wish"), OF_EACH, ids=str)
 def test_a_row_is_the_single_environment_and_a_repetition_the_same(env_id: str, wish: dict[str, Any]) -> None:
     """Throws, later episodes and a second request without a seed included."""
     actions = 0.3 * np.random.default_rng(0).uniform(-1, 1, (STEPS, *zeros(env_id, N).shape)).astype(np.float32)
@@ -145,7 +147,7 @@ REFUSED: list[tuple[str, Any, str]] = [
     ("PnTRelease-v0", {"item": ["paper"]}, r"item is \['paper'\]"),
     ("PnTRelease-v0", {"item": "x" * 9999}, "item is 'xxx"),
     ("PnTRelease-v0", {"target": "middle"}, "target is 'middle'; it must be one of left, right, or an index"),
-    ("PnTRelease-v0", {"item": "paper", "target": "right"}, "item 'paper' and target 'right' did not come in 4096 draws"
+    ("PnTRelease-v0", {"item": "paper", "target": "right"}, "item 'paper' and target 'right' did not come in 64 draws"
      " of level 'two', which has items paper, metal_can, plastic_package and targets left, right$"),
     ("PnTConveyor-v0", {"target": "left", "item": 2}, "item 'plastic_package' and target 'left' did not come"),
     ("PnTAdapt-v0", {"target": "left", "item": 2}, "item 'plastic_package' and target 'left' did not come"),
@@ -161,7 +163,11 @@ REFUSED: list[tuple[str, Any, str]] = [
 
 
 @pytest.mark.parametrize(("env_id", "options", "said"), REFUSED, ids=lambda value: repr(value)[:60])
-def test_what_cannot_be_asked_for_is_refused_and_changes_nothing(env_id: str, options: Any, said: str) -> None:
+def test_what_cannot_be_asked_for_is_refused_and_changes_nothing(
+    env_id: str, options: Any, said: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """After so few draws, that is; how many there are else is the next test's."""
+    monkeypatch.setattr("pnt_gym.cells.base.request.MOST_DRAWS", 64)
     for make in (single, vector):
         hurt, unhurt = make(env_id), make(env_id)
         still = np.zeros(hurt.action_space.shape, hurt.action_space.dtype)
@@ -177,6 +183,12 @@ def test_what_cannot_be_asked_for_is_refused_and_changes_nothing(env_id: str, op
             for one, other in zip(a[:4], b[:4], strict=True):
                 assert same_bits(one, other)
         assert same_bits(hurt.reset()[0], unhurt.reset()[0])
+
+
+def test_what_does_not_come_in_4096_draws_is_refused() -> None:
+    env = single("PnTRelease-v0")
+    with pytest.raises(ConfigError, match="did not come in 4096 draws of level 'two'"):
+        env.reset(seed=1, options={"item": "paper", "target": "right"})
 
 
 def test_bins_that_are_drawn_cannot_be_asked_for() -> None:
