@@ -16,9 +16,17 @@ from tests.tools.throws import CONVEYOR, FEATURES, LINE, MODES, THROWS, vary, ze
 SHORT = vary("nominal", picks_per_shift=4)
 SHIFTS = ("PnTConveyor-v0", "PnTAdapt-v0")
 CASES = [(env_id, mode) for env_id in pnt_gym.ENV_IDS for mode in MODES[env_id]]
+FAMILIES = ("PnTRelease-v0", "OneJointThrow-v0", "GripperToss-v0")
+"""An environment of every robot, whose modes are those of the robot's other environments."""
+CHECKED = [
+    pytest.param(
+        env_id, mode, marks=[] if env_id in FAMILIES or mode == next(iter(MODES[env_id])) else pytest.mark.nightly
+    )
+    for env_id, mode in CASES
+]
 
 
-@pytest.mark.parametrize(("env_id", "mode"), CASES)
+@pytest.mark.parametrize(("env_id", "mode"), CHECKED)
 def test_gymnasiums_checker_has_nothing_to_say(env_id, mode, opengl, monkeypatch):
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):  # a window would open where there is one
         monkeypatch.delenv(name, raising=False)
@@ -29,7 +37,7 @@ def test_gymnasiums_checker_has_nothing_to_say(env_id, mode, opengl, monkeypatch
     env.close()
 
 
-@pytest.mark.parametrize(("env_id", "mode"), CASES)
+@pytest.mark.parametrize(("env_id", "mode"), CHECKED)
 def test_stable_baselines_checker_has_nothing_to_say(env_id, mode):
     env = gym.make(env_id, action_mode=mode)
     with warnings.catch_warnings():

@@ -18,10 +18,25 @@ OF_RESETS = {"kind", "robot", "action_mask"}
 """What a reset tells, too."""
 LIMITS = {"PnTAdapt-v0": 2, "PnTRelease-v0": 1, "OneJointAssembly-v0": 1, "PnTLine-v0": 3}
 """Steps of an episode where a cell's own would be longer, or just as long."""
+DAILY = {
+    *((env_id, "SameStep") for env_id in pnt_gym.ENV_IDS),
+    *((env_id, mode) for env_id in ("PnTConveyor-v0", "PnTRelease-v0", "PnTLine-v0") for mode in RESETS),
+}
+"""All environments as they are by default, and every form of reset in which episodes are short, long or of a line."""
+LIMITED = {
+    *(("PnTRelease-v0", mode) for mode in RESETS),
+    *zip(("PnTAdapt-v0", "OneJointAssembly-v0", "PnTLine-v0"), RESETS, strict=True),
+}
 LONG = {**LEVELS, "PnTAdapt-v0": vary("drift_mix", picks_per_shift=4)}
 
 
-@pytest.fixture(scope="module", params=[(env_id, mode) for env_id in pnt_gym.ENV_IDS for mode in RESETS], ids="-".join)
+def cases(env_ids, daily):
+    """Environments with all forms of reset, of which those that are not daily are nightly."""
+    pairs = [(env_id, mode) for env_id in env_ids for mode in RESETS]
+    return [pytest.param(pair, id="-".join(pair), marks=[] if pair in daily else pytest.mark.nightly) for pair in pairs]
+
+
+@pytest.fixture(scope="module", params=cases(pnt_gym.ENV_IDS, DAILY))
 def compared(request):
     """Steps that were equal."""
     env_id, mode = request.param
@@ -74,9 +89,9 @@ def test_after_a_reset_of_some_cells_masks_hold_for_these():
     assert info["action_mask"].any(axis=1).all()  # choices stand there of every line
 
 
-@pytest.mark.parametrize("mode", RESETS)
-@pytest.mark.parametrize("env_id", LIMITS)
-def test_a_time_limit_is_that_of_gymnasiums_wrapper(env_id, mode):
+@pytest.mark.parametrize("case", cases(LIMITS, LIMITED))
+def test_a_time_limit_is_that_of_gymnasiums_wrapper(case):
+    env_id, mode = case
     limit = LIMITS[env_id]
     envs = both(env_id, mode, level=LONG[env_id], max_episode_steps=limit)
     steps = assert_same_steps(*envs, actions(env_id, 3 * limit + 1), SEED)

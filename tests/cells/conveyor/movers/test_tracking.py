@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from pnt_gym.arrays import take
+from pnt_gym.cells.conveyor.action import MODES
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.cup.hold import Grips
 from pnt_gym.cells.conveyor.cup.parting import Parting
@@ -20,6 +21,12 @@ from tests.tools.throws import make_core, same_bits, vary
 COUNT, DWELL, FAST = 24, 0.1, 0.8
 PLANNERS = ("straight", "free_direction")
 ALL_PLANNERS = (*PLANNERS, "horizontal", "pick_and_place", "ellipse")
+EVERY_PAIR = [
+    (planner, mode, ("belt", "independent")[(row + column) % 2])
+    for row, planner in enumerate(ALL_PLANNERS)
+    for column, mode in enumerate(MODES)
+]
+"""Every planner with every action mode, and either of them with picks of both kinds."""
 
 
 def core_of(
@@ -42,10 +49,8 @@ class Spy:
         return flown
 
 
-@pytest.mark.parametrize("planner", ALL_PLANNERS)
-@pytest.mark.parametrize("picks", ["belt", "independent"])
-@pytest.mark.parametrize("mode", ["release_point", "release_xyz", "virtual_goal"])
-def test_paths_begin_and_end_with_the_belt_and_keep_every_limit(planner, picks, mode):
+@pytest.mark.parametrize(("planner", "mode", "picks"), EVERY_PAIR)
+def test_paths_begin_and_end_with_the_belt_and_keep_every_limit(planner, mode, picks):
     count = 12
     core = core_of("waste_plain", picks, count, mode, planner=planner, fidelity="flight")
     spy, rng = Spy(core), np.random.default_rng(0)
@@ -66,8 +71,15 @@ def test_paths_begin_and_end_with_the_belt_and_keep_every_limit(planner, picks, 
         np.testing.assert_allclose(released.acceleration[:, 0], 0.0, atol=1e-6)
 
 
-@pytest.mark.parametrize("planner", PLANNERS)
-@pytest.mark.parametrize("speed", [0.25, FAST])
+@pytest.mark.parametrize(
+    ("planner", "speed"),
+    [
+        ("straight", 0.25),
+        ("straight", FAST),
+        ("free_direction", 0.25),
+        pytest.param("free_direction", FAST, marks=pytest.mark.nightly),
+    ],
+)
 def test_the_hand_touches_and_lifts_the_object_inside_the_window(planner, speed):
     core = core_of(planner=planner, fidelity="flight", speed=speed)
     spy, waits = Spy(core), []
@@ -149,8 +161,7 @@ def test_the_hand_comes_to_the_belt_and_rides_as_planned(planner):
     assert astray[dwells].max() < 0.3e-3
 
 
-@pytest.mark.parametrize("planner", PLANNERS)
-@pytest.mark.parametrize("level", ["nominal_plain", "waste_plain"])
+@pytest.mark.parametrize(("planner", "level"), zip(PLANNERS, ["waste_plain", "nominal_plain"], strict=True))
 def test_a_throw_begins_without_a_jerk_of_the_robot(planner, level):
     """At the release the hand is as near its path as after a start from rest."""
     errors = {}
