@@ -297,7 +297,7 @@ def test_a_row_alone_gives_the_bits_it_gives_in_a_batch(planner):
 
 
 @pytest.mark.filterwarnings("error", "ignore:level .* stays empty")
-@pytest.mark.parametrize(("env_id", "planner"), zip(CONVEYOR, METHODS, strict=True))
+@pytest.mark.parametrize(("env_id", "planner"), list(zip(CONVEYOR, METHODS, strict=True)))
 def test_both_environment_checkers_pass_and_an_env_is_copied_with_its_state(env_id, planner):
     level = {"base": "nominal", "planner": planner}
     check_env(gym.make(env_id, level=level).unwrapped, skip_render_check=True)
