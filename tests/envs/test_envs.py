@@ -11,6 +11,7 @@ from stable_baselines3.common.env_checker import check_env as check_for_sb3
 import pnt_gym
 from pnt_gym.cells.base.core import COMMON_INFO
 from pnt_gym.cells.conveyor.observation import decode
+from tests.tools.nightly import with_nightly
 from tests.tools.throws import CONVEYOR, FEATURES, LINE, MODES, THROWS, vary, zeros
 
 SHORT = vary("nominal", picks_per_shift=4)
@@ -18,12 +19,7 @@ SHIFTS = ("PnTConveyor-v0", "PnTAdapt-v0")
 CASES = [(env_id, mode) for env_id in pnt_gym.ENV_IDS for mode in MODES[env_id]]
 FAMILIES = ("PnTRelease-v0", "OneJointThrow-v0", "GripperToss-v0")
 """An environment of every robot, whose modes are those of the robot's other environments."""
-CHECKED = [
-    pytest.param(
-        env_id, mode, marks=[] if env_id in FAMILIES or mode == next(iter(MODES[env_id])) else pytest.mark.nightly
-    )
-    for env_id, mode in CASES
-]
+CHECKED = with_nightly(CASES, [case for case in CASES if case[0] in FAMILIES or case[1] == next(iter(MODES[case[0]]))])
 
 
 @pytest.mark.parametrize(("env_id", "mode"), CHECKED)

@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+from itertools import product
 
 import gymnasium as gym
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 import pnt_gym
 from pnt_gym.errors import ConfigError
+from tests.tools.nightly import with_nightly
 from tests.tools.throws import CONVEYOR, LINE, same_bits, vary, zeros
 from tests.tools.vectors import LEVELS, N, actions, assert_same_steps, both
 
@@ -19,8 +21,8 @@ OF_RESETS = {"kind", "robot", "action_mask"}
 LIMITS = {"PnTAdapt-v0": 2, "PnTRelease-v0": 1, "OneJointAssembly-v0": 1, "PnTLine-v0": 3}
 """Steps of an episode where a cell's own would be longer, or just as long."""
 DAILY = {
-    *((env_id, "SameStep") for env_id in pnt_gym.ENV_IDS),
-    *((env_id, mode) for env_id in ("PnTConveyor-v0", "PnTRelease-v0", "PnTLine-v0") for mode in RESETS),
+    *(f"{env_id}-SameStep" for env_id in pnt_gym.ENV_IDS),
+    *(f"{env_id}-{mode}" for env_id in ("PnTConveyor-v0", "PnTRelease-v0", "PnTLine-v0") for mode in RESETS),
 }
 """All environments as they are by default, and every form of reset in which episodes are short, long or of a line."""
 LIMITED = {
@@ -30,16 +32,12 @@ LIMITED = {
 LONG = {**LEVELS, "PnTAdapt-v0": vary("drift_mix", picks_per_shift=4)}
 
 
-def cases(env_ids, daily):
-    """Environments with all forms of reset, of which those that are not daily are nightly."""
-    pairs = [(env_id, mode) for env_id in env_ids for mode in RESETS]
-    return [pytest.param(pair, id="-".join(pair), marks=[] if pair in daily else pytest.mark.nightly) for pair in pairs]
-
-
-@pytest.fixture(scope="module", params=cases(pnt_gym.ENV_IDS, DAILY))
+@pytest.fixture(
+    scope="module", params=with_nightly(["-".join(case) for case in product(pnt_gym.ENV_IDS, RESETS)], DAILY)
+)
 def compared(request):
     """Steps that were equal."""
-    env_id, mode = request.param
+    env_id, mode = request.param.rsplit("-", 1)
     return env_id, mode, assert_same_steps(*both(env_id, mode), actions(env_id), SEED)
 
 
@@ -89,9 +87,8 @@ def test_after_a_reset_of_some_cells_masks_hold_for_these():
     assert info["action_mask"].any(axis=1).all()  # choices stand there of every line
 
 
-@pytest.mark.parametrize("case", cases(LIMITS, LIMITED))
-def test_a_time_limit_is_that_of_gymnasiums_wrapper(case):
-    env_id, mode = case
+@pytest.mark.parametrize(("env_id", "mode"), with_nightly(product(LIMITS, RESETS), LIMITED))
+def test_a_time_limit_is_that_of_gymnasiums_wrapper(env_id, mode):
     limit = LIMITS[env_id]
     envs = both(env_id, mode, level=LONG[env_id], max_episode_steps=limit)
     steps = assert_same_steps(*envs, actions(env_id, 3 * limit + 1), SEED)

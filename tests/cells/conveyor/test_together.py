@@ -1,6 +1,7 @@
 """Shipped levels, which are honest in all sections at once: grip, cup, pick, belt, order and bins go together."""
 
 import pickle
+from itertools import cycle, product
 
 import gymnasium as gym
 import numpy as np
@@ -10,6 +11,7 @@ from gymnasium.utils.env_checker import check_env
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig
+from tests.tools.nightly import with_nightly
 
 COUNT, STEPS = 8, 4
 LEVELS = {
@@ -17,8 +19,12 @@ LEVELS = {
     "blown": {"base": "waste", "cup": {"blow_off": 0.1}},
 }
 """Shipped levels as they are, and one whose cups blow objects off as well."""
-EVERY = pytest.mark.parametrize("level", LEVELS)
-BOTH = pytest.mark.parametrize("picks", ["belt", "independent"])
+PICKS = ("belt", "independent")
+EVERY = pytest.mark.parametrize(
+    ("level", "picks"), with_nightly(product(LEVELS, PICKS), [*zip(LEVELS, cycle(PICKS), strict=False)])
+)
+"""All levels with picks of both kinds; daily with the one or the other."""
+SIMULATED = [*product(("full", "flight"), PICKS)]
 
 
 def core_of(level, picks="belt", rows=range(COUNT), threads=1, **changes):
@@ -41,15 +47,14 @@ def same(one, other, rows=slice(None)):
             np.testing.assert_array_equal(a.info[name][rows], values, err_msg=name)
 
 
-@BOTH
-@pytest.mark.parametrize("fidelity", ["full", "flight"])
-def test_a_row_is_the_same_alone_in_a_batch_and_with_other_threads(picks, fidelity):
+@pytest.mark.parametrize(("fidelity", "picks"), SIMULATED)
+def test_a_row_is_the_same_alone_in_a_batch_and_with_other_threads(fidelity, picks):
     batch = steps(core_of("blown", picks, fidelity=fidelity))
     same(batch, steps(core_of("blown", picks, threads=2, fidelity=fidelity)))
     same(batch, steps(core_of("blown", picks, rows=range(1), fidelity=fidelity)), slice(0, 1))
 
 
-@EVERY
+@pytest.mark.parametrize("level", with_nightly(LEVELS, ["nominal", "blown"]))
 def test_copies_go_on_alike(level):
     core = core_of(level, fidelity="flight")
     steps(core, 2)
@@ -57,7 +62,6 @@ def test_copies_go_on_alike(level):
     same(steps(core), steps(copy))
 
 
-@BOTH
 @EVERY
 def test_what_is_lost_is_lost_once_and_numbers_are_numbers(level, picks):
     core = core_of(level, picks)
@@ -73,7 +77,6 @@ def test_what_is_lost_is_lost_once_and_numbers_are_numbers(level, picks):
         assert (info["energy"] > 0.0).all()
 
 
-@BOTH
 @EVERY
 def test_the_planners_own_world_holds_everything(level, picks):
     for step in steps(core_of(level, picks, mismatch=0.0), 3):
@@ -83,8 +86,7 @@ def test_the_planners_own_world_holds_everything(level, picks):
         assert not info["slip"].any()
 
 
-@BOTH
-@pytest.mark.parametrize("fidelity", ["full", "flight"])
+@pytest.mark.parametrize(("fidelity", "picks"), with_nightly(SIMULATED, [SIMULATED[0], SIMULATED[3]]))
 def test_the_level_ideal_picks_holds_and_sorts_everything(fidelity, picks):
     """All cross their openings; one in some hundreds, of the heaviest kind, bounces out again."""
     core = core_of("ideal", picks, rows=range(100), fidelity=fidelity)
@@ -98,7 +100,7 @@ def test_the_level_ideal_picks_holds_and_sorts_everything(fidelity, picks):
     assert bounced <= 2
 
 
-@pytest.mark.parametrize("level", ["nominal", "waste", "unseen"])
+@pytest.mark.parametrize("level", with_nightly(("nominal", "waste", "unseen"), ["waste"]))
 def test_some_picks_fail_and_a_few_objects_are_lost(level):
     core = core_of(level, rows=range(300), fidelity="flight")
     steps = [core.step(np.zeros((300, 2))).info for _ in range(3)]

@@ -26,6 +26,7 @@ from papers.miyashita import (
 )
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.planning.one_joint import Arm, landing_state, plan_throws, release_states_batch
+from tests.tools.nightly import with_nightly
 
 SAMPLES = (42, 36, 22)
 
@@ -52,7 +53,7 @@ def findings(name: str) -> Findings:
 DAILY = ("example", "learning", "contact", "contact-level", "sorting", "formulas")
 NIGHTLY = ("accessible", "acceptance-5ms", "contact-reach", "contact-learning", "assembly")
 """What takes seconds; the daily run tests the searches and counts that these parts are made of."""
-ALL = [*DAILY, *(pytest.param(name, marks=pytest.mark.nightly) for name in NIGHTLY)]
+ALL = with_nightly((*DAILY, *NIGHTLY), DAILY)
 
 
 def row(name: str, quantity: str) -> Row:
@@ -269,7 +270,7 @@ def test_a_late_release_follows_the_virtual_goal_less(delay: float, least: float
     assert "%" in acceptance.gain_note(found, 0.5)
 
 
-@pytest.mark.parametrize("name", ["sorting", pytest.param("assembly", marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("name", with_nightly(("sorting", "assembly"), ["sorting"]))
 def test_sorting_and_assembly_succeed_after_practice(name: str) -> None:
     r = row(name, f"{name}/success")
     assert r.reproduced >= 0.75 * r.details["runs"]

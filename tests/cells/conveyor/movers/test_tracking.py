@@ -16,14 +16,13 @@ from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
 from pnt_gym.cells.conveyor.scene import SENSORS
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
+from tests.tools.nightly import with_nightly
 from tests.tools.throws import make_core, same_bits, vary
 
 COUNT, DWELL, FAST = 24, 0.1, 0.8
 PLANNERS = ("straight", "free_direction")
 ALL_PLANNERS = (*PLANNERS, "horizontal", "pick_and_place", "ellipse")
-MOST_DAILY = [
-    pytest.param(planner, marks=pytest.mark.nightly if planner == "free_direction" else []) for planner in ALL_PLANNERS
-]
+MOST_DAILY = with_nightly(ALL_PLANNERS, {*ALL_PLANNERS} - {"free_direction"})
 """The search for a direction on a belt takes ten times as long as the others."""
 EVERY_PAIR = [
     (planner, mode, ("belt", "independent")[(row + column) % 2])
@@ -75,15 +74,10 @@ def test_paths_begin_and_end_with_the_belt_and_keep_every_limit(planner, mode, p
         np.testing.assert_allclose(released.acceleration[:, 0], 0.0, atol=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("planner", "speed"),
-    [
-        ("straight", 0.25),
-        ("straight", FAST),
-        ("free_direction", 0.25),
-        pytest.param("free_direction", FAST, marks=pytest.mark.nightly),
-    ],
-)
+SPEEDS = [("straight", 0.25), ("straight", FAST), ("free_direction", 0.25), ("free_direction", FAST)]
+
+
+@pytest.mark.parametrize(("planner", "speed"), with_nightly(SPEEDS, SPEEDS[:3]))
 def test_the_hand_touches_and_lifts_the_object_inside_the_window(planner, speed):
     core = core_of(planner=planner, fidelity="flight", speed=speed)
     spy, waits = Spy(core), []
