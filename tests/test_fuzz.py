@@ -21,12 +21,14 @@ from pnt_gym.cells.line.outcome import told
 from pnt_gym.cells.one_joint.pallets import Pallet
 from pnt_gym.errors import ConfigError, PhysicsError
 from tests.tools.fuzz import KINDS, SHARES, tried
+from tests.tools.nightly import with_nightly
 from tests.tools.toy_cell import ToyVectorEnv
 
-SAMPLE = {"level": 40, "action": 80, "calls": 30, "line": 25, "file": 60, "output": 3, "infos": 4, "hours": 4}
+SAMPLE = {"level": 10, "action": 20, "calls": 8, "line": 7, "file": 15, "output": 1, "infos": 1, "hours": 1}
+SAMPLES = [*SAMPLE.items(), *((kind, 4 * count) for kind, count in SAMPLE.items())]
 
 
-@pytest.mark.parametrize(("kind", "count"), SAMPLE.items())
+@pytest.mark.parametrize(("kind", "count"), with_nightly(SAMPLES, SAMPLES[: len(SAMPLE)]))
 def test_no_case_of_a_sample_is_a_find(kind: str, count: int) -> None:
     assert {n: said for n in range(count) if (said := tried(kind, n)) is not None} == {}
 

@@ -4,6 +4,7 @@ import copy
 import json
 import pickle
 from collections.abc import Callable
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import pytest
 
 import pnt_gym
 from pnt_gym.cells.conveyor.config import ConveyorConfig
+from tests.tools.nightly import with_nightly
 from tests.tools.throws import HARD, LINE, same_bits, same_step, some_actions, zeros
 
 STEPS = 2
@@ -30,6 +32,9 @@ def cloudpickled(env: Any) -> Any:
 COPIES: tuple[Callable[[Any], Any], ...] = (pickled, cloudpickled, copy.deepcopy)
 LEVELS = {**HARD, "OneJointAssembly-v0": "ideal"}
 """An assembly is in mid-episode only after a first success."""
+CASES = [*product(pnt_gym.ENV_IDS, COPIES)]
+DAILY = [case for case in CASES if case[1] is pickled or case[0] in ("PnTConveyor-v0", *LINE)]
+"""All environments pickled; where an episode has several throws or decisions, copied in all ways."""
 TOLD_OF_A_LINE = ("value", "object", "energy", "robot", "action_mask")
 
 
@@ -59,8 +64,7 @@ def go_on(env: Any, env_id: str) -> list[Any]:
     return [*given, env.reset()[0].tobytes(), env.np_random.random()]
 
 
-@pytest.mark.parametrize("copied", COPIES, ids=lambda c: c.__name__)
-@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
+@pytest.mark.parametrize(("env_id", "copied"), with_nightly(CASES, DAILY))
 def test_a_copy_goes_on_as_the_original_does(env_id, copied):
     env = single(env_id)
     other, later = copied(env), copied(env)
@@ -69,8 +73,7 @@ def test_a_copy_goes_on_as_the_original_does(env_id, copied):
     assert go_on(later, env_id) == expected  # the original's throws did not touch it
 
 
-@pytest.mark.parametrize("copied", COPIES, ids=lambda c: c.__name__)
-@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
+@pytest.mark.parametrize(("env_id", "copied"), with_nightly(CASES, DAILY))
 def test_a_copy_of_a_vector_goes_on_as_the_original_does(env_id, copied):
     env = gym.make_vec(env_id, num_envs=3, level=LEVELS[env_id]).unwrapped
     env.reset(seed=4)

@@ -38,6 +38,7 @@ from agents.policies.weights import actor_of
 from agents.train import Arguments, main
 from agents.training import session
 from pnt_gym.cells.conveyor.observation import SHIFT_TABLE
+from tests.tools.nightly import with_nightly
 
 torch.set_num_threads(1)
 LEVEL: dict[str, Any] = {"base": "day", "fidelity": "flight", "picks_per_shift": 5}
@@ -260,7 +261,7 @@ def recipe(tmp_path: Path) -> Arguments:
     return Arguments(env="PnTAdapt-v0", level=str(tmp_path / "level.yaml"), out=tmp_path / "run", **recurrent, **few)
 
 
-@pytest.mark.parametrize("kind", ["recurrent", "stacked"])
+@pytest.mark.parametrize("kind", with_nightly(("recurrent", "stacked"), ["recurrent"]))
 def test_a_resumed_run_with_a_memory_is_bit_for_bit_the_uninterrupted_one(
     recipe: Arguments, tmp_path: Path, kind: str
 ) -> None:
@@ -331,6 +332,7 @@ def test_who_ships_knowing_does_not_practise_before_it_is_watched() -> None:
         np.testing.assert_array_equal([next(stage.steps).told["landing_along"][0] for _ in range(4)], own)
 
 
+@pytest.mark.nightly
 def test_the_benchmark_trains_policies_with_a_memory_and_goes_on_with_them(tmp_path: Path) -> None:
     (tmp_path / "level.yaml").write_text(yaml.safe_dump({"name": "brief", **LEVEL}))
     memory = {"throws": [20, 40], "over": "ema", "seeds": [0]}

@@ -19,6 +19,7 @@ from pnt_gym.cells.line.core import LineCore
 from pnt_gym.cells.line.scene import bin_colours, extent
 from pnt_gym.cells.line.view import LineView
 from pnt_gym.errors import ConfigError, OrderError
+from tests.tools.nightly import with_nightly
 from tests.tools.throws import same_bits
 
 LEVELS: dict[str, dict[str, Any]] = {
@@ -61,7 +62,7 @@ class Seen:
     """The tip in the picture's model at the lift (3,)."""
 
 
-@pytest.fixture(scope="module", params=LEVELS)
+@pytest.fixture(scope="module", params=with_nightly(LEVELS, ["three", "planned", "standing"]))
 def shift(request) -> tuple[LineCore, list[Seen], list[np.ndarray]]:
     """A shift of best choices; its decisions, and the tips in the picture's model every `LOOK` (R, 3)."""
     core = begun(LEVELS[request.param])
@@ -201,7 +202,7 @@ def test_bins_have_the_colours_of_what_comes_into_them():
 
 
 @pytest.mark.usefixtures("opengl")
-@pytest.mark.parametrize("name", ["one", "three"])
+@pytest.mark.parametrize("name", with_nightly(("one", "three"), ["one"]))
 def test_frames_of_one_decision_after_the_other_are_one_film(name):
     core = begun(LEVELS[name])
     view, frames = small_view(core), []
@@ -241,7 +242,7 @@ def test_the_list_of_an_environment_is_what_happened_since_the_last_decision():
     env.reset(seed=0)
     assert env.render() == []
     count = 0
-    for _ in range(5):
+    for _ in range(3):
         *_, info = env.step(0)
         frames = env.render()
         assert abs(len(frames) - env.metadata["render_fps"] * info["dt"]) <= 1.0

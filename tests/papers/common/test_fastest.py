@@ -41,6 +41,7 @@ def test_no_way_takes_no_time(bounds):
     assert not (read.velocity.any() or read.acceleration.any())
 
 
+@pytest.mark.nightly
 def test_no_way_still_takes_time_with_a_lift_or_a_velocity():
     up = fastest_motion(HERE, HERE, T40, lift=0.02, drop=0.02)
     # Jerk J for a time t, -J for (1 + sqrt 2) t until the hand turns at the top, and the same backwards.
@@ -61,6 +62,7 @@ def test_a_straight_way_takes_as_long_as_the_s_curve():
         assert closed * (1.0 - 1e-6) <= found <= closed * (1.0 + 3e-3), name
 
 
+@pytest.mark.nightly
 def test_other_limits_are_met_as_well():
     for limits in (MotionLimits(1.0, 10.0, 100.0), MotionLimits(3.0, 15.0, 900.0)):
         closed = float(min_time_scurve(0.35, limits).duration)
@@ -132,6 +134,7 @@ def test_a_hand_that_moves_outwards_turns_before_the_border():
     assert bound.duration[0] > free.duration[0]
 
 
+@pytest.mark.nightly
 def test_a_start_at_full_speed_towards_the_end_is_a_cruise_and_a_stop():
     ramp = 2.4 / 48.0 + 48.0 / 1200.0
     expected = (0.4 - 0.5 * 2.4 * ramp) / 2.4 + ramp
@@ -150,6 +153,7 @@ def test_a_turned_and_mirrored_problem_takes_the_same_time():
         assert float(path.duration[0]) == pytest.approx(known, rel=1e-5)
 
 
+@pytest.mark.nightly
 def test_a_longer_way_or_a_tighter_bound_is_never_faster():
     times = [float(fastest_motion((0, 0, 0), (way, 0, 0), T40, lift=0.02, drop=0.02).duration[0]) for way in (0.1, 0.3)]
     assert times[0] < times[1]
@@ -209,7 +213,7 @@ def test_a_floor_and_a_roof_that_touch_the_ends_are_no_error():
     np.testing.assert_allclose(raised.end[0], THERE, rtol=0, atol=1e-8)
 
 
-@pytest.mark.parametrize("limits", [T40, MotionLimits(1.0, 5.0, 20.0)])
+@pytest.mark.parametrize("limits", [T40, pytest.param(MotionLimits(1.0, 5.0, 20.0), marks=pytest.mark.nightly)])
 def test_a_hand_that_cannot_turn_inside_the_workspace_is_told_so(limits):
     """Three centimetres before the border at full speed, where a stop takes at least ten."""
     start, velocity = (0.38, 0.0, -0.8), (limits.numbers()[0], 0.0, 0.0)
@@ -217,6 +221,7 @@ def test_a_hand_that_cannot_turn_inside_the_workspace_is_told_so(limits):
         fastest_motion(start, THERE, limits, start_velocity=velocity, floor=-0.9, roof=-0.6, workspace=AREA)
 
 
+@pytest.mark.nightly
 def test_a_stop_without_room_is_told_as_such():
     """Falling at full speed 5 mm above the floor."""
     with pytest.raises(NoMotionFound, match=r"no motion from .* was found that stays above -0\.855 m"):

@@ -3,6 +3,7 @@
 import copy
 import pickle
 from dataclasses import replace
+from itertools import cycle, product
 
 import gymnasium as gym
 import numpy as np
@@ -12,10 +13,12 @@ import pnt_gym  # noqa: F401 - registers the environments
 from agents.ground.metrics import wilson
 from pnt_gym.arrays import take
 from pnt_gym.cells.base.items import BOX, ELLIPSOID
+from pnt_gym.cells.conveyor.action import MODES as PICK_MODES
 from pnt_gym.cells.conveyor.cup.hold import picked, seal_chance
 from pnt_gym.cells.conveyor.objects.outline import inside_outline
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.planning import MotionLimits, min_time_scurve
+from tests.tools.nightly import with_nightly
 from tests.tools.throws import make_core, parts_of, planned, same_bits, vary
 
 LIP = 0.018
@@ -98,9 +101,16 @@ def test_crushed_and_porous_things_are_harder_to_pick():
     assert min(table[name] for name in ("can", "pet_05", "jar_lid", "tray", "steel_tin")) >= 0.85
 
 
-@pytest.mark.parametrize("mode", ["release_point", "release_xyz", "virtual_goal"])
-@pytest.mark.parametrize("fidelity", ["full", "flight"])
-@pytest.mark.parametrize("env_id", ["PnTConveyor-v0", "PnTRelease-v0"])
+ENVS, FIDELITIES, MODES = ("PnTConveyor-v0", "PnTRelease-v0"), ("full", "flight"), [*PICK_MODES]
+EVERY_PAIR = [
+    (ENVS[first], FIDELITIES[second], MODES[(first + 2 * second + turn) % 3])
+    for first, second in product(range(2), range(2))
+    for turn in range(2)
+]
+"""Every two of environment, fidelity and action mode go together in some case."""
+
+
+@pytest.mark.parametrize(("env_id", "fidelity", "mode"), EVERY_PAIR)
 def test_a_failed_pick_is_no_throw(env_id, fidelity, mode):
     level = {"base": "waste_plain", "fidelity": fidelity, **FAILING}
     env = gym.make_vec(env_id, num_envs=12, level=level, action_mode=mode)
@@ -270,16 +280,16 @@ def test_all_that_the_belt_brought_is_thrown_failed_passed_or_still_there(dispat
 
 
 METHODS = ("straight", "free_direction", "horizontal", "pick_and_place", "ellipse", "auto")
+BELTS = {"tracking": {"tracking": True}, "solid": {"neighbours": "solid", "gap": "edge"}}
 
 
 @pytest.mark.parametrize(
-    "belt", [{"tracking": True}, {"neighbours": "solid", "gap": "edge"}], ids=["tracking", "solid"]
+    ("planner", "belt"), with_nightly(product(METHODS, BELTS), [*zip(METHODS, cycle(BELTS), strict=False)])
 )
-@pytest.mark.parametrize("planner", METHODS)
 def test_failed_picks_go_with_every_way_to_a_bin_and_every_belt(planner, belt):
     """Everything that can fail at once: no numbers are missing but those of landings that never were."""
     level = {
-        "base": "nominal_plain", "planner": planner, "belt": belt, "fidelity": "flight", **FAILING,
+        "base": "nominal_plain", "planner": planner, "belt": BELTS[belt], "fidelity": "flight", **FAILING,
         "bins": {"emptied": 5}, "grip": {"limit": True},
         "classifier": {"confusion": {"paper": {"paper": 0.8, "metal_can": 0.2}}},
     }  # fmt: skip
