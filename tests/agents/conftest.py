@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import pickle
 import sys
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import gymnasium as gym
 import pytest
 
+from agents.jobs import work
 from tests.tools.lob import write_package
 
 
@@ -38,3 +41,24 @@ def short(tmp_path: Path) -> str:
     file = tmp_path / "short.yaml"
     file.write_text("base: value\nname: short\nduration: 10\n")
     return str(file)
+
+
+@pytest.fixture
+def worker_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A worker that is alone does its jobs in this process, which has imported already what takes seconds to.
+
+    Several workers are processes as ever, and jobs are sent as they would be to a process.
+    """
+    side_by_side = work._side_by_side
+
+    @contextmanager
+    def here(
+        count: int, jobs: Sequence[work.Job], folder: Path
+    ) -> Generator[Iterator[tuple[work.Job, work.Done]], None, None]:
+        if count > 1:
+            with side_by_side(count, jobs, folder) as ended:
+                yield ended
+        else:
+            yield ((job, work.do(pickle.loads(pickle.dumps(job)), folder)) for job in jobs)
+
+    monkeypatch.setattr(work, "_side_by_side", here)

@@ -58,7 +58,7 @@ def test_a_model_of_stable_baselines(here: Path) -> None:
 
 def test_training_in_an_environment_of_a_users_module(here: Path) -> None:
     start = ("--env", "lob:Lob-v0", "--steps", "32", "--num-envs", "8", "--out", "run", "--eval-picks", "8")
-    done = call("agents.train", *start, folder=here)
+    done = call_here("agents.train", *start, folder=here)
     assert done.returncode == 0, done.stderr
     assert "learned (sac)" in done.stdout
     # What a run folder names is imported only if the user names it too.
@@ -75,23 +75,24 @@ def test_training_in_an_environment_of_a_users_module(here: Path) -> None:
     assert call_here("agents.train", *more, folder=here).returncode == 0
 
 
-def test_a_picture_of_a_users_environment(folder: Path) -> None:
+def test_a_picture_of_a_users_environment(here: Path) -> None:
     arguments = ("--env", "lob:Lob-v0", "--controller", "theirs:Better", "--picture", "lob.png")
-    done = call("agents.play", *arguments, folder=folder)
+    done = call_here("agents.play", *arguments, folder=here)
     assert done.returncode == 0, done.stderr
-    assert iio.imread(folder / "lob.png").shape == (4, 6, 3)
+    assert iio.imread(here / "lob.png").shape == (4, 6, 3)
 
 
-def test_a_benchmark_in_a_users_environment(folder: Path) -> None:
+@pytest.mark.usefixtures("worker_here")
+def test_a_benchmark_in_a_users_environment(here: Path) -> None:
     entries = [
         {"label": "analytic", "controller": "analytic"},
         {"label": "mine", "controller": "theirs:Better", "options": {"gain": 0.9}},
     ]
     plan = {"name": "own", "env": "lob:Lob-v0", "train_level": "home", "levels": ["home"], "entries": entries}
     more = {"picks": 16, "learned": [{"label": "mine"}], "references": [{"label": "analytic"}]}
-    (folder / "plan.yaml").write_text(yaml.safe_dump({**plan, **more}))
-    done = call("agents.benchmark", "--config", "plan.yaml", "--jobs", "1", "--out", "b.json", folder=folder)
-    rows = {row["label"]: row for row in answer(done, folder / "b.json")["table"]}
+    (here / "plan.yaml").write_text(yaml.safe_dump({**plan, **more}))
+    done = call_here("agents.benchmark", "--config", "plan.yaml", "--jobs", "1", "--out", "b.json", folder=here)
+    rows = {row["label"]: row for row in answer(done, here / "b.json")["table"]}
     assert (rows["analytic"]["success_rate"], rows["mine"]["success_rate"]) == (0.0, 1.0)
     assert rows["mine"]["landing_error_mean_m"] < 0.06 < rows["analytic"]["landing_error_mean_m"]
 
@@ -172,7 +173,7 @@ def test_rows_of_single_environments_are_those_of_the_vector_form(here: Path) ->
 def test_three_lines_of_python_say_what_the_command_line_says(here: Path) -> None:
     from_id = evaluate("theirs:Better", "lob:Lob-v0", 20)
     arguments = ("--env", "lob:Lob-v0", "--controller", "theirs:Better", "--picks", "20", "--json", "p.json")
-    assert answer(call("agents.evaluate", *arguments, folder=here), here / "p.json") == from_id
+    assert answer(call_here("agents.evaluate", *arguments, folder=here), here / "p.json") == from_id
 
 
 def test_whatever_has_a_policy_can_be_judged(here: Path) -> None:

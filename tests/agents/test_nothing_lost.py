@@ -52,6 +52,7 @@ def run(trained: Path, here: Path) -> Path:
     return Path(shutil.copytree(trained, here / "run"))
 
 
+@pytest.mark.nightly
 def test_a_sample_of_kills() -> None:
     """`make kill` kills at every operation; here at some, and twice at random."""
     command = [sys.executable, "benchmarks/kill.py", "--toy", "--every", "23", "--chances", "1"]

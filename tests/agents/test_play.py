@@ -1,4 +1,4 @@
-"""`python -m agents.play` through a subprocess: a picture, a video, and what it refuses."""
+"""`python -m agents.play`: a picture, a video, and what it refuses."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ import imageio.v3 as iio
 import pytest
 from PIL import Image
 
-from tests.tools.commands import call, call_here, environment
+from tests.tools.commands import call_here, environment
 
 pytestmark = pytest.mark.usefixtures("opengl")
 
 
 def test_a_picture_shows_the_cell(tmp_path: Path) -> None:
     path = tmp_path / "throw.png"
-    done = call("agents.play", "--picture", path, "--seed", "3", folder=tmp_path)
+    done = call_here("agents.play", "--picture", path, "--seed", "3", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     frame = iio.imread(path)
     assert frame.shape == (720, 1280, 3)
@@ -29,7 +29,7 @@ def test_a_picture_shows_the_cell(tmp_path: Path) -> None:
 
 def test_a_video_lasts_as_long_as_the_throws(tmp_path: Path) -> None:
     path = tmp_path / "throws.mp4"
-    done = call(
+    done = call_here(
         "agents.play", "--env", "OneJointThrow-v0", "--level", "ideal", "--video", path, "--picks", "2", folder=tmp_path
     )
     assert done.returncode == 0, done.stderr
@@ -42,7 +42,7 @@ def test_a_picture_is_of_the_moment_asked_for(tmp_path: Path) -> None:
     frames = []
     for moment in ("0.0", "0.5", "99"):
         path = tmp_path / f"{moment}.png"
-        done = call("agents.play", "--env", "GripperToss-v0", "--picture", path, "--at", moment, folder=tmp_path)
+        done = call_here("agents.play", "--env", "GripperToss-v0", "--picture", path, "--at", moment, folder=tmp_path)
         assert done.returncode == 0, done.stderr
         frames.append(iio.imread(path).astype(int))
     for one, other in ((0, 1), (1, 2)):
@@ -109,7 +109,7 @@ def test_an_ending_that_cannot_be_written_is_refused_before_the_first_throw(
 
 @pytest.mark.parametrize(("option", "value"), [("--at", "-1"), ("--at", "inf"), ("--slow", "0")])
 def test_impossible_moments_and_rates_are_refused(tmp_path: Path, option: str, value: str) -> None:
-    done = call("agents.play", "--picture", tmp_path / "a.png", option, value, folder=tmp_path)
+    done = call_here("agents.play", "--picture", tmp_path / "a.png", option, value, folder=tmp_path)
     assert done.returncode == 2
     assert option.removeprefix("--") in done.stderr
     assert "Traceback" not in done.stderr
@@ -117,7 +117,7 @@ def test_impossible_moments_and_rates_are_refused(tmp_path: Path, option: str, v
 
 def test_it_wants_exactly_one_way_to_show(tmp_path: Path) -> None:
     for arguments in ((), ("--video", str(tmp_path / "a.mp4"), "--picture", str(tmp_path / "a.png"))):
-        done = call("agents.play", *arguments, folder=tmp_path)
+        done = call_here("agents.play", *arguments, folder=tmp_path)
         assert done.returncode == 2
         assert "Traceback" not in done.stderr
         assert "--video FILE.mp4" in done.stderr
@@ -126,6 +126,8 @@ def test_it_wants_exactly_one_way_to_show(tmp_path: Path) -> None:
 def test_a_controller_that_ships_knowing_is_shown_at_once(tmp_path: Path) -> None:
     """Without practice, which would take minutes and forget what ships."""
     path = tmp_path / "throw.png"
-    done = call("agents.play", "--env", "PnTAdapt-v0", "--controller", "kalman", "--picture", path, folder=tmp_path)
+    done = call_here(
+        "agents.play", "--env", "PnTAdapt-v0", "--controller", "kalman", "--picture", path, folder=tmp_path
+    )
     assert done.returncode == 0, done.stderr
     assert iio.imread(path).std() > 20.0

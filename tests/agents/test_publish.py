@@ -19,7 +19,7 @@ from agents.judging.evaluation import evaluate
 from agents.learning.runs import RunFolder
 from agents.publish import Arguments
 from agents.publishing import folder
-from tests.tools.commands import answer, call, call_here, refused
+from tests.tools.commands import answer, call_here, refused
 
 NAME = "OneJointThrow-v0-ideal-sac-seed0"
 
@@ -43,7 +43,7 @@ def metadata(card: str) -> dict[str, Any]:
 
 def test_a_published_policy_throws_as_the_run_did(run: Path, tmp_path: Path) -> None:
     command = ("agents.publish", run, "--to", tmp_path / "kept", "--picks", "16", "--no-video")
-    done = call("agents.publish", *command[1:], folder=tmp_path)
+    done = call_here("agents.publish", *command[1:], folder=tmp_path)
     assert done.returncode == 0, done.stderr
     (copy,) = (tmp_path / "kept").iterdir()
     lies = {path.name for path in copy.iterdir()}
@@ -79,7 +79,7 @@ def test_the_graph_acts_as_the_policy(run: Path, tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("opengl")
 def test_the_film_shows_throws_of_the_policy(run: Path, tmp_path: Path) -> None:
-    done = call("agents.publish", run, "--to", "kept", "--picks", "4", "--no-onnx", folder=tmp_path)
+    done = call_here("agents.publish", run, "--to", "kept", "--picks", "4", "--no-onnx", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     copy = tmp_path / "kept" / NAME
     frames = iio.imread(copy / "replay.mp4")

@@ -19,6 +19,8 @@ from agents.judging.loop import observed, practise
 from tests.tools.commands import answered
 from tests.tools.datasets import SMALL, collected, known, replayed
 
+pytestmark = pytest.mark.usefixtures("worker_here")
+
 
 def test_neither_processes_nor_cells_change_what_is_thrown(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("agents.data.collection.CHUNK", 4)

@@ -26,6 +26,7 @@ from tests.agents.test_trust import poisoned
 from tests.tools.commands import answered, refused
 from tests.tools.datasets import NAME, SMALL, WORK, collected, known, replayed
 
+pytestmark = pytest.mark.usefixtures("worker_here")
 BLOCKS = re.findall(r"```python\n(.*?)```", (SHIPPED / "docs" / "datasets.md").read_text(), flags=re.DOTALL)
 
 

@@ -23,6 +23,7 @@ from tests.tools.datasets import SMALL, collected, column, known, replayed
 from tests.tools.line import with_table
 from tests.tools.throws import SHORT_LINE
 
+pytestmark = pytest.mark.usefixtures("worker_here")
 LINE = ("--env", "PnTLine-v0", "--expert", "atc")
 BASIC = ("value", "skills3")
 BLOCKS = re.findall(r"```python\n(.*?)```", (SHIPPED / "docs" / "datasets.md").read_text(), flags=re.DOTALL)
@@ -117,6 +118,7 @@ def test_the_figures_of_a_shift_are_those_of_its_decisions() -> None:
         assert np.array_equal(outcome["robot"][:-1], outcome["by"][1:])
 
 
+@pytest.mark.nightly
 def test_neither_processes_nor_lines_beside_change_what_is_decided(
     levels: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

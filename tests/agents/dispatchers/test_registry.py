@@ -30,7 +30,7 @@ from agents.learning.vec_env import SameStepVecEnv
 from agents.train import Arguments, main
 from agents.training.request import settled
 from pnt_gym.envs.line import PnTLineVectorEnv
-from tests.tools.commands import call
+from tests.tools.commands import call_here
 from tests.tools.toy_cell import register_toy
 
 register_toy()
@@ -160,14 +160,14 @@ def test_ctrl_c_leaves_a_run_that_can_be_continued(
 def test_the_table_at_the_end_compares_with_rules_on_the_shifts_of_evaluate(asked: Arguments, tmp_path: Path) -> None:
     arguments = ("--env", "PnTLine-v0", "--level", str(asked.level), "--algo", "maskable_ppo", "--steps", "32")
     more = ("--num-envs", "4", "--config", str(asked.config), "--out", str(tmp_path / "run"), "--eval-picks", "3")
-    done = call("agents.train", *arguments, *more, folder=tmp_path)
+    done = call_here("agents.train", *arguments, *more, folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "value/min" in done.stdout
     table = json.loads((tmp_path / "run" / "evaluation.json").read_text())
     assert [row["controller"] for row in table] == ["fifo", "atc", "maskable_ppo"]
     for name, row in (("atc", table[1]), (str(tmp_path / "run"), table[2])):
         again = ("--env", "PnTLine-v0", "--level", str(asked.level), "--controller", name, "--shifts", "3")
-        judged = call("agents.evaluate", *again, "--json", "it.json", folder=tmp_path)
+        judged = call_here("agents.evaluate", *again, "--json", "it.json", folder=tmp_path)
         assert judged.returncode == 0, judged.stderr
         found = json.loads((tmp_path / "it.json").read_text())
         assert found["by_shift"]["value_per_min"] == row["by_shift"]["value_per_min"]
@@ -175,7 +175,7 @@ def test_the_table_at_the_end_compares_with_rules_on_the_shifts_of_evaluate(aske
 
 def test_a_run_is_judged_on_its_own_level_unless_another_is_asked_for(asked: Arguments, tmp_path: Path) -> None:
     main(asked)
-    done = call(
+    done = call_here(
         "agents.evaluate", "--controller", str(tmp_path / "run"), "--shifts", "2", "--json", "it.json", folder=tmp_path
     )
     assert done.returncode == 0, done.stderr

@@ -21,6 +21,7 @@ from agents.learning.runs import RunFolder
 from tests.tools.commands import call, call_here, environment
 from tests.tools.nightly import with_nightly
 
+pytestmark = pytest.mark.usefixtures("worker_here")
 Start = Callable[..., "subprocess.CompletedProcess[str]"]
 CONTRACT = {
     "env", "controller", "level", "seed", "picks", "picks_per_min", "sorted_per_min", "success_rate", "success_low",

@@ -18,7 +18,7 @@ from agents.judging.trials import trial_of
 from agents.judging.work_shifts.data import Shifts, worked
 from agents.judging.work_shifts.record import ShiftRecord
 from pnt_gym.cells.line.observation import decoded
-from tests.tools.commands import answer, call, call_here
+from tests.tools.commands import answer, call_here
 
 LEVEL = {"base": "value", "duration": 10.0}
 CONTRACT = {
@@ -47,7 +47,7 @@ def test_the_command_writes_the_contract_and_a_picture(tmp_path):
         "--num-envs",
         "2",
     )
-    run = call("agents.evaluate", *given, "--json", "out.json", "--picture", "who.svg", folder=tmp_path)
+    run = call_here("agents.evaluate", *given, "--json", "out.json", "--picture", "who.svg", folder=tmp_path)
     told = answer(run, tmp_path / "out.json")
     assert set(told) >= CONTRACT
     assert told["shifts"] == len(told["by_shift"]["value_per_min"]) == 3

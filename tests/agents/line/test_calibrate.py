@@ -13,7 +13,7 @@ from agents.line.calibrate import thrown
 from pnt_gym.cells.line.cell import LineCell
 from pnt_gym.cells.line.chances import Chances, digest, place_of, read
 from pnt_gym.cells.line.config import LineConfig
-from tests.tools.commands import answer, call, refused
+from tests.tools.commands import answer, call_here, refused
 
 LEVEL = {"name": "mine", "base": "single", "cell": {"limits": {"percent": [30, 45]}}}
 
@@ -24,7 +24,7 @@ def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("line")
     (folder / "mine.yaml").write_text(yaml.safe_dump(LEVEL))
     given = ("--level", "mine.yaml", "--throws", "120", "--num-envs", "8", "--out", "table.json")
-    return folder, call("agents.line calibrate", *given, folder=folder)
+    return folder, call_here("agents.line calibrate", *given, folder=folder)
 
 
 def test_a_table_is_written_and_said_to_be(made):

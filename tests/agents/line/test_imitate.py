@@ -13,7 +13,7 @@ from agents.dispatchers.rules import Index
 from agents.dispatchers.scored import Scored, there
 from agents.ground.environments import make_vector
 from agents.policies.scorer import Scorer
-from tests.tools.commands import call
+from tests.tools.commands import call_here
 
 
 def lessons(expert: Index, worker: Index, level: str, shifts: int = 4) -> Labels:
@@ -68,13 +68,13 @@ def test_the_same_seed_learns_the_same(short: str) -> None:
 
 def test_the_command_leaves_a_scorer_that_evaluate_works_with(short: str, tmp_path: Path) -> None:
     arguments = ("--level", short, "--of", "pair", "--shifts", "3", "--hidden", "8", "--eval-shifts", "2")
-    done = call("agents.line imitate", *arguments, folder=tmp_path)
+    done = call_here("agents.line imitate", *arguments, folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "round 2:" in done.stdout
     assert "imitation of pair" in done.stdout
     assert Scorer.load(tmp_path / "runs" / "pair-short.npz").activation == "Tanh"
     more = ("--env", "PnTLine-v0", "--level", short, "--shifts", "2", "--controller", "runs/pair-short.npz")
-    judged = call("agents.evaluate", *more, folder=tmp_path)
+    judged = call_here("agents.evaluate", *more, folder=tmp_path)
     assert judged.returncode == 0, judged.stderr
     assert "value per minute" in judged.stdout
 
@@ -89,7 +89,7 @@ def test_the_command_leaves_a_scorer_that_evaluate_works_with(short: str, tmp_pa
     ],
 )
 def test_bad_usage_is_one_sentence(tmp_path: Path, arguments: tuple[str, ...], said: str) -> None:
-    done = call("agents.line imitate", *arguments, folder=tmp_path)
+    done = call_here("agents.line imitate", *arguments, folder=tmp_path)
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
     assert said in done.stderr

@@ -4,7 +4,7 @@ import pytest
 
 from agents.line.plan import Arguments, down, line_up, planned
 from pnt_gym.cells.line.config import LineConfig
-from tests.tools.commands import answer, call, call_here
+from tests.tools.commands import answer, call_here
 
 LEVEL = LineConfig.load("skills3")
 
@@ -43,7 +43,7 @@ def test_it_says_which_plan_is_enough_and_writes_what_it_found(tmp_path):
     file, picture = tmp_path / "plans.json", tmp_path / "plans.svg"
     given = ("--robots", "1", "3", "--shifts", "2", "--minutes", "0.2", "--recovery", "0.2")
     told = "--json", file, "--picture", picture
-    run = call("agents.line plan", "--level", "skills3", *given, *told, folder=tmp_path)
+    run = call_here("agents.line plan", "--level", "skills3", *given, *told, folder=tmp_path)
     plans = answer(run, file)["plans"]
     assert [plan["robots"] for plan in plans] == [1, 3]
     assert plans[1]["recovery"] > plans[0]["recovery"] > 0.0

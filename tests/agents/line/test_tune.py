@@ -25,7 +25,7 @@ from agents.line import tune
 from agents.line.tune import Arguments, main
 from agents.policies.scorer import Scorer
 from pnt_gym.cells.line.config import LineConfig
-from tests.tools.commands import call
+from tests.tools.commands import call_here
 
 SHIPPED = ("single", "value", "speed", "line3", "skills3", "skills3_burst")
 
@@ -167,7 +167,7 @@ def test_what_a_guided_beam_makes_of_its_plans_is_sought_with_the_guide_that_the
 
 def test_few_shifts_are_shown_and_not_kept(short: str, tmp_path: Path) -> None:
     arguments = ("--level", short, "--what", "atc", "--shifts", "2", "--out", str(tmp_path / "rules.yaml"))
-    done = call("agents.line tune", *arguments, folder=tmp_path)
+    done = call_here("agents.line tune", *arguments, folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "patience" in done.stdout
     assert "2 shifts are too few to keep what they say" in done.stdout
@@ -185,7 +185,7 @@ def test_few_shifts_are_shown_and_not_kept(short: str, tmp_path: Path) -> None:
     ],
 )
 def test_bad_usage_is_one_sentence(tmp_path: Path, arguments: tuple[str, ...], said: str) -> None:
-    done = call("agents.line tune", *arguments, folder=tmp_path)
+    done = call_here("agents.line tune", *arguments, folder=tmp_path)
     assert done.returncode == 2
     assert done.stderr.startswith("error: ")
     assert done.stderr.count("\n") == 1

@@ -26,6 +26,7 @@ from pnt_gym.errors import PntGymError
 from tests.tools.commands import call_here, environment
 from tests.tools.nightly import with_nightly
 
+pytestmark = pytest.mark.usefixtures("worker_here")
 ENTRIES = {"quantity", "published", "reproduced", "unit", "verdict", "tolerance", "note"}
 
 
