@@ -49,12 +49,14 @@ def test_there_is_a_command_for_every_kind_of_addition():
     assert all(line.startswith("python -m agents.") for line in COMMANDS)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("line", COMMANDS)
 def test_every_command_runs(commands, line):
     done = commands[line]
     assert done.returncode == 0, done.stderr[-2000:]
 
 
+@pytest.mark.nightly
 def test_the_fourth_robot_is_judged_and_learned_like_the_others(folder, commands):
     analytic, learned, trained = (
         json.loads((folder / f"{name}.json").read_text()) for name in ("analytic", "learned", "trained")
@@ -88,6 +90,7 @@ assert all((one[4][name] == other[4][name]).all() for name in ("landing_error", 
     assert done.returncode == 0, done.stderr[-2000:]
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("commands")
 def test_a_kind_of_task_is_judged_compared_and_shown(folder):
     """One trial and one record: evaluation, benchmark and report know nothing else of it."""

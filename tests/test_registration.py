@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import pnt_gym
+from tests.tools.nightly import with_nightly
 
 HEAVY = ("mujoco", "torch", "stable_baselines3", "scipy", "matplotlib", "imageio")
 
@@ -53,7 +54,7 @@ def test_every_id_can_be_made_single_and_vector(env_id):
     np.testing.assert_array_equal(observations[0], observation)
 
 
-@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
+@pytest.mark.parametrize("env_id", with_nightly(pnt_gym.ENV_IDS, ["PnTLine-v0"]))
 def test_an_id_with_its_module_needs_no_import(env_id):
     script = f"""
 import warnings

@@ -77,6 +77,7 @@ def test_the_graph_acts_as_the_policy(run: Path, tmp_path: Path) -> None:
     assert about["action_mode"] == RunFolder(run).arguments["action_mode"]
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("opengl")
 def test_the_film_shows_throws_of_the_policy(run: Path, tmp_path: Path) -> None:
     done = call_here("agents.publish", run, "--to", "kept", "--picks", "4", "--no-onnx", folder=tmp_path)

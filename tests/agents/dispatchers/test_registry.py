@@ -291,6 +291,7 @@ def test_a_damaged_policy_is_told_in_one_sentence(asked: Arguments, tmp_path: Pa
         run_scores(tmp_path / "run")
 
 
+@pytest.mark.nightly
 def test_it_learns_what_a_rule_does_not_know(asked: Arguments, tmp_path: Path) -> None:
     """From a rule with the wrong patience, which leaves much to be learned at once."""
     wrong = {**SMALL, "n_steps": 32, "batch_size": 256, "n_epochs": 5, "patience": 200.0, "price_of_time": 1.8}

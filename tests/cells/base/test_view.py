@@ -12,6 +12,7 @@ from pnt_gym.cells.base.canvas import FPS
 from pnt_gym.cells.base.view import ThrowView, record_video
 from pnt_gym.cells.conveyor.view import camera
 from pnt_gym.errors import ConfigError
+from tests.tools.nightly import with_nightly
 from tests.tools.throws import make_core, same_bits
 
 pytestmark = pytest.mark.usefixtures("opengl")
@@ -215,7 +216,7 @@ def count_frames(path):
     return sum(1 for _ in iio.imiter(path, plugin="FFMPEG"))
 
 
-@pytest.mark.parametrize("slow", [1, 3])
+@pytest.mark.parametrize("slow", with_nightly((1, 3), [1]))
 def test_a_video_has_as_many_frames_as_its_throws_take(tmp_path, slow):
     core = belt_core(seed=1)
     steps = []

@@ -7,6 +7,7 @@ from pnt_gym.arrays import take
 from pnt_gym.cells.gripper.hidden import expected_hidden
 from pnt_gym.engine import mujoco
 from tests.tools.gripper import fields_equal, made, oracle, planned, shortened
+from tests.tools.nightly import with_nightly
 
 
 def test_in_the_planners_own_world_throws_land_on_target():
@@ -41,7 +42,7 @@ def test_a_longer_follow_through_forgives_a_late_opening_and_costs_time():
     assert slow.cycle_time.mean() > quick.cycle_time.mean() + 0.02
 
 
-@pytest.mark.parametrize("level", ["nominal", "late", "patient", "drop"])
+@pytest.mark.parametrize("level", with_nightly(("nominal", "late", "patient", "drop"), ["late"]))
 def test_an_oracle_succeeds(level):
     cell = made(level, 24)
     outcome = cell.throw(oracle(cell)[0])

@@ -52,6 +52,7 @@ def measured(**changes):
     return Measured(**(figures | changes))
 
 
+@pytest.mark.nightly
 def test_the_optimum_beats_the_published_cell_within_the_limits(optimum):
     assert picks_per_min(optimum) >= 110.0 > 1.3 * PUBLISHED["min-time-throw", *CELL]
     details = free_details(CELL, optimum, RULES)
@@ -66,6 +67,7 @@ def test_the_optimum_beats_the_published_cell_within_the_limits(optimum):
     json.dumps(details, allow_nan=False)
 
 
+@pytest.mark.nightly
 def test_broken_bounds_are_not_called_kept(optimum):
     low = HandRules(hand_cap=0.05, workspace=RULES.workspace)
     assert free_details(CELL, optimum, low)["limits_kept"] is False
@@ -83,6 +85,7 @@ def test_the_rules_are_those_of_the_table_and_of_the_cell():
     assert config.limits.percent == (40,)
 
 
+@pytest.mark.nightly
 def test_planned_per_pick_it_loses_little(optimum):
     """The mover chooses its release before it knows the next pick; the optimum knows it."""
     quick = per_pick_cycle(*CELL).require()
@@ -109,6 +112,7 @@ def test_a_loop_without_a_throw_is_infeasible(monkeypatch):
         per_pick_cycle(*CELL)
 
 
+@pytest.mark.nightly
 def test_every_answer_of_the_timed_batches_is_checked(monkeypatch):
     monkeypatch.setattr(hassan_per_pick, "ROUNDS", 1)
     picks, following = random_picks()
@@ -119,6 +123,7 @@ def test_every_answer_of_the_timed_batches_is_checked(monkeypatch):
         assert 0 <= row.details["straight"] <= row.details["planned"] == row.details["limits_kept"] <= BATCH
 
 
+@pytest.mark.nightly
 def test_with_constant_jerk_the_optimum_is_judged_by_its_own_limits(monkeypatch, optimum):
     asked = []
     monkeypatch.setattr(
@@ -134,6 +139,7 @@ def test_with_constant_jerk_the_optimum_is_judged_by_its_own_limits(monkeypatch,
     assert row.details["peak_jerk_ratio"] == pytest.approx(scaled * limits_at(45).numbers()[2] / 3000.0)
 
 
+@pytest.mark.nightly
 def test_a_cell_without_a_motion_is_infeasible(monkeypatch, optimum):
     def found(zone, percent, rules=RULES):
         if (zone, percent) == ("inside", 40):
@@ -184,6 +190,7 @@ def test_sums_of_the_simulation():
     }  # fmt: skip
 
 
+@pytest.mark.nightly
 def test_the_robot_lands_every_object_of_the_optimum(optimum):
     found = simulated({"outside": (optimum, TARGETS["outside"])})["outside"]
     assert found[0.0].trials == found[0.0].sorted == 3 * len(scene("outside")[0])
@@ -193,6 +200,7 @@ def test_the_robot_lands_every_object_of_the_optimum(optimum):
     assert found[1.0].landing_error_mean > found[0.0].landing_error_mean
 
 
+@pytest.mark.nightly
 def test_the_figure_is_a_drawing(optimum):
     text = free_figure(lambda *_: optimum)
     assert ElementTree.fromstring(text).tag.endswith("svg")

@@ -279,6 +279,7 @@ def free_row(row, factor):
     return replace(row, quantity=name, published=None, reproduced=factor * row.reproduced)
 
 
+@pytest.mark.nightly
 def test_the_overview_shows_what_there_is():
     assert not hassan.overview({}).grids
     cells = [hassan_table.cell_row("constant-jerk", cell) for cell in PUBLISHED if cell[0] == "min-time-throw"]

@@ -54,6 +54,7 @@ def test_a_wrong_kappa_shows_in_the_verdict(monkeypatch: pytest.MonkeyPatch) -> 
     assert (before.verdict, after.verdict) == ("reproduced", "differs")
 
 
+@pytest.mark.nightly
 def test_a_wrong_angle_of_the_first_singularity_shows_in_the_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
     before = row("workspace", "video/first-singular-angle")
     assert before.tolerance == 5.0

@@ -22,10 +22,12 @@ from papers.leveziel.cycle_run import PHASES, Cycles, run_cycles
 from pnt_gym.cells.gripper.cell import GripperCell
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.robots.gripper import MOTOR_SPEED, inverse_kinematics
+from tests.tools.nightly import with_nightly
 
 HELD = 16
 """Throws that judge a controller."""
-ALL = ("cycle", "grasps", "toss-planner", "toss-virtual_goal")
+TOSSES = ("toss-planner", "toss-virtual_goal")
+ALL = with_nightly(("cycle", "grasps", *TOSSES), ["cycle", "grasps"])
 
 
 @cache
@@ -70,8 +72,9 @@ def test_rows_and_data_are_plain_json_and_figures_are_drawings(name: str) -> Non
     assert all(drawing.lstrip().startswith("<?xml") and len(drawing) > 5000 for drawing in found.figures.values())
 
 
+@pytest.mark.nightly
 def test_the_figures_are_the_known_ones() -> None:
-    drawn = [figure for name in ALL for figure in findings(name).figures]
+    drawn = [figure for name in ("cycle", "grasps", *TOSSES) for figure in findings(name).figures]
     assert drawn == ["leveziel_cycle.svg", "leveziel_cycle_pictures.svg", "leveziel_grasps.svg", "leveziel_release.svg"]
 
 
@@ -128,6 +131,7 @@ def slippery(config: GripperConfig) -> GripperConfig:
     return config.model_copy(update={"items": tuple(item.name for item in items), "extra_items": tuple(items)})
 
 
+@pytest.mark.nightly
 def test_a_slippery_cork_is_not_carried(monkeypatch: pytest.MonkeyPatch) -> None:
     known = leveziel_cycle_run.cycle_config
 
@@ -166,6 +170,7 @@ def test_slippery_objects_count_as_not_held() -> None:
         assert not leveziel_grasps.grasped(cell, kind).held.any()
 
 
+@pytest.mark.nightly
 def test_an_oracle_succeeds_and_the_fixed_timing_loses_the_block() -> None:
     assert row("toss-planner", "toss/nominal/oracle").reproduced >= 97.0
     planner = row("toss-planner", "toss/nominal/analytic")
@@ -176,6 +181,7 @@ def test_an_oracle_succeeds_and_the_fixed_timing_loses_the_block() -> None:
     assert row("toss-planner", "toss/drop/analytic").reproduced > planner.reproduced
 
 
+@pytest.mark.nightly
 def test_practice_teaches_when_to_let_go() -> None:
     before = row("toss-planner", "toss/nominal/analytic")
     few, many = (row("toss-virtual_goal", f"toss/nominal/virtual_goal-{n}") for n in (10, 100))
@@ -188,6 +194,7 @@ def test_practice_teaches_when_to_let_go() -> None:
     assert len(many.details["success_by_seed"]) == 2
 
 
+@pytest.mark.nightly
 def test_every_throw_is_counted_once() -> None:
     assert row("toss-planner", "endurance/planner").reproduced == 2 * 2 * HELD
     # Practice once to the last stage; each stage on held-out objects, and the planner on them for the drawing.
@@ -254,8 +261,9 @@ def test_the_drawn_flights_start_on_target_and_fall_short_when_the_robot_brakes(
     assert leveziel_toss.free_landings(higher)[1][:, planned] == pytest.approx(0.0, abs=1e-4)
 
 
+@pytest.mark.nightly
 def test_learning_curves_are_drawn_from_rows() -> None:
-    rows = {r.quantity: r.as_json() for name in ("toss-planner", "toss-virtual_goal") for r in findings(name).rows}
+    rows = {r.quantity: r.as_json() for name in TOSSES for r in findings(name).rows}
     (name, drawing), *others = overview(rows).figures.items()
     assert name == "leveziel_toss.svg"
     assert not others

@@ -125,8 +125,7 @@ def identity(objects):
     return set(np.asarray(objects.mass).ravel().tolist())
 
 
-@pytest.mark.parametrize("tracking", [False, True])
-@pytest.mark.parametrize("dispatch", ["first", "soonest"])
+@pytest.mark.parametrize(("dispatch", "tracking"), [("first", True), ("soonest", False)])
 def test_what_was_knocked_rides_on_and_is_never_picked(tracking, dispatch):
     core = core_of(tracking=tracking, dispatch=dispatch)
     knocked, told = set(), 0

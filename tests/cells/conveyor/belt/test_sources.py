@@ -1,6 +1,7 @@
 """Which object the hand takes next: each rule against trying all objects one by one; whatever it says, none is lost."""
 
 import pickle
+from itertools import product
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from pnt_gym.arrays import take
 from pnt_gym.cells.conveyor.belt.sources import QUEUE, BeltPicks
 from pnt_gym.cells.conveyor.planner import PickPlanner
+from tests.tools.nightly import with_nightly
 from tests.tools.throws import make_core, same_bits, vary
 
 RULES = ("first", "soonest", "atc")
@@ -72,9 +74,12 @@ def test_the_rule_takes_what_trying_all_of_them_says(rule):
     assert (others > 0) == (rule != "first")
 
 
-@pytest.mark.parametrize("rule", RULES)
-@pytest.mark.parametrize("gap", ["edge", "centre"])
-@pytest.mark.parametrize("level", ["dense", "waste_plain"])
+BELTS = [*product(("dense", "waste_plain"), ("edge", "centre"), RULES)]
+
+
+@pytest.mark.parametrize(
+    ("level", "gap", "rule"), with_nightly(BELTS, [case for case in BELTS if case != ("dense", "centre", "first")])
+)
 def test_every_object_drawn_is_thrown_or_let_go_or_still_on_the_belt(level, gap, rule):
     planner, source, drawn = belt(level, dispatch=rule, belt={"gap": gap})
     context, passed, seen = source.first(np.arange(ROWS)), np.zeros(ROWS, dtype=int), []
@@ -128,8 +133,10 @@ def test_a_row_alone_is_as_in_a_batch_and_threads_make_no_difference(rule, fidel
     assert same_bits(kept.observe(), one.observe())
 
 
-@pytest.mark.parametrize("mode", ["release_point", "release_xyz", "virtual_goal"])
-@pytest.mark.parametrize("planner", ["straight", "free_direction"])
+THROWN = [*product(("straight", "free_direction"), ("release_point", "release_xyz", "virtual_goal"))]
+
+
+@pytest.mark.parametrize(("planner", "mode"), with_nightly(THROWN, THROWN[:4]))
 def test_every_mode_and_planner_throws_on_a_dense_belt(mode, planner):
     core = make_core(vary("dense", planner=planner), 2, picks="belt", mode=mode)
     for _ in range(2):

@@ -1,5 +1,7 @@
 """Throwing some objects and putting others down: as each mover alone would, by the rule or as the action says."""
 
+from itertools import product
+
 import gymnasium as gym
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from pnt_gym.cells.conveyor.movers.placing import EllipseMover, placed
 from pnt_gym.cells.conveyor.movers.straight import StraightMover
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
+from tests.tools.nightly import with_nightly
 from tests.tools.throws import PLAIN, make_core, vary
 
 COUNT = 40
@@ -33,8 +36,10 @@ def paths(mover, context, following):
     return JerkTrajectory.concatenate(motion.pick, [motion.segments, back])
 
 
-@pytest.mark.parametrize("picks", ["belt", "independent"])
-@pytest.mark.parametrize("fidelity", ["full", "flight"])
+FLOWN = [*product(("belt", "independent"), ("full", "flight"))]
+
+
+@pytest.mark.parametrize(("picks", "fidelity"), with_nightly(FLOWN, [FLOWN[0], FLOWN[3]]))
 def test_light_objects_are_put_down_and_nothing_is_missed(picks, fidelity):
     core = core_of(picks, fidelity=fidelity)
     for _ in range(2):

@@ -9,6 +9,7 @@ from pnt_gym.arrays import take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.errors import ConfigError
+from tests.tools.nightly import with_nightly
 from tests.tools.throws import make_core, parts_of, same_bits, vary, with_part
 
 BINS = {
@@ -67,7 +68,7 @@ def test_all_but_the_class_stays_as_it_is():
     assert same_bits(infos[0]["item"], infos[1]["true_kind"])
 
 
-@pytest.fixture(scope="module", params=["full", "flight"])
+@pytest.fixture(scope="module", params=with_nightly(("full", "flight"), ["flight"]))
 def told(request):
     core = make_core(confused(fidelity=request.param), 150, seed=5)
     seen = core.context.kind.copy()

@@ -12,6 +12,7 @@ import pnt_gym  # noqa: F401 - registers the environments
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor.objects.fill import LEAST_DEPTH, Fill, drawn_fill, mean_volumes, volume_of
 from pnt_gym.errors import ConfigError
+from tests.tools.nightly import with_nightly
 from tests.tools.throws import make_core, parts_of, same_bits, vary
 
 PAIR = {
@@ -126,7 +127,7 @@ def test_a_drawn_fill_is_any_between_two_emptyings():
     np.testing.assert_allclose(mean_volumes(own, table)[0], volume_of(table.shape, table.size)[0])
 
 
-@pytest.mark.parametrize("level", ["nominal_plain", "waste_plain"])
+@pytest.mark.parametrize("level", with_nightly(("nominal_plain", "waste_plain"), ["waste_plain"]))
 def test_drawn_fills_leave_all_else_as_it_is(level):
     """The objects to the last bit; throws that clear the bottom fly the same."""
     plain = make_core(vary(level, bins=PAIR if level == "nominal_plain" else {}), 40, seed=6)

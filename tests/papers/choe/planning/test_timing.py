@@ -136,6 +136,7 @@ def test_a_rectangle_is_three_strokes_without_casadi(monkeypatch):
     assert max(r[0] for r in motion.peak_ratios(LIMITS)) <= 1.0 + 1e-9
 
 
+@pytest.mark.nightly
 def test_a_shorter_way_and_looser_limits_are_quicker(lame):
     shorter = timed(lame_path(0.7, 0.05, 0.05, (0.1, 0.05)), intervals=60)
     assert shorter.duration[0] < lame.duration[0]
@@ -143,6 +144,7 @@ def test_a_shorter_way_and_looser_limits_are_quicker(lame):
     assert looser.duration[0] < shorter.duration[0]
 
 
+@pytest.mark.nightly
 def test_scaled_limits_scale_the_time_exactly():
     path = lame_path(0.4, 0.03, 0.06, (0.1, 0.05), 4.0)
     once = timed(path, intervals=60)

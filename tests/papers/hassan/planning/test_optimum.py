@@ -11,6 +11,7 @@ from pnt_gym.constants import GRAVITY
 from pnt_gym.errors import PntGymError
 from pnt_gym.planning import EllipticWorkspace, JerkTrajectory, MotionLimits, accelerate, plan_release
 from pnt_gym.planning.free.rules import HandRules
+from tests.tools.nightly import with_nightly
 
 # Picks, targets, tolerance and ceiling of Hassan et al. 2022, section V (Table I).
 PICKS = ((-0.2, -0.25, -0.85), (-0.2, -0.35, -0.85), (-0.3, -0.35, -0.85))
@@ -19,6 +20,7 @@ CEILING, TOLERANCE = -0.75, 0.005
 SPACE = EllipticWorkspace()
 RULES = HandRules(workspace=SPACE)
 CELLS = {"in 15": (0, INSIDE, 15.0), "in 40": (1, INSIDE, 40.0), "out 45": (2, OUTSIDE, 45.0)}
+SOME_DAILY = with_nightly(CELLS, ["in 40"])
 
 
 def throw(name, rules=RULES, ceiling=CEILING) -> FreeThrow:
@@ -45,7 +47,7 @@ def judged(path: JerkTrajectory, release_time, name, rules=RULES, ceiling=CEILIN
     return check_throw(path, np.array([release_time]), aimed(name)[None], limits, ceiling, rules)
 
 
-@pytest.mark.parametrize("name", CELLS)
+@pytest.mark.parametrize("name", SOME_DAILY)
 def test_every_limit_and_rule_holds_at_10_khz(name):
     found = known(name)
     check = judged(found.path, found.release_time, name)
@@ -54,7 +56,7 @@ def test_every_limit_and_rule_holds_at_10_khz(name):
     assert max(check.velocity[0], check.acceleration[0], check.jerk[0]) > 1.0 - 1e-6
 
 
-@pytest.mark.parametrize("name", CELLS)
+@pytest.mark.parametrize("name", SOME_DAILY)
 def test_what_is_told_is_what_the_path_does(name):
     found = known(name)
     number, _, _ = CELLS[name]
@@ -73,7 +75,7 @@ def test_what_is_told_is_what_the_path_does(name):
     np.testing.assert_allclose(landing, aimed(name), rtol=0, atol=1e-8)
 
 
-@pytest.mark.parametrize("name", CELLS)
+@pytest.mark.parametrize("name", SOME_DAILY)
 def test_the_last_way_is_straight_down_and_nothing_before_is_lower(name):
     found = known(name)
     following = np.array(PICKS[(CELLS[name][0] + 1) % 3])
@@ -87,7 +89,7 @@ def test_the_last_way_is_straight_down_and_nothing_before_is_lower(name):
     assert place[:, 2].min() >= following[2] - 1e-8
 
 
-@pytest.mark.parametrize("name", ["in 40", "out 45"])
+@pytest.mark.parametrize("name", with_nightly(("in 40", "out 45"), ["in 40"]))
 def test_never_slower_than_the_straight_throw_with_the_fastest_return(name):
     number, target, percent = CELLS[name]
     limits = MotionLimits.t3kr(percent)
@@ -124,6 +126,7 @@ def test_a_window_is_kept_and_costs_its_time():
     assert known("in 40").duration + 0.01 < found.duration < known("in 40").duration + 0.08
 
 
+@pytest.mark.nightly
 def test_a_lower_cap_costs_time():
     times = [known("in 40").duration]
     for cap in (0.03, 0.0):
@@ -134,7 +137,7 @@ def test_a_lower_cap_costs_time():
     assert times[0] * 1.1 < times[1] * 1.05 < times[2]
 
 
-@pytest.mark.parametrize(("ceiling", "height"), [(-0.82, -0.85), (-0.75, -0.72)])
+@pytest.mark.parametrize(("ceiling", "height"), with_nightly([(-0.82, -0.85), (-0.75, -0.72)], [(-0.75, -0.72)]))
 def test_an_approach_that_begins_above_the_ceiling_forces_no_detour(ceiling, height):
     """A ceiling 3 cm above the pick, and a next pick 3 cm above the ceiling."""
     following, target = (*PICKS[1][:2], height), (0.3, 0.4, -0.85)
@@ -149,6 +152,7 @@ def test_an_approach_that_begins_above_the_ceiling_forces_no_detour(ceiling, hei
     assert heights[-1] == pytest.approx(height + RULES.approach, abs=1e-7)
 
 
+@pytest.mark.nightly
 def test_the_same_task_gives_the_same_bits():
     once, again = known("in 15"), throw("in 15")
     np.testing.assert_array_equal(once.path.jerks, again.path.jerks)
