@@ -14,6 +14,7 @@ from agents.reproduce.finding import Row
 from papers.choe import PARTS, cases, ellipse, simulated, speed
 from papers.choe.planning.timing import time_path
 from pnt_gym.planning.paths import EllipsePath
+from tests.tools.nightly import with_nightly
 
 FIGURES = {
     "example": {"choe_ellipse.svg"},
@@ -29,6 +30,9 @@ FIGURES = {
 }
 
 
+LONG = ("long-times", "simulated", "scene")
+"""Parts that take seconds; `papers.choe.planning` has daily tests of what they time paths with."""
+DAILY = [name for name in FIGURES if name not in LONG]
 COARSE = 120
 """Intervals of a timed run: half of those of the figures, for half of the time; up to 2 ms slower."""
 
@@ -52,6 +56,7 @@ def row(name: str, quantity: str) -> Row:
     return next(r for r in findings(name).rows if r.quantity == f"choe/{quantity}")
 
 
+@pytest.mark.nightly
 def test_the_parts_are_the_known_ones_and_no_row_has_two_meanings():
     assert list(PARTS) == list(FIGURES)
     quantities = [r.quantity for part in PARTS for r in findings(part).rows]
@@ -59,7 +64,7 @@ def test_the_parts_are_the_known_ones_and_no_row_has_two_meanings():
     assert all(quantity.startswith("choe/") for quantity in quantities)
 
 
-@pytest.mark.parametrize("name", FIGURES)
+@pytest.mark.parametrize("name", with_nightly(FIGURES, DAILY))
 def test_rows_and_data_are_plain_json_and_figures_are_drawings(name):
     found = findings(name)
     text = json.dumps({"rows": [r.as_json() for r in found.rows], "data": found.data}, allow_nan=False)
@@ -73,6 +78,7 @@ def test_rows_and_data_are_plain_json_and_figures_are_drawings(name):
     assert all(grid.rows and len(line) == len(grid.header) for grid in found.grids for line in grid.rows)
 
 
+@pytest.mark.nightly
 def test_every_row_stands_in_a_table_or_makes_a_column_of_one():
     lines = {name: sum(len(grid.rows) for grid in findings(name).grids) for name in FIGURES}
     for name in ("example", "length", "speed", "joints", "example-times"):
@@ -100,7 +106,6 @@ def test_only_what_the_paper_states_under_its_own_conditions_is_judged():
         "joints": [f"joints/arm-{k}-swing" for k in (1, 2, 3, 4)],
         "speed": ["claim/shorter-cycle", "misprint/step-6-units"],
         "example-times": ["claim/shortest-is-quickest"],
-        "long-times": ["joint/acceleration-step"],
     }
     for part, quantities in ours.items():
         assert {row(part, quantity).verdict for quantity in quantities} == {"ours"}
@@ -190,29 +195,29 @@ def test_the_claim_of_the_shortest_curve_holds_under_some_readings_only():
     assert verdicts == {"same-ends": "reproduced", "curves-only": "differs"}
 
 
-@pytest.mark.parametrize(
-    ("part", "name", "seconds"),
-    [
-        ("example-times", "example/arc", 0.289),
-        ("example-times", "example/rectangle", 0.522),
-        ("example-times", "example/ellipse-10deg-strict", 0.482),
-        ("example-times", "example/ellipse-10deg-relaxed", 0.358),
-        ("example-times", "example/ellipse-9.5deg-relaxed", 0.397),
-        ("example-times", "example/ellipse-12deg-relaxed", 0.343),
-        ("example-times", "example/ellipse-15deg-relaxed", 0.351),
-        ("long-times", "long/rectangle", 0.8508),
-        ("long-times", "long/ellipse-50mm-strict", 0.8172),
-        ("long-times", "long/ellipse-50mm-relaxed", 0.7077),
-        ("long-times", "long/lame-50mm-d50", 0.7559),
-        ("long-times", "long/lame-50mm-d100", 0.7227),
-        ("long-times", "long/lame-50mm-d200", 0.7325),
-        ("long-times", "long/lame-50mm-d410", 0.7429),
-        ("long-times", "long/ellipse-20mm-strict", 0.7649),
-        ("long-times", "long/ellipse-20mm-relaxed", 0.6244),
-        ("long-times", "long/ellipse-0mm", 0.5946),
-        ("long-times", "long/lame-20mm-d200", 0.6606),
-    ],
-)
+TIMES = [
+    ("example-times", "example/arc", 0.289),
+    ("example-times", "example/rectangle", 0.522),
+    ("example-times", "example/ellipse-10deg-strict", 0.482),
+    ("example-times", "example/ellipse-10deg-relaxed", 0.358),
+    ("example-times", "example/ellipse-9.5deg-relaxed", 0.397),
+    ("example-times", "example/ellipse-12deg-relaxed", 0.343),
+    ("example-times", "example/ellipse-15deg-relaxed", 0.351),
+    ("long-times", "long/rectangle", 0.8508),
+    ("long-times", "long/ellipse-50mm-strict", 0.8172),
+    ("long-times", "long/ellipse-50mm-relaxed", 0.7077),
+    ("long-times", "long/lame-50mm-d50", 0.7559),
+    ("long-times", "long/lame-50mm-d100", 0.7227),
+    ("long-times", "long/lame-50mm-d200", 0.7325),
+    ("long-times", "long/lame-50mm-d410", 0.7429),
+    ("long-times", "long/ellipse-20mm-strict", 0.7649),
+    ("long-times", "long/ellipse-20mm-relaxed", 0.6244),
+    ("long-times", "long/ellipse-0mm", 0.5946),
+    ("long-times", "long/lame-20mm-d200", 0.6606),
+]
+
+
+@pytest.mark.parametrize(("part", "name", "seconds"), with_nightly(TIMES, [case for case in TIMES if case[0] in DAILY]))
 def test_times_of_whole_paths(part, name, seconds):
     r = row(part, f"time/{name}")
     assert r.reproduced == pytest.approx(seconds, abs=1.3e-3)
@@ -220,6 +225,7 @@ def test_times_of_whole_paths(part, name, seconds):
     assert max(peaks) <= 1.0 + 1e-6
 
 
+@pytest.mark.nightly
 def test_smooth_corners_are_close_to_the_quickest_free_path():
     free = row("long-times", "time/long/bound-50mm").reproduced
     low = row("long-times", "time/long/bound-50mm-top-100mm").reproduced
@@ -237,11 +243,14 @@ def test_the_shortest_ellipse_is_not_the_quickest():
     assert row("example-times", "claim/shortest-is-quickest").reproduced == "12 deg"
 
 
+@pytest.mark.nightly
 def test_relaxed_joints_step_the_acceleration():
+    assert row("long-times", "joint/acceleration-step").verdict == "ours"
     assert row("long-times", "joint/speed").reproduced == pytest.approx(0.468, abs=3e-3)
     assert row("long-times", "joint/acceleration-step").reproduced == pytest.approx(36.0, abs=0.5)
 
 
+@pytest.mark.nightly
 def test_the_robot_carries_the_motions_out():
     for r in findings("simulated").rows:
         if r.quantity.endswith("tracking"):
@@ -269,6 +278,7 @@ def test_the_profile_adds_up_to_the_way():
     assert row("curvature", "fig-5/way-of-the-busiest-periods").reproduced > 0.5
 
 
+@pytest.mark.nightly
 def test_objects_leave_one_box_and_come_to_lie_in_another():
     """Fig. 4, in the simulator; boxes too narrow for an object are told by a touch."""
     found = {row.quantity: row.reproduced for row in simulated.scene_findings().rows}
