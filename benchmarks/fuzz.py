@@ -17,7 +17,7 @@ from pathlib import Path
 
 from agents.ground.files import write_json
 from benchmarks.checks import check_parser, show
-from tests.tools.fuzz import SHARES, tried
+from benchmarks.fuzz_cases.cases import SHARES, tried
 
 PATIENCE = 60.0
 """A case that takes longer hangs [s]."""
@@ -58,7 +58,8 @@ def finds(bunch: Sequence[tuple[str, int]], judge: Judge = tried) -> Iterator[tu
     """Kind, number and find, empty for none, of every case; a new process goes on after one that ended or hangs."""
     left = list(bunch)
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["tests.tools.fuzz"])  # what takes seconds to import, before there is any thread
+    # What takes seconds to import, before there is any thread.
+    context.set_forkserver_preload(["benchmarks.fuzz_cases.cases"])
     while left:
         here, there = context.Pipe(duplex=False)
         process = context.Process(target=attempt, args=(left, there, judge))  # may have processes of its own

@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.checks import check_parser, show
-from tests.tools.killed_commands import REAL, TOY, benchmark, report, reproduce, small_reproduction, train
-from tests.tools.kills import Command, Kill, Trials, spawned
+from benchmarks.kill_trials.commands import REAL, TOY, benchmark, report, reproduce, small_reproduction, train
+from benchmarks.kill_trials.trials import Command, Kill, Trials, spawned
 
 IMPORTED = (
     "agents.benchmark.__main__",

@@ -14,13 +14,13 @@ import pytest
 
 import pnt_gym
 from benchmarks import fuzz, soak, soak_walls
+from benchmarks.fuzz_cases.cases import KINDS, SHARES, tried
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.plant import ConveyorPlant
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.outcome import told
 from pnt_gym.cells.one_joint.pallets import Pallet
 from pnt_gym.errors import ConfigError, PhysicsError
-from tests.tools.fuzz import KINDS, SHARES, tried
 from tests.tools.nightly import with_nightly
 from tests.tools.toy_cell import ToyVectorEnv
 

@@ -18,9 +18,9 @@ import yaml
 from agents.ground.files import held, sweep, write_text
 from agents.ground.places import SHIPPED
 from agents.learning.runs import RunFolder
+from benchmarks.kill_trials.commands import LEARNER, small_reproduction
+from benchmarks.kill_trials.trials import state
 from tests.tools.commands import answered, environment, refused
-from tests.tools.killed_commands import LEARNER, small_reproduction
-from tests.tools.kills import state
 from tests.tools.toy_cell import register_toy
 
 register_toy()

@@ -11,7 +11,7 @@ from typing import Any
 import yaml
 
 from agents.ground.places import SHIPPED
-from tests.tools.kills import Command, Line
+from benchmarks.kill_trials.trials import Command, Line
 from tests.tools.toy_cell import register_toy
 
 register_toy()

@@ -8,7 +8,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 
 import pnt_gym
-from tests.tools.fuzz_basis import Find, Random, pick
+from benchmarks.fuzz_cases.basis import Find, Random, pick
 from tests.tools.vectors import assert_same_steps, both
 
 STEPS: Final = 12

@@ -20,13 +20,13 @@ from agents.learning.hyperparameters import hyperparameters
 from agents.learning.runs import RunFolder
 from agents.policies.actor import Actor
 from agents.policies.scorer import Scorer
+from benchmarks.fuzz_cases.basis import Find, Random, Refused, pick, refusable
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.line.chances import read as read_chances
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from tests.tools.commands import call_here
-from tests.tools.fuzz_basis import Find, Random, Refused, pick, refusable
 
 READERS: Final[dict[str, Callable[[Path], Any]]] = {
     "level.yaml": ConveyorConfig.load,
@@ -174,7 +174,6 @@ def _device(folder: Path) -> Place:
 
 def _stream(folder: Path) -> Place:
     """An open file by its descriptor."""
-
     descriptor = os.open(folder / "open", os.O_WRONLY | os.O_CREAT)
     return Path(f"/dev/fd/{descriptor}"), _open(descriptor, (folder / "open").read_bytes)
 

@@ -16,6 +16,7 @@ import numpy as np
 import yaml
 
 import pnt_gym
+from benchmarks.fuzz_cases.basis import JUNK, Find, Random, Refused, finite, pick, refusable
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.line.config import LineConfig
@@ -23,7 +24,6 @@ from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.errors import PhysicsError
 from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD
 from pnt_gym.robots.gripper.geometry import PROTOTYPE
-from tests.tools.fuzz_basis import JUNK, Find, Random, Refused, finite, pick, refusable
 
 CONFIGS: Final[dict[str, Any]] = {
     "PnTConveyor-v0": ConveyorConfig,

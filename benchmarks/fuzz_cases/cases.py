@@ -20,13 +20,13 @@ import gymnasium as gym
 import numpy as np
 
 import pnt_gym
+from benchmarks.fuzz_cases.basis import JUNK, Find, Random, Refused, finite, pick, refusable
+from benchmarks.fuzz_cases.files import file_case, output_case
+from benchmarks.fuzz_cases.infos import infos_case
+from benchmarks.fuzz_cases.levels import hours_case, level_case
+from benchmarks.fuzz_cases.lines import tried_line
 from pnt_gym.envs import conveyor, gripper, line, one_joint
 from pnt_gym.errors import ActionError
-from tests.tools.fuzz_basis import JUNK, Find, Random, Refused, finite, pick, refusable
-from tests.tools.fuzz_files import file_case, output_case
-from tests.tools.fuzz_infos import infos_case
-from tests.tools.fuzz_levels import hours_case, level_case
-from tests.tools.fuzz_lines import tried_line
 
 MODES: Final = {
     "PnTConveyor-v0": ("release_point", "release_xyz", "virtual_goal"),
