@@ -26,6 +26,7 @@ from agents.judging.work_shifts.results import summarise
 from agents.learning.runs import RunFolder
 from agents.report.__main__ import benchmark_chapter
 from tests.tools.commands import call_here
+from tests.tools.nightly import with_nightly
 
 SMALL = {"n_envs": 2, "n_steps": 4, "batch_size": 8, "policy_kwargs": {"net_arch": [8]}}
 LONG = "configs/rl/residual_ppo_long.yml"
@@ -291,7 +292,7 @@ def test_what_was_learned_on_this_machine_stays_here() -> None:
         needs(Plan.model_validate({**alone, "entries": [guided]}))
 
 
-@pytest.mark.parametrize("name", ["benchmark_line", "benchmark_line_quick"])
+@pytest.mark.parametrize("name", with_nightly(("benchmark_line", "benchmark_line_quick"), ["benchmark_line_quick"]))
 def test_shipped_plans_of_lines_hold_together(name: str) -> None:
     plan = read_plan(SHIPPED / "configs" / f"{name}.yaml")
     made = pieces(plan)
