@@ -114,7 +114,7 @@ def test_it_leaves_the_noise() -> None:
 @pytest.mark.parametrize(
     ("env_id", "level", "least"),
     [
-        ("OneJointThrow-v0", "contact", 0.5),
+        pytest.param("OneJointThrow-v0", "contact", 0.5, marks=pytest.mark.nightly),
         (
             "PnTRelease-v0",
             {"base": "waste_plain", "limits": {"percent": [60]}, "action": {"along": 0.5, "across": 0.15}},

@@ -8,6 +8,7 @@ from pnt_gym.cells.conveyor.belt.stream import AWAY, LET_GO, BeltStream
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
+from tests.tools.nightly import with_nightly
 from tests.tools.outlines import outlines, overlap
 from tests.tools.throws import same_bits, vary
 
@@ -55,7 +56,7 @@ def flat(objects):
     return take(objects, (rows.ravel(), places.ravel()))
 
 
-@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("level", with_nightly(LEVELS, ["dense", "waste"]))
 def test_no_object_lies_on_another_and_gaps_are_between_edges(level):
     """More than 100,000 objects over all levels; between neighbours along the belt lies the gap that was drawn."""
     config = vary(level, belt={"gap": "edge"})

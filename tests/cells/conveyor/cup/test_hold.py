@@ -12,6 +12,7 @@ from pnt_gym.cells.conveyor.cup.hold import grips, measured_hold, picked
 from pnt_gym.cells.conveyor.hand import HandCycle
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
+from tests.tools.nightly import with_nightly
 
 COUNT = 150
 GRAVITY, LIP = 9.81, 0.018
@@ -120,7 +121,7 @@ def test_lost_objects_begin_where_the_hand_was_and_fall_short():
     assert (info["landing_along"][lost] < -0.5 * reach).all()
 
 
-@pytest.mark.parametrize("level", ["nominal", "waste", "unseen"])
+@pytest.mark.parametrize("level", with_nightly(("nominal", "waste", "unseen"), ["waste"]))
 def test_flights_lose_the_same_objects(level):
     rows = {}
     for fidelity in ("full", "flight"):

@@ -13,6 +13,7 @@ from pnt_gym.cells.conveyor.movers.straight import StraightMover
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.ballistics import landing_point
 from pnt_gym.planning.motion.limits import MotionLimits
+from tests.tools.nightly import with_nightly
 from tests.tools.throws import is_feasible, make_core, same_bits, vary
 
 FREE = {"planner": "free_direction", "motion": {"follow_through": {"window": 0.0}}}
@@ -146,7 +147,7 @@ def test_picks_without_a_free_throw_are_thrown_straight_beside_the_others():
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("env_id", ["PnTConveyor-v0", "PnTRelease-v0"])
+@pytest.mark.parametrize("env_id", with_nightly(("PnTConveyor-v0", "PnTRelease-v0"), ["PnTRelease-v0"]))
 def test_both_environment_checkers_pass_on_the_level_fast(env_id):
     check_env(gym.make(env_id, level="fast").unwrapped, skip_render_check=True)
     check_env_sb3(gym.make(env_id, level="fast"))
