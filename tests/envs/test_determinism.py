@@ -12,6 +12,7 @@ import pytest
 
 import pnt_gym
 from tests.tools.commands import environment
+from tests.tools.nightly import with_nightly
 from tests.tools.throws import HARD, same_bits, same_step, some_actions, zeros
 
 SCRIPT = """
@@ -37,6 +38,10 @@ NAMES = ("landing_error", "cycle_time", "peak_torque", "energy", "value", "actio
 """What infos tell to many digits, each where it is told at all."""
 
 
+DAILY = ("PnTAdapt-v0", "OneJointSort-v0", "GripperToss-v0", "PnTLine-v0")
+"""An environment of every robot, and the line of them."""
+
+
 @pytest.fixture(scope="module")
 def elsewhere():
     """What every environment gives in another process, with two threads."""
@@ -57,7 +62,7 @@ def throws(env_id, threads, seed=4):
     return digest.hexdigest()
 
 
-@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
+@pytest.mark.parametrize("env_id", with_nightly(pnt_gym.ENV_IDS, DAILY))
 def test_threads_processes_and_repetition_give_the_same_bits(env_id, elsewhere):
     here = throws(env_id, 1)
     assert throws(env_id, 1) == here

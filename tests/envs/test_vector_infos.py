@@ -22,9 +22,10 @@ LIMITS = {"PnTAdapt-v0": 2, "PnTRelease-v0": 1, "OneJointAssembly-v0": 1, "PnTLi
 """Steps of an episode where a cell's own would be longer, or just as long."""
 DAILY = {
     *(f"{env_id}-SameStep" for env_id in pnt_gym.ENV_IDS),
-    *(f"{env_id}-{mode}" for env_id in ("PnTConveyor-v0", "PnTRelease-v0", "PnTLine-v0") for mode in RESETS),
+    *(f"PnTRelease-v0-{mode}" for mode in RESETS),
+    "PnTConveyor-v0-NextStep",
 }
-"""All environments as they are by default, and every form of reset in which episodes are short, long or of a line."""
+"""All environments as they are by default, and the other forms of reset where an episode is a throw or several."""
 LIMITED = {
     *(("PnTRelease-v0", mode) for mode in RESETS),
     *zip(("PnTAdapt-v0", "OneJointAssembly-v0", "PnTLine-v0"), RESETS, strict=True),

@@ -10,6 +10,8 @@ from __future__ import annotations
 import os
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
+from copy import deepcopy
+from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, Self, TypeAlias, cast, get_args, get_origin
 
@@ -18,7 +20,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from pydantic_core import PydanticCustomError, to_jsonable_python
 
 from pnt_gym.errors import ConfigError, PntGymError, one_sentence
-from pnt_gym.reading import ReadError, number_of, yaml_of
+from pnt_gym.reading import ReadError, number_of, parsed_yaml, text_of
 
 MOST: Final = 1e6
 """Every number of a cell is smaller, in SI units or degrees; `lt`, which no field takes for a bound of its own."""
@@ -298,9 +300,13 @@ def _find(folder: str | Path, level: str | Path, names: tuple[str, ...]) -> Path
     return path
 
 
+_parsed = lru_cache(maxsize=64)(parsed_yaml)
+"""Of text rather than of a file, which may change; a level is read whenever an environment of it is made."""
+
+
 def _read(path: Path) -> dict[str, Any]:
     try:
-        data = yaml_of(path)
+        data = deepcopy(_parsed(text_of(path, form="YAML")))
     except ReadError as error:
         raise ConfigError(f"cannot read level file {str(path)!r}: {error}") from None
     if not isinstance(data, dict):

@@ -10,6 +10,7 @@ import sys
 import time
 from dataclasses import dataclass
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from agents.jobs import work
 from agents.jobs.work import Job, do_missing, key, processes
 from pnt_gym.errors import PntGymError
 from tests.tools.commands import environment
+from tests.tools.nightly import with_nightly
 
 
 def noted(name: str, log: Path, kept: Path) -> dict[str, Any]:
@@ -134,13 +136,15 @@ def all_ended(group: int) -> bool:
     return False
 
 
-@pytest.mark.parametrize("whole_group", [True, False])
+WORDS = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated", signal.SIGHUP: "hung up"}
+
+
 @pytest.mark.parametrize(
-    ("number", "said"),
-    [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated"), (signal.SIGHUP, "hung up")],
+    ("number", "whole_group"),
+    with_nightly(product(WORDS, (True, False)), [(signal.SIGINT, True), (signal.SIGTERM, False)]),
 )
 def test_a_signal_ends_all_processes_and_keeps_what_is_done(
-    number: signal.Signals, said: str, whole_group: bool, working: subprocess.Popen[bytes], tmp_path: Path
+    number: signal.Signals, whole_group: bool, working: subprocess.Popen[bytes], tmp_path: Path
 ) -> None:
     """Ctrl-C and a closed terminal reach the whole group, a scheduler may signal the first process alone."""
     if whole_group:
@@ -148,7 +152,7 @@ def test_a_signal_ends_all_processes_and_keeps_what_is_done(
     else:
         working.send_signal(number)
     _, complaint = working.communicate(timeout=120)
-    assert (working.returncode, complaint.decode()) == (128 + number, f"{said}\n")
+    assert (working.returncode, complaint.decode()) == (128 + number, f"{WORDS[number]}\n")
     assert all_ended(working.pid)
     assert files(tmp_path / "kept") == ["a-k.json"]
     assert json.loads((tmp_path / "kept" / "a-k.json").read_text())["name"] == "a"

@@ -32,6 +32,7 @@ from pnt_gym.cells.base.view import record_video
 from pnt_gym.cells.line.observation import ENTRIES
 from pnt_gym.cells.line.state import CHOICES
 from tests.tools.commands import call_here, refused
+from tests.tools.nightly import with_nightly
 
 LEVEL = {"base": "skills3_burst", "name": "brief", "duration": 5.0}
 SMALL = {"n_steps": 4, "batch_size": 8, "policy_kwargs": {"net_arch": [8, 8]}}
@@ -98,7 +99,7 @@ def test_a_graph_that_chooses_otherwise_is_refused(tmp_path: Path, monkeypatch: 
         assert not (tmp_path / "policy.onnx").exists()
 
 
-@pytest.fixture(scope="module", params=["residual_ppo", "maskable_ppo"])
+@pytest.fixture(scope="module", params=with_nightly(("residual_ppo", "maskable_ppo"), ["residual_ppo"]))
 def run(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp(request.param)
     (place / "brief.yaml").write_text(yaml.safe_dump(LEVEL))

@@ -13,6 +13,7 @@ from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.limits import MotionLimits
 from pnt_gym.planning.straight.release import plan_release_batch, release_at_elevation
+from tests.tools.nightly import with_nightly
 from tests.tools.throws import NO_SPREAD, is_feasible, item, make_core, planned, same_bits, vary
 
 COUNT, PICKS = 8, 15
@@ -27,7 +28,7 @@ SHIFTS = {
 }
 
 
-@pytest.fixture(scope="module", params=SHIFTS)
+@pytest.fixture(scope="module", params=with_nightly(SHIFTS, ["honest", "soonest"]))
 def shift(request):
     """A shift of 8 cells: the belt as it was at every lift, each throw's outcome, and the pick after it."""
     core = make_core(SHIFTS[request.param], COUNT, picks="belt", seed=1)

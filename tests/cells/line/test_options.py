@@ -12,6 +12,7 @@ from pnt_gym.planning import plan_release_batch
 from pnt_gym.planning.motion.intercept import plan_intercept
 from pnt_gym.planning.motion.limits import LimitRows
 from tests.tools.line import begun, chances, decided, with_table
+from tests.tools.nightly import with_nightly
 
 LEVELS = {
     "single": {"base": "single"},
@@ -127,7 +128,7 @@ def test_an_object_of_a_class_that_a_robot_does_not_take_is_no_choice_of_its(tab
     assert tuple(met) == allowed
 
 
-@pytest.mark.parametrize("name", ["single", "speed", "skills3"])
+@pytest.mark.parametrize("name", with_nightly(("single", "speed", "skills3"), ["skills3"]))
 def test_the_best_come_first_and_each_is_what_is_known_of_it(name, tables):
     level = with_table({**LEVELS[name], "duration": 20.0, "value": {"spread": 1.0}}, tables)
     cell, random, config = begun(level, 2, 5), np.random.default_rng(5), LineConfig.load(level)

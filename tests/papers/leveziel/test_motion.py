@@ -147,6 +147,10 @@ def test_tables_hold_every_row() -> None:
     assert moves.rows[0][:2] == ["50 mm in z", "-60 deg"]
     assert moves.rows[0][3] == "-3.45 deg"
     assert len(others.rows) + 3 == len(findings("moves").rows)
+
+
+@pytest.mark.nightly
+def test_every_row_of_a_part_stands_in_its_tables() -> None:
     for name in set(ALL) - {"moves"}:
         assert sum(len(grid.rows) for grid in findings(name).grids) == len(findings(name).rows)
 

@@ -15,6 +15,7 @@ from pnt_gym.cells.conveyor.cup.parting import Parting
 from pnt_gym.cells.conveyor.hand import HandCycle
 from pnt_gym.cells.conveyor.scene import CUP_LENGTH
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
+from tests.tools.nightly import with_nightly
 from tests.tools.throws import make_core
 
 COUNT = 60
@@ -37,9 +38,7 @@ def both_ways(level, seed=0):
 
 
 @pytest.mark.parametrize(
-    "level",
-    ["nominal_plain", "waste_plain", "fast_plain", TOUCHY, SOFT],
-    ids=["nominal", "waste", "fast", "touchy", "soft"],
+    "level", with_nightly(("nominal_plain", "waste_plain", "fast_plain", TOUCHY, SOFT), ["waste_plain", SOFT])
 )
 def test_without_the_robot_the_object_flies_and_lands_as_with_it(level):
     _, two, whole = both_ways(level)
@@ -49,7 +48,7 @@ def test_without_the_robot_the_object_flies_and_lands_as_with_it(level):
     np.testing.assert_allclose(two.effort.torque, whole.effort.torque, atol=6.0)
 
 
-@pytest.mark.parametrize("level", ["waste_plain", "tight_plain"])
+@pytest.mark.parametrize("level", with_nightly(("waste_plain", "tight_plain"), ["tight_plain"]))
 def test_what_is_decided_early_stays_so(level):
     """In 120 throws one at most may differ: an object that rolls on a rim goes either way by a rounding."""
     differing = 0

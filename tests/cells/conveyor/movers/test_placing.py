@@ -3,6 +3,7 @@
 import pickle
 from contextlib import closing
 from dataclasses import replace
+from itertools import cycle
 
 import gymnasium as gym
 import numpy as np
@@ -23,6 +24,7 @@ from pnt_gym.cells.conveyor.movers.placing import first_not_late
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning import EllipticWorkspace, JerkTrajectory, MotionLimits
 from pnt_gym.planning.straight.plan import Reason
+from tests.tools.nightly import with_nightly
 from tests.tools.throws import CONVEYOR, make_core, same_bits, vary, with_objects
 
 COUNT = 12
@@ -63,8 +65,7 @@ def test_a_cycle_is_the_papers(planner):
     np.testing.assert_allclose(context.plan.velocity, found.release_velocity, atol=1e-9)
 
 
-@pytest.mark.parametrize("planner", METHODS)
-@pytest.mark.parametrize("picks", ENV_OF)
+@pytest.mark.parametrize(("planner", "picks"), [*zip(METHODS, cycle(ENV_OF), strict=False)])
 def test_limits_are_kept_by_finite_differences(planner, picks):
     core = core_of(planner, "waste_plain", picks=picks)
     seen, fly = [], core.cell.plant.fly
@@ -121,7 +122,7 @@ def test_zero_is_the_plan_and_an_action_shifts_the_landing(planner, mode):
         np.testing.assert_allclose(along, -0.25 * scale, atol=1e-9)
 
 
-@pytest.mark.parametrize("planner", METHODS)
+@pytest.mark.parametrize("planner", with_nightly(METHODS, ["ellipse"]))
 def test_the_oracle_passes_and_a_deliberate_miss_fails(planner):
     level = {"base": "nominal_plain", "planner": planner, "bins": ONLY_INSIDE}
     with closing(make_vector("PnTRelease-v0", level, 16, threads=1)) as env:
@@ -132,8 +133,7 @@ def test_the_oracle_passes_and_a_deliberate_miss_fails(planner):
     assert not missed.info["is_success"].any()
 
 
-@pytest.mark.parametrize("fidelity", ["full", "flight"])
-@pytest.mark.parametrize("planner", PLACING)
+@pytest.mark.parametrize(("planner", "fidelity"), [*zip(PLACING, ("full", "flight"), strict=True)])
 def test_without_mismatch_everything_is_placed_in_the_middle(planner, fidelity):
     for picks in ENV_OF:
         core = core_of(planner, "ideal", picks=picks, fidelity=fidelity)

@@ -42,7 +42,7 @@ def test_an_unknown_planner_is_named_with_the_known_ones():
         ConveyorConfig.load("ideal", planner="curved")
 
 
-@pytest.mark.parametrize("picks", ["belt", "independent"])
+@pytest.mark.parametrize("picks", with_nightly(("belt", "independent"), ["independent"]))
 def test_without_mismatch_every_throw_lands_and_the_cup_never_touches_again(picks):
     core = core_of(picks=picks)
     for _ in range(3):
@@ -54,7 +54,7 @@ def test_without_mismatch_every_throw_lands_and_the_cup_never_touches_again(pick
         assert info["peak_torque"].max() < 530.0
 
 
-@pytest.mark.parametrize("picks", ["belt", "independent"])
+@pytest.mark.parametrize("picks", with_nightly(("belt", "independent"), ["belt"]))
 def test_every_path_keeps_limits_and_rules_at_ten_kilohertz(picks):
     core = core_of(level="waste_plain", picks=picks)
     spy, rules = Spy(core), core.cell.planner.mover.rules
