@@ -62,6 +62,7 @@ def made(tmp_path_factory):
         return list(both.map(lambda code: run(code, NUMBA_CACHE_DIR=folder), (PLAN, PLAN))), folder
 
 
+@pytest.mark.nightly
 def test_two_processes_at_once_make_it_and_a_third_finds_it(made, known):
     found, folder = made
     assert [one.stdout for one in found] == [known, known]
@@ -69,6 +70,7 @@ def test_two_processes_at_once_make_it_and_a_third_finds_it(made, known):
     assert run(KEPT, NUMBA_CACHE_DIR=folder).stdout.split() == ["1", "1"]
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("broken", ["no folder", "empty files"])
 def test_where_it_cannot_be_kept_plans_are_made_all_the_same(made, known, tmp_path, broken):
     # Nothing but a folder below a file is offered, as where neither the package nor the home can be written.

@@ -17,6 +17,7 @@ import pytest
 
 from agents.ground.places import POLICY
 from tests.tools.commands import environment
+from tests.tools.nightly import with_nightly
 
 MOST: Final = 600
 """Of memory [MB]; a command that throws takes some 250."""
@@ -81,7 +82,7 @@ FOLDERS: Final[dict[str, Callable[[Path], object]]] = {
 """What makes an honest folder another one, by what is wrong with it; for other files see `tests/test_reading.py`."""
 
 
-@pytest.mark.parametrize("kind", FOLDERS)
+@pytest.mark.parametrize("kind", with_nightly(FOLDERS, ["many arrays", "arguments are a pipe", "level repeats"]))
 def test_a_folder_that_would_cost_memory_is_refused_in_a_sentence(kind: str, tmp_path: Path) -> None:
     shutil.copytree(POLICY, tmp_path / "run", ignore=shutil.ignore_patterns("*.mp4", "*.zip", "*.onnx"))
     FOLDERS[kind](tmp_path / "run")
