@@ -8,7 +8,9 @@ from pathlib import Path
 
 import pytest
 
-EXAMPLES = sorted((Path(__file__).resolve().parents[1] / "examples").glob("*.py"))
+from tests.tools.nightly import with_nightly
+
+FOLDER = Path(__file__).resolve().parents[1] / "examples"
 SHORT = {"06_train_sac": "110", "07_own_loop": "5", "08_offline_dataset": "96"}
 SAYS = {
     "01_three_lines": ["info['is_success']=True", "next comes a can"],
@@ -22,14 +24,16 @@ SAYS = {
 }
 
 
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
-def test_an_example_runs(path, capsys, monkeypatch):
-    monkeypatch.setattr(sys, "argv", [str(path), *([SHORT[path.stem]] if path.stem in SHORT else [])])
+@pytest.mark.parametrize("name", with_nightly(SAYS, SAYS.keys() - {"08_offline_dataset"}))
+def test_an_example_runs(name, capsys, monkeypatch):
+    path = FOLDER / f"{name}.py"
+    monkeypatch.setattr(sys, "argv", [str(path), *([SHORT[name]] if name in SHORT else [])])
     runpy.run_path(str(path), run_name="__main__")
     said = capsys.readouterr().out
-    assert all(text in said for text in SAYS[path.stem]), said
+    assert all(text in said for text in SAYS[name]), said
 
 
 def test_there_are_eight_and_none_is_long():
-    assert [path.stem for path in EXAMPLES] == list(SAYS)
-    assert max(len(path.read_text().splitlines()) for path in EXAMPLES) <= 40
+    files = sorted(FOLDER.glob("*.py"))
+    assert [path.stem for path in files] == list(SAYS)
+    assert max(len(path.read_text().splitlines()) for path in files) <= 40

@@ -33,6 +33,7 @@ def test_code_and_modules_are_there_and_nothing_else(sent: Path) -> None:
     assert sum(path.stat().st_size for path in sent.rglob("*") if path.is_file()) < 10e6
 
 
+@pytest.mark.nightly
 def test_it_computes_elsewhere_what_it_computes_here(sent: Path) -> None:
     """In a process that knows no other place, and on one core."""
     told = {**os.environ, "PYTHONPATH": str(sent), "OMP_NUM_THREADS": "1"}

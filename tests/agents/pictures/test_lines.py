@@ -60,6 +60,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(LineView.__init__, "__defaults__", ((64, 128),))
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("opengl", "quick")
 @pytest.mark.parametrize("command", ["evaluate", "play"])
 def test_a_line_is_filmed(tmp_path: Path, command: str) -> None:

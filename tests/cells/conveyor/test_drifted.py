@@ -29,6 +29,7 @@ LITTLE = {
 }
 
 
+@pytest.mark.nightly
 def test_trackers_know_what_a_drift_does_to_a_landing_from_first_principles():
     """Finite differences in the full physics against `effects`, which is fitted to nothing."""
     core = cells(COUNT, drift=ALL)

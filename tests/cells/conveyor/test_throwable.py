@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from pnt_gym.cells.base.catalogue import CATALOGUE, LIGHT_ITEMS
-from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.cup.hold import measured_hold
 from pnt_gym.errors import ConfigError
+from tests.tools.throws import untried
 
 COUNT = 60
 MIXED = {
@@ -20,7 +20,7 @@ MIXED = {
 
 def core_of(level, picks="independent", **rule):
     config = ConveyorConfig.load({**level, "throwable": rule} if rule else level)
-    core = Core(ConveyorCell(config, COUNT, picks, 2))
+    core = untried(ConveyorCell(config, COUNT, picks, 2))
     core.reset(np.arange(COUNT), [np.random.default_rng([5, row]) for row in range(COUNT)], seeded=True)
     return core
 

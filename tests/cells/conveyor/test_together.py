@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from tests.tools.nightly import with_nightly
+from tests.tools.throws import untried
 
 COUNT, STEPS = 8, 4
 LEVELS = {
@@ -29,7 +29,7 @@ SIMULATED = [*product(("full", "flight"), PICKS)]
 
 def core_of(level, picks="belt", rows=range(COUNT), threads=1, **changes):
     config = ConveyorConfig.load({**LEVELS.get(level, {"base": level}), **changes})
-    core = Core(ConveyorCell(config, len(rows), picks, threads))
+    core = untried(ConveyorCell(config, len(rows), picks, threads))
     core.reset(np.arange(len(rows)), [np.random.default_rng([3, row]) for row in rows], seeded=True)
     return core
 

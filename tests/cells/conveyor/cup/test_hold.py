@@ -5,7 +5,6 @@ from functools import cache
 import numpy as np
 import pytest
 
-from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.cup.hold import grips, measured_hold, picked
@@ -13,6 +12,7 @@ from pnt_gym.cells.conveyor.hand import HandCycle
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
 from tests.tools.nightly import with_nightly
+from tests.tools.throws import untried
 
 COUNT = 150
 GRAVITY, LIP = 9.81, 0.018
@@ -32,7 +32,7 @@ HEAVY = {
 
 def core_of(level, **grip):
     config = ConveyorConfig.load({**level, "grip": grip} if grip else level)
-    core = Core(ConveyorCell(config, COUNT, "independent", 2))
+    core = untried(ConveyorCell(config, COUNT, "independent", 2))
     core.reset(np.arange(COUNT), [np.random.default_rng([7, row]) for row in range(COUNT)], seeded=True)
     return core
 

@@ -11,6 +11,7 @@ from pnt_gym.cells.conveyor.movers.free_mover import FreeMover
 from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning import JerkTrajectory
+from tests.tools.nightly import with_nightly
 from tests.tools.throws import make_core, vary
 
 COUNT = 32
@@ -46,20 +47,13 @@ def throws():
     return flown()
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {},
-        {"window": 0.01},
-        {"window": 0.03, "margin": 0.5},
-        {"hand_cap": 0.08},
-        {"clear_distance": 0.0, "hand_cap": 1.0},
-        {"clearance": 0.02, "margin": 0.9},
-        {"ceiling": 0.05},
-        {"ceiling": 0.15},
-    ],
-    ids=str,
-)
+RULES = [
+    {}, {"window": 0.01}, {"window": 0.03, "margin": 0.5}, {"hand_cap": 0.08}, {"clear_distance": 0.0, "hand_cap": 1.0},
+    {"clearance": 0.02, "margin": 0.9}, {"ceiling": 0.05}, {"ceiling": 0.15},
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("changes", with_nightly(RULES, [RULES[0], RULES[2], RULES[5]]))
 def test_limits_and_rules_are_kept_at_10_khz_whatever_they_are(changes):
     found = flown(**changes)
     context, rules = found.context, found.mover.rules
