@@ -18,10 +18,12 @@ from agents.judging.throws.data import Throws
 from agents.learning.progress import ProgressCallback, Stop
 from agents.learning.windows import ThrowWindow
 from pnt_gym.arrays import take
+from tests.tools.nightly import with_nightly
 
 LEVEL = {"base": "waste", "fidelity": "flight", "spread": {"seal": 1.0}}
 """Where some picks fail, and some seals are so weak that the object is lost on the way."""
 LEARNERS = ("mean_shift", "virtual_goal", "newton_goal", "ridge", "mlp")
+OF_THROWS = ("mean_shift", "virtual_goal", "ridge", "mlp")
 
 
 def outcomes(env, steps: int) -> tuple[list[Outcome], list[np.ndarray]]:
@@ -41,7 +43,7 @@ def outcomes(env, steps: int) -> tuple[list[Outcome], list[np.ndarray]]:
     return found, thrown
 
 
-@pytest.mark.parametrize("name", [name for name in LEARNERS if name != "newton_goal"])
+@pytest.mark.parametrize("name", with_nightly(OF_THROWS, ["mean_shift", "ridge"]))
 def test_learners_take_nothing_from_what_was_not_thrown(name: str) -> None:
     """The same knowledge, to the bit, as from the throws alone that were."""
     with closing(make_vector("PnTRelease-v0", LEVEL, 16, 1)) as env:

@@ -226,6 +226,7 @@ def test_a_line_without_a_vector_form_is_collected_one_by_one(env: str, length: 
     assert all(told["total_steps"] == length for told in known(dataset) if length)
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("here")
 def test_the_page_clones_the_expert_among_the_choices_that_there_are(capsys: pytest.CaptureFixture[str]) -> None:
     collected(*LINE, "--level", "value", "--controller", "expert", "--throws", "9", name="pnt_gym/line/value-expert-v0")

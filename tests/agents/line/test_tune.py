@@ -144,6 +144,7 @@ def test_a_price_of_time_is_sought_about_what_the_rule_brings(
     assert kept["beam"]["price"] == pytest.approx(0.9 * kept["rate"], abs=2e-3)
 
 
+@pytest.mark.nightly
 def test_the_beam_that_leaves_to_others_has_its_share_and_then_its_price_sought(tmp_path: Path) -> None:
     file = tmp_path / "pair.yaml"
     file.write_text("base: skills3\nname: pair\nduration: 5\n")
@@ -154,6 +155,7 @@ def test_the_beam_that_leaves_to_others_has_its_share_and_then_its_price_sought(
     assert [one.settings for one in last] == [{"price": factor, "share": share} for factor in tuning.AROUND]
 
 
+@pytest.mark.nightly
 def test_what_a_guided_beam_makes_of_its_plans_is_sought_with_the_guide_that_the_level_has(tmp_path: Path) -> None:
     file = tmp_path / "pair.yaml"
     file.write_text("base: skills3\nname: pair\nduration: 5\n")

@@ -169,6 +169,7 @@ def test_in_the_planners_own_world_every_throw_succeeds():
     assert np.abs(outcome.release_delay).max() < 0.005
 
 
+@pytest.mark.nightly
 def test_an_oracle_succeeds_where_the_planner_misses():
     cell = made("belt", 36)
     kind = cell.context.kind

@@ -62,7 +62,7 @@ class Seen:
     """The tip in the picture's model at the lift (3,)."""
 
 
-@pytest.fixture(scope="module", params=with_nightly(LEVELS, ["three", "planned", "standing"]))
+@pytest.fixture(scope="module", params=with_nightly(LEVELS, ["three", "planned"]))
 def shift(request) -> tuple[LineCore, list[Seen], list[np.ndarray]]:
     """A shift of best choices; its decisions, and the tips in the picture's model every `LOOK` (R, 3)."""
     core = begun(LEVELS[request.param])

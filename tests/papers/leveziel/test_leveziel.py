@@ -47,6 +47,7 @@ def test_quantities_differ_between_parts() -> None:
     assert len(set(quantities)) == len(quantities)
 
 
+@pytest.mark.nightly
 def test_a_wrong_kappa_shows_in_the_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
     before = row("workspace", "fig-5/smallest-kappa")
     monkeypatch.setattr(leveziel_workspace, "kappa", lambda poses: 0.8 * kappa(poses))

@@ -85,6 +85,7 @@ def test_folding_speed_holds_the_platform_still(reduced):
     assert (tau(reduced.poses) * fold <= 1.0 + 1e-12).all()
 
 
+@pytest.mark.nightly
 def test_volume_extent_and_counts_of_the_reduced_workspace(reduced, fine):
     assert len(reduced.positions) == 41_891
     finer = fine[float(np.deg2rad(-45.0))]
@@ -128,6 +129,7 @@ def test_kappa_falls_below_the_published_bound_at_the_extreme_tip_only():
     assert (np.abs(below[:, :3] - [0.0, 0.041, -0.139]).max(axis=1) < 2e-3).all()
 
 
+@pytest.mark.nightly
 def test_tau_at_home_and_over_the_gripping_angles(reduced, fine):
     assert tau(reduced.poses).min() == pytest.approx(0.2737, abs=5e-5)
     assert tau(HOME) == pytest.approx(0.3420, abs=5e-5)
@@ -141,6 +143,7 @@ def test_tau_at_home_and_over_the_gripping_angles(reduced, fine):
     assert (1.0 / high, 1.0 / low) == (pytest.approx(1.35, abs=0.015), pytest.approx(3.88, abs=0.005))
 
 
+@pytest.mark.nightly
 def test_published_tau_scale(fine):
     home = fine[float(np.deg2rad(-45.0))].poses
     values = [tau(space.poses) / PUBLISHED_TAU_SCALE for space in fine.values()]
@@ -201,6 +204,7 @@ def test_the_opposite_stroke_would_hardly_move():
     assert kappa(scan_workspace(0.005, dimensions=wrong).poses, wrong).min() == pytest.approx(0.02, abs=0.005)
 
 
+@pytest.mark.nightly
 def test_circle_of_80_mm_against_the_workspace(fine):
     """Published: covers almost 80 % of the reduced workspace; by area so only near z = -240 mm."""
     positions = fine[float(np.deg2rad(-45.0))].positions

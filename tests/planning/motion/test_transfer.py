@@ -92,6 +92,7 @@ def test_shapes():
     assert one.feasible.all()
 
 
+@pytest.mark.nightly
 def test_close_to_the_fastest_motion_from_a_moving_start():
     count = 15
     way, before, _, limits, _ = cases(count, seed=7)

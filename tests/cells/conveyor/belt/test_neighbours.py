@@ -16,6 +16,7 @@ from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.limits import MotionLimits
 from pnt_gym.planning.motion.scurve import accelerate, coast
+from tests.tools.nightly import with_nightly
 from tests.tools.throws import make_core, same_bits, vary
 
 COUNT = 24
@@ -146,7 +147,7 @@ def test_what_was_knocked_rides_on_and_is_never_picked(tracking, dispatch):
     assert knocked
 
 
-@pytest.mark.parametrize("tracking", [False, True])
+@pytest.mark.parametrize("tracking", with_nightly((False, True), [True]))
 def test_solid_neighbours_are_rarely_touched(tracking):
     rates = {}
     for neighbours in ("ghosts", "solid"):

@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+from itertools import product
 
 import gymnasium as gym
 import numpy as np
@@ -22,8 +23,8 @@ from tests.tools.throws import make_core, same_bits, vary
 COUNT, DWELL, FAST = 24, 0.1, 0.8
 PLANNERS = ("straight", "free_direction")
 ALL_PLANNERS = (*PLANNERS, "horizontal", "pick_and_place", "ellipse")
-MOST_DAILY = with_nightly(ALL_PLANNERS, {*ALL_PLANNERS} - {"free_direction"})
-"""The search for a direction on a belt takes ten times as long as the others."""
+MOST_DAILY = with_nightly(ALL_PLANNERS, {*ALL_PLANNERS} - {"free_direction", "ellipse"})
+"""Two searches take much longer on a belt than the others."""
 EVERY_PAIR = [
     (planner, mode, ("belt", "independent")[(row + column) % 2])
     for row, planner in enumerate(ALL_PLANNERS)
@@ -52,7 +53,10 @@ class Spy:
         return flown
 
 
-@pytest.mark.parametrize(("planner", "mode", "picks"), EVERY_PAIR)
+@pytest.mark.parametrize(
+    ("planner", "mode", "picks"),
+    with_nightly(EVERY_PAIR, [case for case in EVERY_PAIR if case[::2] != ("free_direction", "belt")]),
+)
 def test_paths_begin_and_end_with_the_belt_and_keep_every_limit(planner, mode, picks):
     count = 12
     core = core_of("waste_plain", picks, count, mode, planner=planner, fidelity="flight")
@@ -159,7 +163,10 @@ def test_the_hand_comes_to_the_belt_and_rides_as_planned(planner):
     assert astray[dwells].max() < 0.3e-3
 
 
-@pytest.mark.parametrize(("planner", "level"), [("straight", "waste_plain"), ("free_direction", "nominal_plain")])
+@pytest.mark.parametrize(
+    ("planner", "level"),
+    with_nightly(product(PLANNERS, ("nominal_plain", "waste_plain")), [("straight", "waste_plain")]),
+)
 def test_a_throw_begins_without_a_jerk_of_the_robot(planner, level):
     """At the release the hand is as near its path as after a start from rest."""
     errors = {}
@@ -199,7 +206,7 @@ def test_a_row_gives_the_same_alone_and_in_a_batch_and_in_a_copy():
             assert info["slip"][2] == told["slip"]
 
 
-@pytest.mark.parametrize("picks", ["belt", "independent"])
+@pytest.mark.parametrize("picks", with_nightly(("belt", "independent"), ["belt"]))
 def test_flights_and_the_full_physics_agree_as_they_do_for_a_hand_at_rest(picks):
     landings = {}
     for tracking in (False, True):
