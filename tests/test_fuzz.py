@@ -123,7 +123,9 @@ SOAKED = [("PnTRelease-v0", "unseen"), ("OneJointSort-v0", "nominal"), ("Gripper
 THROWN = {**soak.THROWN, "duration": 5.0}
 
 
-@pytest.mark.parametrize(("env_id", "level"), [*SOAKED, ("PnTLine-v0", THROWN)])
+@pytest.mark.parametrize(
+    ("env_id", "level"), with_nightly([*SOAKED, ("PnTLine-v0", THROWN)], [SOAKED[0], ("PnTLine-v0", THROWN)])
+)
 def test_a_sample_of_the_soak(env_id: str, level: Any) -> None:
     assert soak.soaked(env_id, level, 0) == []
 

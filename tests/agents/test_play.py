@@ -29,6 +29,7 @@ def test_a_picture_shows_the_cell(tmp_path: Path) -> None:
     assert frame.std() > 20.0
 
 
+@pytest.mark.nightly
 def test_a_video_lasts_as_long_as_the_throw(tmp_path: Path) -> None:
     path = tmp_path / "throws.mp4"
     done = call_here(

@@ -299,6 +299,7 @@ def test_kalman_knows_the_noise_of_the_camera_over_the_bins_from_the_level() -> 
     np.testing.assert_array_equal(controller._tracker._filters._noise, seen_by(0.02))
 
 
+@pytest.mark.nightly
 def test_practice_forgets_what_was_shipped_and_pays(env: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(adaptive, "STEPS", 300)
     planner = summary(held_out(make_controller("analytic", env), env, 96, 0))["landing_error_mean_m"]

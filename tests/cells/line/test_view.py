@@ -236,6 +236,7 @@ def test_looking_changes_nothing_and_a_copy_shows_the_same():
     seen.close(), copied.close()
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("opengl")
 def test_the_list_of_an_environment_is_what_happened_since_the_last_decision():
     env = gym.make("PnTLine-v0", level=LEVELS["three"], render_mode="rgb_array_list", width=96, height=54).unwrapped

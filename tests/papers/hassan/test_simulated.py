@@ -40,6 +40,7 @@ def measured(plans):
     return simulated(plans)
 
 
+@pytest.mark.nightly
 def test_without_mismatch_every_cycle_lands_within_a_centimetre(measured):
     """The throws are aimed 5 mm short of the target, along x or y."""
     for name, by_mismatch in measured.items():

@@ -56,7 +56,7 @@ def flat(objects):
     return take(objects, (rows.ravel(), places.ravel()))
 
 
-@pytest.mark.parametrize("level", with_nightly(LEVELS, ["dense", "waste"]))
+@pytest.mark.parametrize("level", with_nightly(LEVELS, ["dense"]))
 def test_no_object_lies_on_another_and_gaps_are_between_edges(level):
     """More than 100,000 objects over all levels; between neighbours along the belt lies the gap that was drawn."""
     config = vary(level, belt={"gap": "edge"})

@@ -20,6 +20,7 @@ from pnt_gym.planning import (
     plan_release,
     rest_to_rest,
 )
+from tests.tools.nightly import with_nightly
 from tests.tools.planning import printed_algorithm
 
 PICKS = np.array([(-0.2, -0.25, -0.85), (-0.2, -0.35, -0.85), (-0.3, -0.35, -0.85)])
@@ -270,7 +271,7 @@ def test_rows_do_not_know_of_each_other():
             np.testing.assert_array_equal(alone.path.sample([0.3]).position[0], together.path.sample([0.3]).position[k])
 
 
-@pytest.mark.parametrize("builder", BUILDERS)
+@pytest.mark.parametrize("builder", with_nightly(BUILDERS, [min_time_throw]))
 def test_the_fastest_return_keeps_the_limits_and_the_own_path(builder):
     limits = MotionLimits.t3kr(40)
     args = PICKS[:2], INSIDE[:2], NEXT[:2], limits
