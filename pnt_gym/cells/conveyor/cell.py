@@ -120,7 +120,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         return outcome
 
     def preview(self, plans: ReleaseBatch, jitter: bool = False) -> Outcome:
-        """Simulated outcome of the coming throws, with a return to the same pick; `jitter`: that of the release time."""
+        """Simulated outcome of the coming throws, with a return to the same pick; `jitter` is of the release time."""
         context = self.context if jitter else self.context.expected()
         motion, held = self._motion(context, plans)
         back = self.planner.mover.back(motion, context.pick, context.limits)

@@ -115,7 +115,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         """Simulate the throws of some rows at the config's fidelity."""
         if self.config.fidelity == "full":
             return self._simulated(rows, thrown, clock)
-        # Objects that may have touched something during a swing need the engine from the beginning.
+        # Objects that may have touched something in a swing need the robot; most still fall clear, so not to the end.
         return either(clock.parting.unsure, self._simulated, self._in_the_air, rows, thrown, clock)
 
     def _simulated(self, rows: Ints, thrown: Context, clock: ThrowClock) -> Flown:
@@ -132,7 +132,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         return Flown(touchdown, np.zeros(count), effort, clock.grips)
 
     def _in_two_stages(self, rows: Ints, thrown: Context, clock: ThrowClock) -> tuple[Flown, Bools]:
-        """Simulate throws with the robot until the objects are clear, then without; and which may touch the cup again."""
+        """Simulate throws with the robot until objects are clear, then without; says which may touch the cup again."""
         self.write(thrown, rows, clock)
         clear, scene = clock.clear(thrown), self.scene
         held = self._with_robot(rows, thrown, clock, clear)
