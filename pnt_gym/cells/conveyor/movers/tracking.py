@@ -83,8 +83,8 @@ class TrackingMover(Mover):
     def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
         """Which releases the robot can execute.
 
-        While the belt's velocity fades, the hand stays inside the triangle of pick, virtual pick and the position at the
-        end of the fading.
+        While the belt's velocity fades, the hand stays inside the triangle of pick, virtual pick and the position
+        at the end of the fading.
         """
         fading = Fading.under(limits, len(pick), self._speed)
         good = self._mover.is_feasible(_virtual(pick, fading), release, fading.left(limits))
