@@ -1,1 +1,2 @@
-"""The benchmark: every controller on the same held-out throws, with intervals, resumable."""
+"""The benchmark: every controller on the same held-out throws, with confidence intervals; an interrupted run can go
+on."""
