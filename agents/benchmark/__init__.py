@@ -1,2 +1,1 @@
-"""The benchmark: every controller on the same held-out throws, with confidence intervals; an interrupted run can go
-on."""
+"""The benchmark: every controller on the same held-out throws, with confidence intervals, resumable."""

@@ -99,8 +99,7 @@ def is_learned(name: str) -> bool:
 
 
 def labels_of(entry: Entry) -> list[str]:
-    """Labels of an entry's results: the entry's label, then those of the controllers in `also`, which take over its
-    state."""
+    """Labels of an entry's results: the entry's label, then those of the controllers in `also`."""
     taken = [name if entry.label == entry.controller else f"{name}_{entry.label}" for name in entry.also]
     return [entry.label, *taken]
 

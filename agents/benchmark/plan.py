@@ -110,8 +110,7 @@ class Plan(Section):
         return _config(self.env, json.dumps(self.level(name), default=str))
 
     def count_of(self, trial: type[Trial], level: str, entry: Entry | None = None) -> int:
-        """Number of held-out units of every seed on a level: for all entries, or for one entry, which may have
-        fewer."""
+        """Number of held-out units per seed on a level: for all entries, or for one entry, which may have fewer."""
         own = None if entry is None else getattr(entry, trial.option, None)
         return own or self.picks_on.get(level) or int(getattr(self, trial.option))
 
@@ -186,8 +185,7 @@ def pieces(plan: Plan) -> list[Piece]:
 
 
 def _by_level(plan: Plan) -> list[tuple[Entry, str]]:
-    """Entries, copied for each level where `train_level` is `EACH`, and the part of a piece's name that tells copies
-    apart."""
+    """Entries, one copy per level where `train_level` is `EACH`, each with a prefix that tells copies apart."""
     found: list[tuple[Entry, str]] = []
     for entry in plan.entries:
         if (entry.train_level or plan.train_level) != EACH:

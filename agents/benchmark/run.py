@@ -52,8 +52,7 @@ def _trial(piece: Piece, level: str, count: int | None = None) -> Trial:
 
 
 def _learn(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
-    """Number of throws learned from, seconds of learning, and a factory of trained controllers, for each count of the
-    piece."""
+    """Throws learned from, seconds of learning, and a factory of trained controllers, for each count of the piece."""
     if piece.entry.controller in TRAINED:
         yield from _train(piece, kept)
         return
@@ -104,8 +103,7 @@ def _policy(run: RunFolder, place: Path, asked: dict[str, Any], name: str, trial
 
 
 def _transfer(controller: Controller, piece: Piece, name: str, trial: Trial) -> Controller:
-    """Controller of an evaluation level with the state of a trained one; one controller per cell where all go on
-    learning."""
+    """Controller of an evaluation level with a trained controller's state; one per cell if all go on learning."""
     count = trial.env.num_envs if piece.entry.online else 1
     able = [_informed(controller, piece, name, trial) for _ in range(count)]
     return Apart(able) if piece.entry.online else able[0]

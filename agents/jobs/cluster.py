@@ -56,8 +56,7 @@ class Needs:
 
 
 def pool(count: int, cluster: str | None, needs: Needs) -> Pool:
-    """Pool of processes on this machine, or of all cores of a cluster: HOST:PORT of its head, or "auto" on its
-    machines."""
+    """Pool of processes on this machine, or of a cluster's cores: HOST:PORT of its head, or "auto" on its machines."""
     return processes(count) if cluster is None else partial(_on_cluster, cluster, needs)
 
 
@@ -100,7 +99,7 @@ def _sent(job: Job) -> bytes:
 
 
 def _whole(module: str) -> Callable[..., Done | str]:
-    """A function that is pickled by value, not by its module's name, and so can report a module that a node lacks."""
+    """Function that is pickled by value, not by its module's name, and so can report a module that a node lacks."""
 
     def call(*given: Any) -> Done | str:
         try:
@@ -176,7 +175,7 @@ def _check_answers(address: str) -> None:
         except (OSError, OverflowError) as error:
             raise UsageError(f"no cluster can be reached at {address!r}: {one_sentence(error)}") from None
     command = [sys.executable, "-c", _JOIN, address]
-    # Ray's own limit of 60 s for finding the cluster on this machine would exceed `ANSWER`.
+    # By default Ray searches for its part on this machine for 60 s, as long as `ANSWER`.
     patient = {**os.environ, "RAY_gcs_server_request_timeout_seconds": f"{ANSWER / 2:.0f}"}
     hint = "this machine has to be in it, for instance by `ray start --address=HOST:PORT --num-cpus=0`"
     try:
