@@ -74,8 +74,7 @@ class Home:
 
     @contextmanager
     def made(self, name: str) -> Generator[None, None, None]:
-        """Let the block create a dataset in a temporary folder; the dataset is moved into this one when the block
-        ends."""
+        """Let the block create a dataset in a temporary folder, and move the dataset into this one at its end."""
         self.folder.mkdir(parents=True, exist_ok=True)
         sweep(self.folder)
         elsewhere = unfinished(self.folder / "dataset")
