@@ -61,8 +61,7 @@ class Scoring(nn.Module):
 
 @final
 class Outlook(nn.Module):
-    """Encoder of a line's state for the value function: mean and maximum over its encoded choices, and the line's
-    entries.
+    """Encoder of a line for the value function: mean and maximum of its encoded choices, and the line's entries.
 
     Args:
         width: number of features of each choice, and of the result.

@@ -1,11 +1,11 @@
 """The folder of a training run: its arguments, its policy, and the checkpoints from which the run can go on.
 
-    args.yml arguments of the run config.yml hyperparameters (RL-Zoo syntax)
+    args.yml            arguments of the run         config.yml          hyperparameters (RL-Zoo syntax)
     env.yaml            the level in full            versions.json       of Python and packages
     git.txt             commit, if there is one      command.txt         the command line
     progress.csv        success and landing error while training
-    policy.npz          newest policy (see `agents.policies`): all that is needed to throw with it
-    model.zip           the same with what it learns by  replay_buffer.npz   its memory
+    policy.npz          newest policy (see `agents.policies`), sufficient for throwing
+    model.zip           newest model with optimisers replay_buffer.npz   replay buffer
     checkpoints/N/      all that is needed to go on from throw N
 
 A run folder appears complete or not at all, and so does each checkpoint in it. A run folder is data, whoever made it:
@@ -102,8 +102,7 @@ class RunFolder:
 
     @contextmanager
     def nothing_left(self) -> Generator[None, None, None]:
-        """Remove a new folder if an error ends the block before the first leg is done, so that the next try can use its
-        name."""
+        """Remove a new folder if an error ends the block before the first leg is done, to free its name."""
         try:
             yield
         except Exception:

@@ -79,8 +79,7 @@ class SameStepVecEnv(VecEnv):
         self._actions = np.asarray(actions, dtype=self.action_space.dtype)
 
     def step_wait(self) -> VecEnvStepReturn:
-        """Step the environment; in rows whose episode has ended, the returned observation is that of the next
-        episode."""
+        """Step the environment; rows whose episode has ended return the first observation of the next one."""
         observation, reward, terminated, truncated, info = self.env.step(self._actions)
         done = np.logical_or(terminated, truncated)
         self._returns += reward
