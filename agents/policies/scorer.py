@@ -50,8 +50,8 @@ def inputs(observations: NDArray[np.floating]) -> Floats:
 def rule(patience: float) -> tuple[Floats, float]:
     """Weights (INPUTS,) and constant of the log of the ATC index as a linear function of inputs; patience in [s].
 
-    log(index) = log(value x chance / cycle) - slack / patience (apparent tardiness cost); inputs are linear in both
-    terms.
+    Apparent tardiness cost (Vepsalainen and Morton 1987): log(index) = log(value x chance / cycle) - slack / patience.
+    The inputs `ln_rate` and `slack` are linear in the two terms.
     """
     zero, one = (CHOICE_TABLE.decode(np.full(len(CHOICE_TABLE), value)) for value in (0.0, 1.0))
     weight, constant = np.zeros(INPUTS), 0.0
