@@ -309,7 +309,7 @@ def _is_own(plan: Plan, level: str, config: Any) -> bool:
 
 
 def needs(plan: Plan) -> Needs:
-    """What the plan's work needs on another machine.
+    """Requirements of the plan's work on another machine.
 
     Raises:
         UsageError: the work reads a file that lies on this machine alone.

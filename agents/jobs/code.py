@@ -41,8 +41,8 @@ def imported_by(name: str, root: Path) -> frozenset[Path]:
     The code is read and not run. An import within a function counts; an import by a string does not.
 
     Args:
-        name: of the module.
-        root: folder that holds its topmost package.
+        name: name of the module.
+        root: folder of the module's top-level package.
     """
     finder = _Finder(path=[str(root)])
     finder.import_hook(name)

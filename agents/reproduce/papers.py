@@ -47,7 +47,7 @@ def jobs(name: str) -> list[Job]:
     """One job per part of a paper.
 
     Raises:
-        UsageError: as `package`.
+        UsageError: see `package`.
     """
     parts = package(name).PARTS
     files = ("pnt_gym/**/*.py", f"configs/cells/{PAPERS[name]}/*.yaml")
