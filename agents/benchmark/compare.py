@@ -19,7 +19,7 @@ def compare(
 ) -> dict[str, Any]:
     """Difference of a learned controller and a reference on the same throws or shifts, with intervals.
 
-    The figures are those of `Record.compared`. Each throw or shift is averaged over the seeds of either controller;
+    The figures are those of `Record.compared`. Each throw or shift is averaged over the seeds of a controller;
     `by_seed` compares each seed of the learned controller alone.
     """
     by_seed = [{"seed": r["seed"], **_difference(record, [r], reference, num_envs)} for r in learned]

@@ -30,7 +30,7 @@ def jobs(plan: Plan) -> list[Job]:
 
 
 def run_piece(piece: Piece, kept: Path) -> dict[str, Any]:
-    """Results of a piece of work; a training keeps its run folder in the folder `kept` and goes on from there."""
+    """Results of a piece of work; a training keeps its run folder below `kept` and goes on from there."""
     plan, entry = piece.plan, piece.entry
     results: list[dict[str, Any]] = []
     named = list(zip(labels_of(entry), (entry.controller, *entry.also), strict=True))

@@ -80,7 +80,7 @@ def identity(modules: Iterable[str], torch: bool) -> dict[str, str]:
 
 
 def check_identity(here: Mapping[str, str], modules: Iterable[str], torch: bool) -> None:
-    """Make sure that this process computes the same results as another one; `here` is the other one's `identity`.
+    """Make sure that this process computes the same as another one; `here` is the other one's `identity`.
 
     The comparison stops at the first difference, before arithmetic that depends on differing packages.
 
