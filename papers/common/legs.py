@@ -46,7 +46,7 @@ class Leg:
         return slice(2, 3) if self.vertical else slice(0, 3)
 
     def control_points(self, axis: int) -> Any:
-        """Inner Bernstein coefficients (1, 2 K) of one coordinate of the position, by which that coordinate is bounded."""
+        """Inner Bernstein coefficients (1, 2 K) of one coordinate of the position, which bound that coordinate."""
         ca, p, v = load_casadi(), self.position[axis, :], self.velocity[axis, :]
         return ca.horzcat(p[:, :-1] + self.step * v[:, :-1] / 3.0, p[:, 1:] - self.step * v[:, 1:] / 3.0)
 
