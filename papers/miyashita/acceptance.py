@@ -59,7 +59,7 @@ class Slopes(NamedTuple):
     """Derivatives of the measured state by the virtual goal, at N goals without scatter."""
 
     three: Floats
-    """Slopes across the flight, in rising order (N, 3); the slope along the flight is 0, as the nearest state counts."""
+    """Slopes across the flight in rising order (N, 3); the slope along the flight is 0, as the nearest state counts."""
     first: Floats
     """Position error of the first throw (N,) [m]."""
 
@@ -199,7 +199,7 @@ def predicted_scatter(goal: Floats, delay: float) -> Floats:
 
 
 def measured_slopes(delay: float, goal: Floats, virtual: Floats) -> Slopes:
-    """Slopes at virtual goals (N, 4) learned for goals (N, 4) at a delay [s]; rows with an infeasible nudge drop out."""
+    """Slopes at virtual goals (N, 4) learned for goals (N, 4) at a delay [s], without rows of an infeasible nudge."""
     quiet = OneJointConfig.load(
         "nominal",
         errors={"delay": delay, "placement": 0.0, "timing": 0.0},

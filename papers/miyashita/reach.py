@@ -157,7 +157,7 @@ class Search:
         return len(self._share)
 
     def reach(self, goal: Floats) -> Reached:
-        """The best releases for goals (N, 4), from all simulated releases and rounds of Gauss-Newton steps."""
+        """The best releases for goals (N, 4), of all simulated releases and of rounds of Gauss-Newton steps."""
         missed = np.stack([size(errors(self._path, np.tile(one, (len(self), 1)))) for one in goal])
         best = Reached(self._share[missed.argmin(axis=1)], missed.min(axis=1))
         chosen = [self._starts(one) for one in missed]
