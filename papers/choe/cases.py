@@ -22,15 +22,15 @@ HALF_WIDTH: Final = 0.150
 HALF_RISE: Final = 0.025
 """h of the example [m]: the place lies 50 mm above the pick."""
 RATE: Final = 0.77
-"""The paper's r; it takes rad/m to get its figures."""
+"""Rate r of the paper's node list; the paper's figures follow only with the unit rad/m."""
 LIMITS: Final = MotionLimits.t3kr(30)
 """1.8 m/s, 36 m/s2, 900 m/s3; the paper states no limits."""
 SPAN: Final = 0.82
 """Width of the long pick and place of the comparison of times [m]."""
 LIFT: Final = 0.10
-"""Height of its path above both ends [m]."""
+"""Height of the long path above both ends [m]."""
 SHORT_LIFT: Final = 0.025
-"""Vertical parts of the example where it is timed with them [m]."""
+"""Length of the vertical parts that are added to the example where it is timed [m]."""
 BELT: Final = -0.85
 """Height of the pick in the robot's workspace [m]."""
 

@@ -90,7 +90,7 @@ CITED: Final = {
     "(32)": "47",
     "(34)": "50, 51",
 }
-"""Equations as the text cites them and as they are numbered."""
+"""Numbers of equations: as the text cites them, and as the equations are numbered."""
 
 
 def _coefficients(e: EllipsePath) -> tuple[float, float, float]:

@@ -33,7 +33,7 @@ ITERATIONS: Final = 500
 
 
 class NoMotionFound(PntGymError):
-    """No motion within the bounds exists or could be found."""
+    """No motion within the bounds exists, or the solver finds none."""
 
 
 class _MotionTask(NamedTuple):

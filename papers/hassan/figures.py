@@ -1,4 +1,4 @@
-"""Figures like those of Hassan et al. 2022, drawn from the reproduced motions, and the paper's numbers on Fig. 12."""
+"""Figures of Hassan et al. 2022, drawn anew from the reproduced motions, and the paper's numbers on Fig. 12."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ FACTORY_GAIN: Final = 13.8
 """Gain of the XM430-W210's position controller as delivered [N m/rad]: P gain 800 and no D gain, so 100 % of the
 voltage, and with it the stall torque of 3 N m at 12 V, at an error of 12.5 deg."""
 ARMATURES: Final = (0.0025, 0.01)
-"""Half and twice the assumed inertia of the motors [kg m2]."""
+"""Inertia of the motors at which the closing is repeated [kg m2]: half and twice the assumed inertia."""
 
 
 def closing_findings(step: float = PAPER_STEP) -> Findings:

@@ -248,7 +248,7 @@ def cycle_figure(cycles: Cycles) -> Figure:
 
 
 def pictures(cycles: Cycles) -> list[tuple[str, Frame]]:
-    """Pictures of the first cycle with their titles (Fig. 8 shows such photographs).
+    """Pictures of the first cycle with their titles, like the photographs of Fig. 8.
 
     Raises:
         ConfigError: this machine cannot draw.

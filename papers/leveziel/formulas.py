@@ -31,7 +31,7 @@ from .cases import HOME_THETA, PAPER_STEP, posed, random_poses, reduced
 from .scan import scan_workspace, tau_hull
 
 POSES: Final = 10_000
-"""Random poses of the reduced workspace, theta from -60 to -30 deg, seed 0."""
+"""Number of random poses of the reduced workspace, theta from -60 to -30 deg, seed 0."""
 ASIDE: Final = (0.0, 0.06, -0.2)
 """A position outside the plane of symmetry, where one half is coplanar with its forearm without a singularity [m]."""
 TEETH: Final = 40

@@ -27,7 +27,7 @@ MOVES: Final = {
     "y": ((0.0, 0.0, -0.180), (0.0, 0.070, -0.180)),
     "x": ((0.0, 0.0, -0.180), (0.070, 0.0, -0.180)),
 }
-"""50 mm up and 70 mm aside, as in Fig. 8 [m]."""
+"""First and last positions of moves 50 mm up and 70 mm sideways, as in Fig. 8 [m]."""
 LIMITS: Final = JointLimits(acceleration=150.0)
 """Limits of the motors: 70 rpm as in the paper, and an acceleration [rad/s2] within the servos' torque."""
 PAIRS: Final = 2000

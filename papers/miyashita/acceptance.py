@@ -181,7 +181,7 @@ def predicted_scatter(goal: Floats, delay: float) -> Floats:
     placed = jacobian[:, :, 2] * (errors.placement * radius / u[:, 2])[:, None]
     # With no delay, the half of the random delays that are negative count as 0.
     timing = errors.timing * (1.0 if delay > 0.0 else np.sqrt(0.5 - 0.5 / np.pi))
-    # The true arm is heavier than the planned one and brakes with the same torque.
+    # The true arm has more inertia than the planned arm and brakes with the same torque.
     brake = braking(u[:, 1], ARM) / (1.0 + errors.inertia)
     timed = timing * (jacobian[:, :, 0] * u[:, 1, None] + jacobian[:, :, 1] * brake[:, None])
     rate, squares = jacobian[:, :, 3], config.scale.weights() ** 2

@@ -213,7 +213,7 @@ def _motor(torque: float, samples: Counts) -> Row:
 def _whole_arm(samples: Counts) -> Row:
     """Row with the cells of an arm whose largest radius is its whole half length, with the block overhanging."""
     longer = ARM.length + 2.0 * BLOCK.half_length
-    # A plate as heavy about the pivot as the published one.
+    # A thinner plate with the same inertia about the pivot as the published plate.
     arm = replace(ARM, length=longer, thickness=ARM.thickness * (ARM.length / longer) ** 3)
     space = accessible_space(arm=arm, samples=samples)
     return Row.ours(

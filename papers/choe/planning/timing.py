@@ -1,6 +1,6 @@
 """The quickest motion along a given path under limits on the lengths of velocity, acceleration and jerk.
 
-The hand starts and ends at rest. Between the places where it must stop the motion is optimised as a whole, with
+The hand starts and ends at rest. Between the places where the hand must stop, the motion is optimised as a whole, with
 the third derivative of the arc length piecewise constant; straight runs take the S-curve in closed form.
 """
 
