@@ -95,9 +95,9 @@ class Fading:
 def arrival_time(limits: LimitRows, speed: float, drop: float) -> float:
     """Longest time [s] over which the belt's velocity may grow at the end of returns, under each of N limits.
 
-    The hand is at rest before a descent of duration D, so the growth may begin D earlier than the time the hand needs
-    to stop from its greatest speed. The longer time is used only where the descent is slow enough that descent and
-    belt speed together keep the speed limit.
+    The hand is at rest before a descent of duration D, so the growth may take D plus the time of a stop from the hand's
+    greatest speed. This longer time is used only where the descent is so slow that descent and belt speed together keep
+    the speed limit.
 
     Args:
         limits: limits of N hands.

@@ -21,7 +21,7 @@ from pnt_gym.compiled import compiled, part
 PHASES = 9
 CRUISE = 4
 RUN_UP = 26
-"""Pieces of constant jerk in the phases before the cruise, about evenly in time; a phase too short for a piece has none."""
+"""Pieces of constant jerk in the phases before the cruise, about even in time; a phase may be too short for a piece."""
 CRUISING = 20
 """Pieces in the cruise, longest in its middle."""
 PIECES = 2 * (RUN_UP + 3) + CRUISING

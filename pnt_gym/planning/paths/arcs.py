@@ -1,7 +1,7 @@
 """Motions over the ellipse of Choe et al. 2023, N at a time, planned quickly enough for every pick.
 
-`papers.choe.planning.timing` finds the quickest motion along any path, but one path at a time and with CasADi. Here each
-arc gets a speed law of a few phases, as pieces of constant jerk; the motion takes some percent longer than the quickest.
+`papers.choe.planning.timing` finds the quickest motion along any path, but one path at a time and with CasADi. Here
+each arc gets a speed law of a few phases, as pieces of constant jerk, which takes some percent longer.
 """
 
 from __future__ import annotations

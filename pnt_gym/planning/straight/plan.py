@@ -1,4 +1,4 @@
-"""Records of planned throws along a straight line, and the reasons why a throw may not exist."""
+"""Records of planned throws, and the reasons why a throw may not exist."""
 
 from __future__ import annotations
 

@@ -77,7 +77,7 @@ def checked(picks: ArrayLike, targets: ArrayLike, tolerance: ArrayLike) -> tuple
 
 
 class _Found(NamedTuple):
-    """Results of the kernel: the fields of `Release` in order, (3, N, 3), (7, N) and (2, N), and `Reason` codes (N,)."""
+    """Results of the kernel: fields of `Release` in order, (3, N, 3), (7, N) and (2, N), and `Reason` codes (N,)."""
 
     vectors: Floats
     numbers: Floats
