@@ -40,7 +40,8 @@ from pnt_gym.compiled import compiled, part
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.straight.plan import CONTACT, MIN_REACH, Reason
 
-# Rows of `given`: pick, target, limits, tolerance, ceiling, and the workspace relative to the pick; all in SI units.
+# Rows of an array of throws (15, N), in SI units: pick, target, limits, tolerance, ceiling, and the workspace relative
+# to the pick.
 X, Y, Z, TO_X, TO_Y, TO_Z, VELOCITY, ACCELERATION, JERK, TOLERANCE, CEILING, NEAR, FAR, LOW, HIGH = range(15)
 NO_REACH, TOO_HIGH, OUTSIDE, TOO_FLAT = map(int, (Reason.NO_REACH, Reason.CEILING, Reason.WORKSPACE, Reason.ELEVATION))
 

@@ -142,7 +142,7 @@ class Build:
         return self.platform_mass + 2.0 * (self.half_mass + self.finger_mass) + 2.0 * self.rod_mass
 
     def scaled(self, factor: float, servo: MotorServo) -> Self:
-        """The build of a larger robot of the same form, scaled as `Dimensions.scaled`, with other motors.
+        """The build of a robot of the same form with all lengths multiplied by ``factor``, with other motors.
 
         Masses grow with the square of the lengths, as for tubes and sheets of the same thickness. The stiffness of the
         fingers' springs grows with the cube, so that the grip force grows with the weights.

@@ -187,7 +187,7 @@ def solve_arms(pose: Floats, dims: Dimensions, branch: Floats | float = 1.0) -> 
 
 
 def arms_at(pose: ArrayLike, dims: Dimensions, of: Callable[[Arms], Floats], branch: Floats | float = 1.0) -> Floats:
-    """Return ``of(arms)`` for the arms of poses (..., 4); ``of`` maps the arms of M poses to an array (M, ...).
+    """Return values (..., ...) of the arms of poses (..., 4); ``of`` computes the values (M, ...) from the arms.
 
     Raises:
         PoseError: (a ValueError) the shape is not (..., 4), or a number is not finite.
