@@ -102,9 +102,9 @@ def made_anew(record: RecordT, which: Bools, make: Callable[..., RecordT], *give
 
     Args:
         record: N rows.
-        which: mask of the rows to compute (N,).
-        make: computes the record of the masked rows from the masked rows of the inputs.
-        given: inputs of ``make``: records and arrays of N rows, and plain values.
+        which: True for the rows to compute (N,).
+        make: computes the record of the masked rows from the masked rows of ``given``.
+        given: arguments of ``make``: records and arrays of N rows, and plain values.
     """
     rows = np.flatnonzero(which)
     return replaced(record, rows, make(*(take(one, rows) for one in given))) if rows.size > 0 else record
@@ -114,10 +114,10 @@ def either(which: Bools, make: Callable[..., RecordT], other: Callable[..., Reco
     """A record of N rows: one function computes the masked rows, another function the unmasked rows.
 
     Args:
-        which: mask of the rows that ``make`` computes (N,).
-        make: computes the record of the masked rows from the masked rows of the inputs.
-        other: computes the record of the unmasked rows from the unmasked rows of the inputs.
-        given: inputs of both functions: records and arrays of N rows, and plain values.
+        which: True for the rows that ``make`` computes (N,).
+        make: computes the record of the masked rows from the masked rows of ``given``.
+        other: computes the record of the unmasked rows from the unmasked rows of ``given``.
+        given: arguments of both functions: records and arrays of N rows, and plain values.
     """
     if which.all():
         return make(*given)

@@ -298,7 +298,7 @@ def arc_motions(given: Floats, steps: Floats, bent: Floats) -> None:
     Args:
         given: l, h, w [m] and greatest speed, acceleration and jerk of each arc (6, N).
         steps: durations of each arc's pieces (N, PIECES) [s], written; 0 for pieces that are not needed.
-        bent: accelerations to the side and up at the borders of the pieces (N, 2, PIECES + 1) [m/s2], written.
+        bent: to the side and up, at the borders of the pieces (N, 2, PIECES + 1) [m/s2], written.
     """
     angles, ways, points = np.empty(CELLS + 1), np.empty(CELLS + 1), np.empty((2, PIECES + 1))
     law = np.empty((PHASES + 1, 5))

@@ -253,7 +253,7 @@ def _thrown(given: Floats, *, walled: bool = False, slope: Floats | None = None)
     """Plan the throws along lines of given slopes (N,), or along the quickest lines.
 
     Args:
-        given: N throws (15, N), with the kernel's rows.
+        given: array (15, N) with a throw per column, by the kernel's rows.
         walled: whether there is a workspace.
         slope: tangents of the elevations (N,); None for the quickest lines.
     """
