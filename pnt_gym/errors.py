@@ -1,6 +1,6 @@
 """The errors a user can cause; each carries one sentence that names the value and the valid range.
 
-The rule: whatever the package raises on purpose because of what a user gave descends from `PntGymError`, which is a
+The rule: every error that the package raises on purpose because of a user's input descends from `PntGymError`, a
 ValueError. `except PntGymError` therefore catches "there is no throw" (`planning.InfeasibleThrow`), "there is no
 release" (`planning.one_joint.UnreachableGoal`), numbers out of range, arrays of the wrong shape, and broken configs.
 """

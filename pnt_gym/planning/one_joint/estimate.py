@@ -86,7 +86,7 @@ def arrival(
 ) -> Arrival:
     """Return the states of the flights that are nearest to their goals (appendix, Eq. 35).
 
-    The derivative of the squared distance is a cubic in time, whose inflection is the apex of the flight. It has
+    The derivative of the squared distance is a cubic in time, whose inflection is the apex of the flight. The cubic has
     three real roots only where the goal lies within the parabola.
 
     Args:
