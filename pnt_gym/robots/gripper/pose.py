@@ -46,7 +46,7 @@ def pieces(count: int, size: int = CHUNK) -> Iterator[slice]:
 
 
 def in_pieces(of: Callable[[Floats], Floats], rows: Floats) -> Floats:
-    """Return values (M, ...) of rows (M, K), piece by piece; ``of`` computes the values from components (K, M)."""
+    """Return values (M, ...) of rows (M, K), piece by piece; ``of`` computes values from components (K, M)."""
     return np.concatenate([np.ascontiguousarray(of(columns(rows[piece]))) for piece in pieces(len(rows))])
 
 
