@@ -100,7 +100,8 @@ def _settle(
         if i - first > most:
             return first, i
         # An object that gives way to one object may come to lie on another, so all are checked again until none is in
-        # the way. Every move goes upstream to one of i - first places, so the loop ends. Moves within rounding are skipped.
+        # the way. Moves within rounding are skipped. Every other move goes upstream to one of i - first places, so the
+        # loop ends.
         moved = True
         while moved:
             moved = False
