@@ -102,7 +102,8 @@ def as_seen(env: Env, asked: Mapping[str, Any]) -> Env:
     """Environment as a policy sees it, wrapped by the `algo`, `stack` and `over` of a training.
 
     Raises:
-        UsageError: as for `between`, or a recurrent policy whose observations do not mark the begin of a shift.
+        UsageError: as for `make_wrapper`, or a recurrent policy whose observations do not mark the begin of a
+            shift.
     """
     if asked["algo"] in RECURRENT:
         check_begins(env, f"algorithm {asked['algo']!r}")

@@ -205,7 +205,7 @@ class RecursiveRidge(Tracker):
 
 
 def _regressors(throws: Floats) -> Floats:
-    """A constant and the `FOLLOWED` features of observations, (N, F)."""
+    """A constant and the `RIDGE_FEATURES` of observations, (N, F)."""
     return np.concatenate([np.ones((len(throws), 1)), throws[:, _COLUMNS]], axis=1)
 
 

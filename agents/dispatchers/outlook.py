@@ -53,7 +53,8 @@ class Outlook:
 
         Args:
             line: indices of the lines (P,).
-            x: positions of the objects in sight at that time (P, W) [m]; `AWAY` where the object may not be taken.
+            x: positions of the objects in sight at that time (P, W) [m]; `UNAVAILABLE_X` where the object may not
+                be taken.
             robot: index of the deciding robot at that time (P,).
             hand: position of the robot's hand (P, 3) [m].
 

@@ -218,7 +218,7 @@ class Acts:
     """Cycles in the order of their decisions."""
 
     def then(self, since: float, more: Act | None) -> Acts:
-        """Acts at the next decision; the tracks of earlier cycles before `since` are dropped."""
+        """History at the next decision; the tracks of earlier cycles before `since` are dropped."""
         kept = tuple(one.onward(since) for one in _latest(self.made))
         return replace(self, since=since, made=kept if more is None else (*kept, more))
 

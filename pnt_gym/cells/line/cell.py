@@ -41,7 +41,7 @@ class Taken:
     robot: Ints
     """Robot that decided (N,)."""
     valid: Bools
-    """Whether the chosen choice existed; otherwise the robot stood still for `IDLE` (N,)."""
+    """Whether the chosen choice existed; otherwise the robot stood still for `IDLE_TIME` (N,)."""
     index: Ints
     """Index of the object in the stream (N,)."""
     context: Context

@@ -140,7 +140,7 @@ class Chooser:
         return np.any(self._kinds[0].near(self._own(sight, robot)), axis=1)
 
     def _own(self, sight: Sight, robot: Ints) -> Floats:
-        """Places of the objects that robots (K,) take, from the robots' bases (K, W) [m]; else `AWAY`."""
+        """Places of objects from the robots' bases (K, W) [m]; `UNAVAILABLE_X` where robots (K,) cannot take one."""
         return np.where(self._able[robot[:, None], sight.seen], sight.x - self._places[robot][:, None], AWAY)
 
     def chance(self, sight: Sight, options: Options) -> Floats:

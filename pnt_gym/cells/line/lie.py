@@ -78,10 +78,10 @@ def _settle(
 
     Args:
         lies: places of all objects before `begin`, and arrivals of the later ones (M,) [m].
-        y: see `apart`.
-        along: see `apart`.
-        across: see `apart`.
-        gap: see `apart`.
+        y: see `separate`.
+        along: see `separate`.
+        across: see `separate`.
+        gap: see `separate`.
         farthest: distance along the belt from which on no object is in the way of another [m].
         first: the first object that may be in the way of the objects from `begin` on.
         begin: the first object that moves.

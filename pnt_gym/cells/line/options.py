@@ -41,7 +41,7 @@ class Sight(NamedTuple):
     which: Ints
     """Indices of the objects in their streams (K, W)."""
     x: Floats
-    """Position along the belt (K, W) [m]; `AWAY` where the object may not be taken."""
+    """Position along the belt (K, W) [m]; `UNAVAILABLE_X` where the object may not be taken."""
     seen: Ints
     """Item as which the camera classifies the object (K, W)."""
 

@@ -76,7 +76,7 @@ class Thrower(ABC):
             bins: index of the robot's bin.
             objects: the objects, each with its speed setting.
             distance: horizontal distance from the pick to the middle of the bin [m].
-            luck: as for `made`.
+            luck: as for `execute`.
         """
         return None
 
