@@ -13,7 +13,7 @@ import gymnasium as gym
 import numpy as np
 
 from benchmarks.checks import choices
-from benchmarks.study import draw_first
+from benchmarks.studies.cells import draw_first
 from benchmarks.timing import CPU, Count, Options, Place, Row, Timing
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.action import corrected
