@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import string
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any, Final
 
@@ -39,6 +39,8 @@ def study_grid(plan: StudyPlan, table: Table, data: Data) -> Grid:
     if not table.across:
         return Grid(table.title, [*table.columns], [rows[id(row)] for row in shown], note)
     values = list(dict.fromkeys(row[table.across] for row in shown))
+    if not any(isinstance(value, str) for value in values):
+        values.sort()
     meeting: dict[tuple[str, ...], dict[Any, list[Data]]] = {}
     for row in shown:
         meeting.setdefault(tuple(rows[id(row)]), {}).setdefault(row[table.across], []).append(row)
@@ -46,7 +48,7 @@ def study_grid(plan: StudyPlan, table: Table, data: Data) -> Grid:
         [*key, *(show(table.cell, mean(of[value])) if value in of else NONE for value in values)]
         for key, of in meeting.items()
     ]
-    header = [show(f"{{{table.across}}}", {table.across: value}) for value in values]
+    header = [show(f"{{{table.across}:g}}", {table.across: value}) for value in values]
     return Grid(table.title, [*table.columns, *header], lines, note)
 
 
@@ -104,7 +106,7 @@ class _Formatter(string.Formatter):
         if isinstance(value, str):
             return value
         match = FORMAT.fullmatch(format_spec)
-        spec, unit = (match[1], match[2]) if match else (format_spec, None)
+        spec, unit = (f"{match[1]}f", match[2]) if match and match[2] else (format_spec, "")
         ends = [value["value"], value["low"], value["high"]] if isinstance(value, Mapping) else [value]
         middle, *interval = (format(UNITS[unit] * end if unit else end, spec) for end in ends)
         shown = f"{middle} {unit}" if unit else middle
@@ -124,8 +126,3 @@ def _at(figures: Data, path: str) -> Any:
         except (IndexError, TypeError, ValueError):
             raise KeyError(path) from None
     return value
-
-
-def blocks(studies: Iterable[StudyPlan]) -> dict[str, tuple[StudyPlan, Table]]:
-    """Tables that pages show, by the names of their blocks."""
-    return {table.block: (plan, table) for plan in studies for table in plan.tables if table.block}
