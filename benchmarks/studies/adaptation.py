@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import closing
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -15,10 +15,10 @@ from agents.ground.environments import Env, core_of, make_vector
 from agents.ground.metrics import mean_interval, paired_mean
 from agents.judging.loop import held_out
 from agents.judging.throws.data import Throws
-from benchmarks.studies.cells import Amount, Figures, Floats, Settings
+from benchmarks.studies.cells import Amount, Figures, Settings
+from pnt_gym.arrays import Floats, Ints
 
 ENV: Final = "PnTAdapt-v0"
-ROWS: Final = 32
 NEAR_FLOOR: Final = 1.1
 """A kind is learned when its error is at most so many times its floor."""
 NEXT: Final = 3
@@ -31,18 +31,18 @@ def camera(settings: Settings, amount: Amount) -> list[Figures]:
     """Landing errors of controllers, and what each is less than that of the first one, shift by shift.
 
     Args:
-        settings: `level`, and the names of the `controllers`.
+        settings: `level`, the names of the `controllers`, and how many `rows` there are side by side.
         amount: shifts.
 
     Raises:
         UsageError: they do not fill all rows.
     """
-    if amount.throws % ROWS > 0:
-        raise UsageError(f"throws is {amount.throws}; shifts come {ROWS} at a time")
-    with closing(make_vector(ENV, settings["level"], ROWS, amount.threads)) as env:
+    if amount.throws % settings["rows"] > 0:
+        raise UsageError(f"throws is {amount.throws}; shifts come {settings['rows']} at a time")
+    with closing(make_vector(ENV, settings["level"], settings["rows"], amount.threads)) as env:
         picks = core_of(env).cell.episode
         errors = {
-            name: _by_shift(held_out(make_controller(name, env), env, amount.throws * picks, amount.seed), picks)
+            name: _by_shift(held_out(make_controller(name, env), env, amount.throws * picks, amount.seed), env)
             for name in settings["controllers"]
         }
     static = next(iter(errors.values()))
@@ -52,9 +52,9 @@ def camera(settings: Settings, amount: Amount) -> list[Figures]:
     ]
 
 
-def _by_shift(throws: Throws, picks: int) -> Floats:
+def _by_shift(throws: Throws, env: Env) -> Floats:
     """Mean landing error of every shift (S,) [m]."""
-    return np.nanmean(throws.landing_error.reshape(-1, picks, ROWS), axis=1).ravel()
+    return np.nanmean(throws.landing_error.reshape(-1, core_of(env).cell.episode, env.num_envs), axis=1).ravel()
 
 
 def newcomers(settings: Settings, amount: Amount) -> Iterator[Figures]:
@@ -64,19 +64,20 @@ def newcomers(settings: Settings, amount: Amount) -> Iterator[Figures]:
     nobody knows beforehand. Every row of the cells is a trial of its own.
 
     Args:
-        settings: `level`, the names of the `controllers` and of the `new` kinds, and how many `trials` each row has.
+        settings: `level`, the names of the `controllers` and of the `new` kinds, how many `rows` there are
+            side by side, and how many `trials` each has.
         amount: seed and threads.
     """
-    with closing(make_vector(ENV, settings["level"], ROWS, amount.threads)) as env:
+    rows, count = settings["rows"], settings["trials"]
+    with closing(make_vector(ENV, settings["level"], rows, amount.threads)) as env:
         names, controllers = core_of(env).item_names, settings["controllers"]
-        count = settings["trials"]
         trials = {name: _trials(make_controller(name, env), env, count, amount.seed) for name in controllers}
     new = [names.index(name) for name in settings["new"]]
     known = {name: _known_error(found, new) for name, found in trials.items()}
     for kind in new:
         floor = _floor(trials[controllers[0]], kind)
         for name in controllers:
-            errors = _by_number(trials[name], kind)
+            errors = _by_number(trials[name], kind, rows)
             yield {"kind": names[kind], "controller": name, **_learned(errors, floor), "known_mean_m": known[name]}
 
 
@@ -85,7 +86,7 @@ def _trials(controller: Controller, env: Env, count: int, seed: int) -> list[Thr
     trials: list[Throws] = []
     for trial in range(count):
         controller.reset(0)
-        trials.append(held_out(controller, env, ROWS * core_of(env).cell.episode, seed + trial))
+        trials.append(held_out(controller, env, env.num_envs * core_of(env).cell.episode, seed + trial))
     return trials
 
 
@@ -94,16 +95,16 @@ def _known_error(trials: list[Throws], new: list[int]) -> float:
     return float(np.nanmean(np.concatenate([t.landing_error[~np.isin(t.item, new)] for t in trials])))
 
 
-def numbered(throws: Throws, kind: int) -> Any:
+def _numbered(throws: Throws, kind: int, rows: int) -> Ints:
     """Of throws of a kind that came down, which one of its row each is, the first being 1; 0 for others (N,)."""
     counted = (throws.item == kind) & np.isfinite(throws.landing_error)
-    grid = counted.reshape(-1, ROWS)
+    grid = counted.reshape(-1, rows)
     return (np.cumsum(grid, axis=0) * grid).ravel()
 
 
-def _by_number(trials: list[Throws], kind: int) -> list[float]:
+def _by_number(trials: list[Throws], kind: int, rows: int) -> list[float]:
     """Mean error of the first, second ... throw of a kind, and of all later ones [m]."""
-    number = np.concatenate([numbered(throws, kind) for throws in trials])
+    number = np.concatenate([_numbered(throws, kind, rows) for throws in trials])
     error = np.concatenate([throws.landing_error for throws in trials])
     parts = [number == k for k in range(1, COUNTED + 1)]
     return [float(error[rows].mean()) for rows in (*parts, number > COUNTED)]

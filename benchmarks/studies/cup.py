@@ -27,9 +27,7 @@ from pnt_gym.planning.motion.trajectory import JerkTrajectory
 @cache
 def _throws(level: str, amount: Amount) -> dict[str, Floats]:
     """Infos of the planner's throws on a level as JSON; the same objects and targets for every cup."""
-    core = seeded_cells(
-        ConveyorConfig.load(json.loads(level)), "independent", CELLS, amount.seed, amount.threads
-    )
+    core = seeded_cells(ConveyorConfig.load(json.loads(level)), "independent", CELLS, amount.seed, amount.threads)
     return infos(core, planned(core), amount.throws)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import closing
+from typing import Final
 
 from agents.controllers.protocol import Controller
 from agents.dispatchers.registry import ENV, NAMES, line_controller, the_line
@@ -15,24 +16,23 @@ from agents.judging.work_shifts.data import Shifts, worked
 from benchmarks.studies.cells import Amount, Figures, Settings
 from pnt_gym.cells.line.core import LineCore
 
-LEARNED = SHIPPED / "results" / "policies" / "PnTLine-v0"
+LEARNED: Final = SHIPPED / "results" / "policies" / "PnTLine-v0"
 """Run folders of what was learned, LEVEL/NAME."""
-SHIFTS = 25
-"""Lines side by side; a part of what a seed means."""
 
 
 def thrown(settings: Settings, amount: Amount) -> Figures:
     """Figures of a controller, under `full` really thrown and under `table` by the tables of throws.
 
     Args:
-        settings: `level`, and the name of the `controller`.
+        settings: `level`, the name of the `controller`, and how many `rows` work side by side.
         amount: shifts.
     """
-    base, rows = settings["level"]["base"], Figures()
+    level, figures = {"name": settings["level"]["base"], **settings["level"]}, Figures()
     for throws in ("full", "table"):
-        with closing(make_vector(ENV, {"name": base, **settings["level"], "throws": throws}, SHIFTS, amount.threads)) as env:
-            rows[throws] = _figures(_shifts(_controller(settings["controller"], base, the_line(env)), env, amount))
-    return rows
+        with closing(make_vector(ENV, {**level, "throws": throws}, settings["rows"], amount.threads)) as env:
+            controller = _controller(settings["controller"], level["base"], the_line(env))
+            figures[throws] = _figures(_shifts(controller, env, amount))
+    return figures
 
 
 def release(settings: Settings, amount: Amount) -> Iterator[Figures]:
@@ -40,11 +40,11 @@ def release(settings: Settings, amount: Amount) -> Iterator[Figures]:
 
     Args:
         settings: `level`, the `releases`, names of controllers of single throws or run folders by what rows call them,
-            and the names of the `orders`.
+            the names of the `orders`, and how many `rows` work side by side.
         amount: shifts.
     """
     level, first = settings["level"], None
-    with closing(make_vector(ENV, level, SHIFTS, amount.threads)) as env:
+    with closing(make_vector(ENV, level, settings["rows"], amount.threads)) as env:
         core = the_line(env)
         for label, name in settings["releases"].items():
             core.use(releaser(str(at(name)) if "/" in name else name, core))

@@ -11,6 +11,7 @@ import numpy as np
 from agents.controllers.oracle import Oracle
 from agents.controllers.protocol import Observation
 from agents.ground import metrics
+from agents.ground.cli import UsageError
 from benchmarks.studies.cells import CELLS, Amount, Figures, Settings, infos, planned, seeded_cells
 from benchmarks.studies.flown import Watch, flown_over_planned
 from pnt_gym.arrays import Bools, Floats
@@ -128,7 +129,13 @@ def figures(settings: Settings, amount: Amount) -> Figures:
         settings: `figures`, names in `FIGURES`; `level`; `picks`, `cells`, `controller` and `shifts` as `throw` takes
             them; `impossible`, true where a level in which nothing can be thrown is told and is no error.
         amount: throws, or throws of each shift.
+
+    Raises:
+        UsageError: a figure is unknown.
     """
+    for name in settings["figures"]:
+        if name not in FIGURES:
+            raise UsageError(f"figure {name!r} is unknown; known are {', '.join(FIGURES)}")
     if not settings.get("impossible", False):
         return _figures(settings, amount)
     with warnings.catch_warnings():
