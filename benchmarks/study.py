@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, cast
 
 import tyro
 
@@ -110,7 +110,7 @@ def is_held(case: Case, rows: Iterable[Figures]) -> bool:
 
 def as_rows(figures: Figures | Iterable[Figures]) -> list[Figures]:
     """The rows of a case: one, or those of several controllers that were measured together."""
-    return [figures] if isinstance(figures, dict) else list(figures)
+    return [cast("Figures", figures)] if isinstance(figures, dict) else [*figures]
 
 
 def line(row: Figures) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from agents.ground.infos import results
 from pnt_gym.arrays import Floats
@@ -16,6 +17,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 CellT = TypeVar("CellT", bound=Cell[Any, Any, Any, Any])
 Settings: TypeAlias = Mapping[str, Any]
 Figures: TypeAlias = dict[str, Any]
+Infos: TypeAlias = dict[str, NDArray[Any]]
 CELLS = 50
 """Rows side by side unless a plan has other settings; a part of what a seed means."""
 
@@ -46,7 +48,7 @@ def generators(count: int, seed: int) -> list[np.random.Generator]:
     return [np.random.default_rng([seed, row]) for row in range(count)]
 
 
-def infos(core: Core, act: Callable[[int], Any], count: int) -> dict[str, Floats]:
+def infos(core: Core, act: Callable[[int], Any], count: int) -> Infos:
     """Infos of `count` throws, with the actions that `act` gives for each step; landings are those of throws."""
     steps = [results(core.step(act(step)).info, core.count) for step in range(-(-count // core.count))]
     return {name: np.concatenate([info[name] for info in steps])[:count] for name in steps[0]}
@@ -58,7 +60,7 @@ def planned(core: Core) -> Callable[[int], Floats]:
     return lambda _: zero
 
 
-def distance(info: Mapping[str, Floats], reference: Mapping[str, Floats]) -> Floats:
+def distance(info: Infos, reference: Infos) -> Floats:
     """How far the same throws land from one another, along and across (2, K) [m], where no cup touched again."""
     untouched = ~(info["recontact"] | reference["recontact"])
     return np.stack([info[name] - reference[name] for name in ("landing_along", "landing_across")])[:, untouched]

@@ -15,7 +15,7 @@ from agents.ground.environments import make_vector
 from agents.ground.metrics import throughput
 from agents.judging.loop import held_out, practise
 from agents.judging.throws.data import summary
-from benchmarks.studies.cells import CELLS, Amount, Figures, Floats, Settings, distance, infos, planned, seeded_cells
+from benchmarks.studies.cells import CELLS, Amount, Figures, Infos, Settings, distance, infos, planned, seeded_cells
 from pnt_gym.arrays import joined, length
 from pnt_gym.cells.base.rotations import vertical
 from pnt_gym.cells.conveyor.config import ConveyorConfig
@@ -25,13 +25,13 @@ from pnt_gym.planning.motion.trajectory import JerkTrajectory
 
 
 @cache
-def _throws(level: str, amount: Amount) -> dict[str, Floats]:
+def _throws(level: str, amount: Amount) -> Infos:
     """Infos of the planner's throws on a level as JSON; the same objects and targets for every cup."""
     core = seeded_cells(ConveyorConfig.load(json.loads(level)), "independent", CELLS, amount.seed, amount.threads)
     return infos(core, planned(core), amount.throws)
 
 
-def _thrown(level: Settings, amount: Amount, **changes: Any) -> dict[str, Floats]:
+def _thrown(level: Settings, amount: Amount, **changes: Any) -> Infos:
     return _throws(json.dumps({**level, **changes}), amount)
 
 

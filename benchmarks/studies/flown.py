@@ -7,19 +7,18 @@ from typing import Any, Final
 import numpy as np
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.conveyor.cell import ConveyorCell
 
 ARRIVED: Final = 0.001
 """A hand this close to its next pick for good has arrived [m]."""
 
 
 class Watch:
-    """Keeps what a cell last handed to its plant."""
+    """Keeps what a cell of the conveyor last handed to its plant."""
 
-    def __init__(self, cell: ConveyorCell) -> None:
+    def __init__(self, cell: Any) -> None:
         self._fly = cell.plant.fly
         self.last: tuple[Any, Any] | None = None
-        cell.plant.fly = self  # pyright: ignore[reportAttributeAccessIssue]
+        cell.plant.fly = self
 
     def __call__(self, thrown: Any, plans: Any) -> Any:
         """Hand throws on to the plant."""
@@ -33,7 +32,7 @@ def arrival(place: Floats, end: Floats, times: Floats, duration: Floats) -> Floa
     return np.take_along_axis(times, (away.shape[1] - 1 - away[:, ::-1].argmax(axis=1))[:, None], axis=1)[:, 0]
 
 
-def flown_over_planned(cell: ConveyorCell, watch: Watch) -> float:
+def flown_over_planned(cell: Any, watch: Watch) -> float:
     """How many times the planned way the hands take from lift to their next picks, the robot simulated to the end."""
     if watch.last is None:
         raise RuntimeError("nothing was thrown yet")

@@ -12,7 +12,7 @@ from agents.controllers.oracle import Oracle
 from agents.controllers.protocol import Observation
 from agents.ground import metrics
 from agents.ground.cli import UsageError
-from benchmarks.studies.cells import CELLS, Amount, Figures, Settings, infos, planned, seeded_cells
+from benchmarks.studies.cells import CELLS, Amount, Figures, Infos, Settings, infos, planned, seeded_cells
 from benchmarks.studies.flown import Watch, flown_over_planned
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.base.core import Core
@@ -30,7 +30,7 @@ class Thrown(NamedTuple):
         shifts: rows, each of which is a work shift; 0 where throws are counted one by one.
     """
 
-    info: dict[str, Floats]
+    info: Infos
     core: Core
     watch: Watch
     shifts: int
@@ -63,7 +63,7 @@ def _of_picked(name: str, bound: float) -> Callable[[Thrown], float]:
     return lambda thrown: float((thrown.info[name][thrown.held] < bound).mean())
 
 
-def _of_thrown(failed: Callable[[dict[str, Floats]], Floats]) -> Callable[[Thrown], float]:
+def _of_thrown(failed: Callable[[Infos], Any]) -> Callable[[Thrown], float]:
     return lambda thrown: float((thrown.held & ~thrown.info["dropped"] & failed(thrown.info)).mean())
 
 
