@@ -92,8 +92,7 @@ def _sac(lesson: Lesson, marks: list[int]) -> Iterator[Figures]:
     with tempfile.TemporaryDirectory() as place:
         folder, settings = Path(place) / "run", hyperparameters("sac", ENV)
         model = build("sac", env, settings, lesson.seed)
-        RunFolder.create(folder, asked, settings, core.config, model)
-        run = RunFolder(folder)
+        run = RunFolder.create(folder, asked, settings, core.config, model)
         for mark in marks:
             quick = lesson.flight if mark <= lesson.share * marks[-1] else None
             began = time.process_time()
