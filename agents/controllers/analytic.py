@@ -1,4 +1,4 @@
-"""The analytic planner as it is: the object is a point at the cup, nothing drags, nothing is late."""
+"""The uncorrected analytic planner: the object is a point at the cup, without drag and without delay."""
 
 from __future__ import annotations
 

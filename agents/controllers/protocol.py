@@ -1,7 +1,7 @@
-"""What a controller is: it sees a pick, corrects the throw, and may learn from where the object landed.
+"""Protocol of controllers: a controller observes a pick, corrects the throw, and may learn from the landing.
 
-Evaluation, practice and the benchmark know only these types, and take every class that fits them for one of ours. All
-arrays hold one row per throw of a batch.
+Evaluation, practice and the benchmark know only these types, and accept every class that fits them. All arrays hold one
+row per throw of a batch.
 """
 
 from __future__ import annotations
@@ -23,35 +23,35 @@ State = Mapping[str, NDArray[Any]]
 @final
 @dataclass(frozen=True)
 class Observation:
-    """N coming picks as a controller sees them."""
+    """N coming picks as a controller observes them."""
 
     features: NDArray[np.float32]
-    """What the environment returned, (N, D)."""
+    """Observations of the environment (N, D)."""
     kind: Ints
-    """What the cell's classifier says the object is: index into the core's `item_names` (N,)."""
+    """Item of the object by the cell's classifier: index into the core's `item_names` (N,)."""
 
 
 @final
 @dataclass(frozen=True)
 class Outcome:
-    """N throws and what became of them."""
+    """Actions and results of N throws."""
 
     observation: Observation
     action: Actions
     error: Floats
-    """Errors in the coordinates that actions shift (N, E), by the names of the core's `Correction`; on the conveyor the
-    landing against the target, along and across the throw [m]. E is 0 where the core has no correction."""
+    """Errors in the coordinates that actions offset (N, E), by the names of the core's `Correction`; on the conveyor
+    the landing against the target, along and across the throw [m]. E is 0 where the core has no correction."""
     is_success: Bools
     cycle_time: Floats
-    """Pick to pick, with dwell [s]."""
+    """Time from pick to pick, with dwell [s]."""
     clipped: Bools
-    """The action was infeasible and another one was executed: nothing can be learned from it."""
+    """Whether the action was infeasible and another one was executed; such throws teach nothing."""
 
 
 class Controller(Protocol):
     """Corrects throws.
 
-    A class of your own inherits from it, or looks like it; inherited, `name` and `act` are all it needs:
+    A user's class inherits from `Controller` or has the same methods; a subclass needs only `name` and `act`:
 
         class Further(Controller):
             name = "further"
@@ -67,10 +67,10 @@ class Controller(Protocol):
     """
 
     name: str
-    """In tables and files."""
+    """Name in tables and files."""
 
     def reset(self, seed: int) -> None:
-        """Forget what was learned and reseed whatever is random; unless overridden there is nothing to forget."""
+        """Forget what was learned and reseed random numbers; the default does nothing."""
 
     @abstractmethod
     def act(self, observation: Observation) -> Actions:
@@ -78,25 +78,25 @@ class Controller(Protocol):
         ...
 
     def learn(self, outcome: Outcome) -> None:
-        """Take in the outcome of the throws of the last `act`; unless overridden nothing is learned."""
+        """Learn from the outcome of the throws of the last `act`; the default learns nothing."""
 
 
 @runtime_checkable
 class Learner(Controller, Protocol):
-    """A controller that gets better by throwing, and whose knowledge can be kept."""
+    """A controller that improves with throws, and whose knowledge can be saved."""
 
     def begin_practice(self, throws: int) -> None:
-        """Announce that about `throws` throws are for learning; it may explore until `end_practice`."""
+        """Begin about `throws` throws of practice; the controller may explore until `end_practice`."""
 
     def end_practice(self) -> None:
-        """Stop exploring and settle what was learned."""
+        """Stop exploring and settle the learned correction."""
 
     @abstractmethod
     def state(self) -> State:
-        """What was learned, as named arrays; independent of the level it was learned on."""
+        """Learned values as named arrays, independent of the level."""
         ...
 
     @abstractmethod
     def restore(self, state: State) -> None:
-        """Take over what another controller of the same name learned."""
+        """Load the state of another controller of the same name."""
         ...

@@ -17,18 +17,18 @@ from ..jobs.work import Job, key
 from .finding import Overview, Parts
 
 PAPERS: Final = {"hassan": "conveyor", "choe": "conveyor", "miyashita": "one_joint", "leveziel": "gripper"}
-"""Papers by the name of their folder in `papers/`, and whose levels they simulate."""
+"""Robot whose levels each paper simulates, by the name of the paper's folder in `papers/`."""
 
 
 class Paper(Protocol):
-    """What the package of a paper offers."""
+    """Interface of a paper's package."""
 
     SHORT: str
     """Authors and year."""
     PARTS: Parts
 
     def overview(self, rows: Mapping[str, Mapping[str, Any]]) -> Overview:
-        """What all parts show together; of the rows, by quantity, some may be missing."""
+        """Overview of all parts, from rows by quantity, some of which may be missing."""
         ...
 
 
@@ -36,7 +36,7 @@ def package(name: str) -> Paper:
     """Import the package of a paper.
 
     Raises:
-        UsageError: this is no checkout; an installed package holds no papers.
+        UsageError: this is no checkout; an installed package has no papers.
     """
     if not (SHIPPED / "papers" / name).is_dir():
         raise UsageError(f"{name} is reproduced in a checkout of pnt_gym, and {str(SHIPPED)!r} has no folder papers")
@@ -47,7 +47,7 @@ def jobs(name: str) -> list[Job]:
     """One job per part of a paper.
 
     Raises:
-        UsageError: as `package`.
+        UsageError: see `package`.
     """
     parts = package(name).PARTS
     files = ("pnt_gym/**/*.py", f"configs/cells/{PAPERS[name]}/*.yaml")
@@ -56,10 +56,10 @@ def jobs(name: str) -> list[Job]:
 
 
 def run_part(name: str, part: str, _folder: Path) -> dict[str, Any]:
-    """What a part of a paper finds.
+    """Run a part of a paper; its findings as JSON values.
 
     Raises:
-        PntGymError: the part could not be done, with its name.
+        PntGymError: the part failed; the message has its name.
     """
     try:
         found = package(name).PARTS[part]()
