@@ -60,7 +60,7 @@ def begins(observation: Observation) -> Bools:
 
 
 def is_told(core: Core) -> bool:
-    """Whether observations tell of the throw before and where a shift begins, whatever an action means."""
+    """Whether observations include the previous landing and the time in the shift."""
     table = getattr(getattr(core, "cell", None), "table", None)
     return table is not None and table.names[-1] == FEEDBACK[-1].name
 
@@ -77,11 +77,10 @@ def check_begins(env: Env, who: str) -> None:
 
 @final
 class Adaptive(Learner):
-    """A static policy, and a tracker that says how the shift is off.
+    """An MLP, corrected by a tracker of the drift; without a tracker the MLP alone, which does not adapt.
 
-    Practice is the static policy's: an MLP on what tells of the object, learned under whatever drift there is. Where
-    there is a tracker, kinds that were not practised have corrections of their own, and it learns from the others: what
-    a newcomer does changes nothing for them.
+    Practice trains the MLP on the features of the object, under the drift of the level. With a tracker, kinds that were
+    not practised have a separate correction each, and the tracker learns from known kinds alone.
 
     Args:
         name: name of the controller.

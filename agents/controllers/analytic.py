@@ -1,4 +1,4 @@
-"""The analytic planner as it is: the object is a point at the cup, nothing drags, nothing is late."""
+"""The analytic planner alone, for which the object is a point at the cup, without air drag and without delay."""
 
 from __future__ import annotations
 

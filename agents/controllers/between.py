@@ -1,7 +1,7 @@
-"""What stands between an environment and a policy: what it remembers of the shift, and a controller that it corrects.
+"""Wrappers between environment and policy: a memory of the shift, and a base controller.
 
-Training and evaluation go through it alike: a policy sees the last K observations of the shift, and what it says is
-added to the action of a controller that needs no practice. With K = 1 over `analytic` nothing stands between.
+Training and evaluation use the same wrapper. The wrapper stacks the last K observations of the shift, and adds the
+policy's action to that of a base controller, which needs no practice. With K = 1 over `analytic` it changes nothing.
 """
 
 from __future__ import annotations
@@ -79,12 +79,12 @@ class Between:
 
 
 def between(env: Env, stack: int, over: str) -> Between:
-    """What stands between an environment and a policy.
+    """Stacks the last K observations of the shift and adds the policy's action to that of a base controller.
 
     Args:
         env: the environment.
-        stack: observations that the policy sees at once.
-        over: name of the controller that it corrects.
+        stack: observations K that the policy sees at once.
+        over: name of the base controller.
 
     Raises:
         UsageError: it cannot, or not there.

@@ -103,12 +103,12 @@ class BucketTable(Learner):
 
 
 def mean_shift(correction: Correction) -> BucketTable:
-    """The mean of the shifts that would have been right, per item and place."""
+    """The mean of the offsets that would have been right, per item and place."""
     return BucketTable("mean_shift", correction, lambda count: 1.0 / count, share_all=True)
 
 
 def virtual_goal(correction: Correction, gain: float = 0.5) -> BucketTable:
-    """Iterative learning of a virtual goal, z_hat += K (z_d - z), per item and place (Miyashita 2010).
+    """Iterative learning (Miyashita 2010): the virtual goal moves by K times the error, per item and place.
 
     Raises:
         PntGymError: a gain outside (0, 2), where the update cannot converge.

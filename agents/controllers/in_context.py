@@ -1,8 +1,7 @@
-"""A tracker that has learned to learn: a recurrent network trained on shifts that were never thrown.
+"""The MLP minus the prediction of a recurrent network, which was trained on simulated shifts.
 
-From practice in a cell that does not drift it knows what a static policy leaves of a throw. On such throws, put in any
-order, it lays drifts as the shipped levels draw them, by the effect that each has on every throw: as many shifts as are
-asked for, from throws that are few.
+Practice in a cell without drift gives the errors that the MLP leaves. Training shuffles these throws and adds the
+effect of drifts, drawn as in the shipped levels. So a few throws make any number of shifts.
 """
 
 from __future__ import annotations

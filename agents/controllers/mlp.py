@@ -1,6 +1,6 @@
-"""A small network fitted to the same labels as the ridge: what supervised learning gets from a throw.
+"""A small network fitted to the labels of `ridge`: supervised learning from throws.
 
-With many throws it is the noise floor of the cell: what is left is what no observation tells.
+With very many throws its error is the floor: the part of the error that no observation explains.
 """
 
 from __future__ import annotations

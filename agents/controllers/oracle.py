@@ -1,7 +1,7 @@
-"""A controller that cheats: it simulates each throw with its hidden values before throwing it.
+"""Cheats: simulates each throw with its hidden values before throwing it.
 
-It bounds what a learner can reach: only what is drawn anew in every throw (the scatter of the release) is unknown to
-it, and beyond the range of an action it cannot go either.
+The oracle bounds every learner. Two errors remain: the scatter of the release, which is drawn anew in every throw, and
+throws that need an action beyond its range.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Uniform random corrections: what no controller may be worse than."""
+"""Uniform random corrections, which every other controller should beat."""
 
 from __future__ import annotations
 

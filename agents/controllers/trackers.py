@@ -63,7 +63,7 @@ class Nothing(Tracker):
 
 @final
 class RunningMean(Tracker):
-    """The mean of z over the shift, later ones counting more.
+    """The MLP minus the running mean of its errors in this shift; later throws count more.
 
     Args:
         rate: least weight of a new throw.
@@ -122,9 +122,9 @@ def effects(throws: Floats, camera_x: float) -> Floats:
 
 @final
 class Kalman(Tracker):
-    """Release delay, camera along x and y, and encoder, with the physical effect of each on every throw.
+    """The MLP minus the effect of valve delay, camera and encoder on this throw, which two Kalman filters estimate.
 
-    Two filters: one takes them for constant, the other lets them wander.
+    The state is valve delay, camera x, camera y and encoder. One filter assumes constants, the other slow drift.
 
     Args:
         camera_x: where the camera sees objects [m].
@@ -170,7 +170,7 @@ _COLUMNS: Final = [[one.name for one in FEATURES].index(name) for name in FOLLOW
 
 @final
 class RecursiveRidge(Tracker):
-    """Recursive least squares of z on features of the plan, without physics.
+    """The MLP minus a recursive ridge regression of its errors on features of the plan.
 
     Args:
         forget: weight of a throw against the one after it.
@@ -211,7 +211,7 @@ def _regressors(throws: Floats) -> Floats:
 
 @final
 class Known(Tracker):
-    """Cheats: reads the drift of the cells, and foresees its effect as `Kalman` does. Draught is beyond it.
+    """Cheats: reads the hidden drift, and corrects its effect as `kalman` does. It does not correct draught.
 
     Args:
         core: the cells.

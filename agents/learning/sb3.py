@@ -55,10 +55,9 @@ INNER: Final = re.compile(r"[\w.]+/(?:data\.pkl|data/\d+|version|byteorder|\.[\w
 
 @final
 class ThrownBuffer(ReplayBuffer):
-    """A memory of throws: what no action had a say in, a pick that failed or an object lost on the way, is not kept.
+    """A replay buffer of throws alone: a failed pick or a dropped object is replaced by another cell's throw.
 
-    In its place in a batch stands a throw of another row; a batch without any throw is not kept at all, but in an empty
-    memory, from which nothing could be drawn.
+    A batch without any throw is not kept. An empty buffer keeps even such a batch, because it needs something to draw.
     """
 
     def add(

@@ -45,8 +45,8 @@ class SameStepVecEnv(VecEnv):
 
     Args:
         env: the environment.
-        even: what no action had a say in, a pick that failed or an object lost on the way, gets the mean reward of the
-            throws beside it: for algorithms that keep no memory from which to leave it out.
+        even: a failed pick or a dropped object gets the mean reward of the throws of its step, and so has no gradient:
+            for algorithms without a replay buffer.
         price: of a second between decisions, taken off the reward beside what the environment itself takes off [1/s].
 
     Raises:

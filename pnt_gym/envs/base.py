@@ -48,15 +48,15 @@ ARGUMENTS: Final = """\
 | `max_episode_steps` | int or None | None | of the vector form: an episode's steps; `gymnasium.make` has a TimeLimit |
 | `disable_env_checker` | bool or None | None | of the vector form, which has no checker: True or None |
 
-`reset(options={"item": ..., "target": ...})` asks for the first throw of an episode: a name or an index of each, or of
-one. It is drawn until it is that; later throws come as always. In the vector form it is asked of every cell that is
-reset; the option `reset_mask`, a boolean array, says which."""
+`reset(options={"item": ..., "target": ...})` chooses item, target or both for the first throw of an episode, by name or
+index. The throw is drawn until it fits; later throws are drawn as always. In the vector form the request holds for
+every cell that is reset; the option `reset_mask`, a boolean array, says which cells are."""
 """Rows that the table of arguments has in every manual, and what can be asked of a reset."""
 NOTHING: Final[Mapping[str, Any]] = MappingProxyType({})
 
 
 class Behind(Protocol):
-    """What stands behind an environment: N rows that step together. `Core` is one, for whatever throws once a step."""
+    """The batched simulation behind an environment; row i is environment i. A `Core` throws once a step."""
 
     cell: Any
     config: Any

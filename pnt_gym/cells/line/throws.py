@@ -113,7 +113,7 @@ class TableThrows(Thrower):
 
 @final
 class ThrownThrows(Thrower):
-    """Thrown by conveyor cells that are as the robots.
+    """Simulates each throw in a conveyor cell configured like the robot.
 
     Args:
         configs: of each robot.
