@@ -28,52 +28,53 @@ from .learning.trained import setting
 class Arguments:
     """Collect throws of a controller and write them as a Minari dataset, which replays bit for bit.
 
-    Scores are given with it: 0 is what random actions are worth, 1 what an expert is. A dataset appears complete or not
-    at all, and what was interrupted goes on where it was; nothing is fetched, or sent but to the machines of --cluster.
+    The dataset includes two scores: random actions score 0, the expert scores 1. A dataset appears complete or not at
+    all, and an interrupted command continues where it stopped. Nothing is downloaded; throws are sent only to the
+    machines of --cluster.
     """
 
     controller: Annotated[str, tyro.conf.arg(metavar="NAME|expert|RUN_DIR|MODULE:CLASS|MODEL.zip")] = "random"
-    """Who throws: a controller's name, the expert, the folder of a training run, a class of your own, on a line a
+    """Controller that throws: a name, the expert, the folder of a training run, a class of your own, on a line a
     scorer's FILE.npz, or with --trust a model of others."""
     expert: Annotated[
-        str | None, option("the policy that ships, on a line guided_beam, elsewhere oracle", "NAME|RUN_DIR|...")
+        str | None, option("the shipped policy, on a line guided_beam, elsewhere oracle", "NAME|RUN_DIR|...")
     ] = None
-    """Whose mean return is the score 1; the shipped policy needs the extra rl, any other controller will do."""
+    """Controller whose mean return is the score 1."""
     trust: bool = False
-    """Load a stable-baselines3 model or an RL-Zoo folder, which runs whatever code is in it. Run folders need no trust:
-    they hold none."""
+    """Load a stable-baselines3 model or an RL-Zoo folder, which can run any code. Run folders hold no code and need no
+    trust."""
     env: Annotated[str | None, option("PnTRelease-v0, or that of the run folder", "ID|MODULE:ID")] = None
-    """Environment id; with MODULE:ID one that a module of yours registers."""
-    level: Annotated[str | None, option("waste, with --env that one's own", "NAME|FILE.yaml")] = None
+    """Environment id; MODULE:ID imports a module of yours first, which registers the id."""
+    level: Annotated[str | None, option("waste; with --env that environment's own", "NAME|FILE.yaml")] = None
     """A shipped level's name or a YAML file."""
     action_mode: Annotated[str | None, option("the environment's own, or that of the run folder", "MODE")] = None
-    """What an action means: one of the environment's action modes."""
+    """Action mode of the environment."""
     throws: int = 10_000
-    """Throws to collect, on a line decisions; the episode in which the last one falls is completed."""
+    """Throws to collect, on a line decisions; the last episode is completed."""
     seed: int = 0
-    """Names the throws; no training, practice or evaluation with any seed sees them."""
+    """Seed of the throws; no training, practice or evaluation with any seed sees these objects."""
     name: Annotated[str | None, option("pnt_gym/ENVIRONMENT/LEVEL-CONTROLLER-v0", "NAMESPACE/NAME-vN")] = None
-    """Of the dataset."""
+    """Name of the dataset."""
     root: Annotated[Path | None, option("MINARI_DATASETS_PATH, or ~/.minari/datasets", "DIR")] = None
     """The folder of all datasets."""
-    practice: Annotated[int | None, option("120, or 0 for one that ships knowing", "N")] = None
-    """Throws before for a controller that learns; others throw none."""
+    practice: Annotated[int | None, option("120, or 0 for a pre-trained one", "N")] = None
+    """Practice throws of a learning controller before the dataset; other controllers do not practise."""
     score_throws: int = 1000
-    """Throws by which random actions and the expert are scored, in whole episodes."""
+    """Throws of random actions and of the expert for the scores, in whole episodes."""
     author: str = "anonymous"
-    """Who makes the dataset."""
+    """Author of the dataset."""
     author_email: Annotated[str | None, option("none", "EMAIL")] = None
-    """How to reach them."""
+    """Mail address of the author."""
     code_permalink: Annotated[str | None, option("none", "URL")] = None
-    """Where the code lies that collected it, at its version."""
+    """Address of the code that collected the dataset, at its version."""
     num_envs: int = NUM_ENVS
-    """Cells simulated side by side; where actions are random, they depend on it."""
+    """Cells simulated side by side; random actions depend on this number."""
     jobs: int = 2
     """Processes side by side, one thread each; results do not depend on it."""
     cluster: Annotated[str | None, option("this machine alone", "HOST:PORT|auto")] = None
     """Let the machines of a Ray cluster throw, instead of --jobs processes here: the address of its head."""
     work: Annotated[Path | None, option("runs/dataset/NAME", "DIR")] = None
-    """Folder of what has been thrown, until the dataset is there."""
+    """Folder of the collected throws, until the dataset is complete."""
 
 
 def main(arguments: Arguments) -> None:

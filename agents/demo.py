@@ -21,12 +21,12 @@ PEERS: Final = {"analytic": ("analytic", 0), "virtual_goal": ("virtual_goal", PR
 
 @dataclass(frozen=True)
 class Arguments:
-    """Let the analytic planner and the trained policy that ships throw the same waste, and print what each is worth."""
+    """Let the analytic planner and the shipped policy throw the same waste, and compare the two."""
 
     picks: int = 64
-    """Throws of each."""
+    """Throws of each controller."""
     seed: int = 0
-    """Names the objects."""
+    """Seed of the objects."""
     threads: int = 2
     """Threads that simulate; results do not depend on it."""
 

@@ -17,7 +17,7 @@ from .ground.tables import console
 
 @dataclass(frozen=True)
 class Arguments:
-    """Throw held-out objects with one controller and say what it is worth in picks per minute."""
+    """Judge one controller on held-out objects, in sorted picks per minute."""
 
     controller: Annotated[str, tyro.conf.arg(metavar="NAME|RUN_DIR|MODULE:CLASS|MODEL.zip")]
     """A controller (analytic, analytic_height, mean_lead, mean_shift, virtual_goal, newton_goal, ridge, mlp, oracle,
@@ -25,42 +25,42 @@ class Arguments:
     or a scorer's FILE.npz), the folder of a training run, a class of your own, or with --trust a stable-baselines3
     model or the folder of an RL-Zoo training."""
     trust: bool = False
-    """Load a stable-baselines3 model or an RL-Zoo folder, which runs whatever code is in it. Run folders need no trust:
-    they hold none."""
+    """Load a stable-baselines3 model or an RL-Zoo folder, which can run any code. Run folders hold no code and need no
+    trust."""
     env: Annotated[str | None, option("PnTConveyor-v0, or that of the run folder", "ID|MODULE:ID")] = None
-    """Environment id; with MODULE:ID one that a module of yours registers."""
+    """Environment id; MODULE:ID imports a module of yours first, which registers the id."""
     level: Annotated[str | None, option("the environment's own, or that of the run folder", "NAME|FILE.yaml")] = None
     """A shipped level's name or a YAML file."""
     picks: Annotated[int | None, option("200; whole shifts on PnTAdapt-v0", "N")] = None
     """Throws to count."""
     shifts: Annotated[int | None, option("32", "N")] = None
-    """Shifts to count, of a line."""
+    """Work shifts to count, of a line."""
     release: Annotated[str | None, option("analytic", "NAME|RUN_DIR")] = None
-    """Who corrects the throws of a line that are simulated: a controller or a run folder of PnTRelease-v0."""
+    """Controller or run folder of PnTRelease-v0 that corrects the simulated throws of a line."""
     throws: Annotated[Literal["table", "flight", "full"] | None, option("the level's own", "table|flight|full")] = None
-    """What becomes of the throws of a line."""
+    """How a line finds the result of a throw: from a table of chances, a simulated flight, or robot and flight."""
     picture: Annotated[Path | None, option("none", "FILE.svg")] = None
-    """Draw who took what in the first minute of a line's first shift."""
+    """Draw the picks of each robot in the first minute of a line's first work shift."""
     video: Annotated[Path | None, option("none", "FILE.mp4")] = None
-    """Film the first 12 s of a line's first shift; with --throws full the throws are those that are judged."""
+    """Film the first 12 s of a line's first work shift; with --throws full the film shows the judged throws."""
     seed: int = 0
-    """Names the objects; training and practice never see them, whatever their seed."""
+    """Seed of the objects; training and practice see other objects, whatever their seed."""
     json: Annotated[Path | None, option("none", "FILE")] = None
     """Write all figures and every throw to this file."""
     num_envs: int = NUM_ENVS
-    """Cells simulated side by side; part of what a seed means."""
+    """Cells simulated side by side; the objects of a seed depend on this number."""
     threads: int = 2
     """Threads that simulate; results do not depend on it."""
-    practice: Annotated[int | None, option("120, or 0 with --load and for one that ships knowing", "N")] = None
-    """Throws before the evaluation for a controller that learns; others throw none."""
+    practice: Annotated[int | None, option("120, or 0 with --load and for a pre-trained one", "N")] = None
+    """Practice throws of a learning controller before the evaluation; other controllers do not practise."""
     online: bool = False
     """Go on learning during the evaluation."""
     action_mode: Annotated[str | None, option("the environment's own, or that of the run folder", "MODE")] = None
-    """What an action means: one of the environment's action modes, e.g. release_point, release_xyz, virtual_goal."""
-    load: Annotated[Path | None, option("nothing learned", "FILE.npz")] = None
-    """Start from what a learning controller saved to this .npz file."""
+    """Action mode of the environment, e.g. release_point, release_xyz or virtual_goal."""
+    load: Annotated[Path | None, option("no learned state", "FILE.npz")] = None
+    """Start from the state that a learning controller saved to this file."""
     save: Annotated[Path | None, option("none", "FILE.npz")] = None
-    """Save what a learning controller learned to this .npz file."""
+    """Save the learned state of a learning controller to this file."""
 
 
 def main(arguments: Arguments) -> None:

@@ -28,13 +28,13 @@ FAMILIES: Final[dict[str, type[LevelConfig]]] = {
 
 @dataclass(frozen=True)
 class Arguments:
-    """List the levels that ship with each family of environments, or print all that one of them says.
+    """List the shipped levels of each family of environments, or print a level in full.
 
-    A level of your own is a YAML file with only the differences: `base: waste` and what is to be another.
+    A level of your own is a YAML file of differences: `base: waste` and the keys to change.
     """
 
     show: Annotated[str | None, option("the list", "FAMILY/LEVEL")] = None
-    """A level, for instance PnT/waste, in full: every setting there is."""
+    """A level to print with every setting, for instance PnT/waste."""
 
 
 def main(arguments: Arguments) -> None:

@@ -28,16 +28,16 @@ RATE: Final = 60
 class Arguments:
     """Film a controller's throws, at true rate or slower, or show them in a window.
 
-    Blue dots are the planned flight, orange dots the flown one, green is the target.
+    Blue dots are the planned flight, orange dots the simulated flight, green is the target.
     """
 
     controller: Annotated[str, tyro.conf.arg(metavar="NAME|RUN_DIR|MODULE:CLASS|MODEL.zip")] = "analytic"
     """A controller's name, the folder of a training run, a class of your own, or with --trust a model of others."""
     trust: bool = False
-    """Load a stable-baselines3 model or an RL-Zoo folder, which runs whatever code is in it. Run folders need no trust:
-    they hold none."""
+    """Load a stable-baselines3 model or an RL-Zoo folder, which can run any code. Run folders hold no code and need no
+    trust."""
     env: Annotated[str | None, option("PnTConveyor-v0, or that of the run folder", "ID|MODULE:ID")] = None
-    """Environment id; with MODULE:ID one that a module of yours registers."""
+    """Environment id; MODULE:ID imports a module of yours first, which registers the id."""
     level: Annotated[str | None, option("the environment's own, or that of the run folder", "NAME|FILE.yaml")] = None
     """A shipped level's name or a YAML file."""
     video: Annotated[Path | None, option("none", "FILE.mp4")] = None
@@ -45,19 +45,19 @@ class Arguments:
     picture: Annotated[Path | None, option("none", "FILE.png")] = None
     """Write one picture of the first throw in flight here."""
     viewer: Annotated[Literal["native", "web"] | None, option("none", "native|web")] = None
-    """Show the throws live, with their figures, until the viewer is closed; level and controller can be changed there.
-    native opens a window, web serves a page for browsers, from a machine without a display too: anybody who reaches its
-    port can use it."""
+    """Show the throws live, with their figures, until the viewer is closed; the viewer can change level and controller.
+    native opens a window. web serves a page for browsers and needs no display; anybody who reaches its port can use
+    it."""
     throws: Annotated[Literal["table", "flight", "full"] | None, option("the level's own", "table|flight|full")] = None
-    """What becomes of the throws of a line."""
-    picks: Annotated[int | None, option("5; of a line those of 12 s", "N")] = None
+    """How a line finds the result of a throw: from a table of chances, a simulated flight, or robot and flight."""
+    picks: Annotated[int | None, option("5; on a line the decisions of 12 s", "N")] = None
     """Throws of a video, or decisions of a line."""
     at: float = 0.4
-    """Moment of the picture, after the throw's first motion, or of a line's shift [s]."""
+    """Moment of the picture, since the first motion of the throw, or since the begin of a line's work shift [s]."""
     slow: int = 1
-    """How many times slower than in truth the video runs."""
+    """Factor by which the video is slowed down."""
     seed: int = 0
-    """Names the objects."""
+    """Seed of the objects."""
 
 
 def main(arguments: Arguments) -> None:

@@ -30,15 +30,15 @@ LEVELS: Mapping[str, tuple[str, ...]] = dict.fromkeys(("PnTConveyor-v0", "PnTRel
 class Arguments:
     """Copy the policy of a run folder, evaluate it on held-out throws or shifts, film it, and write its card.
 
-    The copy is a run folder that `agents.evaluate` and `agents.play` take; training cannot go on from it.
+    evaluate and play take the copy like a run folder; training cannot continue from the copy.
     """
 
     folder: Annotated[Path, tyro.conf.Positional]
     """The run folder."""
     env: Annotated[str | None, option("that of the run folder", "MODULE:ID")] = None
-    """The environment, if a module of yours has to be imported for it."""
+    """The environment, where a module of yours registers it."""
     to: Path = MADE / "results" / "policies"
-    """Where policies are kept; the copy gets a folder of its own in it."""
+    """Folder of all policies; the copy becomes a folder inside."""
     levels: Annotated[
         tuple[str, ...] | None,
         option("waste unseen on the conveyor, elsewhere the level trained on", "LEVEL ..."),
@@ -47,13 +47,13 @@ class Arguments:
     picks: Annotated[int | None, option("1000", "N")] = None
     """Held-out throws per level."""
     shifts: Annotated[int | None, option("100", "N")] = None
-    """Held-out shifts per level, of a policy that chooses at a line."""
+    """Held-out work shifts per level, for a policy of a line."""
     seed: int = 0
-    """Names the held-out objects."""
+    """Seed of the held-out objects."""
     onnx: bool = True
     """Write policy.onnx, the policy for runtimes in other languages and on other machines."""
     video: bool = True
-    """Write replay.mp4, a film of some throws, or of a line at work, which needs an OpenGL library."""
+    """Write replay.mp4, a film of some throws or of a line at work; this needs an OpenGL library."""
 
 
 def main(arguments: Arguments) -> None:

@@ -18,22 +18,22 @@ from .training.table import show_table
 
 @dataclass(frozen=True)
 class Arguments:
-    """Train an agent to correct the analytic planner's throws, or to choose what comes next on a line; compare."""
+    """Train a policy that corrects the planner's throws, or that chooses the next object of a line; compare both."""
 
     env: Annotated[str | None, option("PnTConveyor-v0", "ID|MODULE:ID")] = None
-    """Environment id; with MODULE:ID one that a module of yours registers."""
+    """Environment id; MODULE:ID imports a module of yours first, which registers the id."""
     level: Annotated[str | None, option("waste at the conveyor, elsewhere nominal", "NAME|FILE.yaml")] = None
     """A shipped level's name or a YAML file."""
     fidelity: Annotated[Literal["full", "flight"] | None, option("the level's own", "full|flight")] = None
-    """What is simulated to learn from: flight is several times as fast, and is judged in the level's own fidelity."""
+    """Simulation during training: flight is several times as fast. The policy is judged in the level's own fidelity."""
     full_last: Annotated[int | None, option("0", "N")] = None
     """With --fidelity flight: the last N throws are simulated in full."""
     algo: Annotated[Algorithm | None, option("sac; residual_ppo on a line", "|".join((*RESIDUAL, *MASKED)))] = None
-    """Learning algorithm; the last two choose, on a line."""
-    steps: Annotated[int | None, option("n_timesteps of --config, or as the resumed run was asked for", "N")] = None
-    """Throws in all, counting those before a resume; rounded up to whole batches. On a line decisions."""
+    """Learning algorithm; the last two are for masked discrete actions, on a line."""
+    steps: Annotated[int | None, option("n_timesteps of --config, or those of the resumed run", "N")] = None
+    """Throws in total, with those before a resume, rounded up to whole batches; on a line decisions."""
     seed: Annotated[int | None, option("0", "S")] = None
-    """Of the networks, the exploration and the objects thrown."""
+    """Seed of networks, exploration and objects."""
     out: Annotated[Path | None, option("runs/ENV-LEVEL-ALGO-seedS-TIME", "DIR")] = None
     """Run folder."""
     resume: Annotated[Path | None, option("a new run", "DIR")] = None
@@ -43,18 +43,18 @@ class Arguments:
     threads: int = 2
     """Threads that simulate; results do not depend on it."""
     action_mode: Annotated[str | None, option("the environment's own", "MODE")] = None
-    """What an action means: one of the environment's action modes, e.g. release_point, release_xyz, virtual_goal."""
+    """Action mode of the environment, e.g. release_point, release_xyz or virtual_goal."""
     checkpoint_every: Annotated[int | None, option("2000; 125000 on a line", "N")] = None
     """Throws between checkpoints, from which the run can be continued."""
     config: Annotated[Path | None, option("configs/rl/ALGO.yml", "FILE.yml")] = None
-    """Hyperparameters in RL-Zoo syntax; also one that ships, such as configs/rl/residual_ppo_long.yml."""
+    """Hyperparameters in RL-Zoo syntax: a file of yours, or a shipped one such as configs/rl/residual_ppo_long.yml."""
     eval_picks: Annotated[int | None, option("320; 32 shifts on a line", "N")] = None
-    """Held-out throws per controller in the table at the end, on a line shifts; 0 for no table."""
+    """Held-out throws per controller in the final table, on a line work shifts; 0 for no table."""
     stack: Annotated[int | None, option("1", "K")] = None
-    """Observations that the policy sees at once, the last ones of the shift; more than 1 on PnTAdapt-v0."""
+    """Last observations of the shift that the policy sees at once; more than 1 only on PnTAdapt-v0."""
     over: Annotated[str | None, option("analytic", "CONTROLLER")] = None
-    """The policy's action is added to that of this controller, which needs no practice, e.g. static or kalman: learning
-    begins at its throws."""
+    """Base controller, e.g. static or kalman: the policy's action is added to the action of this controller, which must
+    need no practice."""
     tensorboard: bool = False
     """Also log losses for TensorBoard, in the run folder."""
 

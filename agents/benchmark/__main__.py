@@ -22,8 +22,8 @@ from .run import jobs
 class Arguments:
     """Let every controller of a plan learn, throw the same held-out objects, and compare them throw by throw.
 
-    Those of a line work the same held-out shifts, and are compared shift by shift.
-    Finished pieces are kept and not done again, so an interrupted benchmark goes on where it was.
+    Controllers of a line are compared work shift by work shift. Finished pieces are kept, so an interrupted benchmark
+    continues where it stopped.
     """
 
     config: Path = SHIPPED / "configs" / "benchmark.yaml"
@@ -33,7 +33,7 @@ class Arguments:
     cluster: Annotated[str | None, option("this machine alone", "HOST:PORT|auto")] = None
     """Let the machines of a Ray cluster do the work, instead of --jobs processes here: the address of its head."""
     out: Annotated[Path | None, option("results/NAME.json with the plan's name", "FILE")] = None
-    """Where all figures and throws go."""
+    """File for all figures and throws."""
     work: Annotated[Path | None, option("runs/benchmark/NAME", "DIR")] = None
     """Folder of the finished pieces."""
 

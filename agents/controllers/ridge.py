@@ -1,4 +1,4 @@
-"""Ridge regression of the error on quadratic features, in closed form: the simple learner that a network has to beat."""
+"""Ridge regression of errors on quadratic features, in closed form: the simple learner that a network has to beat."""
 
 from __future__ import annotations
 

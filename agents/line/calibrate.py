@@ -27,18 +27,18 @@ MOST_EMPTY = 200
 
 @dataclass(frozen=True)
 class Arguments:
-    """Throw whatever comes along a line, and count what ends in its bin: by item, speed setting and distance."""
+    """Throw the objects of a line in the full physics, and count successes by item, speed setting and distance."""
 
     level: Annotated[str, tyro.conf.arg(metavar="NAME|FILE.yaml")] = "single"
     """A shipped level's name or a YAML file."""
     throws: int = 5000
     """Throws to count."""
     seed: int = 0
-    """Names the objects."""
+    """Seed of the objects."""
     out: Annotated[Path | None, option("beside the shipped levels", "FILE.json")] = None
-    """Where the table goes; a level names it as `chances`."""
+    """File of the table; a level names this file as `chances`."""
     num_envs: int = NUM_ENVS
-    """Lines side by side; part of what a seed means."""
+    """Lines simulated side by side; the objects of a seed depend on this number."""
     threads: int = 2
     """Threads that simulate; results do not depend on it."""
 

@@ -36,24 +36,24 @@ TAUGHT = 1000
 
 @dataclass(frozen=True)
 class Arguments:
-    """Collect what a planner of a line decides, teach a scorer to choose alike, and compare both with the ATC rule."""
+    """Collect decisions of a planner of a line, train a scorer to imitate them, and compare both with the rule atc."""
 
     level: Annotated[str, tyro.conf.arg(metavar="NAME|FILE.yaml")] = "single"
-    """A shipped level's name or a YAML file; throws go by its table."""
+    """A shipped level's name or a YAML file; the level needs a table of throws."""
     of: Literal["beam", "price_beam", "joint_beam", "pair"] = "beam"
-    """Whose decisions are learned."""
+    """Planner to imitate."""
     shifts: int = 64
-    """Shifts in which the planner tells what it would do."""
+    """Work shifts with decisions of the planner."""
     rounds: int = 2
-    """In the first round the planner works; in each later one what was learned until then does."""
+    """Rounds of work shifts: the planner acts in the first round, the scorer in each later round."""
     hidden: tuple[int, ...] = (64, 64)
     """Widths of the scorer's layers."""
     seed: int = 0
-    """Names the shifts of the lesson, which no evaluation sees; and the weights."""
+    """Seed of the weights and of the work shifts, which no evaluation uses."""
     out: Annotated[Path | None, option("runs/OF-LEVEL.npz", "FILE.npz")] = None
-    """Where the scorer goes; `evaluate --controller FILE.npz` works with it."""
+    """File of the scorer, for `evaluate --controller FILE.npz`."""
     eval_shifts: int = ShiftTrial.usual
-    """Held-out shifts of each controller in the table at the end; 0 for no table."""
+    """Held-out work shifts of each controller in the final table; 0 for no table."""
 
 
 def main(arguments: Arguments) -> None:

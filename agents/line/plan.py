@@ -28,40 +28,40 @@ from .calibrate import calibrated
 
 @dataclass(frozen=True)
 class Arguments:
-    """Sweep robots, belt speeds and speed limits over one stream of objects, and say what reaches a recovery."""
+    """Sweep robots, belt speeds and speed limits over one stream of objects; name the plans that reach a recovery."""
 
     level: Annotated[str, tyro.conf.arg(metavar="NAME|FILE.yaml")] = "skills3"
     """A shipped level's name or a YAML file; its stream, items, bins and values are kept."""
     recovery: float = 0.95
-    """Share of all objects that is to be sorted."""
+    """Recovery to reach: share of all objects that are sorted."""
     robots: tuple[int, ...] = (1, 2, 3, 4)
-    """Numbers of robots to try: the first ones of the level; more of them are as its last one, as far apart."""
+    """Numbers of robots to try: the first robots of the level; further robots copy the last one, equally spaced."""
     speeds: Annotated[tuple[float, ...] | None, option("that of the level", "M/S ...")] = None
-    """Belt speeds to try [m/s]; as much comes on any of them."""
+    """Belt speeds to try [m/s]; every speed brings the same number of objects a second."""
     percents: Annotated[tuple[float, ...] | None, option("those of the level", "PERCENT ...")] = None
     """Limits of the robots to try [% of V, A and J]."""
     skills: tuple[Literal["level", "all"], ...] = ("level",)
-    """Skills to try: those of the level, or every robot takes all that its bins take."""
+    """Skills to try: those of the level, or all items that the bins of a robot take."""
     minutes: float = 2.0
-    """Length of a shift."""
+    """Length of a work shift."""
     shifts: int = 16
-    """Shifts for each plan."""
+    """Work shifts for each plan."""
     burst: Annotated[float | None, option("the level's own", "SHAPE")] = None
-    """Shape of the gamma distribution of the gaps between objects: 1 is Poisson, less comes in bursts."""
-    down: Annotated[str | None, option("nobody", "ROBOT:MINUTES")] = None
-    """A robot that stands still for some minutes from the middle of the shift on."""
+    """Shape of the gamma distribution of the gaps between objects: 1 is a Poisson stream, less means bursts."""
+    down: Annotated[str | None, option("no robot", "ROBOT:MINUTES")] = None
+    """A robot that stands still for some minutes, from the middle of the work shift on."""
     controller: str = "price"
-    """Who decides: one of fifo, spt, value_rate, atc, price, pair, beam, price_beam, joint_beam, guided_beam."""
+    """Dispatcher: one of fifo, spt, value_rate, atc, price, pair, beam, price_beam, joint_beam, guided_beam."""
     throws: int = 1000
-    """Throws in the full physics from which chances are counted where nobody has done that."""
+    """Throws in the full physics for a missing table of chances."""
     seed: int = 0
-    """Names the objects."""
+    """Seed of the objects."""
     json: Annotated[Path | None, option("none", "FILE")] = None
     """Write all plans to this file."""
     picture: Annotated[Path | None, option("none", "FILE.svg")] = None
     """Draw recovery over belt speed."""
     tables: Path = Path("runs") / "chances"
-    """Where tables of throws are kept that do not ship."""
+    """Folder of tables of throws that are not shipped."""
     threads: int = 2
     """Threads that simulate."""
 

@@ -36,26 +36,26 @@ HEAD: Final = (
 
 @dataclass(frozen=True)
 class Arguments:
-    """Find the settings of rules and planners of a line, on shifts that no evaluation sees."""
+    """Find the settings of rules and planners of a line, on work shifts that no evaluation uses."""
 
     level: Annotated[str, tyro.conf.arg(metavar="NAME|FILE.yaml")] = "single"
-    """A shipped level's name or a YAML file; throws go by its table."""
+    """A shipped level's name or a YAML file; the level needs a table of throws."""
     what: tuple[What, ...] = field(default=("atc", "price"))
-    """What to find settings for: patience of atc, patience and share of price, price of time of the beams, share of
-    price_beam too, the weights of an index, by evolution, or what guided_beam makes of its plans."""
+    """Controllers to tune: patience of atc; patience and share of price; price of time of the beams, and share of
+    price_beam; the weights of an index, by evolution; the weight of a plan in guided_beam."""
     shifts: int = 64
-    """Shifts that every setting works; settings are kept only from 32 on."""
+    """Work shifts for every setting; with fewer than 32 no setting is kept."""
     generations: int = 40
-    """Of the search for an index."""
+    """Generations of the search for an index."""
     go_on: bool = False
-    """Begin that search at the index that ships for the level instead of at the ATC rule; with another --seed it has
-    other shifts."""
+    """Begin the search for an index at the shipped index of the level instead of at the rule atc; another --seed gives
+    other work shifts."""
     seed: int = 0
-    """Names the shifts."""
+    """Seed of the work shifts."""
     out: Annotated[Path | None, option("configs/line_rules.yaml", "FILE.yaml")] = None
-    """Where the settings are kept, by level; others there stay."""
+    """File of the settings, by level; settings of other levels stay."""
     json: Annotated[Path | None, option("none", "FILE")] = None
-    """Write every setting that was tried, and what it brought in each shift, to this file."""
+    """Write every tried setting, and its value in each work shift, to this file."""
 
 
 def main(arguments: Arguments) -> None:

@@ -26,7 +26,7 @@ ALL = "all"
 class Arguments:
     """Compute a paper's figures anew and print them beside the published ones.
 
-    Finished parts are kept until the code changes, so an interrupted reproduction goes on where it was.
+    Finished parts are kept until the code changes, so an interrupted reproduction continues where it stopped.
     """
 
     paper: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="|".join((*PAPERS, ALL)))]
@@ -38,9 +38,9 @@ class Arguments:
     jobs: Annotated[int | None, option("number of CPUs", "N")] = None
     """Processes side by side, one thread each."""
     only: Annotated[tuple[tuple[str, ...], ...], tyro.conf.UseAppendAction, option("all parts", "PART ...")] = ()
-    """Names of the parts to do; may be given more than once."""
+    """Names of the parts to compute; may be given more than once."""
     fresh: bool = False
-    """Compute everything, finished parts too."""
+    """Compute every part again, finished parts too."""
     work: Annotated[Path | None, option("runs/reproduce", "DIR")] = None
     """Folder of the finished parts."""
 
