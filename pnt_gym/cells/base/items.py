@@ -53,20 +53,20 @@ class Item(Section):
         com_depth: depth of the centre of mass below the top, as a share of the height.
         seal_force: holding force F0 of the suction cup on this surface in N, greater than the weight; None where no cup
             holds it.
-        container: it may carry a residue.
+        container: whether the item may carry a residue.
         friction: sliding friction coefficient.
         rolling_friction: longest arm in m at which a contact can oppose rolling (MuJoCo's rolling friction).
         restitution: rebound speed over impact speed, 0 to 1.
-        upright: whether claws take it with its first axis up instead of across them.
-        pad_friction: friction against the pads of claws; None: that of its sliding.
-        opening_delay: at m = 1 claws that hold it begin to open this much late, in s.
-        oversize: at m = 1 it is larger by this share than the planner of the claws thinks.
-        cup_radius: of the suction cup that is made for it, in m; no wider than the item is across. None: 0.018, or four
-            fifths of the item's width where that is less.
-        pick_chance: that a suction cup well inside its outline seals on it, where picks may fail.
-        clings: at m = 1 a wet or sticky face leaves the suction cup this much later than its vacuum explains, in s.
-        surface: under a suction cup; gives friction and the safety that a grip should have, see `grip.SURFACES`.
-        source: one line: where the numbers come from, or what is assumed and why.
+        upright: whether claws take the item with its first axis up; if not, the first axis lies across the claws.
+        pad_friction: friction against the pads of claws; None: as `friction`.
+        opening_delay: delay of the opening of claws that hold the item, at m = 1, in s.
+        oversize: share by which the item is larger than the planner of the claws assumes, at m = 1.
+        cup_radius: radius of the item's suction cup, in m; no wider than the item. None: 0.018, or four fifths of the
+            item's width where that is less.
+        pick_chance: chance that a suction cup well inside the outline seals, where picks may fail.
+        clings: additional release delay of a wet or sticky face, at m = 1, in s.
+        surface: surface under a suction cup, which gives friction and advised safety, see `grip.SURFACES`.
+        source: one line: the source of the numbers, or the assumptions and their reasons.
     """
 
     model_config = ConfigDict(allow_inf_nan=False)
