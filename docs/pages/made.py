@@ -19,7 +19,7 @@ from agents.ground.outputs import deliver_text
 from agents.ground.places import SHIPPED as ROOT
 from agents.report.readme import with_blocks
 
-from . import cite, commands, controllers, environments, examples, items, levels, papers, results
+from . import cite, commands, controllers, environments, examples, items, levels, papers, results, throw
 
 DOCS: Final = ROOT / "docs"
 MADE: Final[Mapping[str, Callable[[str], str]]] = {
@@ -38,11 +38,14 @@ MADE: Final[Mapping[str, Callable[[str], str]]] = {
     "item-keys": items.keys,
     "level-files": levels.files,
     "settings": levels.settings,
+    "throw": throw.stages,
     "parts": papers.parts,
     "chapter": results.chapter,
     "verdicts": results.verdicts,
 }
 """What can be made, by name; each takes the rest of its line."""
+DRAWN: Final[Mapping[str, Callable[[], str]]] = {"pictures/throw.svg": throw.drawing}
+"""Drawings of the pages, by their place."""
 SITE_ALONE: Final[Mapping[str, Callable[[str, Path], str]]] = {"chapter": results.pointer}
 """Long text that stands elsewhere in the repository: what a page has in its place, by the text and the page."""
 BLOCK: Final = re.compile(r"^<!-- made: (\S+) ?(.*?) ?-->\n(.*?)^<!-- /made -->$", re.MULTILINE | re.DOTALL)
@@ -78,14 +81,12 @@ def pages() -> list[Path]:
 
 
 def write_pages() -> list[Path]:
-    """Write the marked blocks of all pages anew; return the pages that changed."""
-    changed: list[Path] = []
-    for page in pages():
-        text = page.read_text(encoding="utf-8")
-        new = written(text, page)
-        if new != text:
-            deliver_text(page, new)
-            changed.append(page)
+    """Write the marked blocks of all pages and the drawings anew; return the files that changed."""
+    texts = {page: written(page.read_text(encoding="utf-8"), page) for page in pages()}
+    texts |= {DOCS / name: draw() for name, draw in DRAWN.items()}
+    changed = [file for file, text in texts.items() if not file.is_file() or file.read_text(encoding="utf-8") != text]
+    for file in changed:
+        deliver_text(file, texts[file])
     return changed
 
 

@@ -35,7 +35,9 @@ def names(text):
 def test_every_shipped_level_is_in_its_table_and_its_file_is_shown(family):
     config, table, files = FAMILIES[family], levels.listed(family), levels.files(family)
     assert sorted(names(table)) == sorted(config.level_names())
-    headings = [re.sub(r"[^\w\- ]", "", line[4:]).replace(" ", "-") for line in files.splitlines() if line[:4] == "### "]
+    headings = [
+        re.sub(r"[^\w\- ]", "", line[4:]).replace(" ", "-") for line in files.splitlines() if line[:4] == "### "
+    ]
     assert sorted(re.findall(r"\(#(.*?)\)", table)) == sorted(headings)
     assert "| `waste` |" in table or family != "PnT"  # what `tight` differs from
 
@@ -171,9 +173,10 @@ def test_a_page_holds_what_is_made(page):
 
 
 def test_a_written_page_replaces_what_was_there():
-    stale = "# A\n\n<!-- made: levels PnT -->\nold\n<!-- /made -->\n\n<!-- table:benchmark -->\nold\n<!-- /table -->\n"
+    marks = (("<!-- made: levels PnT -->", "<!-- /made -->"), ("<!-- table:benchmark -->", "<!-- /table -->"))
+    stale = "".join(f"{begin}\nformer text\n{end}\n" for begin, end in marks)
     fresh = made.written(stale, DOCS / "a.md")
-    assert "old" not in fresh
+    assert "former text" not in fresh
     assert f"<!-- made: levels PnT -->\n{levels.listed('PnT')}\n<!-- /made -->\n" in fresh
     assert "| analytic |" in fresh
 
