@@ -141,10 +141,10 @@ def function(name: str) -> Any:
 def stages(_: str) -> str:
     """A table of the stages, with the functions of each."""
     rows = [
-        (str(number), stage.name, ", ".join(f"`{_called(name)}`" for name in stage.functions), stage.text)
+        (f"{number}. {stage.name}", ", ".join(f"`{_called(name)}`" for name in stage.functions), stage.text)
         for number, stage in enumerate(STAGES, 1)
     ]
-    return table(("", "stage", "functions", "what happens"), rows)
+    return table(("stage", "functions", "what happens"), rows)
 
 
 def _called(name: str) -> str:
