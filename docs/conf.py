@@ -27,7 +27,7 @@ extensions = [
 exclude_patterns = ["_build"]
 
 # Pages are Markdown; the tour is a notebook, which the build runs.
-myst_enable_extensions = ["colon_fence"]
+myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
 nb_execution_mode = "force"
 nb_execution_timeout = 300

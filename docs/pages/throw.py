@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import importlib
+import pkgutil
 from dataclasses import dataclass
 from html import escape
+from operator import attrgetter
 from typing import Any, Final
 
 from .marks import table
@@ -132,10 +134,16 @@ def function(name: str) -> Any:
         AttributeError, ModuleNotFoundError: there is no such function.
     """
     module, _, path = name.partition(":")
-    value: Any = importlib.import_module(module)
-    for part in path.split("."):
-        value = getattr(value, part)
-    return value
+    return attrgetter(path)(importlib.import_module(module))
+
+
+def resolve(name: str) -> Any:
+    """What a dotted name is: a module, a class, a function, or an attribute of one.
+
+    Raises:
+        AttributeError, ModuleNotFoundError: there is nothing of this name.
+    """
+    return pkgutil.resolve_name(name)
 
 
 def stages(_: str) -> str:
