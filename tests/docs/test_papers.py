@@ -4,7 +4,8 @@ import re
 
 import pytest
 
-from agents.reproduce.papers import PAPERS, package
+from agents.reproduce.__main__ import PARTS_HELP
+from agents.reproduce.papers import PAPERS, PART_NAMES, package
 from docs.pages import made
 from docs.pages.throw import resolve
 
@@ -31,3 +32,9 @@ def test_functions_and_parts_of_a_papers_table_exist(paper):
 def test_a_name_that_does_not_exist_is_an_error():
     with pytest.raises(AttributeError):
         resolve("papers.hassan.nlp.nothing")
+
+
+@pytest.mark.parametrize("paper", PAPERS)
+def test_the_help_names_the_parts_that_there_are(paper):
+    assert PART_NAMES[paper] == tuple(package(paper).PARTS)
+    assert f"{paper.capitalize()}: {', '.join(PART_NAMES[paper])}." in PARTS_HELP
