@@ -1,4 +1,4 @@
-"""Every baseline and agent, by name or from elsewhere, behind one protocol."""
+"""Every controller, by name, from a run folder, or from a module of the user."""
 
 from __future__ import annotations
 

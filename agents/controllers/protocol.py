@@ -1,7 +1,7 @@
-"""What a controller is: it sees a pick, corrects the throw, and may learn from where the object landed.
+"""The protocol of controllers: a controller sees a pick, corrects the throw, and may learn from its landing.
 
-Evaluation, practice and the benchmark know only these types, and take every class that fits them for one of ours. All
-arrays hold one row per throw of a batch.
+Evaluation, practice and the benchmark use only these types, and accept every class with the same methods. All arrays
+hold one row per throw of a batch.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ class Observation:
     features: NDArray[np.float32]
     """What the environment returned, (N, D)."""
     kind: Ints
-    """What the cell's classifier says the object is: index into the core's `item_names` (N,)."""
+    """Seen class of each object: index into the core's `item_names` (N,)."""
 
 
 @final
 @dataclass(frozen=True)
 class Outcome:
-    """N throws and what became of them."""
+    """N throws and their outcomes."""
 
     observation: Observation
     action: Actions
@@ -45,13 +45,13 @@ class Outcome:
     cycle_time: Floats
     """Pick to pick, with dwell [s]."""
     clipped: Bools
-    """The action was infeasible and another one was executed: nothing can be learned from it."""
+    """The action was infeasible and a shortened one was carried out: a learner skips this throw."""
 
 
 class Controller(Protocol):
     """Corrects throws.
 
-    A class of your own inherits from it, or looks like it; inherited, `name` and `act` are all it needs:
+    A class of your own inherits from `Controller`, or has the same methods. A subclass needs only `name` and `act`:
 
         class Further(Controller):
             name = "further"
@@ -70,7 +70,7 @@ class Controller(Protocol):
     """In tables and files."""
 
     def reset(self, seed: int) -> None:
-        """Forget what was learned and reseed whatever is random; unless overridden there is nothing to forget."""
+        """Forget the learned state and seed random numbers anew; by default there is no state."""
 
     @abstractmethod
     def act(self, observation: Observation) -> Actions:
@@ -78,25 +78,25 @@ class Controller(Protocol):
         ...
 
     def learn(self, outcome: Outcome) -> None:
-        """Take in the outcome of the throws of the last `act`; unless overridden nothing is learned."""
+        """Learn from the outcome of the throws of the last `act`; by default nothing is learned."""
 
 
 @runtime_checkable
 class Learner(Controller, Protocol):
-    """A controller that gets better by throwing, and whose knowledge can be kept."""
+    """A controller that learns from throws, and whose learned state can be saved."""
 
     def begin_practice(self, throws: int) -> None:
-        """Announce that about `throws` throws are for learning; it may explore until `end_practice`."""
+        """Begin a practice of about `throws` throws; the controller may explore until `end_practice`."""
 
     def end_practice(self) -> None:
-        """Stop exploring and settle what was learned."""
+        """End the practice: stop exploring and settle the learned state."""
 
     @abstractmethod
     def state(self) -> State:
-        """What was learned, as named arrays; independent of the level it was learned on."""
+        """The learned state, as named arrays, independent of the level of the practice."""
         ...
 
     @abstractmethod
     def restore(self, state: State) -> None:
-        """Take over what another controller of the same name learned."""
+        """Take over the learned state of another controller of the same name."""
         ...

@@ -50,7 +50,7 @@ class Episode:
     first throw, NaN. What a reset tells as well, such as `kind`, is of the coming throw everywhere; if that is several
     numbers, (T + 1, ...) of their own type."""
     hidden: Mapping[str, Floats]
-    """What no observation tells of the throws, by name (T,)."""
+    """Hidden values of the throws, by name (T,)."""
     figures: Mapping[str, Any] = field(default_factory=dict)
     """What the whole episode came to, numbers or lists of them, where its end tells it."""
 

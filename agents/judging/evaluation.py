@@ -1,4 +1,4 @@
-"""The one way to judge: one controller in an environment, or several on the same held-out units."""
+"""Judging: one controller in an environment, or several controllers on the same held-out units."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def evaluate(
     progress: Callable[[str, int], object] | None = None,
     **options: Any,
 ) -> dict[str, Any]:
-    """What a policy is worth on held-out objects: the figures and throws that `agents.evaluate --json` writes.
+    """Judge a policy on held-out objects; return the figures and throws that `agents.evaluate --json` writes.
 
         def policy(observations):  # (N, D) to actions (N, A) within [-1, 1]; zero is the planner's own throw
             return np.zeros((len(observations), 2))
@@ -46,7 +46,7 @@ def evaluate(
             1 for a single environment.
         picks: throws to count, at least 1, or work shifts of a line; None for 32 of those, for 200 throws, or for a
             whole episode of every row where what a throw teaches pays later in it.
-        seed: names the objects; no training or practice with any seed sees them.
+        seed: of the objects; no training or practice with any seed sees these objects.
         practice: throws before for one that learns; None for 120 if `policy` is a name that knows nothing, else none.
         online: go on learning during the evaluation.
         trust: run the code in an RL-Zoo folder or a model.zip that `policy` names.

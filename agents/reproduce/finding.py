@@ -1,4 +1,4 @@
-"""What a reproduction finds: figures beside the published ones, with verdicts that are computed and never typed."""
+"""The results of a reproduction: figures beside the published ones, with computed verdicts."""
 
 from __future__ import annotations
 
@@ -138,7 +138,7 @@ def share(published: float, part: float) -> float:
 @final
 @dataclass(frozen=True)
 class Findings:
-    """What one part of a reproduction found.
+    """The results of one part of a reproduction.
 
     Attributes:
         rows: published beside reproduced figures.

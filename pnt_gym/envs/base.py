@@ -1,4 +1,4 @@
-"""What a Gymnasium facade over a core is, and the one for a single cell."""
+"""The Gymnasium facade over a core, and the facade of a single cell."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ def completed(own: str, family: str) -> str:
 
 
 class Facade:
-    """Abstract: what single and vector environments have in common.
+    """Abstract: the common part of single and vector environments.
 
     An environment pickles and copies with its state: the physics is a pure function of it, so a copy goes on as the
     original would. Views stay behind: a copy opens its own when it is asked for a picture.
@@ -190,7 +190,7 @@ class Facade:
 
 
 class CoreEnv(Facade, gym.Env[Observation, NDArray[Any]]):  # pyright: ignore[reportIncompatibleVariableOverride]
-    """Abstract: one row of what stands behind. Subclasses say what that is.
+    """Abstract: one row of a batched core. Subclasses make the core.
 
     Args:
         level: of the cell.

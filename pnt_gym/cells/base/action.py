@@ -1,4 +1,4 @@
-"""Actions: how a robot reads them, how they become a plan that it can carry out, and what they mean to a learner."""
+"""Actions: their meaning for a robot, their feasible plans, and their meaning for a learner."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def mode_of(modes: Modes, name: str) -> ActionMode[Any, Any, Any]:
 def corrected(
     mode: ActionMode[PlannerT, ContextT, PlansT], planner: PlannerT, context: ContextT, actions: Floats, scale: Floats
 ) -> tuple[PlansT, Bools]:
-    """Feasible plans for actions, and which of their residuals had to be shortened for them (N,).
+    """Feasible plans for actions, and a mask of the residuals that had to be shortened (N,).
 
     A residual without a feasible plan is shortened to the longest part that has one, by bisection; the nominal plan is
     feasible by construction, so shortening towards it ends at a feasible plan.
@@ -111,8 +111,8 @@ def corrected(
 class Correction:
     """How the E numbers of an action shift the E errors of a throw.
 
-    Where each number of an action moves one measured error one to one, a throw that went wrong says by itself what
-    would have been right: what was asked for minus the error that came out.
+    Each number of an action shifts one measured error one to one. So one throw shows the right offset: the offset of
+    its action minus its error.
     """
 
     errors: tuple[str, ...]
@@ -120,13 +120,13 @@ class Correction:
     scale: Floats
     """How far an action of 1 moves each error (E,), in the error's unit."""
     exploration: Floats
-    """Standard deviation of the shifts that a learner adds in practice (E,), in the errors' units."""
+    """Standard deviation of the offsets that a learner adds in practice (E,), in the errors' units."""
     tolerance: Floats
-    """Errors that count alike (E,), in their own units: the size of an error is its length in these."""
+    """Errors of equal weight (E,), in their units; the size of an error is its length in these units."""
     buckets: Buckets
     """Which bucket of a table each throw belongs to."""
     possible: Possible | None = None
-    """Which shifts the robot can do; None where only a throw shows it, by being shortened."""
+    """Offsets that the robot can carry out; None where only a throw shows that, by `residual_clipped`."""
     seen: tuple[str, ...] = ()
     """Keys of a step's info that tell of the errors, NaN where nothing is known; where there are none, `errors` are."""
 

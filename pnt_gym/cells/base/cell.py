@@ -1,4 +1,4 @@
-"""What a robot is to everything behind an environment: the abstract cell, and the records it gives.
+"""The abstract cell: a robot in its surroundings, as the core behind an environment sees it, and its records.
 
 A robot is one subclass of `Cell`.
 """
@@ -33,16 +33,16 @@ class Throws(Protocol):
 
     @property
     def kind(self) -> Ints:
-        """What the cell's classifier says of the things to throw: index into `Cell.item_names` (N,)."""
+        """Seen class of the objects to throw: index into `Cell.item_names` (N,)."""
         ...
 
 
 class Verdict(Protocol):
-    """What became of N throws: a record of arrays, made once and complete."""
+    """The outcome of N throws: a record of arrays, computed once and complete."""
 
     @property
     def is_success(self) -> Bools:
-        """It crossed its target's opening and lies at rest in it; without a bin: it passed its goal (N,)."""
+        """The object crossed its target's opening and lies at rest in it; without a bin: it passed the goal (N,)."""
         ...
 
     @property
@@ -89,22 +89,22 @@ class Cell(ABC, Generic[ConfigT, ThrowsT, PlansT, VerdictT]):
     reward_terms: ClassVar[tuple[str, ...]]
     """Names of the reward's terms."""
     hidden: Sequence[Quantity] = ()
-    """What no observation tells of a throw, for those who study it afterwards."""
+    """Hidden values of a throw, which no observation contains, for datasets and studies."""
 
     table: FeatureTable
-    """What is seen of the coming throws; who sees otherwise has `features` and `observe` of its own."""
+    """Features of an observation; a cell with other observations overrides `features` and `observe`."""
     item_names: Sequence[str]
-    """What `kind` and `item` of the info are indices into."""
+    """Names of the items; `kind` and `item` of the info are indices into them."""
     target_names: Sequence[str] = ()
-    """Targets that a first throw can be asked for; none where each throw has one of its own."""
+    """Names of the targets that a reset can ask for; empty where each throw draws its own target."""
     dwell: float = 0.0
     """Part of the cycle time in which the hand holds still to grip [s]."""
     episode: int = 1
     """Throws in an episode."""
     terminates: bool = True
-    """Whether an episode that is over terminates, its task being done or lost; others are truncated."""
+    """Whether the end of an episode is a termination; if not, it is a truncation."""
     planner: Any
-    """What the action modes plan with."""
+    """The planner of the action modes."""
     context: ThrowsT
     """The coming throws."""
 
@@ -127,7 +127,7 @@ class Cell(ABC, Generic[ConfigT, ThrowsT, PlansT, VerdictT]):
         """The first throws of an episode in some rows."""
 
     def target_of(self, throws: ThrowsT) -> Ints:
-        """Which of `target_names` throws are for (N,); unless a cell says otherwise, each kind has its own."""
+        """Index into `target_names` of the target of each throw (N,); by default each kind has a target of its own."""
         return throws.kind
 
     def scout(self, generators: Generators) -> Self:
@@ -160,11 +160,11 @@ class Cell(ABC, Generic[ConfigT, ThrowsT, PlansT, VerdictT]):
 
     @abstractmethod
     def preview(self, plans: PlansT, jitter: bool = False) -> VerdictT:
-        """What the coming throws would do, without moving on.
+        """The outcome that the coming throws would have, without moving on.
 
         Args:
             plans: feasible plans, one per cell.
-            jitter: whether what differs from throw to throw of one object is included, as `throw` will have it.
+            jitter: whether the scatter of the release is included, with the draws that `throw` will use.
         """
 
     @abstractmethod
@@ -173,10 +173,10 @@ class Cell(ABC, Generic[ConfigT, ThrowsT, PlansT, VerdictT]):
 
     @abstractmethod
     def info(self, outcome: VerdictT, thrown: ThrowsT) -> dict[str, NDArray[Any]]:
-        """What else is told of throws beside `COMMON_INFO`, (N,) each."""
+        """Entries of the info in addition to `COMMON_INFO`, (N,) each."""
 
     def correction(self, mode: str) -> Correction | None:
-        """What an action of a mode means to a controller that learns from errors; None where it is not one to one."""
+        """How an action of a mode shifts the errors of a throw; None where it does not shift them one to one."""
         return None
 
     def ended(self, outcome: VerdictT, thrown: ThrowsT) -> Bools | None:

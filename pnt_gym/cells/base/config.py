@@ -1,4 +1,4 @@
-"""What the configs of all cells have in common: frozen sections, and levels that say only what differs.
+"""The base of all configs: frozen sections, and levels as differences from other levels.
 
 A level is its `base` plus differences; without a `base` it differs from the level `nominal` of its family, whose own
 values are the defaults of the config. Shipped levels are YAML files in a folder that bears the robot's name, a user's
@@ -153,7 +153,7 @@ class LevelConfig(Section):
     alternatives: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     """Keys of a section that exclude each other: a level that gives one of them drops those of its base."""
     trial: ClassVar[str] = "throws"
-    """By what controllers are judged: "throws", "work_shifts", or MODULE:CLASS of a trial of your own."""
+    """The trial that judges controllers: "throws", "work_shifts", or MODULE:CLASS of a trial of your own."""
 
     name: FileName = Field(default="custom", description="Name of the level; run folders are named after it.")
     mismatch: Annotated[float, Field(ge=0, le=3)] = Field(
@@ -237,7 +237,7 @@ class LevelConfig(Section):
 
 @contextmanager
 def describes_a_cell() -> Generator[None, None, None]:
-    """The block makes a cell of a level, whose numbers may each be possible and together not.
+    """Turns errors of a block that builds a cell into a ConfigError: numbers may be valid alone and not together.
 
     Raises:
         ConfigError: engine, memory or arithmetic refuse them.

@@ -1,4 +1,4 @@
-"""What stands behind every environment: a cell whose robots throw in step, actions in, observations and rewards out.
+"""The core behind every environment: N robots that throw in step, actions in, observations and rewards out.
 
 Environments, evaluation, training and benchmark know only `Core`.
 """
@@ -24,13 +24,13 @@ from pnt_gym.engine import unheard
 from pnt_gym.errors import ConfigError, PhysicsError
 
 COMMON_INFO: Final = ("is_success", "landing_error", "cycle_time", "residual_clipped", "item", "kind")
-"""What every cell tells of a throw; the errors of its `Correction` and what only it knows come on top."""
+"""Entries of the info that every cell has; a cell adds the errors of its `Correction` and entries of its own."""
 
 
 @final
 @dataclass(frozen=True)
 class Step:
-    """What one throw in every cell gave."""
+    """The result of one throw in every cell."""
 
     observation: NDArray[np.float32]
     """Of the next throws (N, D)."""
@@ -174,16 +174,16 @@ class Core:
         return self.cell.observe()
 
     def kinds(self) -> dict[str, NDArray[Any]]:
-        """`kind`: what the cell's classifier says of the coming things to throw, index into `item_names`, (N,)."""
+        """`kind`: seen class of the coming objects, index into `item_names`, (N,)."""
         return {"kind": self.cell.context.kind.copy()}
 
     def hidden(self) -> dict[str, Floats]:
-        """What no observation tells of the coming throws, by the names of the cell's `hidden`, (N,) each."""
+        """Hidden values of the coming throws, by the names of the cell's `hidden`, (N,) each."""
         context = self.cell.context
         return {one.name: np.array(one.value(context), dtype=np.float64) for one in self.cell.hidden}
 
     def plan(self, actions: object) -> tuple[Any, Bools]:
-        """Feasible plans nearest to what actions (N, A) ask for, and which actions had to be shortened (N,).
+        """Feasible plans nearest to the actions (N, A), and a mask of the actions that had to be shortened (N,).
 
         Raises:
             ActionError: wrong shape, NaN or infinite values.
@@ -223,13 +223,13 @@ class Core:
             return Step(cell.observe(), sum(terms.values(), np.zeros(self.count)), ended, info)
 
     def preview(self, actions: object, jitter: bool = False) -> Any:
-        """What actions would do to the coming throws, hidden values included, without advancing.
+        """The outcome that actions would have for the coming throws, hidden values included, without advancing.
 
         This is privileged: the oracle uses it, and figures do.
 
         Args:
             actions: (N, A).
-            jitter: whether what is drawn anew in every throw takes part.
+            jitter: whether the scatter of the release is included.
 
         Returns:
             An outcome with the errors of `correction` among its attributes, (N,) each.

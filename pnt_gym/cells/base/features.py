@@ -1,6 +1,6 @@
-"""Tables of features: every number of an observation with its unit, centre and scale, and the way there and back.
+"""Tables of features: every number of an observation with its unit, centre and scale, encoded and decoded.
 
-What no observation tells of a throw has its names and units here too.
+Hidden values have their names and units here too.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Feature:
 @final
 @dataclass(frozen=True)
 class Quantity:
-    """One number of a coming throw that is true and that no observation tells."""
+    """One hidden value of a coming throw, which no observation contains."""
 
     name: str
     unit: str

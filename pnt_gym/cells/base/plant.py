@@ -19,7 +19,7 @@ from pnt_gym.planning.motion.ballistics import flight_state, landing_point
 STAGES: Final = (0.25, 0.5, 0.75, 1.0)
 """Shares of the throws that are over after each stage of a rollout."""
 REWARD_TERMS: Final = ("landing", "success", "time")
-"""What a throw into an opening is rewarded for."""
+"""Names of the reward terms of a throw into an opening."""
 LONGEST: Final = 60.0
 """No throw takes longer [s]."""
 SUNK: Final = 0.003
@@ -72,7 +72,7 @@ class Recording:
 class Plant(ABC, Generic[ThrowsT, PlansT, FlightT]):
     """Abstract: N copies of a cell's physics on one `mujoco.batch.Batch`.
 
-    What a throw gives is a pure function of what the subclass writes before it: the same alone, in a batch, and again
+    A throw is a pure function of the values that the subclass writes before it: the same alone, in a batch, and again
     later. So a plant has no state worth keeping; copies and pickles of it are made anew from what it was made of,
     and nobody watches them yet.
 
@@ -144,7 +144,7 @@ def staged_rollout(
     """Roll out every simulation for its own number of steps; its record has zeros after them.
 
     The batch runs in stages, each with the throws that are not over yet, which saves steps. A throw that is over
-    before its stage is simulated on with the others, but that is not recorded: a record does not depend on them.
+    before its stage is simulated on with the others, but not recorded: a record does not depend on other throws.
 
     Args:
         batch: N simulations.
@@ -286,14 +286,14 @@ class ObjectFlight:
         return self.position[rows, self.last_step], self.velocity[rows, self.last_step]
 
     def touchdown(self, plane_z: Floats) -> Touchdown:
-        """Where the objects came to, through a plane at a height (N,) [m]."""
+        """Landings of the objects, through a plane at a height (N,) [m]."""
         return Touchdown(self.landing(plane_z), *self.final(), self.recontact())
 
 
 @final
 @dataclass(frozen=True)
 class Touchdown:
-    """Where N thrown objects came to."""
+    """Landings and final states of N thrown objects."""
 
     landing: Floats
     """Where the free flight crosses the rim plane, x, y (N, 2) [m]; see `ObjectFlight.landing`."""

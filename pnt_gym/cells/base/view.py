@@ -50,7 +50,7 @@ class Filmed(Protocol):
 
 
 class View(Protocol):
-    """What an environment and a film need of pictures."""
+    """The pictures that an environment and a film need."""
 
     def aim(self, picture: Picture) -> None:
         """Picture otherwise from now on."""
@@ -82,7 +82,7 @@ class View(Protocol):
 class ThrowView:
     """Offscreen pictures and the interactive window of a cell.
 
-    The planned flight is blue, the flown one orange, and where it should go green.
+    The planned flight is blue, the simulated flight orange, and the target green.
 
     Args:
         cell: the simulated cells; row 0 is recorded from now on.
@@ -186,7 +186,7 @@ def record_video(view: View, throws: Iterable[object], path: str | Path, fps: in
         throws: an iterable that carries out one throw per item, e.g. a generator that steps an environment.
         path: the .mp4 file.
         fps: frames per second.
-        slow: how many times slower than in truth it runs.
+        slow: factor by which the video is slowed down.
 
     Raises:
         ConfigError: no OpenGL library, or imageio with ffmpeg is not installed.
