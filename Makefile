@@ -74,22 +74,14 @@ perf: dev ## planner, robot and environment speed and the checks of physics in r
 	$(BIN)/python benchmarks/perf.py planner --json results/perf_planner.json
 	$(BIN)/python benchmarks/perf.py free_direction --json results/perf_free_direction.json
 	$(BIN)/python benchmarks/perf.py envs --json results/perf_envs.json
-	$(BIN)/python benchmarks/study_physics.py --json results/physics.json
-	$(BIN)/python benchmarks/study_fidelity.py --json results/fidelity.json
+	$(BIN)/python benchmarks/study.py physics --json results/physics.json
+	$(BIN)/python benchmarks/study.py fidelity --json results/fidelity.json
 	$(BIN)/python benchmarks/line_exactness.py
 
-studies: dev ## flights, the oracle, grip, soft cup, order of picks, what a sorter is judged by, lines, into results/ (hours)
-	$(BIN)/python benchmarks/study_training.py --json results/training.json
-	$(BIN)/python benchmarks/study_oracle.py --json results/oracle.json
-	$(BIN)/python benchmarks/study_grip.py --json results/grip.json
-	$(BIN)/python benchmarks/study_cup.py --json results/cup.json
-	$(BIN)/python benchmarks/study_dispatch.py --json results/dispatch.json
-	$(BIN)/python benchmarks/study_judged.py --json results/judged.json
-	$(BIN)/python benchmarks/study_methods.py --json results/methods.json
-	$(BIN)/python benchmarks/study_throwable.py --json results/throwable.json
-	$(BIN)/python benchmarks/study_neighbours.py --json results/neighbours.json
-	$(BIN)/python benchmarks/study_adaptation.py --json results/adaptation.json
-	$(BIN)/python benchmarks/study_line.py --json results/line.json
+STUDIES ?= training oracle grip cup dispatch judged methods throwable neighbours adaptation line
+
+studies: dev ## what plans in configs/studies find out, into results/ (hours; stop and resume): make studies STUDIES="grip cup"
+	for study in $(STUDIES); do $(BIN)/python benchmarks/study.py $$study --json results/$$study.json || exit 1; done
 
 reproduce: dev ## the papers' figures computed anew, beside the published ones, into results/ (minutes)
 	$(BIN)/python -m agents.reproduce all --json results/reproduction.json --figures results/figures

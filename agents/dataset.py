@@ -1,4 +1,4 @@
-"""Throws for offline learning, as a Minari dataset: `python -m agents.dataset --controller random`."""
+"""Collect throws for offline learning as a Minari dataset: `python -m agents.dataset --controller random`."""
 
 from __future__ import annotations
 
@@ -28,57 +28,58 @@ from .learning.trained import setting
 class Arguments:
     """Collect throws of a controller and write them as a Minari dataset, which replays bit for bit.
 
-    The dataset includes two scores: random actions score 0, the expert scores 1. A dataset appears complete or not at
-    all, and an interrupted command continues where it stopped. Nothing is downloaded; throws are sent only to the
-    machines of --cluster.
+    The dataset states the mean return of random actions as score 0 and that of an expert as score 1. A dataset appears
+    complete or not at all, and an interrupted collection goes on where it stopped. Nothing is downloaded, and data are
+    sent only to the machines of --cluster.
     """
 
     controller: Annotated[str, tyro.conf.arg(metavar="NAME|expert|RUN_DIR|MODULE:CLASS|MODEL.zip")] = "random"
-    """Controller that throws: a name, the expert, the folder of a training run, a class of your own, on a line a
-    scorer's FILE.npz, or with --trust a model of others."""
+    """The controller that throws: its name, the expert, the folder of a training run, a class of your own, on a line a
+    scorer's FILE.npz, or with --trust somebody else's model."""
     expert: Annotated[
         str | None, option("the shipped policy, on a line guided_beam, elsewhere oracle", "NAME|RUN_DIR|...")
     ] = None
-    """Controller whose mean return is the score 1."""
+    """The controller whose mean return is the score 1. The shipped policy needs the extra rl; any other controller will
+    do."""
     trust: bool = False
-    """Load a stable-baselines3 model or an RL-Zoo folder, which can run any code. Run folders hold no code and need no
-    trust."""
+    """Load a stable-baselines3 model or an RL-Zoo folder, which runs whatever code is in it. Run folders hold no code
+    and need no trust."""
     env: Annotated[str | None, option("PnTRelease-v0, or that of the run folder", "ID|MODULE:ID")] = None
     """Environment id; MODULE:ID imports a module of yours first, which registers the id."""
     level: Annotated[str | None, option("waste; with --env that environment's own", "NAME|FILE.yaml")] = None
     """A shipped level's name or a YAML file."""
     action_mode: Annotated[str | None, option("the environment's own, or that of the run folder", "MODE")] = None
-    """Action mode of the environment."""
+    """Meaning of an action: one of the environment's action modes."""
     throws: int = 10_000
-    """Throws to collect, on a line decisions; the last episode is completed."""
+    """Throws to collect, or decisions on a line; the episode that contains the last throw is completed."""
     seed: int = 0
-    """Seed of the throws; no training, practice or evaluation with any seed sees these objects."""
+    """Seed of the collected throws; no training, practice or evaluation with any seed sees these throws."""
     name: Annotated[str | None, option("pnt_gym/ENVIRONMENT/LEVEL-CONTROLLER-v0", "NAMESPACE/NAME-vN")] = None
     """Name of the dataset."""
     root: Annotated[Path | None, option("MINARI_DATASETS_PATH, or ~/.minari/datasets", "DIR")] = None
     """The folder of all datasets."""
-    practice: Annotated[int | None, option("120, or 0 for a pre-trained one", "N")] = None
-    """Practice throws of a learning controller before the dataset; other controllers do not practise."""
+    practice: Annotated[int | None, option("120, or 0 for one that ships knowing", "N")] = None
+    """Practice throws of a learning controller before the collection; other controllers do not practise."""
     score_throws: int = 1000
-    """Throws of random actions and of the expert for the scores, in whole episodes."""
+    """Throws, in whole episodes, from which the scores of random actions and of the expert are computed."""
     author: str = "anonymous"
-    """Author of the dataset."""
+    """Author of the dataset, in its metadata."""
     author_email: Annotated[str | None, option("none", "EMAIL")] = None
-    """Mail address of the author."""
+    """E-mail address of the author, in the metadata."""
     code_permalink: Annotated[str | None, option("none", "URL")] = None
-    """Address of the code that collected the dataset, at its version."""
+    """Link to the version of the code that collected the dataset, in the metadata."""
     num_envs: int = NUM_ENVS
     """Cells simulated side by side; random actions depend on this number."""
     jobs: int = 2
-    """Processes side by side, one thread each; results do not depend on it."""
+    """Processes side by side, one thread each; results do not depend on this number."""
     cluster: Annotated[str | None, option("this machine alone", "HOST:PORT|auto")] = None
-    """Let the machines of a Ray cluster throw, instead of --jobs processes here: the address of its head."""
+    """Collect on the machines of a Ray cluster instead of in --jobs processes here: the address of its head."""
     work: Annotated[Path | None, option("runs/dataset/NAME", "DIR")] = None
-    """Folder of the collected throws, until the dataset is complete."""
+    """Folder of the collected throws until the dataset is written."""
 
 
 def main(arguments: Arguments) -> None:
-    """Collect, write, say what there is."""
+    """Collect the throws, write the dataset, and print its figures."""
     at_least(vars(arguments), throws=1, seed=0, practice=0, score_throws=1, num_envs=1, jobs=1)
     from .data import offline  # noqa: PLC0415 - of an extra
     from .data.facts import facts_of  # noqa: PLC0415 - as above
@@ -110,7 +111,7 @@ def main(arguments: Arguments) -> None:
 
 
 def task(arguments: Arguments) -> tuple[str, str | None, str | None]:
-    """Environment id, level and action mode; the last two None for the environment's own."""
+    """Environment id, level and action mode of the collection; level and mode are None for the defaults."""
     env, level = arguments.env, arguments.level
     if env is None and not os.path.isdir(arguments.controller):
         env, level = "PnTRelease-v0", "waste" if level is None else level

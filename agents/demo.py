@@ -1,4 +1,4 @@
-"""A first look: the planner, iterative learning and a trained policy throw the same objects."""
+"""Demonstration: the planner, iterative learning and a trained policy throw the same objects."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from .judging.trials import open_trial
 from .learning.runs import RunFolder
 
 PEERS: Final = {"analytic": ("analytic", 0), "virtual_goal": ("virtual_goal", PRACTICE)}
-"""Controllers to compare with, and the throws they practise."""
+"""Controllers to compare the policy with, and the number of their practice throws."""
 
 
 @dataclass(frozen=True)
 class Arguments:
-    """Let the analytic planner and the shipped policy throw the same waste, and compare the two."""
+    """Let the analytic planner and the shipped policy throw the same waste, and print the figures of each."""
 
     picks: int = 64
     """Throws of each controller."""
     seed: int = 0
     """Seed of the objects."""
     threads: int = 2
-    """Threads that simulate; results do not depend on it."""
+    """Threads of the simulation; results do not depend on this number."""
 
 
 def main(arguments: Arguments) -> None:
-    """Throw and print the table."""
+    """Evaluate the controllers and print the table."""
     at_least(vars(arguments), picks=1, threads=1, seed=0)
     asked = RunFolder(POLICY).arguments
     entries = {**PEERS, f"trained policy ({asked['algo']})": (str(POLICY), asked["steps"])}

@@ -1,4 +1,4 @@
-"""What to look at when something does not work: `pnt-gym doctor`, or in a checkout `python -m agents.doctor`."""
+"""Diagnosis for a bug report: `pnt-gym doctor`, or in a checkout `python -m agents.doctor`."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from .ground.versions import versions
 
 @dataclass(frozen=True)
 class Arguments:
-    """Print versions, threads and whether pictures can be made, and throw for a second."""
+    """Print versions, threads and whether rendering works, and simulate throws for a second."""
 
 
 def main(arguments: Arguments) -> None:
-    """Print what was found."""
+    """Print the diagnosis as a table."""
     from pnt_gym.cells.base.canvas import rendering_problem
 
     threads = os.environ.get("OMP_NUM_THREADS", "not set")
@@ -35,7 +35,7 @@ def main(arguments: Arguments) -> None:
 
 
 def throws_for_a_second() -> str:
-    """How many throws of the planner a second brings, and how many of them succeed."""
+    """Number, rate and success rate of the planner's throws simulated within a second, in one sentence."""
     from .controllers import make_controller
     from .ground.environments import make_vector
     from .judging.loop import thrown

@@ -1,4 +1,4 @@
-"""Judge one controller on held-out throws: `python -m agents.evaluate --controller analytic`."""
+"""Evaluate one controller on held-out throws: `python -m agents.evaluate --controller analytic`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .ground.tables import console
 
 @dataclass(frozen=True)
 class Arguments:
-    """Judge one controller on held-out objects, in sorted picks per minute."""
+    """Throw held-out objects with one controller and report its picks per minute, success and landing error."""
 
     controller: Annotated[str, tyro.conf.arg(metavar="NAME|RUN_DIR|MODULE:CLASS|MODEL.zip")]
     """A controller (analytic, analytic_height, mean_lead, mean_shift, virtual_goal, newton_goal, ridge, mlp, oracle,
@@ -25,8 +25,8 @@ class Arguments:
     or a scorer's FILE.npz), the folder of a training run, a class of your own, or with --trust a stable-baselines3
     model or the folder of an RL-Zoo training."""
     trust: bool = False
-    """Load a stable-baselines3 model or an RL-Zoo folder, which can run any code. Run folders hold no code and need no
-    trust."""
+    """Load a stable-baselines3 model or an RL-Zoo folder, which runs whatever code is in it. Run folders hold no code
+    and need no trust."""
     env: Annotated[str | None, option("PnTConveyor-v0, or that of the run folder", "ID|MODULE:ID")] = None
     """Environment id; MODULE:ID imports a module of yours first, which registers the id."""
     level: Annotated[str | None, option("the environment's own, or that of the run folder", "NAME|FILE.yaml")] = None
@@ -34,37 +34,37 @@ class Arguments:
     picks: Annotated[int | None, option("200; whole shifts on PnTAdapt-v0", "N")] = None
     """Throws to count."""
     shifts: Annotated[int | None, option("32", "N")] = None
-    """Work shifts to count, of a line."""
+    """Work shifts of a line to count."""
     release: Annotated[str | None, option("analytic", "NAME|RUN_DIR")] = None
-    """Controller or run folder of PnTRelease-v0 that corrects the simulated throws of a line."""
+    """Controller that corrects the simulated throws of a line: a controller or a run folder of PnTRelease-v0."""
     throws: Annotated[Literal["table", "flight", "full"] | None, option("the level's own", "table|flight|full")] = None
-    """How a line finds the result of a throw: from a table of chances, a simulated flight, or robot and flight."""
+    """How throws of a line are computed: by its table of chances, with flights simulated, or in the full physics."""
     picture: Annotated[Path | None, option("none", "FILE.svg")] = None
-    """Draw the picks of each robot in the first minute of a line's first work shift."""
+    """Draw which robot took which object in the first minute of a line's first shift."""
     video: Annotated[Path | None, option("none", "FILE.mp4")] = None
-    """Film the first 12 s of a line's first work shift; with --throws full the film shows the judged throws."""
+    """Film the first 12 s of a line's first shift; with --throws full the film shows the evaluated throws."""
     seed: int = 0
-    """Seed of the objects; training and practice see other objects, whatever their seed."""
+    """Seed of the objects; training and practice never see these objects, whatever their seed."""
     json: Annotated[Path | None, option("none", "FILE")] = None
     """Write all figures and every throw to this file."""
     num_envs: int = NUM_ENVS
-    """Cells simulated side by side; the objects of a seed depend on this number."""
+    """Cells simulated side by side; the objects depend on the seed and on this number."""
     threads: int = 2
-    """Threads that simulate; results do not depend on it."""
-    practice: Annotated[int | None, option("120, or 0 with --load and for a pre-trained one", "N")] = None
+    """Threads of the simulation; results do not depend on this number."""
+    practice: Annotated[int | None, option("120, or 0 with --load and for one that ships knowing", "N")] = None
     """Practice throws of a learning controller before the evaluation; other controllers do not practise."""
     online: bool = False
-    """Go on learning during the evaluation."""
+    """Let the controller go on learning during the evaluation."""
     action_mode: Annotated[str | None, option("the environment's own, or that of the run folder", "MODE")] = None
-    """Action mode of the environment, e.g. release_point, release_xyz or virtual_goal."""
-    load: Annotated[Path | None, option("no learned state", "FILE.npz")] = None
-    """Start from the state that a learning controller saved to this file."""
+    """Meaning of an action: one of the environment's action modes, e.g. release_point, release_xyz, virtual_goal."""
+    load: Annotated[Path | None, option("nothing learned", "FILE.npz")] = None
+    """Start from the state that a learning controller saved to this .npz file."""
     save: Annotated[Path | None, option("none", "FILE.npz")] = None
-    """Save the learned state of a learning controller to this file."""
+    """Save the learned state of the controller to this .npz file."""
 
 
 def main(arguments: Arguments) -> None:
-    """Evaluate, print the table, write the JSON."""
+    """Evaluate the controller, print the table, and write the files asked for."""
     from .controllers import Learner, save_state
     from .controllers.state import steps_to_practise
     from .judging.evaluation import judge

@@ -23,22 +23,22 @@ FAMILIES: Final[dict[str, type[LevelConfig]]] = {
     "OneJoint": OneJointConfig,
     "GripperToss": GripperConfig,
 }
-"""Configs by what the ids of their environments begin with."""
+"""Class of the levels by the first letters of the environments' ids."""
 
 
 @dataclass(frozen=True)
 class Arguments:
-    """List the shipped levels of each family of environments, or print a level in full.
+    """List the levels that ship with each family of environments, or print every setting of one level.
 
-    A level of your own is a YAML file of differences: `base: waste` and the keys to change.
+    A level of your own is a YAML file that holds only its differences from another level, such as `base: waste`.
     """
 
     show: Annotated[str | None, option("the list", "FAMILY/LEVEL")] = None
-    """A level to print with every setting, for instance PnT/waste."""
+    """The level to print in full, for instance PnT/waste."""
 
 
 def main(arguments: Arguments) -> None:
-    """Print the list, or the level."""
+    """Print the list of levels, or the settings of one level."""
     known = {f"{family}/{name}": (kind, name) for family, kind in FAMILIES.items() for name in kind.level_names()}
     if arguments.show is None:
         rows = [(key, _purpose(kind, name)) for key, (kind, name) in known.items()]

@@ -21,21 +21,21 @@ from .learning.trained import setting
 from .pictures.stage import Stage
 
 RATE: Final = 60
-"""Frames per second among which a picture is chosen."""
+"""Frames per second from which the picture's frame is chosen."""
 
 
 @dataclass(frozen=True)
 class Arguments:
-    """Film a controller's throws, at true rate or slower, or show them in a window.
+    """Film a controller's throws, in real time or slower, or show the throws in a window.
 
     Blue dots are the planned flight, orange dots the simulated flight, green is the target.
     """
 
     controller: Annotated[str, tyro.conf.arg(metavar="NAME|RUN_DIR|MODULE:CLASS|MODEL.zip")] = "analytic"
-    """A controller's name, the folder of a training run, a class of your own, or with --trust a model of others."""
+    """A controller's name, the folder of a training run, a class of your own, or with --trust somebody else's model."""
     trust: bool = False
-    """Load a stable-baselines3 model or an RL-Zoo folder, which can run any code. Run folders hold no code and need no
-    trust."""
+    """Load a stable-baselines3 model or an RL-Zoo folder, which runs whatever code is in it. Run folders hold no code
+    and need no trust."""
     env: Annotated[str | None, option("PnTConveyor-v0, or that of the run folder", "ID|MODULE:ID")] = None
     """Environment id; MODULE:ID imports a module of yours first, which registers the id."""
     level: Annotated[str | None, option("the environment's own, or that of the run folder", "NAME|FILE.yaml")] = None
@@ -45,23 +45,23 @@ class Arguments:
     picture: Annotated[Path | None, option("none", "FILE.png")] = None
     """Write one picture of the first throw in flight here."""
     viewer: Annotated[Literal["native", "web"] | None, option("none", "native|web")] = None
-    """Show the throws live, with their figures, until the viewer is closed; the viewer can change level and controller.
-    native opens a window. web serves a page for browsers and needs no display; anybody who reaches its port can use
-    it."""
+    """Show the throws live, with their figures, until the viewer is closed; level and controller can be changed in the
+    viewer. native opens a window. web serves a page for browsers, also from a machine without a display; anybody who
+    reaches the port can use the page."""
     throws: Annotated[Literal["table", "flight", "full"] | None, option("the level's own", "table|flight|full")] = None
-    """How a line finds the result of a throw: from a table of chances, a simulated flight, or robot and flight."""
-    picks: Annotated[int | None, option("5; on a line the decisions of 12 s", "N")] = None
+    """How throws of a line are computed: by its table of chances, with flights simulated, or in the full physics."""
+    picks: Annotated[int | None, option("5; of a line those of 12 s", "N")] = None
     """Throws of a video, or decisions of a line."""
     at: float = 0.4
-    """Moment of the picture, since the first motion of the throw, or since the begin of a line's work shift [s]."""
+    """Moment of the picture [s], from the first motion of the throw or from the begin of a line's shift."""
     slow: int = 1
-    """Factor by which the video is slowed down."""
+    """Factor by which the video is slower than real time."""
     seed: int = 0
     """Seed of the objects."""
 
 
 def main(arguments: Arguments) -> None:
-    """Throw, and film or show it."""
+    """Film, draw or show the controller's throws."""
     at_least(vars(arguments), picks=1, seed=0, slow=1)
     if not 0.0 <= arguments.at < np.inf:
         raise UsageError(f"--at is {arguments.at} s; it must be finite and not negative")
@@ -85,12 +85,12 @@ def main(arguments: Arguments) -> None:
 
 
 def stage_of(arguments: Arguments, controller: str, level: str | None) -> Stage:
-    """What is filmed or shown, with a controller and a level that a viewer may have changed."""
+    """The stage for a controller and a level, either of which a viewer may have changed."""
     return Stage(controller, arguments.env, level, arguments.seed, trust=arguments.trust, throws=arguments.throws)
 
 
 def show(arguments: Arguments, viewer: str) -> None:
-    """Throw in a viewer until it is closed."""
+    """Show throws in a viewer until the viewer is closed."""
     if viewer == "native" and not has_display():
         raise UsageError("--viewer native needs a display; --viewer web does without one")
     try:
@@ -105,7 +105,7 @@ def show(arguments: Arguments, viewer: str) -> None:
 
 
 def save_picture(view: View, path: Path, moment: float) -> None:
-    """The last throw, or the line, at a moment [s]; at the end of what was thrown if that is later."""
+    """Save the view of the last throw, or of the line, at a moment [s], or at its end if the moment is later."""
     from PIL import Image  # noqa: PLC0415 - only pictures need it
 
     Image.fromarray(view.at(moment, RATE)).save(path)

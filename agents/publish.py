@@ -1,4 +1,4 @@
-"""Keep a trained policy with its card: `python -m agents.publish runs/MY_RUN`."""
+"""Publish a trained policy with its card: `python -m agents.publish runs/MY_RUN`."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ from .publishing.card import card
 from .publishing.folder import check_graph, check_model, fill, names
 
 LEVELS: Mapping[str, tuple[str, ...]] = dict.fromkeys(("PnTConveyor-v0", "PnTRelease-v0"), ("waste", "unseen"))
-"""Levels that a policy is judged on unless others are named, by environment; the second has items it never saw."""
+"""Default levels of the evaluation by environment; the second level has items that were not in training."""
 
 
 @dataclass(frozen=True)
 class Arguments:
     """Copy the policy of a run folder, evaluate it on held-out throws or shifts, film it, and write its card.
 
-    evaluate and play take the copy like a run folder; training cannot continue from the copy.
+    The copy is a run folder that `agents.evaluate` and `agents.play` take; training cannot go on from the copy.
     """
 
     folder: Annotated[Path, tyro.conf.Positional]
     """The run folder."""
     env: Annotated[str | None, option("that of the run folder", "MODULE:ID")] = None
-    """The environment, where a module of yours registers it."""
+    """The environment, if a module of yours registers it and has to be imported."""
     to: Path = MADE / "results" / "policies"
-    """Folder of all policies; the copy becomes a folder inside."""
+    """Folder of the published policies; the copy becomes a new folder in it."""
     levels: Annotated[
         tuple[str, ...] | None,
         option("waste unseen on the conveyor, elsewhere the level trained on", "LEVEL ..."),
@@ -47,17 +47,17 @@ class Arguments:
     picks: Annotated[int | None, option("1000", "N")] = None
     """Held-out throws per level."""
     shifts: Annotated[int | None, option("100", "N")] = None
-    """Held-out work shifts per level, for a policy of a line."""
+    """Held-out work shifts per level, for a policy that chooses objects on a line."""
     seed: int = 0
     """Seed of the held-out objects."""
     onnx: bool = True
-    """Write policy.onnx, the policy for runtimes in other languages and on other machines."""
+    """Write policy.onnx, the policy for ONNX runtimes in other languages and on other machines."""
     video: bool = True
-    """Write replay.mp4, a film of some throws or of a line at work; this needs an OpenGL library."""
+    """Write replay.mp4, a film of some throws or of a line at work; rendering needs an OpenGL library."""
 
 
 def main(arguments: Arguments) -> None:
-    """Copy, draw, film, evaluate, write the card: a folder that is there in full or not at all."""
+    """Copy, draw, film and evaluate the policy and write its card; the folder appears complete or not at all."""
     at_least(vars(arguments), picks=1, shifts=1, seed=0)
     folder, asked = arguments.folder, RunFolder(arguments.folder).arguments
     env_id = arguments.env or own_environment(folder, asked["env"])
@@ -91,7 +91,7 @@ def main(arguments: Arguments) -> None:
 
 
 def report(env_id: str, level: str, count: int, arguments: Arguments, asked: dict[str, Any]) -> dict[str, Any]:
-    """What the policy is worth on one level."""
+    """Evaluation of the policy on one level, as `agents.evaluate` reports it."""
     given: dict[str, Any] = {"level": level, "action_mode": asked["action_mode"]}
     with throws_bar() as bar:
         task = bar.add_task(level, total=count)

@@ -1,4 +1,4 @@
-"""Train a residual agent: `python -m agents.train --env PnTConveyor-v0`."""
+"""Train a residual policy: `python -m agents.train --env PnTConveyor-v0`."""
 
 from __future__ import annotations
 
@@ -18,49 +18,51 @@ from .training.table import show_table
 
 @dataclass(frozen=True)
 class Arguments:
-    """Train a policy that corrects the planner's throws, or that chooses the next object of a line; compare both."""
+    """Train a policy that corrects the planner's throws, or chooses objects on a line, and compare controllers."""
 
     env: Annotated[str | None, option("PnTConveyor-v0", "ID|MODULE:ID")] = None
     """Environment id; MODULE:ID imports a module of yours first, which registers the id."""
     level: Annotated[str | None, option("waste at the conveyor, elsewhere nominal", "NAME|FILE.yaml")] = None
     """A shipped level's name or a YAML file."""
     fidelity: Annotated[Literal["full", "flight"] | None, option("the level's own", "full|flight")] = None
-    """Simulation during training: flight is several times as fast. The policy is judged in the level's own fidelity."""
+    """Simulation during training: flight alone is several times as fast; the evaluation uses the level's own
+    fidelity."""
     full_last: Annotated[int | None, option("0", "N")] = None
-    """With --fidelity flight: the last N throws are simulated in full."""
+    """With --fidelity flight: the last N throws of the training are simulated in full."""
     algo: Annotated[Algorithm | None, option("sac; residual_ppo on a line", "|".join((*RESIDUAL, *MASKED)))] = None
-    """Learning algorithm; the last two are for masked discrete actions, on a line."""
-    steps: Annotated[int | None, option("n_timesteps of --config, or those of the resumed run", "N")] = None
-    """Throws in total, with those before a resume, rounded up to whole batches; on a line decisions."""
+    """Learning algorithm; the last two choose objects on a line."""
+    steps: Annotated[int | None, option("n_timesteps of --config, or as the resumed run was asked for", "N")] = None
+    """Throws of the whole training, or decisions on a line, including those before a resume; rounded up to whole
+    batches."""
     seed: Annotated[int | None, option("0", "S")] = None
-    """Seed of networks, exploration and objects."""
+    """Seed of the networks, the exploration and the objects."""
     out: Annotated[Path | None, option("runs/ENV-LEVEL-ALGO-seedS-TIME", "DIR")] = None
     """Run folder."""
     resume: Annotated[Path | None, option("a new run", "DIR")] = None
-    """Continue this run folder; everything but --steps and --threads is taken from it."""
+    """Continue the run of this folder; all options but --steps and --threads are read from the folder."""
     num_envs: Annotated[int | None, option("n_envs of --config", "N")] = None
     """Cells simulated side by side."""
     threads: int = 2
-    """Threads that simulate; results do not depend on it."""
+    """Threads of the simulation; results do not depend on this number."""
     action_mode: Annotated[str | None, option("the environment's own", "MODE")] = None
-    """Action mode of the environment, e.g. release_point, release_xyz or virtual_goal."""
+    """Meaning of an action: one of the environment's action modes, e.g. release_point, release_xyz, virtual_goal."""
     checkpoint_every: Annotated[int | None, option("2000; 125000 on a line", "N")] = None
-    """Throws between checkpoints, from which the run can be continued."""
+    """Throws between two checkpoints; the run can be continued from the last checkpoint."""
     config: Annotated[Path | None, option("configs/rl/ALGO.yml", "FILE.yml")] = None
-    """Hyperparameters in RL-Zoo syntax: a file of yours, or a shipped one such as configs/rl/residual_ppo_long.yml."""
+    """File of hyperparameters in RL-Zoo syntax; also a shipped file, such as configs/rl/residual_ppo_long.yml."""
     eval_picks: Annotated[int | None, option("320; 32 shifts on a line", "N")] = None
-    """Held-out throws per controller in the final table, on a line work shifts; 0 for no table."""
+    """Held-out throws, or shifts of a line, per controller in the table at the end; 0 for no table."""
     stack: Annotated[int | None, option("1", "K")] = None
-    """Last observations of the shift that the policy sees at once; more than 1 only on PnTAdapt-v0."""
+    """Number of last observations of the shift that the policy receives at once; more than 1 on PnTAdapt-v0."""
     over: Annotated[str | None, option("analytic", "CONTROLLER")] = None
-    """Base controller, e.g. static or kalman: the policy's action is added to the action of this controller, which must
-    need no practice."""
+    """Base controller to whose action the policy's action is added, without practice, e.g. static or kalman: an
+    untrained policy throws like the base controller."""
     tensorboard: bool = False
-    """Also log losses for TensorBoard, in the run folder."""
+    """Also log the losses for TensorBoard, in the run folder."""
 
 
 def main(arguments: Arguments) -> None:
-    """Train, and print the comparison."""
+    """Train the policy, and print its comparison with other controllers."""
     least = {"steps": 1, "num_envs": 1, "checkpoint_every": 1, "threads": 1, "stack": 1}
     at_least(vars(arguments), **least, seed=0, eval_picks=0, full_last=0)
     asked, settings = settled(vars(arguments))

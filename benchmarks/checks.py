@@ -6,8 +6,9 @@ import argparse
 import ctypes
 import gc
 import resource
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -34,6 +35,14 @@ def choices(mask: Bools, random: np.random.Generator, ruled_out: float = 0.0) ->
     if ruled_out > 0.0:
         score = np.where(random.random((len(mask), 1)) < ruled_out, -score, score)
     return score.argmax(axis=1)
+
+
+def random_action(env: Any, info: Mapping[str, Any], random: np.random.Generator, scale: float) -> Any:
+    """Corrections at random up to a scale; on a line choices that there are."""
+    if "action_mask" in info:
+        mask = np.asarray(info["action_mask"])
+        return choices(np.atleast_2d(mask), random).reshape(mask.shape[:-1])[()]
+    return (scale * random.uniform(-1.0, 1.0, env.action_space.shape)).astype(np.float32)
 
 
 def memory() -> float:

@@ -17,7 +17,7 @@ import numpy as np
 
 import pnt_gym.errors
 from agents.ground.files import write_json
-from benchmarks.checks import check_parser, choices
+from benchmarks.checks import check_parser, random_action
 
 CONVEYOR = ("ideal", "nominal", "waste", "unseen", "tight", "fast")
 DRIFTING = ("waste", "day", "steps", "drift_mix", "day_far")
@@ -40,21 +40,15 @@ CASES = {
     "GripperToss-v0": (GRIPPER, ("release", "release_point")),
     "PnTLine-v0": (LINE, ("choice",)),
 }
-CELLS, STEPS = 4, 4
+CELLS = 4
+SCALES = (0.3, 0.6, 1.0, 0.0)
+"""Of the corrections of each step."""
 
 
 def fingerprint(value: Any) -> str:
     """Of an array's type, shape and bytes; NaN counts as one value."""
     array = np.ascontiguousarray(value)
     return hashlib.sha256(f"{array.dtype} {array.shape}".encode() + array.tobytes()).hexdigest()[:16]
-
-
-def action_of(env: Any, info: dict[str, Any], step: int, random: np.random.Generator) -> Any:
-    """Small corrections first, then larger ones; on a line choices that there are."""
-    if "action_mask" not in info:
-        action = (0.3, 0.6, 1.0, 0.0)[step] * random.uniform(-1.0, 1.0, env.action_space.shape)
-        return action.astype(np.float32)
-    return choices(info["action_mask"], random)
 
 
 def fingerprints(env_id: str, level: Any, mode: str) -> dict[str, str]:
@@ -67,8 +61,8 @@ def fingerprints(env_id: str, level: Any, mode: str) -> dict[str, str]:
     observation, info = env.reset(seed=11)
     parts = {"observation": [observation], "reward": [], "ended": []}
     parts |= {f"info/{name}": [value] for name, value in info.items() if not name.startswith("_")}
-    for step in range(STEPS):
-        observation, reward, over, cut, info = env.step(action_of(env, info, step, random))
+    for scale in SCALES:
+        observation, reward, over, cut, info = env.step(random_action(env, info, random, scale))
         parts["observation"].append(observation)
         parts["reward"].append(reward)
         parts["ended"].append(np.stack([over, cut]))

@@ -1,61 +1,127 @@
-"""What the studies share: their command line, and seeded conveyor cells and their throws."""
+"""Measure a study: `python benchmarks/study.py grip --json results/grip.json`.
+
+A plan says which cases are measured and by what; plans that ship stand in configs/studies. The file is written after
+each case, and what it holds of the same plan, amounts, versions and code is not measured again.
+"""
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Callable
+import hashlib
+import sys
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, Final, cast
 
-import numpy as np
+import tyro
 
-from agents.judging.throws.data import results
-from benchmarks.checks import check_parser
-from pnt_gym.cells.base.core import Cell, Core
-from pnt_gym.cells.conveyor.cell import ConveyorCell, Picks
-from pnt_gym.cells.conveyor.config import ConveyorConfig
+import pnt_gym
+from agents.ground.cli import UsageError, at_least, option, run
+from agents.ground.files import json_text, read_json, write_json
+from agents.ground.outputs import check_writable
+from agents.ground.versions import versions
+from agents.jobs.code import code_digest
+from agents.report.study_plan import Case, Part, StudyPlan, read_study, shipped_study
+from benchmarks.studies.cells import Amount, Figures
 
-Floats = np.ndarray[Any, np.dtype[np.float64]]
-CellT = TypeVar("CellT", bound=Cell[Any, Any, Any, Any])
-
-
-def study_parser(doc: str | None, throws: int, each: str) -> argparse.ArgumentParser:
-    """The options that every study of throws has; so many throws unless another number is given."""
-    parser = check_parser(doc)
-    parser.add_argument("--throws", type=int, default=throws, help=f"throws per {each}")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--threads", type=int, default=2, help="physics threads; results do not depend on it")
-    parser.add_argument("--json", type=Path, help="file to write the figures to")
-    return parser
-
-
-def study_options(parser: argparse.ArgumentParser) -> argparse.Namespace:
-    """What was asked for; ends the process where that is no throw."""
-    options = parser.parse_args()
-    if options.throws < 1:
-        parser.error(f"--throws is {options.throws}; at least 1 throw is needed")
-    return options
+CODE: Final = (
+    "pnt_gym/**/*.py",
+    *(f"agents/{room}/**/*.py" for room in ("judging", "controllers", "dispatchers", "learning", "training")),
+    "benchmarks/studies/*.py",
+    "configs/cells/**/*.yaml",
+    "results/policies/**/*.npz",
+)
+"""What figures depend on beside the plan and the versions."""
 
 
-def seeded_cells(config: ConveyorConfig, picks: Picks, cells: int, seed: int, threads: int) -> Core:
-    """Cells whose first picks are drawn; the same seed gives the same objects."""
-    core = Core(ConveyorCell(config, cells, picks, threads))
-    core.reset(np.arange(cells), generators(cells, seed), seeded=True)
-    return core
+@dataclass(frozen=True)
+class Arguments:
+    """Measure the cases of a study, print their figures and write them."""
+
+    plan: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="PLAN")]
+    """Name of a study that ships, or a YAML file."""
+    json: Annotated[Path | None, option("none", "FILE")] = None
+    """Write the figures to this file, and go on with those that it holds."""
+    throws: Annotated[int | None, option("the plan's", "INT")] = None
+    """Throws of each case, or work shifts."""
+    seed: Annotated[int | None, option("the plan's", "INT")] = None
+    """Names what is thrown."""
+    threads: int = 2
+    """Threads that simulate; results do not depend on it."""
 
 
-def draw_first(cell: CellT, seed: int) -> CellT:
-    """The same cell, of any robot, with the first throws of its rows drawn; the same seed gives the same objects."""
-    cell.reset(np.arange(cell.count), generators(cell.count, seed))
-    return cell
+def main(arguments: Arguments) -> None:
+    """Measure what the file does not hold yet."""
+    at_least(vars(arguments), throws=1, seed=0, threads=1)
+    check_writable(arguments.json)
+    plan = read_study(Path(arguments.plan)) if arguments.plan.endswith(".yaml") else shipped_study(arguments.plan)
+    throws = plan.throws if arguments.throws is None else arguments.throws
+    seed = plan.seed if arguments.seed is None else arguments.seed
+    result = begun(arguments.json, head(plan, throws, seed))
+    for name, part in plan.parts.items():
+        measure = measurement(part)
+        for case in plan.cases(name):
+            if not is_held(case, result["rows"]):
+                amount = Amount(part.count(throws), seed, arguments.threads)
+                rows = [{**case.labels, **figures} for figures in as_rows(measure(case.settings, amount))]
+                print("\n".join(map(line, rows)), flush=True)
+                result["rows"] += rows
+                if arguments.json is not None:
+                    write_json(arguments.json, result)
 
 
-def generators(count: int, seed: int) -> list[np.random.Generator]:
-    """A generator for each of `count` rows."""
-    return [np.random.default_rng([seed, row]) for row in range(count)]
+def head(plan: StudyPlan, throws: int, seed: int) -> dict[str, Any]:
+    """What rows depend on, as the file of a study begins."""
+    cases = [case for name in plan.parts for case in plan.cases(name)]
+    made = json_text([cases, {name: part.measure for name, part in plan.parts.items()}, versions(), code_digest(CODE)])
+    about = {"study": plan.study, "version": pnt_gym.__version__, "seed": seed, "throws": throws}
+    return {**about, "digest": hashlib.sha256(made.encode()).hexdigest()}
 
 
-def infos(core: Core, act: Callable[[int], Any], count: int) -> dict[str, Floats]:
-    """What is told of `count` throws, with the actions that `act` gives for each step; landings are those of throws."""
-    steps = [results(core.step(act(step)).info, core.count) for step in range(-(-count // core.count))]
-    return {name: np.concatenate([info[name] for info in steps])[:count] for name in steps[0]}
+def begun(path: Path | None, fresh: dict[str, Any]) -> dict[str, Any]:
+    """What the file holds of the same study, or nothing yet."""
+    held = read_json(path) if path is not None and path.exists() else {}
+    same = isinstance(held, dict) and {**fresh, "rows": held.get("rows")} == held
+    return held if same else {**fresh, "rows": []}
+
+
+def measurement(part: Part) -> Callable[[dict[str, Any], Amount], Figures | Iterable[Figures]]:
+    """The function that measures the cases of a part.
+
+    Raises:
+        UsageError: there is none.
+    """
+    module, _, name = part.measure.partition(".")
+    folder = Path(__file__).with_name("studies")
+    if not (folder / f"{module}.py").is_file():
+        known = ", ".join(sorted(path.stem for path in folder.glob("*.py")))
+        raise UsageError(f"measure is {part.measure!r}; modules of benchmarks/studies are {known}")
+    function = getattr(import_module(f"benchmarks.studies.{module}"), name, None)
+    if function is None:
+        raise UsageError(f"measure is {part.measure!r}; {module} has no function {name}")
+    return function
+
+
+def is_held(case: Case, rows: Iterable[Figures]) -> bool:
+    """Whether rows of a case are there."""
+    return any(case.labels.items() <= row.items() for row in rows)
+
+
+def as_rows(figures: Figures | Iterable[Figures]) -> list[Figures]:
+    """The rows of a case: one, or those of several controllers that were measured together."""
+    return [cast("Figures", figures)] if isinstance(figures, dict) else [*figures]
+
+
+def line(row: Figures) -> str:
+    """One line for people: labels, then numbers."""
+    told = {name: f"{value:.4g}" if isinstance(value, float) else value for name, value in row.items()}
+    return "  ".join(
+        f"{name} {value['value']:.4g}" if isinstance(value, dict) and "value" in value else f"{name} {value}"
+        for name, value in told.items()
+        if not isinstance(value, dict | list) or "value" in value
+    )
+
+
+if __name__ == "__main__":
+    run(main, Arguments, "python benchmarks/study.py", sys.argv[1:])

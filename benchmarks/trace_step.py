@@ -6,7 +6,6 @@ measured with `sys.setprofile` after a warm-up; nobody merges good functions for
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections import Counter
 from dataclasses import dataclass, field
@@ -18,6 +17,7 @@ import gymnasium as gym
 import numpy as np
 
 import pnt_gym
+from benchmarks.checks import check_parser
 from pnt_gym.errors import PntGymError
 
 ROOT = Path(pnt_gym.__file__).resolve().parent
@@ -77,7 +77,7 @@ def _action(env: gym.Env[Any, Any], info: dict[str, Any]) -> Any:
 
 def main() -> None:
     """Print the figures, and with --list every function."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = check_parser(__doc__)
     parser.add_argument("--env", default="PnTConveyor-v0", choices=pnt_gym.ENV_IDS)
     parser.add_argument("--level", help="the environment's default unless given")
     parser.add_argument("--list", action="store_true", help="every function with its calls")

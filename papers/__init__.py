@@ -1,1 +1,1 @@
-"""Four published systems, computed anew: one folder a paper, with the planning that only that paper needs."""
+"""Four published systems, computed anew: a folder for each paper, with the planning code that only this paper needs."""

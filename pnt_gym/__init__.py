@@ -31,11 +31,11 @@ ENV_IDS: Final = tuple(_ENTRY_POINTS)
 
 
 _SETTINGS: Final = {"PnTAdapt-v0": {"level": "day"}, "PnTLine-v0": {"level": "single"}}
-"""What an environment is made with unless something else is asked for."""
+"""Default keyword arguments of `gymnasium.make` for some environments."""
 
 
 def register_envs() -> None:
-    """Register the environments with Gymnasium; calling it again changes nothing."""
+    """Register the environments with Gymnasium; a second call changes nothing."""
     for env_id, entry_point in _ENTRY_POINTS.items():
         if env_id not in gymnasium.registry:
             gymnasium.register(  # pyright: ignore[reportUnknownMemberType]

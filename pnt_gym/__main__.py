@@ -6,7 +6,7 @@ from pnt_gym.commands import command_module
 
 
 def main() -> None:
-    """Do what the command line asks for."""
+    """Run the command that the command line names."""
     command_module("ground.console").main()
 
 

@@ -1,4 +1,4 @@
-"""Array aliases, the shape checks of plans, and taking, replacing and joining rows of records with arrays."""
+"""Array aliases, shape checks of plans, and functions that take, replace and concatenate rows of records of arrays."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ RecordT = TypeVar("RecordT")
 
 
 def finite_points(values: ArrayLike, name: str, count: int | None = None) -> Floats:
-    """Return ``values`` as a contiguous float64 array of shape (N, 3) [m], with N = ``count`` where that is given.
+    """Return ``values`` as a contiguous float64 array of shape (N, 3) [m], with N = ``count`` unless ``count`` is None.
 
     Raises:
-        ValueError: if the shape is another one or a coordinate is NaN or infinite.
+        ValueError: if the shape differs or a coordinate is NaN or infinite.
     """
     points = np.ascontiguousarray(values, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 3 or count not in (None, len(points)):
@@ -54,7 +54,7 @@ def vector(value: Point, name: str) -> Floats:
     """Return ``value`` as a float64 array of shape (3,).
 
     Raises:
-        ValueError: if it is not three finite numbers.
+        ValueError: if ``value`` is not three finite numbers.
     """
     array = np.asarray(value, dtype=np.float64)
     if array.shape != (3,) or not np.isfinite(array).all():
@@ -72,22 +72,22 @@ def length(vectors: Floats) -> Floats:
 
 
 def dot(one: Floats, other: Floats) -> Floats:
-    """Return the product (...,) of vectors (..., 3), written out as in `length`."""
+    """Return the scalar product (...,) of vectors (..., 3), written out as in `length`."""
     return one[..., 0] * other[..., 0] + one[..., 1] * other[..., 1] + one[..., 2] * other[..., 2]
 
 
 def take(record: RecordT, index: Any) -> RecordT:
-    """The record at a numpy index of the leading shape; fields that are neither arrays nor records stay.
+    """The record whose arrays are indexed along their leading shape; fields that are neither arrays nor records stay.
 
     Args:
-        record: a dataclass, a NamedTuple or a dict of arrays, other such records and plain values.
+        record: a dataclass, a NamedTuple or a dict of arrays, nested records and plain values.
         index: any numpy index.
     """
     return _each(itemgetter(index), record)
 
 
 def replaced(record: RecordT, index: Any, other: RecordT) -> RecordT:
-    """A copy of the record whose arrays hold those of another record at a numpy index."""
+    """A copy of the record in which another record's arrays overwrite the rows at a numpy index."""
 
     def overwritten(values: Floats, new: Floats) -> Floats:
         mixed = values.copy()
@@ -98,26 +98,26 @@ def replaced(record: RecordT, index: Any, other: RecordT) -> RecordT:
 
 
 def made_anew(record: RecordT, which: Bools, make: Callable[..., RecordT], *given: Any) -> RecordT:
-    """A copy of the record with some rows made anew; the record itself where there are none.
+    """A copy of the record in which the masked rows are computed again; the record itself where the mask is empty.
 
     Args:
         record: N rows.
-        which: the rows (N,).
-        make: a record of those rows from those rows of what is given.
-        given: records and arrays of N rows, and plain values.
+        which: True for the rows to compute (N,).
+        make: computes the record of the masked rows from the masked rows of ``given``.
+        given: arguments of ``make``: records and arrays of N rows, and plain values.
     """
     rows = np.flatnonzero(which)
     return replaced(record, rows, make(*(take(one, rows) for one in given))) if rows.size > 0 else record
 
 
 def either(which: Bools, make: Callable[..., RecordT], other: Callable[..., RecordT], *given: Any) -> RecordT:
-    """A record of N rows, of which some are made in one way and the others in another.
+    """A record of N rows: one function computes the masked rows, another function the unmasked rows.
 
     Args:
-        which: the rows that are made in the first way (N,).
-        make: a record of those rows from those rows of what is given.
-        other: the same for the others.
-        given: records and arrays of N rows, and plain values.
+        which: True for the rows that ``make`` computes (N,).
+        make: computes the record of the masked rows from the masked rows of ``given``.
+        other: computes the record of the unmasked rows from the unmasked rows of ``given``.
+        given: arguments of both functions: records and arrays of N rows, and plain values.
     """
     if which.all():
         return make(*given)
@@ -129,7 +129,7 @@ def either(which: Bools, make: Callable[..., RecordT], other: Callable[..., Reco
 
 
 def joined(records: Sequence[RecordT], axis: int = 0) -> RecordT:
-    """The rows of all records, one after the other along an axis; plain values are those of the first."""
+    """The rows of all records, concatenated along an axis; plain values come from the first record."""
 
     def one_after_the_other(*values: Floats) -> Floats:
         return np.concatenate(values, axis=axis)
@@ -138,7 +138,7 @@ def joined(records: Sequence[RecordT], axis: int = 0) -> RecordT:
 
 
 def _each(change: Callable[..., Any], first: Any, *others: Any) -> Any:
-    """A record like the given ones, each of its arrays made from theirs."""
+    """A record of the same type, each array computed by ``change`` from the records' arrays of that name."""
     if isinstance(first, np.ndarray):
         return change(first, *others)
     if first.__class__ is dict:
@@ -151,14 +151,14 @@ def _each(change: Callable[..., Any], first: Any, *others: Any) -> Any:
 
 @cache
 def _columns(kind: Any) -> tuple[str, ...]:
-    """Names of the values that records of a type are made from; none for any other type."""
+    """Names of the constructor fields of a record type; empty for any other type."""
     if is_dataclass(kind):
         return tuple(field.name for field in fields(kind) if field.init)
     return getattr(kind, "_fields", ())
 
 
 def not_finite(values: Floats, name: str) -> PlanningError:
-    """The error that says where the first value lies that is NaN or infinite."""
+    """The error that names the first NaN or infinite value and its index."""
     bad = ~np.isfinite(values)
     where = tuple(int(i) for i in np.argwhere(bad)[0])
     return PlanningError(f"{name} must be finite, got {values[bad][0]} at index {where}")

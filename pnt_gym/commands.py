@@ -1,4 +1,4 @@
-"""Where the commands lie: inside the installed package, or beside it in a checkout."""
+"""Import of the command modules: inside the installed package, or next to the package in a checkout."""
 
 from __future__ import annotations
 
@@ -8,26 +8,26 @@ from typing import Any
 
 
 def command_module(name: str) -> Any:
-    """A module of the commands by its name there, for instance "evaluation"."""
+    """The module `agents.NAME`, for instance "judging.evaluation"."""
     inside = importlib.util.find_spec("pnt_gym.agents") is not None
     return importlib.import_module(f"{'pnt_gym.' if inside else ''}agents.{name}")
 
 
 def evaluate(policy: Any, env: Any, picks: int = 200, seed: int = 0, **options: Any) -> dict[str, Any]:
-    """What a policy is worth on held-out throws; every argument as for `agents.judging.evaluation.evaluate`.
+    """Evaluate a policy on held-out throws; every argument as for `agents.judging.evaluation.evaluate`.
 
     Args:
         policy: a function of observations (N, D) that returns actions (N, A) within [-1, 1], a controller, a model of
             stable-baselines3, or a controller's name.
         env: an id, or an environment.
         picks: throws to count, at least 1.
-        seed: names the objects; no training or practice with any seed sees them.
+        seed: of the evaluation's objects; no training or practice with any seed sees these objects.
         options: practice, online and progress; level, action_mode, num_envs and threads of an id.
 
     Returns:
         Figures by name, and `throws`, a mapping for each throw.
 
     Raises:
-        PntGymError: no such policy or environment, two that do not fit, or no throws.
+        PntGymError: the policy or the environment is unknown, the two do not fit, or no throws are asked for.
     """
     return command_module("judging.evaluation").evaluate(policy, env, picks, seed, **options)

@@ -1,8 +1,8 @@
-"""Machine code for loops over numbers; the one place that imports numba.
+"""Machine code for loops over numbers; the only module that imports numba.
 
-Loading numba takes a fifth of a second, so a module of compiled functions is imported where they are first called. It
-holds all that its functions compute with: what is kept on disk is made anew when the text of that one file changes, and
-constants of other modules are frozen into it.
+Loading numba takes a fifth of a second, so a module of compiled functions is imported where they are first called. Such
+a module defines every function and constant that it compiles: numba renews the code on disk only when the text of that
+file changes, and constants of other modules are frozen into the code.
 """
 
 from __future__ import annotations
@@ -21,24 +21,25 @@ _NJIT: Final[Any] = partial(numba.njit, error_model="numpy")
 
 
 def part(function: FunctionT) -> FunctionT:
-    """A function that compiled ones call, and Python does not; it is compiled as a part of them."""
+    """Compile a function that only compiled functions call, not Python; numba makes it a part of its callers."""
     return _NJIT(no_cpython_wrapper=True, no_cfunc_wrapper=True)(function)
 
 
 def compiled(signature: str) -> Callable[[FunctionT], FunctionT]:
     """Compile a function for one set of types, when its module is imported, and keep the machine code on disk.
 
-    It is kept in the folder `NUMBA_CACHE_DIR`, or beside the module, or where the user's caches lie: the first that can
-    be written. Where none can, or what lies there cannot be read, every process compiles for itself, with a warning.
+    The machine code lies in the folder `NUMBA_CACHE_DIR`, next to the module, or in the user's cache: the first of
+    these folders that can be written. Where no folder can be written, or the stored code cannot be read, every process
+    compiles for itself, with a warning.
 
     Args:
-        signature: types of result and arguments, as numba writes them.
+        signature: types of result and arguments, in numba's notation.
     """
 
     def made(function: FunctionT) -> FunctionT:
         try:
             return _NJIT(signature, cache=True)(function)
-        except Exception:  # whatever can be wrong with a folder; what is wrong with the code is so again below
+        except Exception:  # any error of the cache folder; an error of the code is raised again below
             _warn()
             return _NJIT(signature)(function)
 
@@ -47,7 +48,7 @@ def compiled(signature: str) -> Callable[[FunctionT], FunctionT]:
 
 @cache
 def _warn() -> None:
-    """Once: how to get rid of seconds at the start of every process."""
+    """Warn once that every process compiles anew, and say how to avoid that."""
     warnings.warn(
         "machine code cannot be kept or read, so every process makes it anew, which takes seconds; "
         "set NUMBA_CACHE_DIR to an empty folder that can be written",

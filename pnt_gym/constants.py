@@ -1,4 +1,4 @@
-"""The physical constants of every cell, each once."""
+"""Physical constants that all cells share."""
 
 from __future__ import annotations
 
@@ -7,6 +7,6 @@ from typing import Final
 GRAVITY: Final = 9.81
 """Gravity [m/s2]; z points up."""
 AIR_DENSITY: Final = 1.2
-"""Of air at 20 deg C [kg/m3]."""
+"""Density of air at 20 deg C [kg/m3]."""
 AIR_VISCOSITY: Final = 1.8e-5
 """Dynamic viscosity of air at 20 deg C [Pa s]."""

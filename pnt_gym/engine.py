@@ -1,8 +1,8 @@
-"""MuJoCo, imported in one place: headless machines render offscreen, and the type checker sees Any.
+"""The only import of MuJoCo: headless machines render offscreen, and the type checker sees Any.
 
 MuJoCo chooses its OpenGL backend at the first import. Without a display its default (GLFW) aborts the process when a
 picture is asked for, so an offscreen backend is chosen if its library is there and MUJOCO_GL is not set. Physics
-needs none of them.
+needs no backend.
 """
 
 import ctypes
@@ -44,9 +44,9 @@ Batch: Any = _batch.Batch
 
 @contextmanager
 def unheard() -> Generator[None, None, None]:
-    """In the block MuJoCo does not print its warnings or log them to a file; a batch counts them all the same."""
+    """Keep MuJoCo from printing its warnings or logging them to a file; a batch counts the warnings all the same."""
     before = mujoco.get_mju_user_warning()
-    # A function of C that only reads the text: one of Python's could not be called from MuJoCo's threads.
+    # A C function that only reads the text: MuJoCo's threads cannot call a Python function.
     mujoco.set_mju_user_warning(None if sys.platform == "win32" else ctypes.CDLL(None).strlen)
     try:
         yield

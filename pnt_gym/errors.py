@@ -1,6 +1,6 @@
 """The errors a user can cause; each carries one sentence that names the value and the valid range.
 
-The rule: whatever the package raises on purpose because of what a user gave descends from `PntGymError`, which is a
+The rule: every error that the package raises on purpose because of a user's input descends from `PntGymError`, a
 ValueError. `except PntGymError` therefore catches "there is no throw" (`planning.InfeasibleThrow`), "there is no
 release" (`planning.one_joint.UnreachableGoal`), numbers out of range, arrays of the wrong shape, and broken configs.
 """
@@ -10,13 +10,13 @@ from typing import NoReturn
 
 
 def one_sentence(said: object, most: int = 400) -> str:
-    """A text, or the message of an error, on one line and no longer than people read."""
+    """A text, or the message of an error, on one line of at most ``most`` characters."""
     line = " ".join(str(said).split())
     return line if len(line) <= most else f"{line[: most - 3]}..."
 
 
 class PntGymError(ValueError):
-    """Base of every error that pnt_gym raises on purpose; its message is one sentence, whatever values stand in it."""
+    """Base of every error that pnt_gym raises on purpose; the message is one sentence on one line."""
 
     def __str__(self) -> str:
         return one_sentence(super().__str__(), 500)
@@ -27,11 +27,11 @@ class ConfigError(PntGymError):
 
 
 class PlanningError(PntGymError):
-    """Numbers or shapes from which no plan, path or motion can be made."""
+    """Numbers or shapes from which no plan, path or motion can be computed."""
 
 
 class ActionError(PntGymError):
-    """An action of the wrong shape, or one that is not a finite number."""
+    """An action of the wrong shape, or with a number that is not finite."""
 
 
 class PhysicsError(PntGymError):
@@ -39,19 +39,19 @@ class PhysicsError(PntGymError):
 
 
 class OrderError(PntGymError):
-    """A step of an environment that was not reset, or a call on one that is closed."""
+    """A step of an environment that was not reset, or a call on a closed environment."""
 
 
 class MovedError(PntGymError, ImportError):
-    """A name that has left pnt_gym; an ImportError too, as `from ... import` hides what any other error says."""
+    """A name that has left pnt_gym; an ImportError too, since `from ... import` hides the message of other errors."""
 
 
 def moved(module: str, places: Mapping[str, str]) -> Callable[[str], NoReturn]:
-    """Return the `__getattr__` of a module that names have left.
+    """Return a module's `__getattr__` that refuses moved names and says where each name is now.
 
     Args:
         module: name of the module.
-        places: where each name stands now.
+        places: the module that each name moved to.
     """
 
     def refuse(name: str) -> NoReturn:

@@ -16,7 +16,7 @@ Trigger = Callable[[int], bool]
 
 
 def _cubes(episode: int) -> bool:
-    """Gymnasium's default: episodes 0, 1, 8, 27, ... up to 1000, and then every 1000th."""
+    """Whether Gymnasium's default records an episode: 0, 1, 8, 27, ... up to 1000, and then every 1000th."""
     return round(episode ** (1 / 3)) ** 3 == episode if episode < 1000 else episode % 1000 == 0
 
 
@@ -24,15 +24,15 @@ def _cubes(episode: int) -> bool:
 class RecordVideo(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     """Records videos as Gymnasium's `RecordVideo` does, but with every frame of every throw, at true rate.
 
-    Gymnasium's own keeps one frame a step, which here is one frame a throw, and writes by MoviePy; this one writes by
-    imageio, of the extra `video`. The environment needs the render mode `rgb_array_list`:
+    Gymnasium's own wrapper keeps one frame a step, which here is one frame a throw, and writes by MoviePy. This wrapper
+    writes by imageio, of the extra `video`. The environment needs the render mode `rgb_array_list`:
 
         env = gym.make("PnTConveyor-v0", render_mode="rgb_array_list")
         env = RecordVideo(env, "videos")
 
     Args:
         env: the environment.
-        video_folder: folder of the videos; one of the same name is replaced.
+        video_folder: folder of the videos; a video of the same name is replaced.
         episode_trigger: whether a video begins with an episode of this number, from 0; without any trigger, with the
             episodes 0, 1, 8, 27 and so on, and from 1000 on with every 1000th.
         step_trigger: whether a video begins with a step of this number, from 0, over all episodes.
@@ -78,11 +78,11 @@ class RecordVideo(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
 
     @property
     def recording(self) -> bool:
-        """Whether a video has begun and not ended."""
+        """Whether a video is being recorded."""
         return self._video is not None
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
-        """Reset the environment; a whole episode's video ends, and one may begin."""
+        """Reset the environment; the video of the last episode ends, and a new video may begin."""
         first = self.env.reset(seed=seed, options=options)
         self.episode_id += 1
         if not self.video_length:
@@ -102,12 +102,12 @@ class RecordVideo(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         return outcome
 
     def close(self) -> None:
-        """End a video, and close the environment."""
+        """End the video that is being recorded, and close the environment."""
         self.stop_recording()
         super().close()
 
     def start_recording(self, video_name: str) -> None:
-        """Begin a video; one that is being recorded ends."""
+        """Begin a video; a video that is being recorded ends."""
         self.stop_recording()
         self._video = video_name
 

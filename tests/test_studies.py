@@ -1,15 +1,172 @@
-"""Studies and benchmarks take hours and are run by hand; what is held here is that all they import is still there."""
+"""Studies are plans: those that ship can be read, a small one runs and goes on after an end, wrong ones are told."""
 
 from __future__ import annotations
 
+import json
 import runpy
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from agents.ground.cli import run
+from agents.report.study_plan import STUDIES, StudyPlan, merged, read_study
+from benchmarks import study
+
 SCRIPTS = sorted((Path(__file__).resolve().parents[1] / "benchmarks").rglob("*.py"))
+RESULTS = Path(__file__).resolve().parents[1] / "results"
+SMALL = """
+study: small
+about: what a test takes
+throws: 4
+levels: {soft: {base: waste_plain, fidelity: flight, cup: {stiffness: 1.0}}}
+parts:
+  throws:
+    measure: throws.figures
+    settings: {level: {fidelity: flight}, cells: 2, figures: [success, picks_per_min, success_by_item]}
+    axes: {level: [waste_plain, soft], level.mismatch: [0.0, 1.0]}
+"""
 
 
 @pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.stem)
 def test_a_script_loads_and_says_what_it_is_for(path):
     assert runpy.run_path(str(path), run_name="loaded")["__doc__"]
+
+
+@pytest.mark.parametrize("path", sorted(STUDIES.glob("*.yaml")), ids=lambda path: path.stem)
+def test_plans_that_ship_have_cases_that_differ_and_measurements_that_are_there(path):
+    plan = read_study(path)
+    assert plan.study == path.stem
+    cases = [case for name in plan.parts for case in plan.cases(name)]
+    assert len({json.dumps(case.labels) for case in cases}) == len(cases)
+    assert len({json.dumps([case.labels["part"], case.settings], sort_keys=True) for case in cases}) == len(cases)
+    assert all(callable(study.measurement(part)) for part in plan.parts.values())
+
+
+@pytest.mark.parametrize("path", sorted(STUDIES.glob("*.yaml")), ids=lambda path: path.stem)
+def test_committed_rows_are_those_of_the_plan(path):
+    file = RESULTS / path.name.replace(".yaml", ".json")
+    if not file.exists():
+        assert not read_study(path).tables
+        return
+    plan, rows = read_study(path), json.loads(file.read_text(encoding="utf-8"))["rows"]
+    cases = [case for name in plan.parts for case in plan.cases(name)]
+    assert all(study.is_held(case, rows) for case in cases)
+    assert all(any(study.is_held(case, [row]) for case in cases) for row in rows)
+
+
+def test_axes_set_what_their_path_names_and_keep_the_settings_beside_it():
+    plan = StudyPlan.model_validate(
+        {
+            "study": "s",
+            "about": "x",
+            "throws": 10,
+            "levels": {"a": {"base": "waste", "cup": {"peel": True}}},
+            "parts": {
+                "p": {
+                    "measure": "throws.figures",
+                    "share": 0.25,
+                    "settings": {"cells": 3, "level": {"timestep": 0.001}},
+                    "axes": {"level": ["a", "dense"], "level.cup.stiffness": [1.0], "way": {"x": {"cells": 4}}},
+                }
+            },
+        }
+    )
+    first, second = plan.cases("p")
+    assert first.labels == {"part": "p", "level": "a", "stiffness": 1.0, "way": "x"}
+    level = {"timestep": 0.001, "base": "waste", "cup": {"peel": True, "stiffness": 1.0}}
+    assert first.settings == {"cells": 4, "level": level}
+    assert second.settings["level"] == {"timestep": 0.001, "base": "dense", "cup": {"stiffness": 1.0}}
+    assert plan.parts["p"].count(plan.throws) == 2
+    assert merged({"a": {"b": 1, "c": 2}}, {"a": {"c": 3}, "d": 4}) == {"a": {"b": 1, "c": 3}, "d": 4}
+
+
+def measure(*words: str | Path) -> None:
+    run(study.main, study.Arguments, "study", list(map(str, words)))
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> Path:
+    path = tmp_path / "small.yaml"
+    path.write_text(SMALL)
+    return path
+
+
+def rows_of(path: Path) -> list[dict[str, Any]]:
+    return json.loads(path.read_text())["rows"]
+
+
+def test_a_study_that_was_killed_goes_on_with_the_rows_that_it_has(small, tmp_path, monkeypatch, capsys):
+    whole, cut = tmp_path / "whole.json", tmp_path / "cut.json"
+    measure(small, "--json", whole)
+    assert [(row["level"], row["mismatch"]) for row in rows_of(whole)] == [
+        ("waste_plain", 0.0), ("waste_plain", 1.0), ("soft", 0.0), ("soft", 1.0)
+    ]  # fmt: skip
+    assert all(0.0 <= row["success"] <= 1.0 < row["picks_per_min"] for row in rows_of(whole))
+
+    write, written = study.write_json, []
+
+    def dying(path: Path, data: Any) -> None:
+        write(path, data)
+        written.append(len(data["rows"]))
+        if len(written) == 2:
+            raise SystemExit(9)
+
+    monkeypatch.setattr(study, "write_json", dying)
+    with pytest.raises(SystemExit):
+        measure(small, "--json", cut)
+    assert rows_of(cut) == rows_of(whole)[:2]
+    measure(small, "--json", cut)
+    assert written == [1, 2, 3, 4]
+    assert json.loads(cut.read_text()) == json.loads(whole.read_text())
+    capsys.readouterr()
+    measure(small, "--json", cut)
+    assert capsys.readouterr().out == ""
+
+
+def test_rows_of_another_seed_or_of_other_code_are_not_gone_on_with(small, tmp_path, monkeypatch):
+    file = tmp_path / "s.json"
+    measure(small, "--json", file, "--throws", 2)
+    first = json.loads(file.read_text())
+    measure(small, "--json", file, "--throws", 2, "--seed", 1)
+    second = json.loads(file.read_text())
+    assert (first["throws"], first["seed"], second["seed"]) == (2, 0, 1)
+    assert len(second["rows"]) == 4
+    assert second["rows"] != first["rows"]
+    monkeypatch.setattr(study, "code_digest", lambda patterns: "changed")
+    measure(small, "--json", file, "--throws", 2, "--seed", 1)
+    third = json.loads(file.read_text())
+    assert third["digest"] != second["digest"]
+    assert third["rows"] == second["rows"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("throws: 4", "throws: 0", "throws is 0: input should be greater than or equal to 1"),
+        ("throws: 4", "throws: 4\nthings: 1", "unknown key 'things'"),
+        ("throws.figures", "nowhere.figures", "measure is 'nowhere.figures'; modules of benchmarks/studies are"),
+        ("throws.figures", "throws.nothing", "measure is 'throws.nothing'; throws has no function nothing"),
+        ("throws.figures", "throws", "measure"),
+        ("[0.0, 1.0]", "[1.0, 1.0]", "axes.level.mismatch: values [1.0, 1.0] must differ from one another"),
+        ("[0.0, 1.0]", "[]", "axes.level.mismatch: a list of values or a mapping of values to settings is needed"),
+        ("[waste_plain, soft]", "[moon]", "moon"),
+        ("[success,", "[luck,", "figure 'luck' is unknown"),
+    ],
+)
+def test_a_wrong_plan_is_told_in_one_sentence(small, capsys, old, new, said):
+    small.write_text(SMALL.replace(old, new))
+    with pytest.raises(SystemExit) as end:
+        measure(small)
+    error = capsys.readouterr().err
+    assert end.value.code == 2
+    assert error.startswith("error: ")
+    assert len(error.splitlines()) == 1
+    assert said in error
+
+
+def test_an_unknown_study_is_told_with_those_that_ship(capsys):
+    with pytest.raises(SystemExit) as end:
+        measure("gripp")
+    assert end.value.code == 2
+    assert "unknown study 'gripp'; known are adaptation, cup, dispatch" in capsys.readouterr().err

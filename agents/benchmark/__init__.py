@@ -1,1 +1,1 @@
-"""The benchmark: every controller on the same held-out throws, with intervals, resumable."""
+"""The benchmark: every controller on the same held-out throws, with confidence intervals, resumable."""

@@ -1,4 +1,4 @@
-"""Measure every controller on the same held-out throws, or shifts of a line: `python -m agents.benchmark`."""
+"""Measure every controller on the same held-out throws, or work shifts of a line: `python -m agents.benchmark`."""
 
 from __future__ import annotations
 
@@ -20,26 +20,26 @@ from .run import jobs
 
 @dataclass(frozen=True)
 class Arguments:
-    """Let every controller of a plan learn, throw the same held-out objects, and compare them throw by throw.
+    """Let every controller of a plan learn, evaluate all controllers on the same objects, and compare throw by throw.
 
-    Controllers of a line are compared work shift by work shift. Finished pieces are kept, so an interrupted benchmark
-    continues where it stopped.
+    Controllers of a line work the same held-out shifts and are compared shift by shift. Finished pieces are kept and
+    not computed again, so an interrupted benchmark goes on where it stopped.
     """
 
     config: Path = SHIPPED / "configs" / "benchmark.yaml"
-    """The plan."""
+    """File of the plan."""
     jobs: int = 2
     """Processes side by side, one thread each."""
     cluster: Annotated[str | None, option("this machine alone", "HOST:PORT|auto")] = None
-    """Let the machines of a Ray cluster do the work, instead of --jobs processes here: the address of its head."""
+    """Compute on the machines of a Ray cluster instead of in --jobs processes here: the address of its head."""
     out: Annotated[Path | None, option("results/NAME.json with the plan's name", "FILE")] = None
-    """File for all figures and throws."""
+    """File of all figures and throws."""
     work: Annotated[Path | None, option("runs/benchmark/NAME", "DIR")] = None
     """Folder of the finished pieces."""
 
 
 def main(arguments: Arguments) -> None:
-    """Do what is missing, write the results, print the tables."""
+    """Compute the missing pieces, write the results, print the tables."""
     at_least(vars(arguments), jobs=1)
     plan = read_plan(arguments.config)
     out = arguments.out or MADE / "results" / f"{plan.name}.json"
@@ -58,7 +58,7 @@ def main(arguments: Arguments) -> None:
 
 
 def show(plan: Plan, table: list[dict[str, Any]]) -> None:
-    """One table per level, with gains over the first of the references, or over the first entry."""
+    """Print one table per level, with gains over the first reference, or over the first entry."""
     base = next(iter((*plan.references, *plan.entries))).label
     trial = trial_of_plan(plan)
     for level in plan.levels:

@@ -1,4 +1,4 @@
-"""From what was kept to figures: summaries, paired differences and multiples of the noise floor."""
+"""Figures of a benchmark from its results: summaries, paired differences and multiples of the noise floor."""
 
 from __future__ import annotations
 
@@ -17,19 +17,20 @@ from .plan import Plan, trial_name, trial_of_plan
 def compare(
     record: type[Record], learned: Sequence[Result], reference: Sequence[Result], num_envs: int
 ) -> dict[str, Any]:
-    """Learned less reference on the same throws or shifts, with intervals: the figures of `Record.compared`.
+    """Difference of a learned controller and a reference on the same throws or shifts, with intervals.
 
-    A throw or shift is averaged over the seeds of each side; `by_seed` compares each learned seed alone.
+    The figures are those of `Record.compared`. Each throw or shift is averaged over the seeds of a controller;
+    `by_seed` compares each seed of the learned controller alone.
     """
     by_seed = [{"seed": r["seed"], **_difference(record, [r], reference, num_envs)} for r in learned]
     return {**_difference(record, learned, reference, num_envs), "by_seed": by_seed}
 
 
 def assemble(plan: Plan, results: Sequence[Result]) -> dict[str, Any]:
-    """Everything the benchmark says.
+    """Table and paired comparisons of a benchmark, as its JSON file holds them.
 
     Raises:
-        UsageError: results of one level are not of the same objects, so nothing is paired.
+        UsageError: results of one level are not of the same objects and cannot be paired.
     """
     trial = trial_of_plan(plan)
     record = trial.record

@@ -1,4 +1,4 @@
-"""Entries of a benchmark: who is measured, and what it learns from."""
+"""Entries of a benchmark: which controller is measured, and what it learns from."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Several = Annotated[int, Field(ge=2)]
 TRAINED = (*RESIDUAL, *MASKED)
 LEARNERS = ("mean_shift", "virtual_goal", "newton_goal", "ridge", "mlp", *TRAINED)
 EACH: Final = "each"
-"""As a level to learn on: each of those that are evaluated on, for itself."""
+"""As `train_level`: the controller learns on each evaluation level separately."""
 
 
 @final
@@ -94,12 +94,12 @@ class Entry(Section):
 
 
 def is_learned(name: str) -> bool:
-    """Whether an entry names what was learned before: a scorer's file or the path of a run folder."""
+    """Whether an entry's controller name is a file of a trained policy: a scorer's file or the path of a run folder."""
     return ":" not in name and (name.endswith(".npz") or "/" in name)
 
 
 def labels_of(entry: Entry) -> list[str]:
-    """Labels of an entry's results: its own, and after it those of the controllers that take over what it learned."""
+    """Labels of an entry's results: the entry's label, then those of the controllers in `also`."""
     taken = [name if entry.label == entry.controller else f"{name}_{entry.label}" for name in entry.also]
     return [entry.label, *taken]
 
@@ -108,7 +108,7 @@ def settings_of(entry: Entry, env_id: str) -> dict[str, Any]:
     """Hyperparameters of an entry that trains.
 
     Raises:
-        UsageError: their file is missing or damaged, or has none for the environment.
+        UsageError: the file is missing or damaged, or has no hyperparameters for the environment.
     """
     file = None if entry.config is None else Path(entry.config)
     return {**hyperparameters(entry.controller, env_id, file), **entry.options}
@@ -116,7 +116,7 @@ def settings_of(entry: Entry, env_id: str) -> dict[str, Any]:
 
 @final
 class Choice(Section):
-    """One result of the benchmark: a label and what it learned from."""
+    """One result of the benchmark: a label, and the number of throws that the controller learned from."""
 
     label: str
     throws: Count = 0

@@ -1,4 +1,4 @@
-"""What is to be measured: controllers x throws or decisions to learn from x seeds x levels, cut into pieces."""
+"""Plans of benchmarks: controllers x throws or decisions to learn from x seeds x levels, cut into pieces of work."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from ..learning.runs import POLICY
 from .entries import EACH, TRAINED, Choice, Count, Entry, Several, is_learned, labels_of, settings_of
 
 _CODE = ("pnt_gym/**/*.py", "agents/controllers/*.py", "agents/dispatchers/*.py")
-"""Code that decides where objects land or what comes next, and is found by a name; the rest is imported."""
+"""Code on which results depend and which is loaded by a name; all other code is found by following imports."""
 
 
 @final
@@ -72,7 +72,7 @@ class Plan(Section):
     @model_validator(mode="before")
     @classmethod
     def _name_levels(cls, data: Any) -> Any:
-        """Take labels and levels of a mapping apart."""
+        """Split `levels`, if it is a mapping, into the labels in `levels` and the levels in `inline`."""
         if not (isinstance(data, Mapping) and isinstance(data.get("levels"), Mapping)):
             return data
         levels = data["levels"]
@@ -98,19 +98,19 @@ class Plan(Section):
 
     @property
     def judged(self) -> tuple[str, ...]:
-        """Every level that something is evaluated on."""
+        """Names of all levels on which an entry is evaluated, sorted."""
         return tuple(sorted({level for entry in self.entries for level in entry.levels or self.levels}))
 
     def level(self, name: str) -> str | dict[str, Any]:
-        """A level as environments take it: the name or file, or what the plan itself says of it."""
+        """A level as environments take it: its name or file, or the mapping in the plan."""
         return {"name": name, **self.inline[name]} if name in self.inline else name
 
     def config(self, name: str) -> Any:
-        """A level in full, as the environment reads it."""
+        """Config of a level, as the environment reads it."""
         return _config(self.env, json.dumps(self.level(name), default=str))
 
     def count_of(self, trial: type[Trial], level: str, entry: Entry | None = None) -> int:
-        """Held-out units of every seed on a level: for all entries, or for one that may have fewer."""
+        """Number of held-out units per seed on a level: for all entries, or for one entry, which may have fewer."""
         own = None if entry is None else getattr(entry, trial.option, None)
         return own or self.picks_on.get(level) or int(getattr(self, trial.option))
 
@@ -118,30 +118,31 @@ class Plan(Section):
 @final
 @dataclass(frozen=True)
 class Piece:
-    """A piece of work that one process does and one file keeps."""
+    """A piece of work that one process does and whose results one file keeps."""
 
     plan: Plan
     entry: Entry
     throws: tuple[int, ...]
-    """Training is evaluated on its way, at each of these."""
+    """Numbers of throws to learn from; a training is evaluated at each of these numbers on its way."""
     seed: int
     levels: tuple[str, ...]
     train_level: str
     configs: Mapping[str, LevelConfig]
-    """What the levels say that do not ship: a file may change while others wait, and lies on this machine alone."""
+    """Configs of the levels that do not ship: their files may change while the piece waits, and lie on this machine
+    alone."""
     key: str
-    """Changes when anything changes that the numbers depend on."""
+    """Digest of everything that the results depend on."""
     name: str
-    """For people and file names."""
+    """Name of the piece, for people and file names."""
     cost: int
-    """Throws that will be simulated, or decisions that will be taken; who takes long counts several times."""
+    """Number of throws or decisions to be simulated; those of slow controllers count several times."""
 
 
 def read_plan(path: Path) -> Plan:
     """The plan in a YAML file.
 
     Raises:
-        UsageError: the file is missing or damaged, or its plan does not hold together.
+        UsageError: the file is missing or damaged, or the plan contradicts itself.
     """
     try:
         return Plan.model_validate(read_yaml(path, "benchmark"))
@@ -150,20 +151,20 @@ def read_plan(path: Path) -> Plan:
 
 
 def trial_of_plan(plan: Plan) -> type[Trial]:
-    """The kind of task by which the plan's controllers are judged."""
+    """The kind of trial by which the plan's controllers are judged."""
     return trial_class(plan.config(plan.levels[0]))
 
 
 def trial_name(plan: Plan) -> str:
-    """The kind of task as the config of a level names it."""
+    """Name of the kind of trial, as the config of a level gives it."""
     return str(getattr(plan.config(plan.levels[0]), "trial", "throws"))
 
 
 def pieces(plan: Plan) -> list[Piece]:
-    """The plan's work, longest first.
+    """The plan's pieces of work, longest first.
 
     Raises:
-        UsageError: the environment does not exist, or is none for what the plan says.
+        UsageError: the environment does not exist, or does not fit the plan.
         ConfigError: a level does not exist.
     """
     kind = trial_of_plan(plan)
@@ -184,7 +185,7 @@ def pieces(plan: Plan) -> list[Piece]:
 
 
 def _by_level(plan: Plan) -> list[tuple[Entry, str]]:
-    """Entries, each for every level apart where it is learned on for itself, and what tells their pieces apart."""
+    """Entries, one copy per level where `train_level` is `EACH`, each with a prefix that tells copies apart."""
     found: list[tuple[Entry, str]] = []
     for entry in plan.entries:
         if (entry.train_level or plan.train_level) != EACH:
@@ -224,7 +225,7 @@ def _piece(
 
 
 def _depends(kind: type[Trial], entry: Entry, levels: list[Any], throws: tuple[int, ...]) -> list[Any]:
-    """What figures of an entry depend on beside code and levels: what ships or was learned for its controllers."""
+    """Dependencies of an entry's figures beside code and levels: shipped settings and files, and trained policies."""
     names = [value for _, value in _read(kind, entry, levels)]
     parts = [kind.depends(name, levels, entry.options, throws) for name in (entry.controller, *names)]
     learned = [_digest(name) for name in (entry.controller, *names) if is_learned(name)]
@@ -232,21 +233,21 @@ def _depends(kind: type[Trial], entry: Entry, levels: list[Any], throws: tuple[i
 
 
 def _read(kind: type[Trial], entry: Entry, levels: list[Any]) -> list[tuple[str, str]]:
-    """Setting and value of what an entry's controller reads beside what its name says."""
+    """Settings of an entry by which its controller reads further files, and their values."""
     return kind.learned(entry.controller, levels, entry.options)
 
 
 def _digest(name: str) -> str:
-    """Digest of what was learned: a file, or the policy of a run folder."""
+    """Digest of a trained policy: of its file, or of the policy in a run folder."""
     place = at(name)
     return hashlib.sha256(bytes_of(place / POLICY if place.is_dir() else place, MOST_NUMBERS)).hexdigest()
 
 
 def _check_keys(plan: Plan, kind: type[Trial]) -> None:
-    """Make sure that plan and entries say nothing that only other kinds of tasks have a use for.
+    """Make sure that plan and entries have no keys that only other kinds of trials use.
 
     Raises:
-        UsageError: they do.
+        UsageError: the plan or an entry has such a key, or an entry asks for more units than the plan.
     """
     said = {name: name in plan.model_fields_set for name in ("picks", "picks_on", "floors", "shifts")}
     check_options(kind, said, repr(plan.env), dashes="")
@@ -259,10 +260,10 @@ def _check_keys(plan: Plan, kind: type[Trial]) -> None:
 
 
 def _check_level(plan: Plan, level: str) -> None:
-    """Make sure that entries can be made, and that they are judged by a fair number, before any works for hours.
+    """Make sure, before hours of work, that the entries of a level can be made and that the number of units is fair.
 
     Raises:
-        UsageError: an entry cannot.
+        UsageError: an entry cannot be made, or the number of units is not fair.
     """
     with closing(open_trial(plan.env, plan.level(level), 1, 1)) as trial:
         trial.check_count(plan.count_of(type(trial), level), plan.num_envs, level)
@@ -284,10 +285,10 @@ def _check_entry(plan: Plan, entry: Entry, trial: Trial) -> None:
 
 
 def made(trial: Trial, entry: Entry, name: str) -> Controller:
-    """A controller of an entry; the entry's settings are those of its own controller.
+    """A controller of an entry by name; the entry's options apply only to the entry's own controller.
 
     Raises:
-        UsageError: there is no such controller here, or it has no such settings.
+        UsageError: there is no such controller, or the controller has no such settings.
     """
     try:
         return trial.controller(name, **(entry.options if name == entry.controller else {}))
@@ -298,20 +299,20 @@ def made(trial: Trial, entry: Entry, name: str) -> Controller:
 
 @cache
 def _config(env_id: str, level: str) -> Any:
-    """A level in full, as an environment reads it, by its JSON."""
+    """Config of a level from the level's JSON text; cached."""
     return config_of(env_id, json.loads(level))
 
 
 def _is_own(plan: Plan, level: str, config: Any) -> bool:
-    """Whether a level is the user's own, and an environment can be made with what it says instead."""
+    """Whether a level is the user's own, and its config can be sent to another machine instead of its name."""
     return isinstance(config, LevelConfig) and (level in plan.inline or level not in config.level_names())
 
 
 def needs(plan: Plan) -> Needs:
-    """What the work needs of another machine than this one.
+    """Requirements of the plan's work on another machine.
 
     Raises:
-        UsageError: it reads what lies on this machine alone.
+        UsageError: the work reads a file that lies on this machine alone.
     """
     kind = trial_of_plan(plan)
     for entry, _ in _by_level(plan):
@@ -332,7 +333,7 @@ def needs(plan: Plan) -> Needs:
 
 
 def _lies_here_alone(name: str, value: Any) -> bool:
-    """Whether an entry's setting names a file that no other machine has; of what ships, hyperparameters are there."""
+    """Whether an entry's setting names a file that other machines lack; they have the shipped hyperparameters."""
     if name in ("controller", "guide"):
         return is_learned(str(value))
     there = name == "config" and at(str(value)).resolve().is_relative_to(SHIPPED / "configs")

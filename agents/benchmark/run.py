@@ -1,4 +1,4 @@
-"""Doing one piece of the benchmark: learn, do the held-out throws or work shifts, keep every one."""
+"""Computing one piece of the benchmark: learn, carry out the held-out throws or work shifts, and return them all."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from .entries import TRAINED, labels_of, settings_of
 from .plan import Piece, Plan, made, pieces
 
 Able: TypeAlias = Callable[[str, Trial], Controller]
-"""Gives a controller of a name that has learned, for the trial in which it is judged."""
+"""Returns the trained controller of a name for the trial that evaluates it."""
 
 
 def jobs(plan: Plan) -> list[Job]:
-    """The plan's work, as processes do it side by side."""
+    """The plan's pieces as jobs that processes do side by side."""
     return [Job(piece.name, piece.key, partial(run_piece, piece), piece.cost) for piece in pieces(plan)]
 
 
 def run_piece(piece: Piece, kept: Path) -> dict[str, Any]:
-    """Results of a piece of work; training leaves its run in the folder `kept` and goes on from there."""
+    """Results of a piece of work; a training keeps its run folder below `kept` and goes on from there."""
     plan, entry = piece.plan, piece.entry
     results: list[dict[str, Any]] = []
     named = list(zip(labels_of(entry), (entry.controller, *entry.also), strict=True))
@@ -52,7 +52,7 @@ def _trial(piece: Piece, level: str, count: int | None = None) -> Trial:
 
 
 def _learn(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
-    """Throws or decisions learned from, seconds it took, and what knows them, for each count of the piece."""
+    """Throws learned from, seconds of learning, and a factory of trained controllers, for each count of the piece."""
     if piece.entry.controller in TRAINED:
         yield from _train(piece, kept)
         return
@@ -64,12 +64,12 @@ def _learn(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
         seconds = round(time.perf_counter() - began, 1)
     if able is controller:
         yield piece.throws[0], seconds, partial(_transfer, controller, piece)
-    else:  # what a search has found acts on every level alike
+    else:  # the controller that a search returns acts on every level alike
         yield piece.throws[0], seconds, lambda name, trial: able
 
 
 def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
-    """Train, or go on training, and yield the policy at each count of throws or decisions."""
+    """Train, or resume training, and yield a factory of the policy at each count of throws or decisions."""
     from ..learning.progress import Stop  # noqa: PLC0415 - imports torch
     from ..training.session import Session  # noqa: PLC0415 - as above
 
@@ -98,12 +98,12 @@ def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
 
 
 def _policy(run: RunFolder, place: Path, asked: dict[str, Any], name: str, trial: Trial) -> Controller:
-    """What a training has left in a checkpoint, as a controller of the level that is judged."""
+    """Policy of a training's checkpoint as a controller for an evaluation level."""
     return trial.policy(run, place, asked, name)
 
 
 def _transfer(controller: Controller, piece: Piece, name: str, trial: Trial) -> Controller:
-    """The same knowledge in a controller of the level that is judged; one for each cell, where all learn on."""
+    """Controller of an evaluation level with a trained controller's state; one per cell if all go on learning."""
     count = trial.env.num_envs if piece.entry.online else 1
     able = [_informed(controller, piece, name, trial) for _ in range(count)]
     return Apart(able) if piece.entry.online else able[0]

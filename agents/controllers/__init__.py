@@ -1,4 +1,4 @@
-"""Every controller, by name, from a run folder, or from a module of the user."""
+"""Controllers of throws: every baseline and agent, by name or from a user's module, behind one protocol."""
 
 from __future__ import annotations
 
@@ -31,17 +31,17 @@ __all__ = [
 
 
 def make_controller(name: str, env: Env, *, trust: bool = False, **options: Any) -> Controller:
-    """The controller of a name, of a trained policy, or of somebody's module, fitted to an environment.
+    """Controller by its name, from a trained policy or from a user's module, fitted to an environment.
 
     Args:
         name: one of `NAMES`; a run folder, an RL-Zoo folder or a model.zip (see `agents.learning.trained`); or
             MODULE:CLASS (see `Controller`), which imports MODULE.
-        env: the environment it will act in.
-        trust: load an RL-Zoo folder or a model.zip, which runs code in them.
-        options: settings of that controller, e.g. `gain` of virtual_goal or `width` of mlp.
+        env: the environment in which the controller will act.
+        trust: allow an RL-Zoo folder or a model.zip, whose loading runs their code.
+        options: settings of the controller, e.g. `gain` of virtual_goal or `width` of mlp.
 
     Raises:
-        UsageError: none of these, or a controller that cannot act in this environment.
+        UsageError: the name fits none of these, or the controller cannot act in this environment.
     """
     if not isinstance(env.single_action_space, Box):
         raise UsageError(

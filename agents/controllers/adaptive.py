@@ -1,7 +1,7 @@
-"""Controllers of a cell that drifts: a policy that knows the objects, and what the shift does on top of it.
+"""Controllers of a drifting cell: a static policy that knows the objects, and a tracker of the present shift of picks.
 
-They see what every agent sees of `PnTAdapt-v0`: the observation tells of the throw before, and 0 as the share of the
-shift that is gone says that another one begins. Nothing reaches them by any other way.
+Adaptive controllers see what every agent sees of `PnTAdapt-v0`: observations include the previous landing, and a share
+of 0 of the shift of picks marks the begin of a new one. They use no other information.
 """
 
 from __future__ import annotations
@@ -28,26 +28,27 @@ from .shift import to_action
 from .trackers import Nothing, Tracker
 
 FEEDBACK_SIZE: Final = len(FEEDBACK)
-"""Entries at the end of an observation that tell of the throw before."""
+"""Entries at the end of an observation that describe the previous throw."""
 WIDTH: Final = 128
 STEPS: Final = 6000
 STATIC: Final = "static"
-"""The policy under all of them; the names of its arrays begin so."""
+"""Name of the static policy under adaptive controllers, and prefix of its arrays."""
 IN_CONTEXT: Final = "in_context"
-"""Its file also holds the policy under all but `STATIC`, which has learned without drift."""
+"""Controller whose file also holds the static policy of all adaptive controllers but `STATIC`, learned without
+drift."""
 READY: Final = (STATIC, "ema", "kalman", "recursive_ridge", IN_CONTEXT)
-"""Those that need no practice: what they have learned ships."""
+"""Adaptive controllers that need no practice, because they ship pre-trained."""
 FEW: Final = 20
-"""A kind of which there were fewer throws in practice is not known."""
+"""Kinds with fewer throws in practice count as unseen."""
 
 
 def without_feedback(observation: Observation) -> Observation:
-    """What an agent of a cell without a camera over its bins would see."""
+    """Observation without the feedback of the previous throw, as in a cell without a camera over its bins."""
     return Observation(observation.features[:, :-FEEDBACK_SIZE], observation.kind)
 
 
 def told(observation: Observation) -> tuple[Floats, Bools]:
-    """What would have been right for the throws before (N, 2) [m], along and left of them, and of which it is known."""
+    """Ideal offsets of the previous throws (N, 2) [m], along and left of them, and whether each is known (N,)."""
     seen = SHIFT_TABLE.decode(observation.features)
     asked = np.stack([seen["last_shift_along"], seen["last_shift_across"]], axis=1)
     error = np.stack([seen["last_along"], seen["last_across"]], axis=1)
@@ -55,21 +56,21 @@ def told(observation: Observation) -> tuple[Floats, Bools]:
 
 
 def begins(observation: Observation) -> Bools:
-    """Which of the coming throws are the first of their shift (N,)."""
+    """Whether each coming throw is the first of its shift of picks (N,)."""
     return observation.features[:, -1] <= 0.0
 
 
 def is_told(core: Core) -> bool:
-    """Whether observations include the previous landing and the time in the shift."""
+    """Whether observations include the previous landing and the time in the shift of picks."""
     table = getattr(getattr(core, "cell", None), "table", None)
     return table is not None and table.names[-1] == FEEDBACK[-1].name
 
 
 def check_begins(env: Env, who: str) -> None:
-    """Make sure that the observations of an environment tell where a shift begins.
+    """Check that the observations of an environment mark the begin of a shift of picks.
 
     Raises:
-        UsageError: they do not, so nothing there can forget the shift before.
+        UsageError: observations do not, so no controller there can forget the previous shift.
     """
     if not is_told(core_of(env)):
         raise UsageError(f"{who} goes by where a shift begins, which observations here do not tell; use PnTAdapt-v0")
@@ -77,18 +78,19 @@ def check_begins(env: Env, who: str) -> None:
 
 @final
 class Adaptive(Learner):
-    """An MLP, corrected by a tracker of the drift; without a tracker the MLP alone, which does not adapt.
+    """A static policy, and a tracker that estimates the effect of the present drift on landings.
 
-    Practice trains the MLP on the features of the object, under the drift of the level. With a tracker, kinds that were
-    not practised have a separate correction each, and the tracker learns from known kinds alone.
+    Practice trains the static policy: an MLP on the entries that describe the object, learned under any drift. With a
+    tracker, unseen kinds have separate corrections, and the tracker learns from the known kinds only: throws of an
+    unseen kind do not change the corrections of known kinds.
 
     Args:
         name: name of the controller.
-        correction: what an action means.
-        features: entries of an observation D.
+        correction: meaning of an action.
+        features: number of entries of an observation D.
         items: names of the kinds.
-        tracker: of the shift.
-        shipped: what the static policy knows without practice.
+        tracker: tracker of the drift.
+        shipped: state of the static policy before any practice.
     """
 
     practice = 0
@@ -108,7 +110,7 @@ class Adaptive(Learner):
         self.reset(0)
 
     def reset(self, seed: int) -> None:
-        """Back to what ships, and forget the shift."""
+        """Restore the shipped state and forget the shift."""
         self._seed, self._practising = seed, False
         self._last: tuple[Floats, Floats, Ints] | None = None
         self._thrown = np.zeros(len(self._items), dtype=np.int64)
@@ -116,7 +118,7 @@ class Adaptive(Learner):
         self.restore(self._shipped)
 
     def act(self, observation: Observation) -> Actions:
-        """The static shift less what the day and the kind do to it (N, 2)."""
+        """Offsets of the static policy minus the estimated effects of drift and kind, as actions (N, 2)."""
         if self._practising:
             return self._static.act(without_feedback(observation))
         self._take_in(observation)
@@ -127,19 +129,19 @@ class Adaptive(Learner):
         return to_action(own - off, self._correction)
 
     def learn(self, outcome: Outcome) -> None:
-        """In practice: the static policy does. What a shift teaches is in the observations."""
+        """Train the static policy in practice. Outside practice all feedback is in the observations."""
         if self._practising:
             self._static.learn(replace(outcome, observation=without_feedback(outcome.observation)))
             self._thrown += np.bincount(outcome.observation.kind, minlength=len(self._thrown))
 
     def begin_practice(self, throws: int) -> None:
-        """The static policy practises, from nothing."""
+        """Begin the practice of the static policy from its initial state."""
         self._practising = True
         self._static.reset(self._seed)
         self._static.begin_practice(throws)
 
     def end_practice(self) -> None:
-        """It has; what it leaves of the throws is for the tracker to study."""
+        """End the practice, and let the tracker study the static policy's errors."""
         self._practising = False
         self._static.end_practice()
         throws, right = self._static.data()
@@ -148,25 +150,25 @@ class Adaptive(Learner):
         self._learned(self._items[self._thrown >= FEW])
 
     def state(self) -> State:
-        """The static policy's, the names of the kinds that it has learned, and the tracker's."""
+        """State of the static policy, names of the learned kinds, and state of the tracker."""
         own = {f"{STATIC}_{name}": value for name, value in self._static.state().items()}
         return {**own, "kinds": self._kinds, **self._tracker.state()}
 
     def restore(self, state: State) -> None:
-        """Take over a static policy, and what goes with the tracker."""
+        """Load a static policy and the state of the tracker."""
         own = {name: value for name, value in state.items() if name.startswith(f"{STATIC}_")}
         self._static.restore({name.removeprefix(f"{STATIC}_"): value for name, value in own.items()})
         self._tracker.restore({name: value for name, value in state.items() if name not in own and name != "kinds"})
         self._learned(np.asarray(state.get("kinds", self._items[:0])))
 
     def _learned(self, kinds: NDArray[np.str_]) -> None:
-        """The kinds of these names are known."""
+        """Mark the kinds of these names as known."""
         self._kinds = kinds
         known = np.isin(self._items, kinds) | isinstance(self._tracker, Nothing)
         self._newcomers = Newcomers(known)
 
     def _take_in(self, observation: Observation) -> None:
-        """What is told of the throws before."""
+        """Learn from the feedback of the previous throws."""
         fresh = begins(observation)
         if self._last is None or len(fresh) != len(self._last[1]):
             self._last, fresh = None, np.full(len(fresh), True)
@@ -176,4 +178,4 @@ class Adaptive(Learner):
             known, new = known & ~fresh, self._newcomers.new(kind)
             self._newcomers.learn(kind, throws, own - right - self._tracker.effect(throws), known)
             self._tracker.learn(throws, own - right, known & ~new)
-        self._tracker.begin(fresh)  # last, so that a row that has just begun is as one that never threw
+        self._tracker.begin(fresh)  # last, so that a row with a new shift has no trace of the previous one

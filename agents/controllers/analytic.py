@@ -1,4 +1,4 @@
-"""The analytic planner alone, for which the object is a point at the cup, without air drag and without delay."""
+"""The uncorrected analytic planner: the object is a point at the cup, without drag and without delay."""
 
 from __future__ import annotations
 

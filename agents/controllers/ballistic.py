@@ -1,6 +1,6 @@
-"""Two corrections of the conveyor from a pencil and paper: the object's height, and the mean delay of the valve.
+"""Two closed-form corrections of the conveyor: for the object's height, and for the mean delay of the valve.
 
-Both use the nominal plan in the observation and drag-free flight; neither learns anything.
+Both use the nominal plan in the observation and drag-free flight; both have nothing to learn.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .shift import to_action
 
 
 def landing_change(plan: dict[str, Floats], forward: Floats | float, up: Floats | float) -> Floats:
-    """How much further (N,) [m] a throw lands when its release point moves but its velocity stays.
+    """Change of the landing distance (N,) [m] when the release point moves at constant velocity.
 
     Args:
         plan: decoded observations; `release_speed`, `elevation` and `flight_time` are read.
@@ -30,15 +30,16 @@ def landing_change(plan: dict[str, Floats], forward: Floats | float, up: Floats 
         up: vertical move [m].
     """
     speed, angle, flight = plan["release_speed"], plan["elevation"], plan["flight_time"]
+    # Drag-free flight from height z: t = (w + sqrt(w^2 + 2 g z)) / g with the vertical velocity w.
     rise = speed * np.sin(angle)
     drop = 0.5 * GRAVITY * flight**2 - rise * flight  # release height above the rim
-    # A release below the rim has no landing there; the vertex is the nearest to one.
+    # A release that never reaches the rim lands nowhere; the apex is used instead.
     before, after = (np.sqrt(np.maximum(rise**2 + 2.0 * GRAVITY * z, 0.0)) for z in (drop, drop + up))
     return forward + speed * np.cos(angle) * (after - before) / GRAVITY
 
 
 def later_release(plan: dict[str, Floats], delay: float) -> Floats:
-    """How much further (N,) [m] a throw lands by decoded observations when it is released later on its line [s]."""
+    """Change of the landing distance (N,) [m] for a release that is later on its line by `delay` [s]."""
     late = plan["release_speed"] * delay
     return landing_change(plan, late * np.cos(plan["elevation"]), late * np.sin(plan["elevation"]))
 
@@ -55,7 +56,7 @@ def _along(shift: Floats, correction: Correction) -> Actions:
 
 @final
 class AnalyticHeight(Controller):
-    """The planner with an object of height h: its centre of mass leaves from h/2 below the cup.
+    """The planner for an object of height h, whose centre of mass leaves from h/2 below the cup.
 
     The share of h/2 scales with the mismatch, as the cell's own centre of mass does.
     """
@@ -66,7 +67,7 @@ class AnalyticHeight(Controller):
         self._config, self._correction = config, correction
 
     def act(self, observation: Observation) -> Actions:
-        """Take back the landing change of the lower release, (N, 2)."""
+        """Actions (N, 2) that cancel the landing change of the lower release."""
         plan = decode(observation.features)
         lower = -0.5 * self._config.mismatch * plan["height"]
         return _along(-landing_change(plan, 0.0, lower), self._correction)
@@ -83,5 +84,5 @@ class MeanLead(Controller):
         self.delay = mean_delay(config)
 
     def act(self, observation: Observation) -> Actions:
-        """Take back the landing change of a release that much later on the throw line, (N, 2)."""
+        """Actions (N, 2) that cancel the landing change of a release later by the mean delay."""
         return _along(-later_release(decode(observation.features), self.delay), self._correction)

@@ -1,7 +1,7 @@
-"""Wrappers between environment and policy: a memory of the shift, and a base controller.
+"""Policy wrapper: stacks the last K observations of a shift, and adds the policy's action to a base controller's.
 
-Training and evaluation use the same wrapper. The wrapper stacks the last K observations of the shift, and adds the
-policy's action to that of a base controller, which needs no practice. With K = 1 over `analytic` it changes nothing.
+Training and evaluation use the same wrapper. The base controller needs no practice. With K = 1 over `analytic` the
+wrapper changes nothing.
 """
 
 from __future__ import annotations
@@ -28,20 +28,20 @@ from .protocol import Actions, Controller, Observation
 PLANNER: Final = "analytic"
 """The controller whose action is zero."""
 OVER: Final = (PLANNER, "analytic_height", "mean_lead", *READY)
-"""Controllers that need no practice, do not look into the cells, and draw nothing."""
+"""Base controllers: they need no practice, read no hidden values, and draw no random numbers."""
 MOST: Final = 100
-"""Observations in a stack."""
+"""Observations in a stack at most."""
 
 Seen = NDArray[np.float32]
 
 
 @final
 class Between:
-    """What stands between N rows of an environment and a policy.
+    """Stack of observations and base controller for N rows of an environment.
 
     Args:
-        stack: observations that the policy sees at once, K.
-        under: the controller that it corrects.
+        stack: number of observations that the policy sees at once, K.
+        under: base controller, whose action the policy corrects.
     """
 
     def __init__(self, stack: int, under: Controller) -> None:
@@ -50,14 +50,14 @@ class Between:
         self._recent: Seen = np.zeros((0, stack, 0), dtype=np.float32)
 
     def begin(self, seed: int) -> None:
-        """Forget all."""
+        """Forget all observations."""
         self._under.reset(seed)
         self._recent = self._recent[:0]
 
     def seen(self, observation: Observation) -> Seen:
-        """What the policy sees of coming throws (N, K * D); to be called once before each of them.
+        """Stacked observations of coming throws (N, K * D); to be called once before each throw.
 
-        The oldest comes first, and zeros stand for what was before the shift.
+        The oldest observation comes first; zeros stand for observations before the shift.
         """
         self._base, features = self._under.act(observation), observation.features
         if len(self._recent) != len(features):
@@ -67,11 +67,11 @@ class Between:
         return self._recent.reshape(len(features), -1)
 
     def last(self, features: Seen) -> Seen:
-        """What it would see of the observations after the last throw (N, K * D); nothing is remembered."""
+        """Stacked observations after the last throw (N, K * D), without changing the stack."""
         return self._after(features).reshape(len(features), -1)
 
     def whole(self, given: NDArray[Any]) -> Actions:
-        """Actions (N, A) for the environment from those of the policy."""
+        """Actions (N, A) for the environment: the base controller's plus those of the policy."""
         return np.clip(self._base + given, -1.0, 1.0).astype(np.float32)
 
     def _after(self, features: Seen) -> Seen:
@@ -79,15 +79,15 @@ class Between:
 
 
 def between(env: Env, stack: int, over: str) -> Between:
-    """Stacks the last K observations of the shift and adds the policy's action to that of a base controller.
+    """Policy wrapper of an environment.
 
     Args:
         env: the environment.
-        stack: observations K that the policy sees at once.
+        stack: number of observations that the policy sees at once.
         over: name of the base controller.
 
     Raises:
-        UsageError: it cannot, or not there.
+        UsageError: the stack or the base controller is invalid, or impossible in this environment.
     """
     if not 1 <= stack <= MOST:
         raise UsageError(f"stack is {stack}; a policy sees from 1 to {MOST} observations at once")
@@ -99,10 +99,11 @@ def between(env: Env, stack: int, over: str) -> Between:
 
 
 def as_seen(env: Env, asked: Mapping[str, Any]) -> Env:
-    """An environment as the policy of a training sees it, by its `algo`, `stack` and `over`.
+    """Environment as a policy sees it, wrapped by the `algo`, `stack` and `over` of a training.
 
     Raises:
-        UsageError: as `between`, or a recurrent policy where nothing tells that a shift begins.
+        UsageError: as for `make_wrapper`, or a recurrent policy whose observations do not mark the begin of a
+            shift.
     """
     if asked["algo"] in RECURRENT:
         check_begins(env, f"algorithm {asked['algo']!r}")
@@ -113,7 +114,7 @@ def as_seen(env: Env, asked: Mapping[str, Any]) -> Env:
 
 @final
 class _Seen(VectorWrapper[Any, Any, Any, Any, Any]):
-    """A vector environment with SAME_STEP autoreset as a policy sees it; it is reset as a whole."""
+    """Vector environment with SAME_STEP autoreset and a policy wrapper; all rows are reset together."""
 
     def __init__(self, env: Env, through: Between) -> None:
         super().__init__(env)
@@ -140,7 +141,7 @@ class _Seen(VectorWrapper[Any, Any, Any, Any, Any]):
         return self._through.seen(Observation(np.array(features, dtype=np.float32), kind))
 
     def _ends(self, last: Any, over: Bools) -> NDArray[Any]:
-        """What is seen at the ends of episodes, and nothing elsewhere (N,)."""
+        """Stacked observations at the ends of episodes, None in the other rows (N,)."""
         width = self.env.single_observation_space.shape
         whole = np.stack([last[row] if ended else np.zeros(width or ()) for row, ended in enumerate(over)])
         found, stacked = np.full(len(over), None, dtype=object), self._through.last(whole.astype(np.float32))
@@ -151,12 +152,12 @@ class _Seen(VectorWrapper[Any, Any, Any, Any, Any]):
 
 @final
 class Remembering(Controller):
-    """A policy that remembers the shift, or corrects another controller.
+    """Controller from a policy with a memory of the shift or with a base controller.
 
     Args:
         actor: the policy.
-        name: in tables.
-        through: what stands between it and the environment.
+        name: name in tables.
+        through: wrapper between the environment and the policy.
     """
 
     def __init__(self, actor: Actor, name: str, through: Between) -> None:
@@ -165,12 +166,12 @@ class Remembering(Controller):
         self._memory = actor.blank(0)
 
     def reset(self, seed: int) -> None:
-        """Forget all."""
+        """Forget all observations and the policy's memory."""
         self._through.begin(seed)
         self._memory = self._actor.blank(0)
 
     def act(self, observation: Observation) -> Actions:
-        """The other controller's action and the policy's, (N, A)."""
+        """Sum of the base controller's action and the policy's, (N, A)."""
         fresh, memory = begins(observation), self._memory
         if len(memory) != len(fresh):
             memory = self._actor.blank(len(fresh))

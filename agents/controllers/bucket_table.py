@@ -1,7 +1,7 @@
-"""Corrections kept per item kind and place: the running mean, and the virtual goal of iterative learning.
+"""Tables of corrections per item and place: the running mean, and the virtual goal of iterative learning.
 
-Both forget everything but kind and place; what differs from throw to throw (seal, mass, speed, grasp) is
-noise to them. Buckets are named, so a table learned on one level serves another that shares its items.
+Both use only item and place; differences from throw to throw (seal, mass, speed, grasp) act as noise. Buckets are
+named, so a table learned on one level serves another level with the same items.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ from .protocol import Actions, Learner, Observation, Outcome, State
 from .shift import check_width, ideal_shift, instructive, to_action
 
 Step = Callable[[int], float]
-"""Weight of the newest throw, from the number of throws a bucket has seen, this one included."""
+"""Weight of the newest throw, from the number of throws in a bucket, the newest one included."""
 
 ANY = "*"
 
 
 @final
 class BucketTable(Learner):
-    """Shift (E,) per item and place, with coarser buckets to fall back on.
+    """Offset (E,) per item and place, with coarser buckets as a fallback.
 
     Args:
         name: name of the controller.
-        correction: what an action means, and which bucket a throw belongs to.
+        correction: meaning of an action, and bucket of each throw.
         step: weight of the newest throw.
-        share_all: an item never thrown gets the correction over all items; otherwise none.
+        share_all: whether an item without throws gets the correction over all items; otherwise zero.
     """
 
     def __init__(self, name: str, correction: Correction, step: Step, *, share_all: bool) -> None:
@@ -48,16 +48,16 @@ class BucketTable(Learner):
         self._count: dict[str, int] = {}
 
     def act(self, observation: Observation) -> Actions:
-        """The shift of each throw's bucket, else of its item, else of all items, else zero: (N, E)."""
+        """Action of each throw's bucket, else of its item, else of all items, else zero: (N, E)."""
         buckets = self._correction.buckets(observation.features, observation.kind)
         shift = [self._find(self._chain(*bucket)) for bucket in buckets]
         return to_action(np.array(shift).reshape(-1, self._correction.count), self._correction)
 
     def learn(self, outcome: Outcome) -> None:
-        """Move each throw's bucket, and the coarser ones around it, towards the shift that was right.
+        """Move each throw's bucket, and the coarser buckets around it, towards the ideal offset.
 
-        For a batch this is the update that the same throws one after another would have made: with the
-        shift s in force, s + K (d - z) = s + K (ideal - s).
+        A batch gives the same update as its throws one after another: with the offset s in force, s + K (d - z) = s + K
+        (ideal - s).
         """
         ideal = ideal_shift(outcome, self._correction)
         usable = instructive(outcome)
@@ -67,7 +67,7 @@ class BucketTable(Learner):
                 self._update(self._chain(*bucket), ideal[row])
 
     def state(self) -> State:
-        """Names, shifts and counts of the buckets."""
+        """Names, offsets and counts of the buckets."""
         names = list(self._shift)
         return {
             "buckets": np.array(names, dtype=np.str_),
@@ -76,10 +76,10 @@ class BucketTable(Learner):
         }
 
     def restore(self, state: State) -> None:
-        """Take over buckets.
+        """Load buckets.
 
         Raises:
-            UsageError: their shifts have another number of coordinates.
+            UsageError: the offsets have another number of coordinates.
         """
         check_width(state["shift"], self._correction, self.name)
         names = [str(n) for n in state["buckets"]]
@@ -87,7 +87,7 @@ class BucketTable(Learner):
         self._count = {n: int(c) for n, c in zip(names, state["count"], strict=True)}
 
     def _chain(self, item: str, place: str) -> list[str]:
-        """Buckets from fine to coarse."""
+        """Names of the buckets of a throw, from fine to coarse."""
         chain = [f"{item}|{place}", f"{item}|{ANY}"]
         return [*chain, f"{ANY}|{ANY}"] if self._share_all else chain
 
@@ -96,14 +96,14 @@ class BucketTable(Learner):
 
     def _update(self, chain: Sequence[str], ideal: Floats) -> None:
         for depth, bucket in enumerate(chain):
-            # A bucket met for the first time starts from what would have been used there.
+            # A new bucket starts from the coarser bucket that would have been used.
             before = self._find(chain[depth:])
             self._count[bucket] = self._count.get(bucket, 0) + 1
             self._shift[bucket] = before + self._step(self._count[bucket]) * (ideal - before)
 
 
 def mean_shift(correction: Correction) -> BucketTable:
-    """The mean of the offsets that would have been right, per item and place."""
+    """Mean of the ideal offsets, per item and place."""
     return BucketTable("mean_shift", correction, lambda count: 1.0 / count, share_all=True)
 
 
@@ -111,7 +111,7 @@ def virtual_goal(correction: Correction, gain: float = 0.5) -> BucketTable:
     """Iterative learning (Miyashita 2010): the virtual goal moves by K times the error, per item and place.
 
     Raises:
-        PntGymError: a gain outside (0, 2), where the update cannot converge.
+        PntGymError: the gain lies outside (0, 2), where the update cannot converge.
     """
     if not 0.0 < gain < 2.0:
         raise PntGymError(f"virtual_goal: gain is {gain}; it must lie between 0 and 2")

@@ -1,4 +1,4 @@
-"""Kalman filters that tell from landings what nobody measures, two for what may be in either of two ways."""
+"""Kalman filters of hidden states from landings, in pairs of two hypotheses."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ import numpy as np
 from pnt_gym.arrays import Floats, Ints
 
 NOISE: Final = (0.012, 0.008)
-"""Standard deviation along and across of what the static policy leaves of a throw, with the bin's camera's [m]."""
+"""Standard deviation of the static policy's landing error along and across, with the bin camera's noise [m]."""
 BIN_CAMERA: Final = 0.005
-"""Standard deviation of the bin's camera in it, along and across [m]; of another one `seen_by` tells."""
+"""Standard deviation of the bin's camera contained in `NOISE`, along and across [m]."""
 SURPRISE: Final = 2.5
-"""A landing further off than so many deviations counts less: it tells of a touch or a rim."""
+"""Deviations beyond which a landing counts less, because the object probably touched something or hit a rim."""
 
 
 @final
 class Filters:
-    """For each of many things two filters of the same S unknowns; each counts as much as it foresaw landings.
+    """Pairs of Kalman filters of the same S unknowns; each pair weighs its filters by their likelihoods.
 
     Args:
-        shape: of the things.
-        priors: covariances of the unknowns that the two begin with (2, S, S).
-        beliefs: what each counts at first (2,).
-        walks: covariances of the change from one landing to the next (2, S, S).
-        turning: chance from one landing to the next that the other filter is right from now on.
+        shape: shape of the array of pairs.
+        priors: initial covariances of the two filters (2, S, S).
+        beliefs: initial weights of the two filters (2,).
+        walks: covariances of the change of the unknowns from one landing to the next (2, S, S).
+        turning: probability from one landing to the next that the other hypothesis becomes true.
         camera: standard deviation of the bin's camera [m].
     """
 
@@ -46,54 +46,55 @@ class Filters:
         self.belief = np.broadcast_to(self._beliefs, (*shape, 2)).copy()
 
     def begin(self, at: Ints) -> None:
-        """What was learned of some things is forgotten."""
+        """Reset some pairs to their priors."""
         self.state[at], self.spread[at], self.belief[at] = 0.0, self._priors, self._beliefs
 
     def learn(self, at: Ints | tuple[Ints, ...], effect: Floats, z: Floats) -> None:
-        """Landings z (N, 2) [m] of N things at these places, and what the unknowns do to them (N, 2, S)."""
+        """Update N pairs by landings z (N, 2) [m], with the unknowns' effects on them (N, 2, S)."""
         state, spread, likely = corrected(self.state[at], self.spread[at], effect[:, None], z[:, None], self._noise)
+        # Bayes' rule for the two hypotheses, then a Markov switch between them.
         belief = self.belief[at] * np.exp(likely - likely.max(axis=-1, keepdims=True))
         belief = (1.0 - self._turning) * belief / belief.sum(axis=-1, keepdims=True) + 0.5 * self._turning
         self.state[at], self.spread[at], self.belief[at] = state, spread, belief
 
     def wander(self) -> None:
-        """Everything has moved on, by nobody knows what."""
+        """Add the random walk of one step to all covariances."""
         self.spread += self._walks
 
     def estimate(self, at: Ints | tuple[Ints, ...]) -> Floats:
-        """Of the unknowns of N things (N, S)."""
+        """Estimates of the unknowns of N pairs (N, S)."""
         return (self.belief[at][..., None] * self.state[at]).sum(axis=-2)
 
 
 def seen_by(camera: float) -> Floats:
-    """Covariance of landings whose unknowns are known (2, 2) [m2], seen by a camera with a standard deviation [m]."""
+    """Covariance of landings with known unknowns (2, 2) [m2], for a camera with a standard deviation [m]."""
     return np.diag(np.square(NOISE) + (camera**2 - BIN_CAMERA**2))
 
 
 def landing(effect: Floats, state: Floats) -> Floats:
-    """How far off throws come down (..., 2) [m] by effects (..., 2, S) of what is off (..., S)."""
+    """Offsets of landings (..., 2) [m] from effects (..., 2, S) of unknowns (..., S)."""
     return (effect @ state[..., None])[..., 0]
 
 
 def corrected(state: Floats, spread: Floats, effect: Floats, z: Floats, noise: Floats) -> tuple[Floats, Floats, Floats]:
-    """The update of Kalman filters by landings z (..., 2) [m], with what S unknowns do to them (..., 2, S).
+    """Kalman update by landings z (..., 2) [m], with the effects of S unknowns on them (..., 2, S).
 
-    A landing far off gets the noise with which it would be `SURPRISE` deviations off.
+    A far landing gets so much noise that it lies `SURPRISE` deviations off.
 
     Args:
         state: estimates (..., S).
-        spread: their covariances (..., S, S).
+        spread: covariances of the estimates (..., S, S).
         effect: see above.
         z: see above.
-        noise: covariance of a landing whose unknowns are known (2, 2).
+        noise: covariance of a landing with known unknowns (2, 2).
 
     Returns:
-        Estimates, covariances, and how likely each filter took its landing to be: logarithm of the density (...), but
-        for a constant.
+        Estimates, covariances, and each filter's log-likelihood of its landing (...), up to a constant.
     """
     turned = effect.swapaxes(-1, -2)
     new = z - landing(effect, state)
     expected = effect @ spread @ turned + noise
+    # Squared Mahalanobis distance of the landing, in units of SURPRISE.
     far = np.einsum("...i,...ij,...j->...", new, np.linalg.inv(expected), new) / SURPRISE**2
     expected = expected + np.maximum(far - 1.0, 0.0)[..., None, None] * noise
     inverse = np.linalg.inv(expected)

@@ -1,7 +1,8 @@
-"""The MLP minus the prediction of a recurrent network, which was trained on simulated shifts.
+"""A tracker that learns in context: a recurrent network trained on simulated shifts of picks.
 
-Practice in a cell without drift gives the errors that the MLP leaves. Training shuffles these throws and adds the
-effect of drifts, drawn as in the shipped levels. So a few throws make any number of shifts.
+Practice in a cell without drift gives the static policy's landing errors. The training data put such throws in any
+order and add drifts as the shipped levels draw them, by the physical effect of each drift on every throw. A few throws
+give as many shifts as needed.
 """
 
 from __future__ import annotations
@@ -21,27 +22,28 @@ from .recurrent import Lessons, Recurrent, trained
 from .trackers import Tracker, effects
 
 LEVELS: Final = ("day", "steps", "drift_mix")
-"""Of whose kinds the drifts are that it learns from; each shift has one of them, up to `STRONGEST` times as strong."""
+"""Levels whose drifts are used in training; each shift has the drift of one level, up to `STRONGEST` times as
+strong."""
 STRONGEST: Final = 1.5
 SHIFTS: Final = 64
-"""In a batch."""
+"""Shifts in a batch."""
 PICKS: Final = 50
-"""In a shift."""
+"""Throws in a shift."""
 UNSEEN: Final = 0.3
-"""Largest share of the landings of which nothing is told, in a shift."""
+"""Largest share of landings in a shift without feedback."""
 BLURRED: Final = 0.02
-"""Largest standard deviation of what another camera over the bins would add, along and across [m]; in half of the
-shifts it is the one of the practice."""
+"""Largest additional standard deviation of another camera over the bins, along and across [m]; in half of the shifts
+the camera is that of the practice."""
 
 
 @final
 class InContext(Tracker):
-    """The network at work, a memory for every row.
+    """Tracker with a recurrent network and a memory for every row.
 
     Args:
-        camera_x: where the camera sees objects [m].
-        size: numbers in its memory.
-        batches: that it learns from.
+        camera_x: place where the camera sees objects [m].
+        size: numbers in the network's memory.
+        batches: training batches.
     """
 
     def __init__(self, camera_x: float, size: int = 64, batches: int = 4000) -> None:
@@ -50,37 +52,37 @@ class InContext(Tracker):
         self._memory = np.zeros((0, size))
 
     def begin(self, rows: Bools) -> None:
-        """Forget the shift."""
+        """Clear the memory of some rows."""
         if len(rows) != len(self._memory):
             self._memory = np.zeros((len(rows), self._size))
         self._memory[rows] = 0.0
 
     def learn(self, throws: Floats, z: Floats, rows: Bools) -> None:
-        """Remember."""
+        """Update the memory by throws and their landings."""
         if self._network is not None:
             new = self._network.remembered(self._memory, throws, z)
             self._memory = np.where(rows[:, None], new, self._memory)
 
     def effect(self, throws: Floats) -> Floats:
-        """As the network foresees it (N, 2); nothing, as long as it has not studied."""
+        """Effect that the network predicts (N, 2); zero before its training."""
         if self._network is None:
             return np.zeros((len(throws), 2))
         return self._network.foreseen(self._memory, throws)
 
     def study(self, throws: Floats, z: Floats, seed: int) -> None:
-        """Train the network on shifts made of these throws."""
+        """Train the network on simulated shifts made from these throws."""
         shifts = simulated(throws, z, self._camera_x, self._batches, seed)
         self._network = trained(shifts, self._batches, throws.shape[1], seed, self._size)
 
     def state(self) -> State:
-        """The network's; empty before it has studied."""
+        """State of the network; empty before its training."""
         return {} if self._network is None else self._network.state()
 
     def restore(self, state: State) -> None:
-        """Take over a network.
+        """Load a network.
 
         Raises:
-            UsageError: there is none in the state.
+            UsageError: the state holds no network.
         """
         if not state:
             self._network = None
@@ -93,7 +95,7 @@ class InContext(Tracker):
 
 
 def simulated(throws: Floats, z: Floats, camera_x: float, batches: int, seed: int) -> Iterator[Lessons]:
-    """Batches of shifts, made of throws (M, D) that came down by z (M, 2) [m] other than foreseen, without drift."""
+    """Batches of simulated shifts, from throws (M, D) with landing errors z (M, 2) [m] without drift."""
     random, drifts = np.random.default_rng(seed), [ConveyorConfig.load(name).drift for name in LEVELS]
     effect = effects(throws, camera_x)
     for _ in range(batches):
@@ -107,7 +109,7 @@ def simulated(throws: Floats, z: Floats, camera_x: float, batches: int, seed: in
 
 
 def _drawn(drift: Drift, random: np.random.Generator) -> Floats:
-    """Delay, camera along x and y, and encoder of one shift (P, 4)."""
+    """Delay, camera along x and y, and encoder of one shift's drift (P, 4)."""
     parts = (drift.delay, drift.camera, drift.camera, drift.encoder)
     strength = STRONGEST * random.random()
     return strength * np.stack([one.path(random, PICKS, drift.steps_every) for one in parts], axis=1)

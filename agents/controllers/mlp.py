@@ -1,6 +1,6 @@
-"""A small network fitted to the labels of `ridge`: supervised learning from throws.
+"""A small network fitted to the same labels as the ridge regression: supervised learning from throws.
 
-With very many throws its error is the floor: the part of the error that no observation explains.
+With many throws its error is the noise floor of the cell, which no observation explains.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ class Mlp:
 
     Args:
         width: units per hidden layer.
-        steps: gradient steps of one fit; None: as many as throws, but 400 to 3000, as few throws are soon learned by
-            heart.
-        learning_rate: at the start of the schedule.
-        weight_decay: of AdamW.
+        steps: gradient steps of one fit; None: as many as throws, but 400 to 3000, because few throws are soon
+            overfitted.
+        learning_rate: learning rate at the start of the schedule.
+        weight_decay: weight decay of AdamW.
     """
 
     def __init__(
@@ -39,7 +39,7 @@ class Mlp:
         self._centre, self._scale = np.zeros(0), np.ones(0)
 
     def fit(self, features: Floats, shift: Floats, seed: int) -> None:
-        """Fit to features (N, D) and shifts (N, E)."""
+        """Fit the network to features (N, D) and offsets (N, E)."""
         import torch  # noqa: PLC0415 - a second to import, needed for fitting only
 
         self._centre, self._scale = shift.mean(axis=0), shift.std(axis=0) + 1e-6
@@ -52,7 +52,7 @@ class Mlp:
         self._layers = layers_from_torch(network.parameters(), np.float64)
 
     def predict(self, features: Floats) -> Floats:
-        """Shifts (N, E)."""
+        """Offsets (N, E) for features (N, D)."""
         return through(self._layers, "SiLU", features) * self._scale + self._centre
 
     def state(self) -> State:
@@ -60,7 +60,7 @@ class Mlp:
         return {**named(self._layers), "centre": self._centre, "scale": self._scale}
 
     def restore(self, state: State) -> None:
-        """Take over a fit."""
+        """Load a fit."""
         self._layers = layers_of(state, np.float64)
         self._centre, self._scale = (numbers_of(state[name], 1, np.float64) for name in ("centre", "scale"))
 

@@ -1,4 +1,4 @@
-"""Controllers that have a name."""
+"""Registry of the controllers with a name."""
 
 from __future__ import annotations
 
@@ -54,15 +54,15 @@ _TRACKERS: Mapping[str, Callable[..., Tracker]] = {
     IN_CONTEXT: lambda core, **options: InContext(core.config.belt.camera_x, **options),
     "oracle_drift": Known,
 }
-"""What is taken from the static policy's shift, of controllers that are told of the throw before."""
+"""Trackers by controller; the tracker's effect is subtracted from the static policy's offset."""
 NAMES = (*_ANY_ACTIONS, *_SHIFTS, *_TRACKERS)
 
 
 def named_controller(name: str, env: Env, **options: Any) -> Controller:
-    """Make the controller of one of `NAMES`, fitted to an environment.
+    """Controller of one of `NAMES`, fitted to an environment.
 
     Raises:
-        UsageError: it cannot act in this environment.
+        UsageError: the controller cannot act in this environment.
     """
     if name in _ANY_ACTIONS:
         return _ANY_ACTIONS[name](env, **options)
@@ -72,9 +72,10 @@ def named_controller(name: str, env: Env, **options: Any) -> Controller:
 
 
 def _adaptive(name: str, env: Env, options: Mapping[str, Any]) -> Adaptive:
-    """A controller that is told of the throw before, with a static policy that ships.
+    """Adaptive controller with a static policy that ships.
 
-    `static` has learned under drift; what lies under the others in a cell without, where nothing blurs what it learns.
+    The static policy of `static` has learned under drift; that of the other controllers in a cell without drift, whose
+    landings are not blurred.
     """
     correction, core = _needed_correction(name, env), core_of(env)
     if not is_told(core):
@@ -85,7 +86,7 @@ def _adaptive(name: str, env: Env, options: Mapping[str, Any]) -> Adaptive:
 
 
 def _needed_correction(name: str, env: Env) -> Correction:
-    """The correction of an environment, which has none in some action modes."""
+    """Correction of an environment; some action modes have none."""
     core = core_of(env)
     if core.correction is not None:
         return core.correction
@@ -99,7 +100,7 @@ def _needed_correction(name: str, env: Env) -> Correction:
 
 
 def _whole_core(env: Env) -> Core:
-    """The core of all rows, unless each has its own."""
+    """Core of all rows, unless each row has its own."""
     core = core_of(env)
     if hasattr(env.unwrapped, "envs") and env.num_envs > 1:
         raise UsageError("controller 'oracle' looks ahead in all cells at once; here each has its own: use 1 cell")
@@ -107,7 +108,7 @@ def _whole_core(env: Env) -> Core:
 
 
 def _conveyor(env: Env, name: str) -> ConveyorConfig:
-    """The level of an environment that has to be a conveyor."""
+    """Level of an environment that has to be a conveyor."""
     config = core_of(env).config
     if not isinstance(config, ConveyorConfig):
         raise UsageError(f"controller {name!r} knows the physics of the conveyor only; choose another one here")
@@ -119,5 +120,5 @@ def _features(env: Env) -> int:
 
 
 def _entries(space: Space[Any]) -> int:
-    """Numbers in one action or observation."""
+    """Number of entries of one action or observation."""
     return int(np.prod(space.shape or (1,)))

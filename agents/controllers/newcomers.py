@@ -1,4 +1,4 @@
-"""Kinds of items that a policy has not learned: how each is off, from the few throws that there have been of it."""
+"""Corrections of item kinds that a policy has not learned, estimated from few throws."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from .filters import Filters, landing
 from .trackers import lateness
 
 PRIOR: Final = (0.008, 0.008, 0.003)
-"""How far off a kind may be, standard deviations: in when it lets go [s], and in where it comes down along and across
-the throw for any other reason, how deep its middle hangs, how much air it meets [m]."""
+"""Standard deviations of a kind's landing error: delay of the release [s]; offset along and across the throw for any
+other reason, such as the depth of the centre of mass or drag [m]."""
 LIKE_OTHERS: Final = 0.35
-"""Of these, for a kind that is much as those that are known."""
+"""Factor on `PRIOR` for a kind that behaves like the known kinds."""
 SHARE: Final = 0.2
-"""Of the kinds that are."""
+"""Prior probability that a kind behaves like the known kinds."""
 
 
 @final
 class Newcomers:
-    """What is off with every kind in every row; a kind that is known is never off.
+    """Landing errors of unseen kinds, for every kind in every row; zero for known kinds.
 
     Args:
-        known: which kinds the policy has learned (K,).
+        known: whether the policy has learned each kind (K,).
     """
 
     def __init__(self, known: Bools) -> None:
@@ -34,22 +34,22 @@ class Newcomers:
         self._begin(0)
 
     def new(self, kind: Ints) -> Bools:
-        """Which things (N,) are of a kind that was never learned."""
+        """Whether objects (N,) are of an unseen kind."""
         return ~self._known[kind]
 
     def learn(self, kind: Ints, throws: Floats, z: Floats, rows: Bools) -> None:
-        """Throws (N, D) of kinds (N,), of which some rows count, came down by z (N, 2) [m] other than foreseen."""
+        """Update by throws (N, D) of kinds (N,) with landing errors z (N, 2) [m], in the rows that are selected."""
         self._fit(len(kind))
         here = np.flatnonzero(rows & self.new(kind))
         self._filters.learn((here, kind[here]), _effects(throws[here]), z[here])
 
     def effect(self, kind: Ints, throws: Floats) -> Floats:
-        """What is expected of throws (N, D) of kinds (N,): (N, 2) [m]."""
+        """Expected landing errors of throws (N, D) of kinds (N,): (N, 2) [m]."""
         self._fit(len(kind))
         return landing(_effects(throws), self._filters.estimate((np.arange(len(kind)), kind)))
 
     def _fit(self, count: int) -> None:
-        """Begin anew with another number of rows."""
+        """Restart where the number of rows has changed."""
         if len(self._filters.state) != count:
             self._begin(count)
 
@@ -60,7 +60,7 @@ class Newcomers:
 
 
 def _effects(throws: Floats) -> Floats:
-    """What a release 1 s later, and 1 m further along and across, do to landings (N, 2, 3)."""
+    """Effects of a release 1 s later, and 1 m further along and across, on landings (N, 2, 3)."""
     found = np.zeros((len(throws), 2, 3))
     found[:, 0, 0], found[:, 0, 1], found[:, 1, 2] = lateness(TABLE.decode(throws)), 1.0, 1.0
     return found

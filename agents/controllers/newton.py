@@ -1,14 +1,14 @@
-"""Newton's method on the shift, for cells whose errors do not follow the shift one to one.
+"""Newton's method on the offset, for cells whose errors do not follow the offset one to one.
 
-The virtual goal of iterative learning, z_hat += K (z_d - z), takes the error to change by what the shift changes. Where
-it changes by less, by more or the other way, that update crawls, swings or runs away: a block that a stopper pushes
-while it leaves the arm turns no faster, and then more slowly, the faster the arm is. Here each bucket of the table
-keeps its throws and learns from them how the error depends on the shift. What it has not learned yet is one to one, so
-that the first step is that of the virtual goal with K = 1.
+The virtual goal of iterative learning, z_hat += K (z_d - z), assumes that the error changes by the offset. If the error
+changes by less, by more or in the other direction, that update is slow, oscillates or diverges: a block that a stopper
+pushes while leaving the arm turns no faster, and then more slowly, the faster the arm is. Here each bucket of the table
+keeps its throws and learns how the error depends on the offset. The prior is one to one, so the first step equals that
+of the virtual goal with K = 1.
 
-The map from shift to error (`Response`) knows how far to trust itself: from the second throw on, Newton's step has to
-compete with other shifts, and the one is thrown that has the best chance to beat the best throw so far. No throw is
-spent on a shift of which the correction says that it has no plan.
+The map from offset to error (`Response`) estimates its own uncertainty: from the second throw on, Newton's step
+competes with other offsets, and the offset with the best chance to beat the best throw so far is thrown. Offsets
+without a plan, by the correction, are never thrown.
 """
 
 from __future__ import annotations
@@ -28,32 +28,32 @@ from .response import Response, gauss_newton, log_chance
 from .shift import check_width, instructive, to_action
 
 MEMORY: Final = 160
-"""Throws that a bucket keeps, the latest ones; a fit to more takes longer than a throw."""
+"""Throws that a bucket keeps, the latest ones; fitting more would take longer than a throw."""
 LARGEST: Final = 3.0
-"""Errors beyond count as this, in actions: an object thrown off is no lesson in metres."""
+"""Largest error that counts, in actions; a deflected object gives no measurement in metres."""
 SPREAD: Final = 0.15
-"""Deviation of the shifts in the first batch of practice from one another, in actions."""
+"""Standard deviation of the offsets in the first batch of practice, in actions."""
 NEAR: Final = 0.03
-"""Deviation from Newton's of shifts that may be tried, in actions."""
+"""Standard deviation of candidates around Newton's offset, in actions."""
 AROUND: Final = (0.02, 0.06, 0.2, 0.5)
-"""Deviations from the best one of shifts that may be tried, in actions."""
+"""Standard deviations of candidates around the best offset, in actions."""
 OPTIONS: Final = 64
-"""Shifts looked at for each deviation."""
+"""Candidate offsets for each standard deviation."""
 ROWS: Final = 32
-"""Different shifts of one batch at most, after the first."""
+"""Different offsets of one batch at most, after the first."""
 _Possible: TypeAlias = Callable[[Floats], Bools]
 _TABLES: Final = ("shift", "error", "refused", "next")
-"""Arrays of a bucket, one row per throw."""
+"""Array attributes of a bucket with one row per throw."""
 _CHOSEN: Final = ("best", "kept")
-"""Shifts of a bucket."""
+"""Offset attributes of a bucket."""
 
 
 @final
 class _Bucket:
-    """One thing thrown to one place: its throws, and the shifts of the next ones, in actions.
+    """Throws of one item to one place, and the offsets of the next throws, in actions.
 
     Args:
-        weight: of each error (E,).
+        weight: weight of each error (E,).
     """
 
     def __init__(self, weight: Floats) -> None:
@@ -65,20 +65,20 @@ class _Bucket:
         self.next = np.zeros((1, count))
 
     def add(self, shift: Floats, error: Floats, refused: Floats) -> None:
-        """Take in the throws (M, E) of one batch, and the shifts (K, E) that were not to be had."""
+        """Add the throws (M, E) of one batch, and the offsets (K, E) of refused throws."""
         self.refused = np.concatenate([self.refused, refused])[-MEMORY:]
         self.shift, self.error = np.concatenate([self.shift, shift]), np.concatenate([self.error, error])
-        # Of the best shift the newest throw is never forgotten, however long ago it was.
+        # The newest throw with the best offset is always kept.
         last = np.flatnonzero((self.shift == self.best).all(axis=1))[-1:]
         kept = np.union1d(np.arange(len(self.shift))[-MEMORY:], last)
         self.shift, self.error = self.shift[kept], self.error[kept]
 
     def choose(self, random: np.random.Generator, possible: _Possible) -> None:
-        """Find the best shift seen, the one to keep to, and the ones to try next.
+        """Choose the best offset thrown, the offset to keep, and the offsets of the next throws.
 
         Args:
-            random: draws what is tried.
-            possible: which shifts (N, E) have a plan (N,).
+            random: generator of the candidates.
+            possible: whether offsets (N, E) have a plan (N,).
         """
         if len(self.shift) == 0:
             return
@@ -97,13 +97,13 @@ class _Bucket:
         options = self._options(newton, random, possible)
         bound = np.sqrt(size.min() / len(self.best)) / self._weight
         chance = log_chance(response.error(options), response.doubt(options), bound)
-        # The most likely improvement first; the others are drawn by their chances (Gumbel's trick).
+        # The most likely improvement first; further ones are drawn by their chances (Gumbel's trick).
         score = chance + random.gumbel(size=len(chance))
         score[chance.argmax()] = np.inf
         self.next = options[np.argsort(-score)[:ROWS]]
 
     def _options(self, newton: Floats, random: np.random.Generator, possible: _Possible) -> Floats:
-        """Shifts that may be tried: Newton's, some near it, some around the best; none of where throws are refused."""
+        """Candidate offsets: Newton's, some near it and some around the best; none near refused throws."""
         near = newton + NEAR * random.standard_normal((OPTIONS, len(newton)))
         size = np.repeat(AROUND, OPTIONS)[:, None]
         around = self.best + size * random.standard_normal((len(size), len(newton)))
@@ -113,7 +113,7 @@ class _Bucket:
         return good if len(good) > 0 else self.best[None]
 
     def _to_be_had(self, shift: Floats) -> Bools:
-        """Which shifts (N, E) are nearer to one that was thrown than to one that was refused (N,)."""
+        """Whether offsets (N, E) are nearer to a measured throw than to a refused one (N,)."""
         if len(self.refused) == 0:
             return np.full(len(shift), True)
         thrown, refused = (_nearest(shift, seen) for seen in (self.shift, self.refused))
@@ -126,14 +126,14 @@ def _nearest(shift: Floats, seen: Floats) -> Floats:
 
 @final
 class NewtonGoal(Learner):
-    """Shift (E,) per thing thrown and place, from a map of the errors that is learned as well.
+    """Offset (E,) per item and place, from a learned map of the errors.
 
-    In practice the rows of one batch that share a bucket throw different shifts, which shows the Jacobian at once;
-    without practice they throw the same one. After practice the best shift seen is kept, or Newton's where that
-    promises less error though it was never thrown.
+    In practice the rows of one batch that share a bucket throw different offsets, which shows the Jacobian at once;
+    without practice they throw the same offset. After practice the best offset thrown is kept, or Newton's if the map
+    predicts a smaller error for it.
 
     Args:
-        correction: what an action means, and which bucket a throw belongs to.
+        correction: meaning of an action, and bucket of each throw.
     """
 
     name = "newton_goal"
@@ -145,30 +145,30 @@ class NewtonGoal(Learner):
         self.reset(0)
 
     def reset(self, seed: int) -> None:
-        """Forget every bucket, reseed the spread of practice."""
+        """Forget every bucket and reseed the exploration."""
         self._random = np.random.default_rng(seed)
         self._buckets: dict[str, _Bucket] = {}
         self._exploring, self._settled = False, False
 
     def begin_practice(self, throws: int) -> None:
-        """Explore: throw where an improvement is likely, and different shifts in the rows of a batch."""
+        """Explore: throw offsets with a likely improvement, different ones in the rows of a batch."""
         self._exploring, self._settled = True, False
 
     def end_practice(self) -> None:
-        """Keep to the best shifts that are known."""
+        """Keep the best known offset of each bucket."""
         self._exploring, self._settled = False, True
         for bucket in self._buckets.values():
             bucket.next = bucket.kept[None]
 
     def act(self, observation: Observation) -> Actions:
-        """The next shift of each throw's bucket, zero where none was thrown yet: (N, E)."""
+        """Next offset of each throw's bucket as an action, zero without throws: (N, E)."""
         action = np.zeros((len(observation.kind), self._correction.count))
         for name, rows in self._rows(observation).items():
             action[rows] = self._next(name, len(rows), self._possible(observation, rows[0]))
         return to_action(action * self._correction.scale, self._correction)
 
     def learn(self, outcome: Outcome) -> None:
-        """Take in the throws, bucket by bucket; throws that were shortened or not measured teach where not to go."""
+        """Add the throws to their buckets; throws that were shortened or not measured count as refused."""
         usable = instructive(outcome)
         shift = outcome.action.astype(np.float64)
         error = np.clip(outcome.error / self._correction.scale, -LARGEST, LARGEST)
@@ -181,7 +181,7 @@ class NewtonGoal(Learner):
                 bucket.next = bucket.kept[None]
 
     def state(self) -> State:
-        """Names, throws and shifts of the buckets."""
+        """Names, throws and offsets of the buckets."""
         buckets = list(self._buckets.values())
         none = np.zeros((0, self._correction.count))
         state: dict[str, np.ndarray] = {"buckets": np.array(list(self._buckets), dtype=np.str_)}
@@ -194,10 +194,10 @@ class NewtonGoal(Learner):
         return state | {"settled": np.array(self._settled)}
 
     def restore(self, state: State) -> None:
-        """Take over buckets.
+        """Load buckets.
 
         Raises:
-            UsageError: their shifts have another number of coordinates.
+            UsageError: the offsets have another number of coordinates.
         """
         check_width(state["shift"], self._correction, self.name)
         self.reset(0)
@@ -219,14 +219,14 @@ class NewtonGoal(Learner):
         return rows
 
     def _possible(self, observation: Observation, row: int) -> _Possible:
-        """Which shifts of one throw have a plan; all of them where the correction cannot say."""
+        """Test of which offsets of one throw have a plan; always true without such a test in the correction."""
         test = self._correction.possible
         if test is None:
             return lambda shift: np.full(len(shift), True)
         return partial(test, observation.features[row], int(observation.kind[row]))
 
     def _next(self, name: str, count: int, possible: _Possible) -> Floats:
-        """Shifts (count, E) of throws in one bucket."""
+        """Offsets (count, E) of the next throws in one bucket."""
         bucket = self._buckets.get(name)
         if bucket is not None:
             return bucket.next[np.arange(count) % len(bucket.next) if self._exploring else np.zeros(count, dtype=int)]

@@ -1,7 +1,7 @@
-"""Cheats: simulates each throw with its hidden values before throwing it.
+"""Oracle controller: simulates each throw with its hidden values before the throw.
 
-The oracle bounds every learner. Two errors remain: the scatter of the release, which is drawn anew in every throw, and
-throws that need an action beyond its range.
+The oracle bounds every learner: it lacks only the scatter of the release, which is drawn in the throw itself, and
+offsets beyond the range of an action.
 """
 
 from __future__ import annotations
@@ -17,31 +17,32 @@ from pnt_gym.cells.base.core import Core
 from .protocol import Actions, Controller, Observation
 
 ENOUGH: Final = 2e-3
-"""Errors below need no further preview, in actions."""
+"""Error below which a throw needs no further preview, in actions."""
 PATIENCE: Final = 8
-"""Previews in a row that may fail to improve a throw before the best of it is taken."""
+"""Previews in a row without an improvement, after which the best action of a throw is used."""
 LEAST_DAMPING: Final = 1e-6
 MORE_DAMPING: Final = 1e-2
 MOST_DAMPING: Final = 1e3
-"""Added to the squares of the Jacobian's singular values: at least, after a failure, and before it starts anew."""
+"""Damping, added to the squares of the Jacobian's singular values: the least, the least after a failure, and the value
+above which it restarts."""
 TRUST: Final = 0.02
-"""Weight of the one-to-one map against what one earlier preview says of the Jacobian."""
+"""Weight of the one-to-one map against one preview, in the fit of the Jacobian."""
 JUMPS: Final = (0.01, 0.03, 0.1)
-"""Deviations of the shifts that are tried where Newton's steps do not help, in actions."""
+"""Standard deviations of random offsets that are tried where Newton's steps do not help, in actions."""
 
 
 @final
 class Oracle(Controller):
     """Damped Newton steps on the simulated outcome of each throw, with a Jacobian from all of its previews.
 
-    The first step is that of a fixed point with gain 1, action <- action - error / scale. Each later one uses what the
-    earlier previews told of the Jacobian (a secant method, in several numbers), damped after Levenberg and Marquardt.
-    A throw that this does not improve tries in turns what has helped another throw of its bucket, and a chance.
+    The first step is a fixed point iteration with gain 1, action <- action - error / scale. Each later step uses the
+    Jacobian estimated from the previous previews (a secant method in several dimensions), damped after Levenberg and
+    Marquardt. A throw without improvement tries, in turns, offsets of other throws of its bucket and random ones.
 
     Args:
-        core: simulates the coming throws.
-        correction: what an action means.
-        previews: simulations of a throw, at most; fewer where all throws come out right.
+        core: core that simulates the coming throws.
+        correction: meaning of an action.
+        previews: simulations of a throw at most; fewer if all throws succeed earlier.
     """
 
     name = "oracle"
@@ -53,11 +54,11 @@ class Oracle(Controller):
         self.reset(0)
 
     def reset(self, seed: int) -> None:
-        """Reseed what is tried by chance."""
+        """Reseed the random offsets."""
         self._random = np.random.default_rng(seed)
 
     def act(self, observation: Observation) -> Actions:
-        """The best of the actions tried for each throw, (N, E)."""
+        """Best action found for each throw, (N, E)."""
         weight = self._correction.scale / self._correction.tolerance
         buckets = self._correction.buckets(observation.features, observation.kind)
         search = _Search(weight / weight.max(), np.unique(buckets, axis=0, return_inverse=True)[1].reshape(-1))
@@ -70,18 +71,18 @@ class Oracle(Controller):
         return search.best.astype(np.float32)
 
     def _error(self, action: Floats) -> Floats:
-        """In actions (N, E); NaN where a throw was not measured."""
+        """Errors of previewed actions, in actions (N, E); NaN where a throw was not measured."""
         seen = self._core.preview(action.astype(np.float32), jitter=False)
         return np.stack([getattr(seen, name) for name in self._correction.errors], axis=-1) / self._correction.scale
 
 
 @final
 class _Search:
-    """The previews of N throws, and where to look next; all in actions.
+    """Previews of N throws, and the search for better offsets; all in actions.
 
     Args:
-        weight: of each error (E,), the largest 1.
-        bucket: of each throw (N,).
+        weight: weight of each error (E,), the largest 1.
+        bucket: bucket of each throw (N,).
     """
 
     def __init__(self, weight: Floats, bucket: np.ndarray) -> None:
@@ -96,11 +97,11 @@ class _Search:
 
     @property
     def over(self) -> Bools:
-        """Which throws need no further preview (N,)."""
+        """Whether each throw needs no further preview (N,)."""
         return (self._smallest <= ENOUGH) | (self._failures >= PATIENCE)
 
     def learn(self, shift: Floats, error: Floats) -> None:
-        """Take in a preview of all throws, (N, E) each; one that was not measured is no improvement."""
+        """Add a preview of all throws, (N, E) each; an unmeasured throw is no improvement."""
         size = np.nan_to_num(np.hypot.reduce(self._weight * error, axis=1), nan=np.inf)
         better = size < self._smallest
         self._shifts = np.concatenate([self._shifts, shift[:, None]], axis=1)
@@ -114,25 +115,27 @@ class _Search:
         self._damping = np.where(damping > MOST_DAMPING, MORE_DAMPING, damping)
 
     def propose(self, random: np.random.Generator) -> Floats:
-        """The shifts (N, E) to preview next, the best one where a throw is over."""
+        """Offsets (N, E) of the next preview, the best one where a throw is over."""
         jumps = self._failures >= 2
         self._jumped = jumps & (self._failures % 2 == 0)
         trial = np.where(self._jumped[:, None], self._elsewhere(random), self._newton())
         return np.where(self.over[:, None], self.best, np.clip(trial, -1.0, 1.0))
 
     def _newton(self) -> Floats:
-        """The best shifts and a damped Newton step from each."""
+        """Best offsets after one damped Newton step."""
         square, jacobian = self._weight**2, self._jacobian()
+        # (J^T W J + damping I) step = J^T W error, per throw.
         normal = np.einsum("nki,k,nkj->nij", jacobian, square, jacobian)
         normal += self._damping[:, None, None] * np.eye(len(square))
         slope = np.einsum("nki,k,nk->ni", jacobian, square, self._error)
         return self.best - np.linalg.solve(normal, slope[..., None])[..., 0]
 
     def _jacobian(self) -> Floats:
-        """Of the error by the shift at the best shifts (N, E, E): a fit to the previews, near ones counting more."""
+        """Jacobian of the error by the offset at the best offsets (N, E, E), a weighted fit to the previews."""
         moved, came = self._shifts - self.best[:, None], self._errors - self._error[:, None]
         square = (moved**2).sum(axis=2)
         known = (square > 0.0) & np.isfinite(came).all(axis=2)
+        # Weighted least squares of the errors' differences, near previews with more weight, shrunk towards one to one.
         weight = np.where(known, 1.0 / np.where(known, square, 1.0), 0.0)
         came = np.where(known[..., None], came, 0.0)
         spread = np.einsum("nm,nmi,nmj->nij", weight, moved, moved) + TRUST * np.eye(self.best.shape[1])
@@ -140,7 +143,7 @@ class _Search:
         return np.eye(self.best.shape[1]) + np.linalg.solve(spread, surprise).transpose(0, 2, 1)
 
     def _elsewhere(self, random: np.random.Generator) -> Floats:
-        """Near the best shift of a throw of the bucket, any of those that came out no worse, itself included."""
+        """Random offsets near the best offset of a throw of the same bucket with no larger error, itself included."""
         order = np.lexsort((self._smallest, self._bucket))
         ranked = self._bucket[order]
         rank = np.empty_like(order)

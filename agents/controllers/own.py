@@ -1,4 +1,4 @@
-"""Controllers from elsewhere: a class of the user's, a function, a model of stable-baselines3."""
+"""Controllers from elsewhere: a user's class, a function, a model of stable-baselines3, or a trained policy."""
 
 from __future__ import annotations
 
@@ -24,31 +24,31 @@ from .protocol import Actions, Controller, Observation
 Function: TypeAlias = Callable[[NDArray[np.float32]], Any]
 """Observations (N, D) to actions (N, A)."""
 METHODS: Final = ("reset", "act", "learn")
-"""What the class of a controller has."""
+"""Methods that the class of a controller must have."""
 
 
 @final
 class Policy(Controller):
-    """What maps observations to actions and learns nothing."""
+    """Controller from a function of observations to actions, without learning."""
 
     def __init__(self, function: Function, name: str, kind: type[Any] = np.float32) -> None:
         self.function, self.name, self._kind = function, name, kind
 
     def act(self, observation: Observation) -> Actions:
-        """What the function says (N, A)."""
+        """Actions of the function (N, A)."""
         return np.asarray(self.function(observation.features), dtype=self._kind)
 
 
 def controller_of(policy: Any, env: Env) -> Controller:
-    """A controller from what a user has at hand.
+    """Controller from a class, an object, a model or a function.
 
     Args:
         policy: a controller or the class of one, a model of stable-baselines3, or a function of observations (N, D) to
             actions (N, A).
-        env: the environment it will act in.
+        env: the environment in which the controller will act.
 
     Raises:
-        UsageError: it is none of these, or a model that does not fit the environment.
+        UsageError: the policy is none of these, or a model that does not fit the environment.
     """
     if inspect.isclass(policy):
         return _made(policy, repr(policy.__name__), env)
@@ -62,16 +62,16 @@ def controller_of(policy: Any, env: Env) -> Controller:
 
 
 def own_controller(reference: str, env: Env, **options: Any) -> Controller:
-    """The controller that MODULE:CLASS names; `Controller` says what the class has to be.
+    """Controller of the class MODULE:CLASS; `Controller` describes the class.
 
     Raises:
-        UsageError: there is no such class, it cannot be made, or it makes no controller.
+        UsageError: the class does not exist, cannot be instantiated, or is no controller.
     """
     module, _, name = reference.partition(":")
     made = getattr(own_module(module), name, None)
     if not inspect.isclass(made):
         raise UsageError(f"module {module!r} has no class {name!r}")
-    _check_parts(made, repr(reference), METHODS)  # before anything of a class is called that a plan of others may name
+    _check_parts(made, repr(reference), METHODS)  # before any call: a plan of others may name any class
     return _made(made, repr(reference), env, **options)
 
 
@@ -99,10 +99,10 @@ def _check_parts(controller: Any, name: str, parts: Sequence[str]) -> None:
 
 
 def trained_policy(place: Path, env: Env, *, trust: bool = False) -> Controller:
-    """The policy in a run folder, or with `trust`, as it runs code in them, in an RL-Zoo folder or a model file.
+    """Policy of a run folder, or with `trust`, because loading runs code, of an RL-Zoo folder or a model file.
 
     Raises:
-        UsageError: it is missing, damaged or not trusted, or does not fit the environment.
+        UsageError: the policy is missing, damaged or not trusted, or does not fit the environment.
     """
     found, what = find_trained(place), f"the policy of {str(place)!r}"
     if found.is_run:
@@ -128,17 +128,17 @@ def trained_policy(place: Path, env: Env, *, trust: bool = False) -> Controller:
 
 
 def run_policy(actor: Actor, asked: Mapping[str, Any], env: Env, what: str, name: str | None = None) -> Controller:
-    """A policy that a training left as numbers, with what stood between it and its environment.
+    """Controller from a trained policy stored as numbers, with the policy wrapper of its training.
 
     Args:
         actor: the policy.
-        asked: what the training was asked for.
-        env: to act in.
-        what: it is called in an error.
-        name: it is called in tables; None for its algorithm.
+        asked: arguments of the training.
+        env: the environment in which the policy will act.
+        what: name of the policy in error messages.
+        name: name in tables; None for the algorithm's.
 
     Raises:
-        UsageError: it does not fit the environment.
+        UsageError: the policy does not fit the environment.
     """
     return _acting(actor, name or asked["algo"], env, what, asked["stack"], asked["over"])
 
@@ -154,10 +154,10 @@ def _acting(actor: Actor, name: str, env: Env, what: str, stack: int = 1, over: 
 
 
 def model_policy(model: Any, name: str, env: Env, what: str = "the model") -> Controller:
-    """The mean action of a model of stable-baselines3.
+    """Controller of a stable-baselines3 model's mean action.
 
     Raises:
-        UsageError: it does not fit the environment.
+        UsageError: the model does not fit the environment.
     """
     if hasattr(getattr(model, "policy", None), "lstm_actor"):
         from ..policies.weights import actor_of  # noqa: PLC0415 - as above

@@ -1,7 +1,7 @@
-"""The protocol of controllers: a controller sees a pick, corrects the throw, and may learn from its landing.
+"""Protocol of controllers: a controller observes a pick, corrects the throw, and may learn from the landing.
 
-Evaluation, practice and the benchmark use only these types, and accept every class with the same methods. All arrays
-hold one row per throw of a batch.
+Evaluation, practice and the benchmark know only these types, and accept every class that fits them. All arrays hold one
+row per throw of a batch.
 """
 
 from __future__ import annotations
@@ -23,35 +23,35 @@ State = Mapping[str, NDArray[Any]]
 @final
 @dataclass(frozen=True)
 class Observation:
-    """N coming picks as a controller sees them."""
+    """N coming picks as a controller observes them."""
 
     features: NDArray[np.float32]
-    """What the environment returned, (N, D)."""
+    """Observations of the environment (N, D)."""
     kind: Ints
-    """Seen class of each object: index into the core's `item_names` (N,)."""
+    """Item of the object by the cell's classifier: index into the core's `item_names` (N,)."""
 
 
 @final
 @dataclass(frozen=True)
 class Outcome:
-    """N throws and their outcomes."""
+    """Actions and results of N throws."""
 
     observation: Observation
     action: Actions
     error: Floats
-    """Errors in the coordinates that actions shift (N, E), by the names of the core's `Correction`; on the conveyor the
-    landing against the target, along and across the throw [m]. E is 0 where the core has no correction."""
+    """Errors in the coordinates that actions offset (N, E), by the names of the core's `Correction`; on the conveyor
+    the landing against the target, along and across the throw [m]. E is 0 where the core has no correction."""
     is_success: Bools
     cycle_time: Floats
-    """Pick to pick, with dwell [s]."""
+    """Time from pick to pick, with dwell [s]."""
     clipped: Bools
-    """The action was infeasible and a shortened one was carried out: a learner skips this throw."""
+    """Whether the action was infeasible and another one was executed; such throws teach nothing."""
 
 
 class Controller(Protocol):
     """Corrects throws.
 
-    A class of your own inherits from `Controller`, or has the same methods. A subclass needs only `name` and `act`:
+    A user's class inherits from `Controller` or has the same methods; a subclass needs only `name` and `act`:
 
         class Further(Controller):
             name = "further"
@@ -67,10 +67,10 @@ class Controller(Protocol):
     """
 
     name: str
-    """In tables and files."""
+    """Name in tables and files."""
 
     def reset(self, seed: int) -> None:
-        """Forget the learned state and seed random numbers anew; by default there is no state."""
+        """Forget what was learned and reseed random numbers; the default does nothing."""
 
     @abstractmethod
     def act(self, observation: Observation) -> Actions:
@@ -78,25 +78,25 @@ class Controller(Protocol):
         ...
 
     def learn(self, outcome: Outcome) -> None:
-        """Learn from the outcome of the throws of the last `act`; by default nothing is learned."""
+        """Learn from the outcome of the throws of the last `act`; the default learns nothing."""
 
 
 @runtime_checkable
 class Learner(Controller, Protocol):
-    """A controller that learns from throws, and whose learned state can be saved."""
+    """A controller that improves with throws, and whose knowledge can be saved."""
 
     def begin_practice(self, throws: int) -> None:
-        """Begin a practice of about `throws` throws; the controller may explore until `end_practice`."""
+        """Begin about `throws` throws of practice; the controller may explore until `end_practice`."""
 
     def end_practice(self) -> None:
-        """End the practice: stop exploring and settle the learned state."""
+        """Stop exploring and settle the learned correction."""
 
     @abstractmethod
     def state(self) -> State:
-        """The learned state, as named arrays, independent of the level of the practice."""
+        """Learned values as named arrays, independent of the level."""
         ...
 
     @abstractmethod
     def restore(self, state: State) -> None:
-        """Take over the learned state of another controller of the same name."""
+        """Load the state of another controller of the same name."""
         ...

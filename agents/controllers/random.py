@@ -1,4 +1,4 @@
-"""Uniform random corrections, which every other controller should beat."""
+"""Uniform random corrections: the lower bound for every controller."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .protocol import Actions, Controller, Observation
 
 @final
 class Random(Controller):
-    """Uniform in the whole action range."""
+    """Random actions, uniform in the whole range."""
 
     name = "random"
 
@@ -20,9 +20,9 @@ class Random(Controller):
         self.reset(0)
 
     def reset(self, seed: int) -> None:
-        """Reseed."""
+        """Reseed the generator."""
         self._random = np.random.default_rng(seed)
 
     def act(self, observation: Observation) -> Actions:
-        """Uniform (N, A) in [-1, 1]."""
+        """Random actions (N, A), uniform in [-1, 1]."""
         return self._random.uniform(-1.0, 1.0, (len(observation.kind), self._actions)).astype(np.float32)

@@ -1,8 +1,8 @@
-"""A recurrent network that learns in context: it reads the throws of a shift one by one and foresees the next.
+"""A recurrent network that learns in context: it reads the throws of a shift one by one and predicts the next landing.
 
-A gated recurrent unit takes in a lesson, what was thrown and how far off it came down; a head says from its memory, and
-from what is to be thrown, how far off that will come down. Trained by back-propagation through whole shifts (torch),
-carried out in numpy.
+A gated recurrent unit takes in a throw and its landing error; a head predicts the landing error of the next throw from
+the unit's memory and that throw's observation. Training: back-propagation through whole shifts (torch). Inference:
+numpy.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from ..policies.networks import Dense, Gru, dense_of, layers_from_torch, through
 from .protocol import State
 
 UNIT: Final = 0.01
-"""What landings are off by is counted in this [m]."""
+"""Unit in which landing errors are counted [m]."""
 LAYERS: Final = ("memory_in", "memory_kept", "head", "answer")
-"""Weights and biases: of the unit's lesson and memory, three gates each, and of the head's two layers."""
+"""Names of the layers: input and memory of the unit, three gates each, and the two layers of the head."""
 
 
 @final
@@ -30,23 +30,23 @@ class Lessons:
     """A batch of S shifts of P throws each."""
 
     features: Floats
-    """What was seen of each (S, P, D)."""
+    """Observation of each throw (S, P, D)."""
     z: Floats
-    """How far off each was seen to come down (S, P, 2) [m]; 0 where that is not known."""
+    """Observed landing error of each throw (S, P, 2) [m]; 0 where it is unknown."""
     true: Floats
-    """How far off each came down (S, P, 2) [m]: what is to be foreseen."""
+    """True landing error of each throw (S, P, 2) [m], which the network learns to predict."""
     known: Bools
-    """Where it is (S, P)."""
+    """Whether the landing error was observed (S, P)."""
 
 
 @final
 class Recurrent:
-    """The network.
+    """Recurrent network in numpy.
 
     Args:
-        unit: takes in lessons.
-        head: of the hidden layer, which sees the memory and what is to be thrown.
-        answer: from the hidden layer to what is foreseen.
+        unit: gated recurrent unit, updated by each throw.
+        head: layer from the memory and the next throw's observation to the hidden layer.
+        answer: layer from the hidden layer to the prediction.
     """
 
     def __init__(self, unit: Gru, head: Dense, answer: Dense) -> None:
@@ -54,31 +54,31 @@ class Recurrent:
 
     @property
     def size(self) -> int:
-        """Numbers in its memory H."""
+        """Numbers in the network's memory H."""
         return self._unit.size
 
     def remembered(self, memory: Floats, features: Floats, z: Floats) -> Floats:
-        """The memory (N, H) after lessons: what was thrown (N, D), and how far off it came down (N, 2) [m]."""
+        """Memory (N, H) after throws (N, D) with landing errors (N, 2) [m]."""
         return self._unit(np.concatenate([features, _bounded(z)], axis=1), memory)
 
     def foreseen(self, memory: Floats, features: Floats) -> Floats:
-        """How far off throws (N, D) will come down (N, 2) [m], by memories (N, H)."""
+        """Predicted landing errors of throws (N, D) by memories (N, H): (N, 2) [m]."""
         return UNIT * through((self._head, self._answer), "SiLU", np.concatenate([memory, features], axis=1))
 
     def state(self) -> State:
-        """All layers by name."""
+        """Arrays of all layers by name."""
         layers = zip(LAYERS, (*self._unit, self._head, self._answer), strict=True)
         return {f"{name}_{part}": array for name, layer in layers for part, array in layer._asdict().items()}
 
     @classmethod
     def of(cls, state: State) -> Self:
-        """The network of a state."""
+        """Network from a state."""
         seen, kept, *layers = (dense_of(state, f"{name}_weight", f"{name}_bias", np.float64) for name in LAYERS)
         return cls(Gru(seen, kept), *layers)
 
     @classmethod
     def from_torch(cls, unit: Any, head: Any, answer: Any) -> Self:
-        """Copy a GRUCell and two Linear of torch."""
+        """Network from a GRUCell and two Linear layers of torch."""
         layers = layers_from_torch([*head.parameters(), *answer.parameters()], np.float64)
         return cls(Gru.from_torch(unit, np.float64), *layers)
 
@@ -86,14 +86,14 @@ class Recurrent:
 def trained(
     batches: Iterable[Lessons], total: int, features: int, seed: int, size: int, rate: float = 3e-3
 ) -> Recurrent:
-    """A network that has learned from shifts.
+    """Network trained on batches of shifts.
 
     Args:
-        batches: of shifts, each to make one step of.
-        total: how many there are.
-        features: entries of an observation D.
-        seed: of the weights.
-        size: numbers in its memory, and in the head's hidden layer.
+        batches: batches of shifts, one gradient step each.
+        total: number of batches.
+        features: number of entries of an observation D.
+        seed: seed of the initial weights.
+        size: numbers in the memory, and in the head's hidden layer.
         rate: learning rate at the start of a cosine schedule.
     """
     import torch  # noqa: PLC0415 - a second to import, needed for training only
@@ -114,7 +114,7 @@ def trained(
 
 
 def _parts(torch: Any, features: int, size: int) -> tuple[Any, Any, Any]:
-    """The unit, the head and the answer, which begins at nothing."""
+    """Unit, head and answer in torch; the answer starts near zero."""
     unit, head = torch.nn.GRUCell(features + 2, size), torch.nn.Linear(size + features, size)
     answer = torch.nn.Linear(size, 2)
     with torch.no_grad():
@@ -124,7 +124,7 @@ def _parts(torch: Any, features: int, size: int) -> tuple[Any, Any, Any]:
 
 
 def _loss(torch: Any, parts: tuple[Any, Any, Any], lessons: Lessons) -> Any:
-    """Huber loss of what a network foresees in shifts."""
+    """Huber loss of a network's predictions in shifts."""
     parts_of = (lessons.features, _bounded(lessons.z), _bounded(lessons.true))
     features, z, true = (torch.as_tensor(part, dtype=torch.float32) for part in parts_of)
     known = torch.as_tensor(lessons.known)
@@ -140,5 +140,5 @@ def _loss(torch: Any, parts: tuple[Any, Any, Any], lessons: Lessons) -> Any:
 
 
 def _bounded(z: Floats) -> Floats:
-    """In units, where a throw that was touched or hit a rim is just far off."""
+    """Landing errors in `UNIT`s, clipped, so that a deflected object only counts as far off."""
     return np.clip(z / UNIT, -6.0, 6.0)

@@ -1,7 +1,7 @@
-"""Learning the residual by regression: throw, see the error, fit the shift that would have been right.
+"""Learning the correction by regression: throw, measure the error, fit the ideal offset.
 
-Labels are "asked for minus error", gathered on the throws the current fit itself makes (in rounds), with some
-exploration around them. Any regressor with `fit` and `predict` serves: ridge and a small network do here.
+A label is the offset of the throw minus its error. Labels come from throws of the current fit (in rounds), with some
+exploration around them. Any regressor with `fit` and `predict` works; ridge regression and a small network are used.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from .shift import ideal_shift, instructive, to_action
 ROUNDS = (0.25, 0.60, 1.0)
 """Shares of the practice after which the fit is renewed: rounds of 25, 35 and 40 %."""
 FEWEST_THROWS = 8
-"""A fit on fewer throws would follow their noise."""
+"""Least number of throws of a fit; a fit to fewer would follow their noise."""
 REFIT_GROWTH = 1.1
-"""Outside practice the fit is renewed when the data have grown by this factor."""
+"""Growth of the data by which the fit is renewed outside practice."""
 Regressor: TypeAlias = Ridge | Mlp
-"""Fits shifts (N, E) to features (N, D) and predicts them; what was fitted is its state."""
+"""Fits offsets (N, E) to features (N, D) and predicts them; its state is the fit."""
 
 
 @final
@@ -35,8 +35,8 @@ class OnPolicyRegression(Learner):
 
     Args:
         name: name of the controller.
-        correction: what an action means.
-        features: entries of an observation D.
+        correction: meaning of an action.
+        features: number of entries of an observation D.
         regressor: the model.
     """
 
@@ -48,7 +48,7 @@ class OnPolicyRegression(Learner):
         self.reset(0)
 
     def reset(self, seed: int) -> None:
-        """Forget data and fit, reseed exploration and fitting."""
+        """Forget data and fit, and reseed exploration and fitting."""
         self._random = np.random.default_rng(seed)
         self._features: list[Floats] = []
         self._shifts: list[Floats] = []
@@ -64,12 +64,12 @@ class OnPolicyRegression(Learner):
         self._rounds = [self._count + round(share * throws) for share in ROUNDS[:-1]]
 
     def end_practice(self) -> None:
-        """Fit to everything seen, and explore no more."""
+        """Fit to all throws and stop exploring."""
         self._exploring = False
         self._fit()
 
     def act(self, observation: Observation) -> Actions:
-        """Predicted shift, in practice with exploration around it: (N, E)."""
+        """Predicted offset as an action, in practice with exploration around it: (N, E)."""
         count = len(observation.kind)
         shift = self.predict(observation)
         if self._exploring:
@@ -78,14 +78,14 @@ class OnPolicyRegression(Learner):
         return to_action(shift, self._correction)
 
     def predict(self, observation: Observation) -> Floats:
-        """The fit's shifts (N, E), within the range of an action; zero before the first fit."""
+        """Offsets of the fit (N, E), within the range of an action; zero before the first fit."""
         if not self._fitted:
             return np.zeros((len(observation.kind), self._correction.count))
         scale = self._correction.scale
         return np.clip(self._regressor.predict(observation.features.astype(np.float64)), -scale, scale)
 
     def learn(self, outcome: Outcome) -> None:
-        """Remember the throws; renew the fit when a round is over."""
+        """Add the throws to the data; renew the fit when a round is over."""
         usable = instructive(outcome)
         self._features.append(outcome.observation.features[usable].astype(np.float64))
         self._shifts.append(ideal_shift(outcome, self._correction)[usable])
@@ -99,20 +99,20 @@ class OnPolicyRegression(Learner):
             self._fit()
 
     def data(self) -> tuple[Floats, Floats]:
-        """What is learned from: observations (M, D), and the shifts that would have been right (M, E)."""
+        """Training data: observations (M, D), and ideal offsets (M, E)."""
         if not self._features:
             return np.zeros((0, self._width)), np.zeros((0, self._correction.count))
         return np.concatenate(self._features), np.concatenate(self._shifts)
 
     def state(self) -> State:
-        """The fit; empty before the first."""
+        """State of the fit; empty before the first one."""
         return self._regressor.state() if self._fitted else {}
 
     def restore(self, state: State) -> None:
-        """Take over a fit; the data behind it are not part of it.
+        """Load a fit; the data behind it are not part of the state.
 
         Raises:
-            UsageError: it is a fit to other observations, or to another number of coordinates.
+            UsageError: the fit is for other observations, or for another number of coordinates.
         """
         self._fitted = bool(state)
         if not state:

@@ -1,7 +1,7 @@
-"""How the errors of throws answer to their shifts, learned from throws.
+"""Map from the offset of a throw to its error, learned from throws.
 
-A straight map plus what bends it, both with Gaussian priors (Bayesian least squares, in the form of a Gaussian
-process): it has a Jacobian at every shift, averages the scatter of the throws, and knows how far to trust itself.
+A linear map plus a smooth nonlinear part, both with Gaussian priors (Bayesian least squares, in the form of a Gaussian
+process): the map has a Jacobian at every offset, averages the scatter of the throws, and estimates its own uncertainty.
 """
 
 from __future__ import annotations
@@ -16,26 +16,28 @@ import numpy as np
 from pnt_gym.arrays import Floats
 
 SLOPE: Final = 1.0
-"""Deviation, as known before the first throw, of the Jacobian's entries from the one-to-one map's."""
+"""Prior standard deviation of the Jacobian's entries from those of the one-to-one map."""
 OFFSET: Final = 10.0
-"""Deviation of the error of an uncorrected throw, in actions."""
+"""Prior standard deviation of the error of an uncorrected throw, in actions."""
 NOISE: Final = (0.003, 0.01, 0.03, 0.1, 0.3)
-"""Standard deviations of what the map does not explain that are tried, in actions."""
+"""Candidate standard deviations of the error that the map does not explain, in actions."""
 BENDS: Final = ((0.0, 1.0), (0.1, 0.3), (0.1, 0.8), (0.4, 0.3), (0.4, 0.8), (1.5, 0.8))
-"""Sizes and lengths of the bends of the map that are tried, in actions."""
+"""Candidate sizes and length scales of the nonlinear part, in actions."""
 REPEATABLE: Final = (0.5, 0.0, 0.95)
-"""Shares of the unexplained that come back when a shift is thrown again; the first one while no shift was."""
+"""Candidate shares of the unexplained error that repeat with the offset; the first share while no offset was
+repeated."""
 ITERATIONS: Final = 12
-"""Gauss-Newton steps on the learned map for one step of the shift."""
+"""Gauss-Newton steps on the learned map for one step of the offset."""
 LEAST_DAMPING: Final = 1e-6
 MORE_DAMPING: Final = 1e-3
-"""Added to the squares of the Jacobian's singular values: at least, and once a step has led to larger errors."""
+"""Damping, added to the squares of the Jacobian's singular values: the least, and the least after a step to larger
+errors."""
 
 
 @final
 @dataclass(frozen=True)
 class _Kernel:
-    """Covariance of one error over shifts, in actions."""
+    """Covariance of one error over offsets, in actions."""
 
     noise: float
     bend: float
@@ -43,26 +45,26 @@ class _Kernel:
     repeats: float
 
     def smooth(self, a: Floats, b: Floats) -> Floats:
-        """Of the map (A, B) at shifts (A, E) and (B, E)."""
+        """Covariance of the map (A, B) at offsets (A, E) and (B, E): OFFSET^2 + SLOPE^2 a b + nonlinear part."""
         return OFFSET**2 + SLOPE**2 * (a @ b.T) + self._bent(a, b)
 
     def slope(self, a: Floats, b: Floats) -> Floats:
-        """Derivative of `smooth` by the one shift `a` (E,): (E, B)."""
+        """Derivative of `smooth` by one offset `a` (E,): (E, B)."""
         pull = (b - a) / self.length**2
         return SLOPE**2 * b.T + (self._bent(a[None], b)[0][:, None] * pull).T
 
     def rough(self, a: Floats, b: Floats) -> Floats:
-        """What `smooth` misses and yet comes back at the same shift (A, B)."""
+        """Covariance of the repeatable error at equal offsets, which `smooth` does not contain (A, B)."""
         same = (a[:, None] == b).all(axis=2)
         return np.where(same, self.repeats * self.noise**2, 0.0)
 
     def observed(self, a: Floats) -> Floats:
-        """Of errors measured at shifts (A, E): (A, A)."""
+        """Covariance of errors measured at offsets (A, E): (A, A)."""
         rest = (1.0 - self.repeats) * self.noise**2
         return self.smooth(a, a) + self.rough(a, a) + rest * np.eye(len(a))
 
     def variance(self, a: Floats) -> Floats:
-        """Of the error of one throw, before anything is known (A,)."""
+        """Prior variance of the error of one throw (A,)."""
         return OFFSET**2 + SLOPE**2 * (a**2).sum(axis=1) + self.bend**2 + self.noise**2
 
     def _bent(self, a: Floats, b: Floats) -> Floats:
@@ -74,18 +76,18 @@ _KERNELS: Final = tuple(_Kernel(n, *bend, share) for n in NOISE for bend in BEND
 
 
 def _solved(factor: Floats, right: Floats, *, transposed: bool = False) -> Floats:
-    """The solution x of L x = right, or of L^T x = right, for a lower triangle L."""
+    """Solution x of L x = right, or of L^T x = right, for a lower triangle L."""
     scipy = importlib.import_module("scipy.linalg")  # at first use, because it takes a while
     return np.asarray(scipy.solve_triangular(factor, right, lower=True, trans=int(transposed), check_finite=False))
 
 
 @final
 class Response:
-    """How the error depends on the shift, learned from throws; both in actions, one to one where nothing is known.
+    """Error as a function of the offset, learned from throws; in actions, one to one by the prior.
 
     Args:
-        shift: of each throw (M, E), M at least 1.
-        error: of each throw (M, E).
+        shift: offset of each throw (M, E), M at least 1.
+        error: error of each throw (M, E).
     """
 
     def __init__(self, shift: Floats, error: Floats) -> None:
@@ -95,7 +97,7 @@ class Response:
         kernels = [k for k in _KERNELS if repeated or k.repeats == REPEATABLE[0]]
         factors: list[Floats] = [np.asarray(np.linalg.cholesky(k.observed(shift)), np.float64) for k in kernels]
         whitened = [_solved(factor, surprise) for factor in factors]
-        # Logarithm of the likelihood of each error under each kernel, but for a constant.
+        # Log-likelihood of each error under each kernel, up to a constant.
         fits = [-0.5 * (w**2).sum(axis=0) - np.log(f.diagonal()).sum() for w, f in zip(whitened, factors, strict=True)]
         best: list[int] = np.array(fits).argmax(axis=0).tolist()
         self._kernels = [kernels[i] for i in best]
@@ -103,17 +105,17 @@ class Response:
         self._weights = [_solved(factors[i], whitened[i][:, e], transposed=True) for e, i in enumerate(best)]
 
     def error(self, shift: Floats) -> Floats:
-        """Smooth part of the error (N, E) expected at shifts (N, E)."""
+        """Smooth part of the error (N, E) expected at offsets (N, E)."""
         parts = [k.smooth(shift, self._shift) @ w for k, w in zip(self._kernels, self._weights, strict=True)]
         return shift + np.stack(parts, axis=1)
 
     def error_again(self, shift: Floats) -> Floats:
-        """The error (N, E) expected where shifts (N, E) are thrown that were thrown before."""
+        """Error (N, E) expected where offsets (N, E) of earlier throws are repeated."""
         parts = [k.rough(shift, self._shift) @ w for k, w in zip(self._kernels, self._weights, strict=True)]
         return self.error(shift) + np.stack(parts, axis=1)
 
     def doubt(self, shift: Floats) -> Floats:
-        """Standard deviation (N, E) of the errors of throws with new shifts (N, E), scatter included."""
+        """Standard deviation (N, E) of the errors of throws with new offsets (N, E), scatter included."""
         parts: list[Floats] = []
         for kernel, factor in zip(self._kernels, self._factors, strict=True):
             known = _solved(factor, kernel.smooth(self._shift, shift))
@@ -121,13 +123,13 @@ class Response:
         return np.sqrt(np.maximum(np.stack(parts, axis=1), 1e-12))
 
     def jacobian(self, shift: Floats) -> Floats:
-        """Derivative (E, E) of the error by the one shift (E,)."""
+        """Derivative (E, E) of the error by one offset (E,)."""
         rows = [k.slope(shift, self._shift) @ w for k, w in zip(self._kernels, self._weights, strict=True)]
         return np.eye(len(shift)) + np.stack(rows)
 
 
 def gauss_newton(response: Response, weight: Floats, start: Floats) -> Floats:
-    """The shift (E,) within [-1, 1] to which Gauss-Newton steps lead from `start` (E,), each error with its weight."""
+    """Offset (E,) within [-1, 1] after damped Gauss-Newton steps from `start` (E,) on weighted errors."""
     best, damping = start, LEAST_DAMPING
     error, jacobian = _weighted(response, weight, best)
     for _ in range(ITERATIONS):
@@ -147,7 +149,7 @@ def _weighted(response: Response, weight: Floats, shift: Floats) -> tuple[Floats
 
 
 def log_chance(error: Floats, doubt: Floats, bound: Floats | float) -> Floats:
-    """Logarithm of the chance (N,) that all errors (N, E), known up to `doubt` (N, E), come out within +-bound."""
+    """Logarithm of the chance (N,) that all errors (N, E), normal with deviation `doubt` (N, E), lie within +-bound."""
     log_ndtr: Callable[[Floats], Floats] = importlib.import_module("scipy.special").log_ndtr
     # Mirrored to the lower tail, where the logarithm keeps its digits however unlikely the interval is.
     low, high = (-bound - np.abs(error)) / doubt, (bound - np.abs(error)) / doubt

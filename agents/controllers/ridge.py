@@ -1,4 +1,4 @@
-"""Ridge regression of errors on quadratic features, in closed form: the simple learner that a network has to beat."""
+"""Ridge regression on quadratic features, in closed form: the simple baseline of learned corrections."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .protocol import State
 
 PENALTIES = np.logspace(-2, 4, 19)
 GAINS = (0.03, 0.1, 0.3, 1.0)
-"""Weights of the quadratic features beside the linear ones: a small one is penalised more."""
+"""Weights of the quadratic features relative to the linear ones; a small weight means a larger penalty."""
 
 
 def expand(features: Floats, gain: float) -> Floats:
@@ -32,21 +32,21 @@ class _Candidate:
 
 @final
 class Ridge:
-    """One ridge regression per output; penalty and gain by leave-one-out error, which has a closed form."""
+    """One ridge regression per output; penalty and gain minimise the leave-one-out error, known in closed form."""
 
     def __init__(self) -> None:
         self._fits: list[_Candidate] = []
         self._offset = np.zeros(0)
 
     def fit(self, features: Floats, shift: Floats, seed: int) -> None:
-        """Fit to features (N, D) and shifts (N, E); nothing in it is random."""
+        """Fit the regressions to features (N, D) and offsets (N, E); `seed` is not used."""
         self._offset = shift.mean(axis=0)
         targets = shift - self._offset
         tried = [_best_penalty(features, targets, gain) for gain in GAINS]
         self._fits = [min(fits, key=lambda fit: fit.loss) for fits in zip(*tried, strict=True)]
 
     def predict(self, features: Floats) -> Floats:
-        """Shifts (N, E)."""
+        """Offsets (N, E) for features (N, D)."""
         columns = [(expand(features, fit.gain) - fit.centre) @ fit.weights for fit in self._fits]
         return np.stack(columns, axis=-1) + self._offset
 
@@ -60,14 +60,14 @@ class Ridge:
         }
 
     def restore(self, state: State) -> None:
-        """Take over a fit."""
+        """Load a fit."""
         rows = zip(state["gain"], state["centre"], state["weights"], strict=True)
         self._fits = [_Candidate(0.0, float(g), np.asarray(c, float), np.asarray(w, float)) for g, c, w in rows]
         self._offset = np.asarray(state["offset"], dtype=np.float64)
 
 
 def _best_penalty(features: Floats, targets: Floats, gain: float) -> list[_Candidate]:
-    """Per output the fit with the smallest leave-one-out error over the penalties."""
+    """Fit with the smallest leave-one-out error over the penalties, per output."""
     phi = expand(features, gain)
     centre = phi.mean(axis=0)
     u, s, vt = np.linalg.svd(phi - centre, full_matrices=False)
@@ -75,7 +75,7 @@ def _best_penalty(features: Floats, targets: Floats, gain: float) -> list[_Candi
     losses = np.empty((len(PENALTIES), targets.shape[1]))
     for i, penalty in enumerate(PENALTIES):
         shrink = s**2 / (s**2 + penalty)
-        # The mean is fitted too: it costs each point 1/N of itself.
+        # Leverage of the ridge fit, plus 1/N for the fitted mean; leave-one-out residual = residual / (1 - leverage).
         leverage = np.minimum((u**2) @ shrink + 1.0 / len(phi), 1.0 - 1e-9)
         residual = targets - u @ (shrink[:, None] * projected)
         losses[i] = np.mean((residual / (1.0 - leverage)[:, None]) ** 2, axis=0)

@@ -1,4 +1,4 @@
-"""Shifts of what a throw is judged by, and the actions that ask for them: E numbers each."""
+"""Offsets of a throw's errors, and the actions that produce them: E numbers each."""
 
 from __future__ import annotations
 
@@ -12,30 +12,29 @@ from .protocol import Actions, Outcome
 
 
 def to_action(shift: Floats, correction: Correction) -> Actions:
-    """Actions (N, E) that move the planned outcome by `shift` (N, E), as far as [-1, 1] goes."""
+    """Actions (N, E) that offset the planned outcome by `shift` (N, E), clipped to [-1, 1]."""
     return np.clip(shift / correction.scale, -1.0, 1.0).astype(np.float32)
 
 
 def ideal_shift(outcome: Outcome, correction: Correction) -> Floats:
-    """Shift (N, E) that would have brought each throw to its goal.
+    """Offset (N, E) that would have brought each throw to its goal.
 
-    It takes the outcome to follow the shift one to one: what was asked for minus the error that came out,
-    held inside the action range so that an object thrown off by a rim or a touch counts as far off, not as a
-    lesson in metres.
+    The outcome is assumed to follow the offset one to one: the offset of the action minus the error. The result is
+    clipped to the action range, so that an object deflected by a rim or a touch only counts as far off.
     """
     return np.clip(outcome.action * correction.scale - outcome.error, -correction.scale, correction.scale)
 
 
 def instructive(outcome: Outcome) -> Bools:
-    """Throws (N,) that were executed as asked and whose error was measured."""
+    """Whether each throw (N,) was executed as asked and its error was measured."""
     return np.isfinite(outcome.error).all(axis=1) & ~outcome.clipped
 
 
 def check_width(shift: Floats, correction: Correction, name: str) -> None:
-    """Make sure that shifts (M, E) that a controller learned have the numbers of this cell's.
+    """Check that the learned offsets (M, E) of a controller have the number of coordinates of this cell.
 
     Raises:
-        UsageError: they have another number of coordinates.
+        UsageError: the number of coordinates differs.
     """
     found, needed = shift.shape[1], correction.count
     if found != needed:

@@ -1,4 +1,4 @@
-"""What controllers have learned, in .npz files."""
+"""Saving and loading of the learned state of controllers, in .npz files."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ from .protocol import Controller, Learner
 
 MISSING: Final = os.strerror(errno.ENOENT)
 STATE: Final = re.compile(r"\w[\w .:-]*")
-"""Names of the arrays that a controller saves."""
+"""Pattern of the names of the arrays that a controller saves."""
 
 
 def steps_to_practise(
     controller: Controller, usual: int, practice: int | None, load: Path | None, save: Path | None
 ) -> int:
-    """Load what a learning controller knows, and say how many steps it is to practise.
+    """Load a learning controller's state, and return its number of steps of practice.
 
     Args:
-        controller: that is to be judged.
-        usual: steps that it practises unless others are asked for.
-        practice: steps that are asked for, or None.
-        load: file of what it has learned before, or None.
-        save: file where it will be kept what it learns, or None.
+        controller: the controller to be judged.
+        usual: steps of practice by default.
+        practice: steps of practice given by the user, or None.
+        load: file of a saved state, or None.
+        save: file to which the learned state will be saved, or None.
 
     Raises:
-        UsageError: a file is named for a controller that does not learn, or holds nothing for this one.
+        UsageError: a file is given for a controller that does not learn, or the file does not fit this controller.
     """
     if isinstance(controller, Learner):
         if load is None:
@@ -49,7 +49,7 @@ def steps_to_practise(
 
 
 def save_state(controller: Learner, path: Path) -> None:
-    """Write what a controller learned to a .npz file, at once."""
+    """Write the learned state of a controller to a .npz file, atomically."""
     arrays: dict[str, Any] = {"controller": np.array(knowledge(controller)[0]), **controller.state()}
 
     def write(temporary: Path) -> None:
@@ -60,7 +60,7 @@ def save_state(controller: Learner, path: Path) -> None:
 
 
 def load_state(controller: Learner, path: Path) -> None:
-    """Take over what a controller of the same name has saved.
+    """Load the saved state of a controller of the same name.
 
     Raises:
         UsageError: the file is missing or damaged, or belongs to another controller.
@@ -78,14 +78,14 @@ def load_state(controller: Learner, path: Path) -> None:
 
 
 def knowledge(controller: Learner) -> tuple[str, ...]:
-    """Whose knowledge a controller can take over, first of what kind its own is: a static policy may lie under it."""
+    """Names of controllers whose state a controller can load, its own first; adaptive ones contain a static policy."""
     if not isinstance(controller, Adaptive):
         return (controller.name,)
     return (IN_CONTEXT,) if controller.name == IN_CONTEXT else (STATIC, IN_CONTEXT)
 
 
 def read_state(path: Path) -> tuple[str, dict[str, np.ndarray]]:
-    """Whose knowledge a file holds, and what it is.
+    """Name of the controller in a file, and its state.
 
     Raises:
         UsageError: the file is missing or damaged.
@@ -96,5 +96,5 @@ def read_state(path: Path) -> tuple[str, dict[str, np.ndarray]]:
     except AccessError as error:
         said = f"holds no saved controller: {error}" if str(error) != MISSING else "does not exist"
         raise UsageError(f"{str(path)!r} {said}") from None
-    except Exception:  # there is no telling what a torn or foreign file upsets
+    except Exception:  # a damaged or foreign file may raise anything
         raise UsageError(f"{str(path)!r} holds no saved controller") from None

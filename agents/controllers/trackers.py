@@ -1,8 +1,8 @@
-"""What a shift does to the landing, learned from one throw after the other: an estimate of it for every row.
+"""Trackers of drift: the effect of a shift of picks on landings, estimated throw by throw for every row.
 
-All are told `z`: how much further along and left of a throw its object came down than the static policy foresees. All
-answer with how much of that they expect of another throw. Lengths in m, the throw's own frame; N rows, and throws as
-observations without what they tell of the throw before.
+A tracker receives `z`: the landing of a throw minus the landing that the static policy predicts, along and left of the
+throw. It returns the expected z of other throws. Lengths in m, in the throw's own frame; N rows. Throws are
+observations without the feedback of the previous throw.
 """
 
 from __future__ import annotations
@@ -22,52 +22,52 @@ from .filters import BIN_CAMERA, NOISE, SURPRISE, Filters, landing
 from .protocol import State
 
 TURNING: Final = 0.02
-"""Chance from pick to pick that what was constant begins to wander, or the other way round."""
+"""Probability from pick to pick that a constant state begins to wander, or the reverse."""
 
 Four: TypeAlias = tuple[float, float, float, float]
 
 
 class Tracker(Protocol):
-    """Estimates the effect of a shift in N rows."""
+    """Estimates the effect of a shift of picks in N rows."""
 
     def begin(self, rows: Bools) -> None:
-        """Shifts begin in some rows (N,); where the number of rows is another than before, in all."""
+        """Begin shifts in some rows (N,); in all rows if their number has changed."""
 
     def learn(self, throws: Floats, z: Floats, rows: Bools) -> None:
-        """Throws (N, D), of which some rows count, came down by z (N, 2) other than foreseen."""
+        """Learn from throws (N, D) with landing errors z (N, 2) in the selected rows (N,)."""
 
     def study(self, throws: Floats, z: Floats, seed: int) -> None:
-        """Practice is over: M throws (M, D), and z of each (M, 2)."""
+        """Learn from the whole practice: throws (M, D) and their landing errors z (M, 2)."""
 
     def state(self) -> State:
-        """What was studied, as named arrays."""
+        """Learned values of `study`, as named arrays."""
         return {}
 
     def restore(self, state: State) -> None:
-        """Take over what another one has studied."""
+        """Load the state of another tracker."""
 
     @abstractmethod
     def effect(self, throws: Floats) -> Floats:
-        """What is expected of coming throws (N, D): (N, 2)."""
+        """Expected landing errors of coming throws (N, D): (N, 2)."""
         ...
 
 
 @final
 class Nothing(Tracker):
-    """Expects nothing."""
+    """Tracker that expects no effect."""
 
     def effect(self, throws: Floats) -> Floats:
-        """Zero (N, 2)."""
+        """Zeros (N, 2)."""
         return np.zeros((len(throws), 2))
 
 
 @final
 class RunningMean(Tracker):
-    """The MLP minus the running mean of its errors in this shift; later throws count more.
+    """Mean of z over the shift, with more weight on later throws.
 
     Args:
         rate: least weight of a new throw.
-        prior: throws that the zero before the first one counts for.
+        prior: number of throws for which the initial zero counts.
     """
 
     def __init__(self, rate: float = 0.08, prior: float = 2.0) -> None:
@@ -75,13 +75,13 @@ class RunningMean(Tracker):
         self._mean, self._count = np.zeros((0, 2)), np.zeros(0)
 
     def begin(self, rows: Bools) -> None:
-        """Forget."""
+        """Reset the mean of some rows."""
         if len(rows) != len(self._count):
             self._mean, self._count = np.zeros((len(rows), 2)), np.zeros(len(rows))
         self._mean[rows], self._count[rows] = 0.0, 0.0
 
     def learn(self, throws: Floats, z: Floats, rows: Bools) -> None:
-        """Move towards z, a throw far off no further than one `SURPRISE` off."""
+        """Move the mean towards z; a far landing counts as `SURPRISE` deviations off."""
         self._count[rows] += 1.0
         weight = np.maximum(1.0 / (self._count + self._prior), self._rate)
         most = SURPRISE * np.array(NOISE)
@@ -94,20 +94,20 @@ class RunningMean(Tracker):
 
 
 def lateness(plan: dict[str, Floats]) -> Floats:
-    """How much further a release 1 s later comes down by decoded observations, to first order (N,) [m]."""
+    """Change of the landing distance per second of release delay, to first order (N,) [m/s]."""
     little = 1e-3
     return later_release(plan, little) / little
 
 
 def effects(throws: Floats, camera_x: float) -> Floats:
-    """What a release 1 s later, a camera off by 1 m along x and y, and an encoder off by 1 do to landings (N, 2, 4).
+    """Effects of 1 s delay, 1 m camera offset along x and y, and an encoder error of 1 on landings (N, 2, 4).
 
-    In closed form, to first order: a release that much later on the throw line; a grasp that is off takes the object's
-    whole flight with it; an encoder's error has grown from the camera on. None is fitted to anything.
+    In closed form, to first order: a later release on the throw line; a grasp offset shifts the whole flight; an
+    encoder's error grows from the camera on. No value is fitted.
 
     Args:
         throws: observations (N, D).
-        camera_x: where the camera sees objects [m].
+        camera_x: place where the camera sees objects [m].
     """
     seen = TABLE.decode(throws)
     far_x, far_y = seen["target_x"] - seen["pick_x"], seen["target_y"] - seen["pick_y"]
@@ -122,14 +122,14 @@ def effects(throws: Floats, camera_x: float) -> Floats:
 
 @final
 class Kalman(Tracker):
-    """The MLP minus the effect of valve delay, camera and encoder on this throw, which two Kalman filters estimate.
+    """Kalman filters of release delay, camera along x and y, and encoder, with their physical effects on throws.
 
-    The state is valve delay, camera x, camera y and encoder. One filter assumes constants, the other slow drift.
+    Two filters: one assumes constant states, the other a random walk.
 
     Args:
-        camera_x: where the camera sees objects [m].
-        prior: standard deviations at the beginning of a shift, of delay [s], camera x and y [m] and encoder.
-        walk: standard deviations of their change from pick to pick, where they wander.
+        camera_x: place where the camera sees objects [m].
+        prior: standard deviations at the begin of a shift, of delay [s], camera x and y [m] and encoder.
+        walk: standard deviations of the change from pick to pick in the random walk.
         noise: standard deviation of the camera over the bins, along and across, by its data sheet [m].
     """
 
@@ -147,24 +147,24 @@ class Kalman(Tracker):
         self._filters = self._of((0,))
 
     def begin(self, rows: Bools) -> None:
-        """Back to the prior."""
+        """Reset some rows to the prior."""
         if len(rows) != len(self._filters.state):
             self._filters = self._of((len(rows),))
         self._filters.begin(np.flatnonzero(rows))
 
     def learn(self, throws: Floats, z: Floats, rows: Bools) -> None:
-        """An update of both, where something is known; time passes everywhere."""
+        """Update both filters in the selected rows; the random walk advances in every row."""
         here = np.flatnonzero(rows)
         self._filters.learn(here, effects(throws[here], self._camera_x), z[here])
         self._filters.wander()
 
     def effect(self, throws: Floats) -> Floats:
-        """By the present estimate (N, 2)."""
+        """Effect by the present estimate (N, 2)."""
         return landing(effects(throws, self._camera_x), self._filters.estimate(np.arange(len(throws))))
 
 
 FOLLOWED: Final = ("release_speed", "elevation", "flight_time", "distance", "pick_x", "target_x")
-"""Of the plan, what `RecursiveRidge` takes the effect to be linear in; with a constant."""
+"""Features of the plan in which the effect of `RecursiveRidge` is linear, beside a constant."""
 _COLUMNS: Final = [[one.name for one in FEATURES].index(name) for name in FOLLOWED]
 
 
@@ -173,8 +173,8 @@ class RecursiveRidge(Tracker):
     """The MLP minus a recursive ridge regression of its errors on features of the plan.
 
     Args:
-        forget: weight of a throw against the one after it.
-        penalty: of the coefficients against the noise of a throw, in throws.
+        forget: weight of a throw relative to the next one.
+        penalty: penalty of the coefficients against the noise of a throw, in throws.
     """
 
     def __init__(self, forget: float = 0.98, penalty: float = 5.0) -> None:
@@ -182,7 +182,7 @@ class RecursiveRidge(Tracker):
         self._left, self._right = np.zeros((0, 0, 0)), np.zeros((0, 0, 2))
 
     def begin(self, rows: Bools) -> None:
-        """Forget all."""
+        """Reset the fit of some rows."""
         size = len(FOLLOWED) + 1
         if len(rows) != len(self._left):
             self._left, self._right = np.zeros((len(rows), size, size)), np.zeros((len(rows), size, 2))
@@ -198,30 +198,30 @@ class RecursiveRidge(Tracker):
         self._right = np.where(rows[:, None, None], right, self._right)
 
     def effect(self, throws: Floats) -> Floats:
-        """By the present fit (N, 2)."""
+        """Effect by the present fit (N, 2)."""
         one = _regressors(throws)
         weights = np.linalg.solve(self._left + self._penalty * np.eye(one.shape[1]), self._right)
         return np.einsum("nf,nfe->ne", one, weights)
 
 
 def _regressors(throws: Floats) -> Floats:
-    """A constant and what is `FOLLOWED`, as observations have it, (N, F)."""
+    """A constant and the `RIDGE_FEATURES` of observations, (N, F)."""
     return np.concatenate([np.ones((len(throws), 1)), throws[:, _COLUMNS]], axis=1)
 
 
 @final
 class Known(Tracker):
-    """Cheats: reads the hidden drift, and corrects its effect as `kalman` does. It does not correct draught.
+    """Oracle tracker: reads the true drift of the cells, and predicts its effect as `Kalman` does, without draught.
 
     Args:
-        core: the cells.
+        core: core with the cells.
     """
 
     def __init__(self, core: Core) -> None:
         self._core: Any = core
 
     def effect(self, throws: Floats) -> Floats:
-        """By what is so (N, 2)."""
+        """Effect of the true drift (N, 2)."""
         drift = self._core.context.drift
         state = np.concatenate([drift.delay[:, None], drift.camera, drift.encoder[:, None]], axis=1)
         return landing(effects(throws, self._core.config.belt.camera_x), state)

@@ -1,4 +1,4 @@
-"""Many throws of a controller, in chunks: each is a job of its own, whoever does it and in whatever order."""
+"""Throws of a controller in chunks: each chunk is an independent job, done by any process in any order."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ from ..judging.trials import trial_of
 from .episodes import Episode, episode_seeds, episodes
 
 CHUNK: Final = 512
-"""Throws of a job, about: it should take seconds, and be done again where a machine died."""
+"""Approximate number of throws of a job: a job takes seconds, because it is repeated when its machine dies."""
 MOST_CHUNK: Final = 2**31
-"""Bytes of the arrays of a job."""
+"""Largest size of the arrays of a job [bytes]."""
 PARTS: Final = re.compile(r"\w+(?:/[\w .:-]+)*")
-"""Names of these arrays."""
+"""Names of the arrays of a job."""
 _CODE: Final = (
     "pnt_gym/**/*.py",
     "pnt_gym/**/*.yaml",
@@ -44,19 +44,20 @@ _CODE: Final = (
     "agents/controllers/*.py",
     "agents/dispatchers/*.py",
 )
-"""Code that decides what is thrown and is found by a name, and the levels, tables and settings that it reads."""
+"""Code on which throws depend and which is loaded by a name, and the levels, tables and settings that the code
+reads."""
 
 
 @final
 @dataclass(frozen=True)
 class Thrower:
-    """Who throws, with all that it takes to make it anywhere.
+    """A controller as data, from which any machine can build the controller.
 
     Attributes:
-        name: as `--controller` takes it; of a trained policy that of its folder or file, which is among `files`.
-        files: contents by path, of a trained policy (see `agents.learning.trained.files_of`).
-        trust: run the code that may be in them.
-        state: what it has learned, if it learns.
+        name: name as `--controller` takes it; for a trained policy the name of its folder or file among `files`.
+        files: contents of a trained policy's files by path (see `agents.learning.trained.files_of`).
+        trust: run code in the files.
+        state: learned state; None for a controller that does not learn.
     """
 
     name: str
@@ -65,7 +66,7 @@ class Thrower:
     state: State | None
 
     def made(self, env: Env, seed: int) -> Controller:
-        """It, in an environment; whatever is random in it follows from the seed."""
+        """The controller for an environment, with its random generators reset to the seed."""
         with TemporaryDirectory() as folder:
             for path, content in self.files.items():
                 (Path(folder) / path).parent.mkdir(parents=True, exist_ok=True)
@@ -78,7 +79,7 @@ class Thrower:
         return controller
 
     def digest(self) -> str:
-        """Changes with all of that."""
+        """Digest of all attributes."""
         parts = {name: np.ascontiguousarray(array).tobytes() for name, array in (self.state or {}).items()}
         digest = hashlib.sha256(self.name.encode())
         for name, content in sorted({**self.files, **parts}.items()):
@@ -89,17 +90,17 @@ class Thrower:
 @final
 @dataclass(frozen=True)
 class Collection:
-    """Throws of somebody in some environment.
+    """Throws of a controller in an environment, to be collected.
 
     Attributes:
         env: id of the environment.
-        level: a shipped one by its name, or all that it says.
-        mode: of the actions.
-        num_envs: most cells side by side.
-        episode: most throws in an episode, or about as many as there are.
-        thrower: who throws.
-        role: what the throws are for.
-        seed: names them.
+        level: name of a shipped level, or the config of another one.
+        mode: action mode.
+        num_envs: largest number of cells side by side.
+        episode: largest or approximate number of throws in an episode.
+        thrower: the controller.
+        role: purpose of the throws, which separates their random streams.
+        seed: seed of the throws.
     """
 
     env: str
@@ -112,7 +113,7 @@ class Collection:
     seed: int
 
     def jobs(self, name: str, throws: int) -> list[Job]:
-        """Chunks that hold so many throws together, in their order; of their last episode all that there are."""
+        """Jobs of the chunks that hold a number of throws together, in order; the last episode is completed."""
         size = self.episode * max(1, round(CHUNK / self.episode))
         digest = self._key()
         return [
@@ -135,15 +136,15 @@ class Collection:
 
     @property
     def modules(self) -> list[str]:
-        """Modules of the user's, that the work imports."""
+        """Names of the user's modules that the jobs import."""
         named = [self.env, *([] if self.thrower.files else [self.thrower.name])]
         return sorted({name.partition(":")[0] for name in named if ":" in name})
 
 
 def collect(collection: Collection, number: int, throws: int, _folder: Path) -> bytes:
-    """A chunk: whole episodes that hold so many throws, a function of its number and nothing that was done before."""
+    """Collect one chunk: whole episodes that hold a number of throws, and that depend on the chunk's number alone."""
     role, seed = collection.role, collection.seed
-    rows = min(collection.num_envs, -(-throws // collection.episode))  # more would throw what nobody asked for
+    rows = min(collection.num_envs, -(-throws // collection.episode))  # further rows would simulate unneeded throws
     with closing(make_vector(collection.env, collection.level, rows, 1, collection.mode)) as env:
         controller = collection.thrower.made(env, stream_seed(role, seed, number))
         return packed(episodes(controller, env, throws, episode_seeds(role, seed, number)))
@@ -168,10 +169,10 @@ def packed(found: Iterable[Episode]) -> bytes:
 
 
 def unpacked(file: Path) -> Iterator[Episode]:
-    """The episodes of such an archive."""
+    """Episodes of an archive that `packed` has written."""
     arrays = arrays_of(file, PARTS, MOST_CHUNK)
     throws = np.cumsum(arrays["lengths"])[:-1]
-    seen = np.cumsum(arrays["lengths"] + 1)[:-1]  # one more than there are throws
+    seen = np.cumsum(arrays["lengths"] + 1)[:-1]  # an episode has one observation more than throws
     count = len(arrays["seed"])
     columns = (
         arrays["seed"].tolist(),
@@ -187,7 +188,7 @@ def unpacked(file: Path) -> Iterator[Episode]:
 
 
 def _joined(name: str, parts: list[Any]) -> dict[str, NDArray[Any]]:
-    """Arrays of episodes one after the other; of mappings by the names on the way to them."""
+    """Concatenated arrays of episodes; arrays in nested mappings are named by their path."""
     if not isinstance(parts[0], Mapping):
         return {name: np.concatenate(parts)}
     inner = [_joined(f"{name}/{one}", [part[one] for part in parts]) for one in parts[0]]
@@ -195,7 +196,7 @@ def _joined(name: str, parts: list[Any]) -> dict[str, NDArray[Any]]:
 
 
 def _parted(name: str, arrays: Mapping[str, NDArray[Any]], ends: NDArray[Any], count: int) -> list[Any]:
-    """What `_joined` has joined, for each of the episodes."""
+    """Arrays or nested mappings of each episode, from the arrays that `_joined` has concatenated."""
     if name in arrays:
         return np.split(arrays[name], ends)
     below = dict.fromkeys(path[len(name) + 1 :].partition("/")[0] for path in arrays if path.startswith(f"{name}/"))

@@ -1,4 +1,4 @@
-"""The controllers of a dataset: those that act in it, and those whose scores are its 0 and its 1."""
+"""The controllers of a dataset: the controller that throws, and the controllers of the scores 0 and 1."""
 
 from __future__ import annotations
 
@@ -26,26 +26,26 @@ from .episodes import Episode
 from .tally import Scores
 
 EXPERT: Final = "expert"
-"""Stands for what `--expert` names."""
+"""As `--controller`: the controller that `--expert` names."""
 SAID: Final = ("config", "cell", "item_names")
-"""What the core of an environment must have for a dataset to say what it is of."""
+"""Attributes that the core of an environment must have for a dataset's metadata."""
 
 
 @final
 class Crew:
-    """Who throws for a dataset, and between whose scores everybody's lie.
+    """The controllers of a dataset: `thrower` throws in it, random actions and the expert define the scores 0 and 1.
 
     Args:
-        trial: of the cells where they throw.
-        env_id: of the environment.
+        trial: trial of the cells in which the controllers throw.
+        env_id: id of the environment.
         controller: name of the controller that throws for the dataset, or `EXPERT`.
-        expert: name of the controller whose mean return is the score 1; None for the best known.
-        seed: names the throws.
-        trust: load what runs code.
-        practice: throws of a practice before; None for the usual number.
+        expert: name of the controller whose mean return is the score 1; None for the best controller known.
+        seed: seed of the throws.
+        trust: load policies that run code.
+        practice: number of practice throws before; None for the usual number.
 
     Raises:
-        UsageError: no such controllers, or an environment that does not tell what a dataset says of it.
+        UsageError: there is no such controller, or the environment lacks `SAID`.
     """
 
     def __init__(
@@ -69,11 +69,11 @@ class Crew:
         self.chosen = (expert, chosen)
         self.lowest, self.highest, self.thrower = (self._made(name) for name in ("random", expert, chosen))
         self.label = EXPERT if controller == EXPERT else self.thrower.name
-        """In the name of the dataset."""
+        """Part of the dataset's name."""
         self.expert, self.algorithm = _described(self.highest, expert), _described(self.thrower, chosen)
 
     def collection(self, controller: Controller, given: str, role: Role) -> Collection:
-        """Throws of one of them, who practises before if it learns."""
+        """Collection of throws by one of the controllers, which first practises if it learns."""
         core, config = self.trial.core, self.trial.core.config
         return Collection(
             env=self.env_id,
@@ -87,7 +87,7 @@ class Crew:
         )
 
     def practice(self, controller: Controller) -> int:
-        """Throws that one of them practises; who does not learn throws none."""
+        """Number of practice throws of a controller; 0 for a controller that does not learn."""
         if not isinstance(controller, Learner):
             return 0
         return self.trial.practice(controller) if self._practice is None else self._practice
@@ -112,14 +112,14 @@ class Crew:
 
 @final
 class Thrown:
-    """What a crew has thrown, kept in a folder: what is there already is not thrown again.
+    """Collected throws of a crew's controllers, kept in a folder; kept throws are not collected again.
 
     Args:
         crew: the controllers.
-        folder: where their throws are kept.
+        folder: folder of the collected throws.
         throws: number of throws of the dataset.
         score_throws: number of throws by which random actions and the expert are scored.
-        hands: gives processes that throw, for what they need of a machine.
+        hands: returns the pool that collects, for the needs of the jobs.
     """
 
     def __init__(
@@ -141,7 +141,7 @@ class Thrown:
         self._throws = {name: throws for name, _, throws in planned}
 
     def episodes(self, name: str = "throws") -> Iterator[Episode]:
-        """Episodes of the dataset, or by which random actions or the expert are scored, as many as were asked for."""
+        """Episodes of the dataset, of random actions or of the expert, up to the number of throws asked for."""
         done = 0
         for episode in chain.from_iterable(map(unpacked, self._files[name])):
             if done >= self._throws[name]:
@@ -150,7 +150,7 @@ class Thrown:
             yield episode
 
     def scores(self) -> Scores:
-        """What random actions and the expert are worth in the same episodes, which are in no dataset."""
+        """Mean returns of random actions and of the expert over the same episodes, which are in no dataset."""
         lowest, highest = (
             {episode.seed: float(episode.rewards.sum()) for episode in self.episodes(name)}
             for name in ("random", "expert")
@@ -160,13 +160,13 @@ class Thrown:
         return Scores(means[0], means[1], len(common))
 
     def remove(self) -> None:
-        """Forget it, now that it stands in a dataset."""
+        """Remove the collected throws from the folder, once they are in a dataset."""
         for file in chain.from_iterable(self._files.values()):
             file.unlink(missing_ok=True)
-        with suppress(OSError):  # something else lies there
+        with suppress(OSError):  # the folder holds other files
             self._folder.rmdir()
 
 
 def _described(controller: Controller, given: str) -> str:
-    """A controller by its name, and that of its folder, but not where that lies."""
+    """Description of a controller: its name and the name of its folder, without the folder's path."""
     return f"{controller.name} of {Path(given).name}" if os.path.isdir(at(given)) else controller.name

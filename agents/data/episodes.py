@@ -1,4 +1,4 @@
-"""Whole episodes of a controller, each with the seed that gives it again in the single environment."""
+"""Whole episodes of a controller, each with the seed that reproduces the episode in the single environment."""
 
 from __future__ import annotations
 
@@ -21,14 +21,15 @@ from ..judging.loop import observed
 from ..judging.throws.data import results
 
 LEAST_SEED: Final = 2**31
-"""`stream_seed` gives smaller ones, so no episode here begins as one of a training, practice or evaluation."""
+"""Least seed of an episode. `stream_seed` returns smaller seeds, so no training, practice or evaluation has this
+one."""
 MOST_SEED: Final = 2**53
-"""Below it, any file format holds whole numbers exactly."""
+"""Upper bound of the seeds; file formats with 64-bit floats hold smaller integers exactly."""
 FIGURES: Final = "shift_"
-"""So begin the names of what an info tells of a whole work shift, at its end."""
+"""Prefix of the info keys that hold figures of a whole work shift, at its end."""
 
 Rows: TypeAlias = Mapping[str, NDArray[Any]]
-"""What is known of N rows by name, (N, ...) each."""
+"""Arrays of N rows by name, (N, ...) each."""
 
 
 @final
@@ -38,28 +39,28 @@ class Episode:
 
     seed: int
     observations: Any
-    """(T + 1, ...), or a mapping of such where the space has parts."""
+    """Observations (T + 1, ...), or a mapping of arrays where the space is a Dict."""
     actions: NDArray[Any]
-    """As they were given to the environment (T, ...)."""
+    """Actions as the environment received them (T, ...)."""
     rewards: Floats
-    """(T,)"""
+    """Rewards (T,)."""
     terminated: bool
-    """Its last throw ended it; if not, it was cut there."""
+    """Whether the last throw terminated the episode; otherwise the episode was truncated."""
     told: Mapping[str, NDArray[Any]]
-    """What the environment tells, by the keys of its info (T + 1,): entry k + 1 is of throw k, and entry 0, before the
-    first throw, NaN. What a reset tells as well, such as `kind`, is of the coming throw everywhere; if that is several
-    numbers, (T + 1, ...) of their own type."""
+    """Values of the environment's info by key (T + 1,): entry k + 1 belongs to throw k, and entry 0, before the first
+    throw, is NaN. Values that a reset returns as well, such as `kind`, belong to the coming throw in every entry;
+    arrays of several numbers have shape (T + 1, ...) and their own type."""
     hidden: Mapping[str, Floats]
-    """Hidden values of the throws, by name (T,)."""
+    """Hidden quantities of the throws, which no observation contains, by name (T,)."""
     figures: Mapping[str, Any] = field(default_factory=dict)
-    """What the whole episode came to, numbers or lists of them, where its end tells it."""
+    """Figures of the whole episode, numbers or lists of numbers, from the info at its end."""
 
     def __len__(self) -> int:
         return len(self.rewards)
 
 
 def episode_seeds(role: Role, seed: int, chunk: int) -> Iterator[int]:
-    """Endless seeds of the episodes in a chunk: the same for the same arguments."""
+    """Endless seeds of the episodes in a chunk; equal arguments give equal seeds."""
     draws = np.random.default_rng([seed, zlib.crc32(role.encode()), chunk])
     while True:
         yield int(draws.integers(LEAST_SEED, MOST_SEED))
@@ -69,10 +70,10 @@ def episodes(controller: Controller, env: Env, throws: int, seeds: Iterator[int]
     """Let a controller throw whole episodes, and yield them in the order of their seeds.
 
     Args:
-        controller: as it is.
-        env: a vector environment with SAME_STEP autoreset; a row takes the next seed when its episode is over.
-        throws: of the episodes together; the last one may hold more.
-        seeds: of the episodes.
+        controller: acts as it is, without practice.
+        env: a vector environment with SAME_STEP autoreset; a row takes the next seed when its episode ends.
+        throws: number of throws of all episodes together; the last episode is completed.
+        seeds: seeds of the episodes.
     """
     done = following = 0
     finished: dict[int, Episode] = {}
@@ -89,7 +90,7 @@ def episodes(controller: Controller, env: Env, throws: int, seeds: Iterator[int]
 @final
 @dataclass
 class _Open:
-    """An episode that is going on."""
+    """An episode that has not ended, with its steps so far."""
 
     number: int
     seed: int
@@ -100,7 +101,7 @@ class _Open:
     hidden: list[Mapping[str, Any]] = field(default_factory=list)
 
     def closed(self, space: gym.Space[Any], terminated: bool, figures: Mapping[str, Any]) -> Episode:
-        """The episode, now that it is over."""
+        """The finished episode, with its steps as arrays."""
         return Episode(
             seed=self.seed,
             observations=concatenate(space, self.observations, create_empty_array(space, len(self.observations))),
@@ -114,7 +115,7 @@ class _Open:
 
 
 def _played(controller: Controller, env: Env, seeds: Iterator[int]) -> Iterator[tuple[int, Episode]]:
-    """Endless episodes as they end, each with its place among the seeds."""
+    """Endless episodes as they end, each with its index among the seeds."""
     begun = zip(count(), seeds, strict=False)
     cores, over = cores_of(env), np.ones(env.num_envs, dtype=np.bool_)
     rows = [_Open(*next(begun)) for _ in range(env.num_envs)]
@@ -141,7 +142,7 @@ def _played(controller: Controller, env: Env, seeds: Iterator[int]) -> Iterator[
 
 
 def _begin(env: Env, rows: Sequence[_Open], chosen: Bools, before: Rows) -> tuple[Any, Rows]:
-    """Begin the episodes of some rows; what is then seen in all rows, and what is told of their coming throws."""
+    """Begin the episodes of some rows; observations of all rows, and info values of their coming throws."""
     seeds = [episode.seed if new else None for episode, new in zip(rows, chosen, strict=True)]
     seen, info = env.reset(seed=seeds, options={"reset_mask": chosen})  # pyright: ignore[reportArgumentType]
     coming = {name: _either(chosen, values, before.get(name, values)) for name, values in _numbers(info, rows).items()}
@@ -153,13 +154,13 @@ def _begin(env: Env, rows: Sequence[_Open], chosen: Bools, before: Rows) -> tupl
 
 
 def _given(space: gym.Space[Any], actions: Any) -> NDArray[Any]:
-    """Actions as they are given and kept: members of the space, which environments clip to anyway."""
+    """Actions clipped to the space and of its type, as the environment receives and the episode keeps them."""
     given = np.asarray(actions, dtype=space.dtype)
     return np.clip(given, space.low, space.high) if isinstance(space, gym.spaces.Box) else given
 
 
 def _numbers(info: Mapping[str, Any], rows: Sequence[Any]) -> Rows:
-    """Numbers that a vector info tells of every row, (N, ...) each."""
+    """Numeric arrays of a vector info that have a value for every row, (N, ...) each."""
     arrays = {name: np.asarray(values) for name, values in info.items() if not name.startswith("_")}
     return {name: values for name, values in arrays.items() if values.dtype.kind in "biuf" and _has(values, len(rows))}
 
@@ -169,12 +170,13 @@ def _has(values: NDArray[Any], rows: int) -> bool:
 
 
 def _told(info: Mapping[str, Any], coming: Rows, rows: int) -> Rows:
-    """What a step of a vector environment tells of its throws, and after that what is told of the coming ones.
+    """Info values of the throws of one step, and info values of the coming throws.
 
     Args:
-        info: of the step.
-        coming: what was told of these throws before; at the end of an episode it is told of its last observation.
-        rows: N.
+        info: info of the step.
+        coming: earlier info values of these throws; at the end of an episode `final_info` replaces the values of the
+            next one.
+        rows: number of rows N.
     """
     over, final = _over(info, rows), info.get("final_info", {})
     told: dict[str, NDArray[Any]] = {}
@@ -188,30 +190,30 @@ def _told(info: Mapping[str, Any], coming: Rows, rows: int) -> Rows:
 
 
 def _figures(info: Mapping[str, Any], row: int, rows: int) -> dict[str, Any]:
-    """What a vector info of N rows tells of the whole episode that is over in one of them, as plain values."""
+    """Figures of the whole episode that has ended in one of N rows, from the vector info, as plain values."""
     final: Mapping[str, Any] = info.get("final_info", {})
     names = [name for name in final if name.startswith(FIGURES) and _known(info, name, rows)[row]]
     return {name: np.asarray(final[name][row]).tolist() for name in names}
 
 
 def _over(info: Mapping[str, Any], rows: int) -> Bools:
-    """Rows whose episodes a step has ended (N,)."""
+    """Mask of the rows whose episodes have ended in a step (N,)."""
     return np.asarray(info.get("_final_info", np.zeros(rows, dtype=np.bool_)))
 
 
 def _known(info: Mapping[str, Any], name: str, rows: int) -> Bools:
-    """Rows of which a vector info tells something (N,): by its masks, in `final_info` where an episode is over."""
+    """Mask of the rows that have a value in a vector info (N,); from `final_info` where an episode has ended."""
     there = [np.asarray(part.get(f"_{name}", name in part)) for part in (info.get("final_info", {}), info)]
     return np.where(_over(info, rows), *there)
 
 
 def _either(which: Bools, values: NDArray[Any], others: NDArray[Any]) -> NDArray[Any]:
-    """Values (N, ...) in some rows, and others elsewhere."""
+    """Values (N, ...) in the rows of a mask, and other values elsewhere."""
     return np.where(which.reshape(-1, *[1] * (values.ndim - 1)), values, others)
 
 
 def _last(env: Env, seen: Any, info: Mapping[str, Any]) -> list[Any]:
-    """The observation after the throw of each row, be it the last one of an episode or not."""
+    """Observation after the throw of each row; the final observation where an episode has ended."""
     found = list(iterate(env.observation_space, seen))
     for row in np.flatnonzero(info.get("_final_obs", ())).tolist():
         found[row] = _row(info["final_obs"], row)
@@ -223,11 +225,11 @@ def _row(values: Any, row: int) -> Any:
 
 
 def _beside(parts: Sequence[Rows]) -> Rows:
-    """What is known of rows that follow each other."""
+    """Arrays of consecutive groups of rows, concatenated by name."""
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
 def _columns(steps: Sequence[Mapping[str, Any]], names: Iterable[str]) -> dict[str, NDArray[Any]]:
-    """What is known of T steps by name: numbers as float64 (T,), NaN where a step has none, or arrays (T, ...)."""
+    """Values of T steps by name: numbers as float64 (T,), NaN where a step has none, or arrays (T, ...)."""
     columns = {name: np.stack([step.get(name, np.nan) for step in steps]) for name in dict.fromkeys(names)}
     return {name: values.astype(np.float64) if values.ndim == 1 else values for name, values in columns.items()}

@@ -1,4 +1,4 @@
-"""What a dataset tells of itself."""
+"""Metadata of a dataset."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from .offline import Facts
 from .tally import Scores
 
 NEEDED: Final = ("pnt_gym", "mujoco", "gymnasium", "numpy", "scipy")
-"""Packages on whose versions the bits of a throw depend."""
+"""Packages whose versions decide whether throws are equal bit for bit."""
 
 
 def facts_of(
     crew: Crew, scores: Scores, columns: Mapping[str, Sequence[str]], authorship: Mapping[str, str | None]
 ) -> Facts:
-    """What the dataset tells of itself.
+    """Metadata of a dataset, for Minari and of our own.
 
     Args:
-        crew: who throws in it.
-        scores: found with them.
-        columns: of the arrays of `infos`.
+        crew: the controllers of the dataset.
+        scores: mean returns of random actions and of the expert.
+        columns: names of the columns of the arrays in `infos`.
         authorship: `author`, `author_email` and `code_permalink` of Minari's metadata.
     """
     core = crew.trial.core
@@ -51,7 +51,7 @@ def facts_of(
 
 
 def description(crew: Crew, scores: Scores, columns: Mapping[str, Sequence[str]]) -> str:
-    """The dataset in words."""
+    """Description of the dataset in words, for its metadata."""
     core = crew.trial.core
     quantities = numbered(getattr(core.cell, "hidden", ()))
     hidden = "; ".join(f"{one.name} [{one.unit}], {one.meaning}" for one in quantities)

@@ -1,7 +1,7 @@
-"""Datasets for offline learning in Minari's format: their names, what stands in them, and how they get there at once.
+"""Datasets for offline learning in Minari's format: their names, their content, and writing them at once.
 
-Minari writes episodes of one throw in a layout made for long ones, so that a throw takes 25 kB; a dataset is packed
-before it appears under its name, and takes 6 kB then.
+Minari's layout suits long episodes: an episode of one throw takes 25 kB. A dataset is repacked before it appears under
+its name; then a throw takes 6 kB.
 """
 
 from __future__ import annotations
@@ -35,11 +35,12 @@ from ..ground.files import sweep, unfinished
 from .episodes import Episode
 
 PLACE: Final = "MINARI_DATASETS_PATH"
-"""Environment variable that tells Minari where datasets are."""
+"""Environment variable with Minari's folder of datasets."""
 ALONE: Final = ("landing_error", "is_success")
-"""Numbers that stand in `infos` by themselves; every array of an episode costs space and time, so others share two."""
+"""Values with an array of their own in `infos`. Every array of an episode costs space and time, so all other values
+share two arrays, `outcome` and `hidden`."""
 PIECE: Final = 1000
-"""Episodes written at a time."""
+"""Number of episodes written at a time."""
 MAIN: Final = "main_data.hdf5"
 """Minari's name for the file with all episodes."""
 
@@ -53,15 +54,15 @@ class Home:
 
     @classmethod
     def of(cls, folder: Path | None) -> Home:
-        """The user's, or Minari's own if that is None."""
+        """The given folder, or for None Minari's default folder."""
         own = os.environ.get(PLACE) or Path.home() / ".minari" / "datasets"
-        return cls(Path(own if folder is None else folder).absolute())  # Minari stumbles over another
+        return cls(Path(own if folder is None else folder).absolute())  # Minari fails on a relative path
 
     def check_free(self, name: str) -> None:
-        """Make sure that a dataset can get this name here.
+        """Make sure that a new dataset can have this name in the folder.
 
         Raises:
-            UsageError: it is no name, or taken.
+            UsageError: the name is not valid, or is taken.
         """
         check_name(name)
         if (self.folder / name).exists():
@@ -73,7 +74,7 @@ class Home:
 
     @contextmanager
     def made(self, name: str) -> Generator[None, None, None]:
-        """Let the block create a dataset with Minari, elsewhere; it gets its place when the block is over."""
+        """Let the block create a dataset in a temporary folder, and move the dataset into this one at its end."""
         self.folder.mkdir(parents=True, exist_ok=True)
         sweep(self.folder)
         elsewhere = unfinished(self.folder / "dataset")
@@ -92,7 +93,7 @@ class Home:
 
 @contextmanager
 def _minari_in(folder: Path) -> Generator[None, None, None]:
-    """Minari looks for datasets in a folder during the block."""
+    """Set Minari's folder of datasets during the block."""
     before = os.environ.get(PLACE)
     os.environ[PLACE] = str(folder)
     try:
@@ -104,10 +105,10 @@ def _minari_in(folder: Path) -> Generator[None, None, None]:
 
 
 def check_name(name: str) -> None:
-    """Make sure that a name is one of Minari's.
+    """Make sure that a name is a valid id of a Minari dataset with a version.
 
     Raises:
-        UsageError: it is not.
+        UsageError: the name is not valid.
     """
     found = DATASET_ID_RE.fullmatch(name)
     if found is None or found["version"] is None:
@@ -118,10 +119,10 @@ def check_name(name: str) -> None:
 
 
 def check_recoverable(env: gym.Env[Any, Any]) -> None:
-    """Make sure that a dataset can say in a file how its environment is made.
+    """Make sure that a dataset's metadata can name the entry point of its environment.
 
     Raises:
-        UsageError: the environment is registered with a class or a function.
+        UsageError: the environment is registered with a class or a function instead of a string.
     """
     spec = env.spec
     if spec is not None and callable(spec.entry_point):
@@ -132,7 +133,7 @@ def check_recoverable(env: gym.Env[Any, Any]) -> None:
 
 
 def proper_name(env_id: str, level: str, label: str) -> str:
-    """The name of a dataset by task, level and controller."""
+    """Default name of a dataset by environment, level and controller."""
     task = re.sub(r"-v\d+$", "", env_id.rpartition(":")[2]).removeprefix("PnT")
     words = re.sub(r"(?<=[a-z\d])(?=[A-Z])", "_", task).lower()
     plain = [re.sub(r"[^A-Za-z\d]+", "_", part).strip("_") or "own" for part in (words, level, label)]
@@ -142,7 +143,7 @@ def proper_name(env_id: str, level: str, label: str) -> str:
 @final
 @dataclass(frozen=True)
 class Facts:
-    """What Minari's metadata tell of a dataset, by its own names, and ours on top."""
+    """Metadata of a dataset: by Minari's own names, and further ones of ours."""
 
     minari: Mapping[str, Any]
     ours: Mapping[str, Any]
@@ -151,19 +152,19 @@ class Facts:
 def write(
     name: str, env: gym.Env[Any, Any], episodes: Iterable[Episode], facts: Facts, packed: Callable[[int, int], None]
 ) -> None:
-    """Create a dataset where Minari looks for them.
+    """Create a dataset in Minari's current folder of datasets.
 
     Args:
-        name: of the dataset.
-        env: gives every episode again.
-        episodes: at least one; they may come as they are thrown.
-        facts: of the dataset.
-        packed: told how many of all episodes are packed.
+        name: name of the dataset.
+        env: single environment that reproduces every episode.
+        episodes: at least one episode; an iterator may yield them as they are collected.
+        facts: metadata of the dataset.
+        packed: called with the number of repacked episodes and the number of all episodes.
     """
     pieces = _pieces(episodes)
     first = next(pieces)
     with warnings.catch_warnings():
-        # Minari announces what it is not told, and Gymnasium bounds that are meant.
+        # Minari warns of missing metadata, and Gymnasium of intended bounds.
         warnings.simplefilter("ignore", UserWarning)
         dataset = minari.create_dataset_from_buffers(
             name, _buffers(first), env, env, data_format="hdf5", jpeg_encoding=False, **facts.minari
@@ -177,14 +178,14 @@ def write(
 
 
 def columns(episode: Episode) -> dict[str, list[str]]:
-    """What stands in the columns of the arrays of `infos` that have some."""
+    """Names of the columns of the arrays `outcome` and `hidden` in `infos`; an array without columns is left out."""
     outcome = [name for name, values in episode.told.items() if not _alone(name, values)]
     found = {"outcome": outcome, "hidden": list(episode.hidden)}
     return {name: names for name, names in found.items() if names}
 
 
 def _alone(name: str, values: NDArray[Any]) -> bool:
-    """Whether what is told stands in `infos` by itself; what is several numbers a throw does as well."""
+    """Whether a value has an array of its own in `infos`; values of several numbers per throw have one."""
     return name in ALONE or values.ndim > 1
 
 
@@ -193,7 +194,7 @@ def _buffers(episodes: Sequence[Episode]) -> list[EpisodeBuffer]:
 
 
 def _add_figures(dataset: minari.MinariDataset, episodes: Sequence[Episode]) -> None:
-    """Let the metadata of the last episodes of a dataset tell what each came to as a whole."""
+    """Write the figures of the last episodes of a dataset into the metadata of these episodes."""
     first = dataset.storage.total_episodes - len(episodes)
     told = [(first + k, dict(episode.figures)) for k, episode in enumerate(episodes) if episode.figures]
     if told:
@@ -203,7 +204,7 @@ def _add_figures(dataset: minari.MinariDataset, episodes: Sequence[Episode]) -> 
 def _buffer(episode: Episode) -> EpisodeBuffer:
     last = np.arange(len(episode)) == len(episode) - 1
     told = episode.told
-    # Minari's arrays of infos have an entry for the reset, so what is hidden of throw k stands beside its outcome.
+    # Minari's info arrays have an entry for the reset, so the hidden values of throw k are entry k + 1, as its outcome.
     hidden = {name: np.concatenate([[np.nan], values]) for name, values in episode.hidden.items()}
     tables = {"outcome": told, "hidden": hidden}
     arrays: dict[str, Any] = {"actions": episode.actions, "rewards": episode.rewards}
@@ -221,7 +222,7 @@ def _buffer(episode: Episode) -> EpisodeBuffer:
 
 
 def _flags(name: str, values: NDArray[Any]) -> NDArray[Any]:
-    """A success as a truth value; anything else as it is."""
+    """`is_success` as booleans; other values unchanged."""
     return values == 1.0 if name == "is_success" else values
 
 
@@ -236,7 +237,7 @@ def _pieces(episodes: Iterable[Episode]) -> Iterator[list[Episode]]:
 
 
 def _pack(file: Path, packed: Callable[[int, int], None]) -> None:
-    """Write every array of an HDF5 file anew in one block, without the index that lets it grow."""
+    """Rewrite every array of an HDF5 file in one block, without the index of growing arrays."""
     small = unfinished(file)
     with h5py.File(file) as old, h5py.File(small, "w", track_order=True) as new:
         new.attrs.update(old.attrs)

@@ -1,4 +1,4 @@
-"""What the episodes of a dataset are worth."""
+"""Returns and figures of the episodes of a dataset."""
 
 from __future__ import annotations
 
@@ -19,32 +19,32 @@ SHOWN: Final[Mapping[str, tuple[str, Callable[[float], str]]]] = {
     "shift_value_per_min": ("value a minute, mean", "{:.1f}".format),
     "shift_sorted_per_min": ("sorted a minute, mean", "{:.1f}".format),
 }
-"""What the last table shows the mean of, where the environment tells it: how it is called and written."""
+"""Info values whose means the final table shows, where an environment has them: label and number format of each."""
 
 
 @final
 @dataclass(frozen=True)
 class Scores:
-    """Mean returns of an episode, by which others are measured."""
+    """Mean returns of an episode that define the scores 0 and 1."""
 
     lowest: float
     highest: float
     episodes: int
-    """By which they were found."""
+    """Number of episodes behind the means."""
 
 
 @final
 @dataclass
 class Tally:
-    """What the episodes of a dataset are worth, counted while they pass."""
+    """Returns, throws and figures of the episodes of a dataset, counted while the episodes are written."""
 
     returns: list[float] = field(default_factory=list)
     throws: int = 0
     told: dict[str, list[float]] = field(default_factory=dict)
-    """Of throws and of whole episodes, by the names of `SHOWN`, as far as the environment tells."""
+    """Values of throws and of whole episodes by the names in `SHOWN` that the environment has."""
 
     def counted(self, found: Iterator[Episode]) -> Iterator[Episode]:
-        """The same episodes."""
+        """Yield the episodes unchanged, counting each."""
         for episode in found:
             self.returns.append(float(episode.rewards.sum()))
             self.throws += len(episode)
@@ -54,7 +54,7 @@ class Tally:
             yield episode
 
     def table(self, name: str, scores: Scores) -> Grid:
-        """All that was counted."""
+        """Table of the counted figures and of the mean score."""
         mean, span = float(np.mean(self.returns)), scores.highest - scores.lowest
         rows = [
             ("episodes", f"{len(self.returns)}"),
@@ -67,12 +67,12 @@ class Tally:
 
 
 def _mean(values: Sequence[float]) -> float:
-    """Of the values that are known; NaN where none is."""
+    """Mean of the finite values; NaN where there is none."""
     known = [value for value in values if np.isfinite(value)]
     return float(np.mean(known)) if known else np.nan
 
 
 def packing(bar: Progress) -> Callable[[int, int], None]:
-    """Shows how many of all episodes are packed, as soon as there are some."""
+    """Callback that shows the number of repacked episodes on a progress bar, from the first call on."""
     shown = bar.add_task("packing", total=None, visible=False)
     return lambda done, total: bar.update(shown, completed=done, total=total, visible=True)

@@ -1,1 +1,1 @@
-"""Who decides on a line which robot takes which object next."""
+"""Dispatchers of lines: which robot takes which object next."""

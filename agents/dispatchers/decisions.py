@@ -1,4 +1,4 @@
-"""Shifts of lines, decision by decision: the one loop in which controllers work them."""
+"""Work shifts of lines, decision by decision: the one loop in which controllers work them."""
 
 from __future__ import annotations
 
@@ -17,40 +17,40 @@ from ..ground.environments import Env
 from .registry import the_line
 
 Act = Callable[[Observation], NDArray[Any]]
-"""What is chosen in N lines (N,), such as the `act` of a controller."""
+"""Function from observations to the choices in N lines (N,), such as the `act` of a controller."""
 Progress = Callable[[float], object]
-"""Told how many shifts have been worked since it was told last; also parts of them."""
+"""Function of the number of work shifts, or parts of them, since its last call."""
 
 
 class Decided(NamedTuple):
-    """One decision in each of N lines, carried out."""
+    """One executed decision in each of N lines."""
 
     seen: Observation
     shift: Ints
-    """Shifts that were over in each line when it was taken (N,)."""
+    """Work shifts completed in each line before the decision (N,)."""
     over: Bools
-    """It ended its shift (N,)."""
+    """Whether the decision ended its work shift (N,)."""
     info: Mapping[str, Any]
     seconds: float
-    """In which all were taken [s]."""
+    """Time that the controller took for all decisions [s]."""
 
 
 def observed_line(features: NDArray[Any]) -> Observation:
-    """What controllers see of N lines whose environment returned (N, D); a line has no kind."""
+    """Observation of N lines from an environment's observations (N, D); a line has no kind."""
     return Observation(np.asarray(features, dtype=np.float32), np.zeros(len(features), dtype=np.int64))
 
 
 def worked_by(act: Act, env: Env, seed: int | list[int], each: int) -> Iterator[Decided]:
-    """Work shifts one after the other in every line, until so many are over in each.
+    """Work shifts one after the other in every line, until `each` of them are over in each line.
 
     Args:
-        act: says what is chosen.
-        env: lines.
-        seed: of the environment, or one of each line's stream.
-        each: shifts of every line.
+        act: function that chooses.
+        env: environment of lines.
+        seed: seed of the environment, or one seed for each line's stream.
+        each: number of work shifts in every line.
 
     Raises:
-        UsageError: the environment ends shifts before they are over.
+        UsageError: the environment ends shifts early.
     """
     shift = np.zeros(env.num_envs, dtype=np.int64)
     seeds: Any = seed  # vector environments take a seed for each row, which the annotation of their base does not say
@@ -67,13 +67,13 @@ def worked_by(act: Act, env: Env, seed: int | list[int], each: int) -> Iterator[
 
 
 def single_shifts(act: Act, env: Env, seeds: Ints, progress: Progress | None = None) -> Iterator[Decided]:
-    """Work one shift in every line; lines that are through with theirs begin others, which nobody asked for.
+    """Work one shift in every line; finished lines continue with other shifts, whose results do not count.
 
     Args:
-        act: says what is chosen.
-        env: lines.
-        seeds: of their streams (N,).
-        progress: told of shifts and parts of them.
+        act: function that chooses.
+        env: environment of lines.
+        seeds: seeds of the lines' streams (N,).
+        progress: called with the numbers of shifts and parts of them.
     """
     core, before = the_line(env), 0.0
     for one in worked_by(act, env, seeds.tolist(), 1):
@@ -86,7 +86,7 @@ def single_shifts(act: Act, env: Env, seeds: Ints, progress: Progress | None = N
 
 
 def _check_whole(over: Bools, info: Mapping[str, Any]) -> None:
-    """Make sure that shifts have figures where they are over (N,)."""
+    """Check that shifts have figures where they are over (N,)."""
     figures = info.get("final_info", {}).get("_shift_value_per_min", np.zeros(len(over), dtype=np.bool_))
     if (over & ~figures).any():
         raise UsageError("the environment cuts shifts short of their end; leave max_episode_steps out")

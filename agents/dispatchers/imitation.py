@@ -1,7 +1,7 @@
-"""Teaching a scorer what a planner decides: its choices are collected, and the scorer learns to make the same ones.
+"""Imitation of a planner by a scorer: the planner's choices are collected, and the scorer is fitted to them.
 
-In the first round the planner works; in later ones what was learned so far does, and the planner says what it would
-have done there (DAgger of Ross, Gordon and Bagnell 2011): the scorer is told of situations that it gets into itself.
+In the first round the planner works; in later rounds the scorer works, and the planner labels the scorer's situations
+(DAgger of Ross, Gordon and Bagnell 2011).
 """
 
 from __future__ import annotations
@@ -26,44 +26,44 @@ from .scored import Scored, there
 EPOCHS: Final = 60
 BATCH: Final = 256
 RATE: Final = 2e-3
-"""Of learning in the first epoch; it falls to nothing along a cosine."""
+"""Learning rate of the first epoch; it falls to zero along a cosine."""
 HELD_OUT: Final = 8
-"""Every so many-th label is not learned from, and tells how often the scorer chooses alike."""
+"""Every label of this rank is held out, to measure how often the scorer agrees with the planner."""
 NEVER: Final = -1e9
 
 
 @final
 @dataclass(frozen=True)
 class Labels:
-    """T decisions, and what the planner would do."""
+    """T observed decisions with the planner's choices."""
 
     seen: NDArray[np.float32]
     """Observations (T, ENTRIES)."""
     choice: Ints
-    """The planner's (T,)."""
+    """Choices of the planner (T,)."""
 
     @classmethod
     def joined(cls, parts: list[Self]) -> Self:
-        """All in one."""
+        """Labels of several parts in one."""
         return cls(np.concatenate([p.seen for p in parts]), np.concatenate([p.choice for p in parts]))
 
 
 def collected(
     expert: Controller, worker: Controller, env: Env, seeds: Ints, progress: Progress | None = None
 ) -> Labels:
-    """What an expert would do in shifts that a worker works, one in each line.
+    """Choices of an expert in the shifts that a worker works, one shift in each line.
 
     Args:
-        expert: says what it would do.
-        worker: whose decisions are carried out.
-        env: lines.
-        seeds: of their streams (N,).
-        progress: told of shifts and parts of them.
+        expert: planner that labels the decisions.
+        worker: controller whose decisions are executed.
+        env: environment of lines.
+        seeds: seeds of the lines' streams (N,).
+        progress: called with the numbers of shifts and parts of them.
     """
     parts, labels = list[Labels](), list[Ints]()
 
     def told(seen: Observation) -> NDArray[Any]:
-        """The expert speaks before the worker acts: it may look at the lines themselves."""
+        """Choices of the worker; the expert labels first, because it may read the lines themselves."""
         labels.append(np.asarray(expert.act(seen), dtype=np.int64))
         return labels[-1] if worker is expert else worker.act(seen)
 
@@ -74,13 +74,13 @@ def collected(
 
 
 def fitted(labels: Labels, patience: float, widths: tuple[int, ...], seed: int) -> tuple[Scorer, float]:
-    """A scorer that chooses as the labels say, and how often it does where it has not learned from them.
+    """Scorer fitted to labels, and the share of held-out labels on which it agrees.
 
     Args:
-        labels: of the planner.
-        patience: of the rule that it begins as [s].
-        widths: of its hidden layers.
-        seed: of its weights and of the order of what it learns from.
+        labels: choices of the planner.
+        patience: patience of the rule as which the scorer begins [s].
+        widths: widths of the hidden layers.
+        seed: seed of the weights and of the order of the batches.
     """
     torch.set_num_threads(1)  # small networks are slower on many threads
     torch.manual_seed(seed)

@@ -1,6 +1,6 @@
-"""Looking ahead: what follows from a choice, as far as camera, encoder and planner tell.
+"""Lookahead planners: beam search over the decisions that follow a choice, by camera, encoder and planner.
 
-An `Outlook` holds all that is used: chances are those of the table, and other robots are free when they say.
+An `Outlook` holds all of the planners' knowledge: chances come from the table, and other robots are free when expected.
 """
 
 from __future__ import annotations
@@ -23,28 +23,28 @@ from .rules import first_of
 from .scored import Scored, there
 
 MOST: Final = 24
-"""Decisions that one plan is made of, at most."""
+"""Decisions of one plan at most."""
 
 
 @final
 @dataclass(frozen=True)
 class Plans:
-    """B beginnings of what could be done in N lines, from now on."""
+    """B partial plans for N lines, from now on."""
 
     line: Ints
-    """Of which line (B,)."""
+    """Index of the plan's line (B,)."""
     first: Ints
-    """The choice that it begins with (B,)."""
+    """The choice with which the plan begins (B,)."""
     free: Floats
-    """When each robot is free again; infinity for one that is left out (B, R) [s]."""
+    """Time at which each robot is free again; infinity for robots that are not planned for (B, R) [s]."""
     hand: Floats
-    """Where hands stand then (B, R, 3) [m]."""
+    """Positions of the hands at `free` (B, R, 3) [m]."""
     taken: Bools
-    """Which of the objects in sight are gone (B, W)."""
+    """Whether the plan takes each object in sight (B, W)."""
     value: Floats
-    """What it is expected to bring in (B,)."""
+    """Expected value of the plan (B,)."""
     spent: Floats
-    """Time of robots that it takes (B,) [s]."""
+    """Time of robots that the plan takes (B,) [s]."""
 
 
 @final
@@ -52,13 +52,14 @@ class Lookahead:
     """Beam search for the best plans of several decisions.
 
     Args:
-        price: value that a second of a robot's time is worth, in comparing plans of different length [1/s].
-        share: of its value that an object loses which a robot downstream can take too, as in the rule `price`.
-        joint: plan for all robots of a line, not only for that whose turn it is.
+        price: value of a second of a robot's time, in the comparison of plans of different length [1/s].
+        share: share of its value that an object loses if a robot downstream can take it too, as in the rule
+            `price`.
+        joint: plan for all robots of a line, not only for the deciding robot.
         width: plans that are kept for each line.
-        apart: keep so many for each choice that a plan can begin with.
-        horizon: a plan is complete when its robots are busy until then [s].
-        depth: decisions after the first, at most.
+        apart: keep `width` plans for each first choice instead of each line.
+        horizon: time until which a complete plan keeps its robots busy [s].
+        depth: decisions after the first one, at most.
         by_rate: compare plans by value / time instead, as the two-step rule does.
     """
 
@@ -90,18 +91,18 @@ class Lookahead:
         return plans
 
     def worth(self, plans: Plans) -> Floats:
-        """By what plans are compared (B,)."""
+        """Figure of merit of plans (B,)."""
         return plans.value / plans.spent if self._by_rate else plans.value - self._price * plans.spent
 
     def best(self, plans: Plans, count: int, group: Ints) -> Ints:
-        """The best so many plans of each group; which one each plan is of (B,)."""
+        """Indices of the best `count` plans of each group; `group` gives each plan's group (B,)."""
         order = np.lexsort((-self.worth(plans), group))
         whose = group[order]
         place = np.arange(len(order)) - np.searchsorted(whose, whose)
         return order[place < count]
 
     def _kept(self, plans: Plans) -> Plans:
-        """The best plans of each line, or of each choice that they begin with."""
+        """The best plans of each line, or of each first choice."""
         group = plans.line * CHOICES + plans.first if self._apart else plans.line
         return take(plans, self.best(plans, self._width, group))
 
@@ -123,7 +124,7 @@ class Lookahead:
         return Plans(line, first.astype(np.int64), free, hand, taken, value, cycle)
 
     def _continued(self, known: Outlook, plans: Plans) -> list[Plans]:
-        """Plans with every next decision there is, and those for which there is none, a moment later."""
+        """Plans extended by every possible next decision; plans without one wait for a moment."""
         robot, rows = plans.free.argmin(axis=1), np.arange(len(plans.line))
         now = plans.free[rows, robot]
         x = known.sight.x[plans.line] + known.speed * now[:, None]
@@ -140,7 +141,7 @@ class Lookahead:
         return [longer, self._idle(plans, robot, np.setdiff1d(rows, options.row))]
 
     def _idle(self, plans: Plans, robot: Ints, rows: Ints) -> Plans:
-        """Some plans, in which nothing is done for a moment."""
+        """Some plans in which the next robot waits for a moment."""
         waiting, k = take(plans, rows), np.arange(len(rows))
         free = waiting.free.copy()
         free[k, robot[rows]] += IDLE
@@ -149,11 +150,11 @@ class Lookahead:
 
 @final
 class Beam(Controller):
-    """The first decision of the best plan.
+    """Controller that takes the first decision of the best plan.
 
     Args:
-        name: in tables.
-        core: the lines.
+        name: name in tables.
+        core: core of the lines.
         options: see `Lookahead`.
     """
 
@@ -172,16 +173,17 @@ class Beam(Controller):
 
 @final
 class Guided(Controller):
-    """Looks ahead from the few choices that a scorer likes best, and adds to its scores what they lead to.
+    """Lookahead from the few choices that a scorer prefers; the plans' worth is added to the scores.
 
     Args:
-        name: in tables.
-        core: the lines.
-        guide: whose scores they are.
-        few: choices that are looked at.
-        trust: what counts of a plan's worth beside the scores.
+        name: name in tables.
+        core: core of the lines.
+        guide: controller whose scores are used.
+        few: choices for which plans are made.
+        trust: weight of a plan's worth beside the scores.
         width: plans that are kept for each choice.
-        horizon: of plans [s]; shorter than a beam's own, since the scores know something of what comes later.
+        horizon: horizon of plans [s]; shorter than that of `Beam`, since the scores contain some of the later
+            value.
         options: see `Lookahead`.
     """
 
@@ -201,7 +203,7 @@ class Guided(Controller):
         self._ahead = Lookahead(width=width, apart=True, horizon=horizon, **options)
 
     def act(self, observation: Observation) -> NDArray[np.int64]:  # type: ignore[override]
-        """The best of these choices of each line (N,)."""
+        """The best of the preferred choices of each line (N,)."""
         seen = observation.features
         scores: Floats = np.where(there(seen), self._guide.scores(seen), -np.inf)
         place = np.argsort(np.argsort(-scores, axis=1, kind="stable"), axis=1)

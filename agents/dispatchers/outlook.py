@@ -1,6 +1,6 @@
-"""What a planner is told of lines at a decision: what camera, encoder and the robots' own planner tell.
+"""Knowledge of a planner about lines at a decision, from camera, encoder and the robots' own planner.
 
-What objects truly are, what becomes of their throws, and what lies upstream of the camera is not among it.
+True properties of objects, results of throws, and objects upstream of the camera are not included.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ TRUTH: Final = (
     "mass", "drag", "com_depth", "seal", "delay", "jitter", "friction", "cup_friction", "rolling_friction",
     "pick_chance", "pick_draw",
 )  # fmt: skip
-"""Numbers of an object that no sensor reports as they are."""
+"""Fields of an object that no sensor measures."""
 
 
 @final
@@ -30,36 +30,36 @@ class Outlook:
     """N lines with R robots and at most W objects in sight, at a decision; times are from now on."""
 
     sight: Sight
-    """Where objects are, and as what they are seen."""
+    """Positions and classified items of the objects in sight."""
     objects: Objects
-    """Those in sight, as sensors report them (N, W)."""
+    """Objects in sight, as sensors report them (N, W)."""
     worth: Floats
-    """What each is worth in a bin that takes it (N, W)."""
+    """Value of each object in a bin that takes the object (N, W)."""
     choices: Choices
-    """What the robots whose turn it is can do."""
+    """Choices of the deciding robots."""
     robot: Ints
-    """Whose turn it is (N,)."""
+    """Index of the deciding robot (N,)."""
     busy: Floats
-    """Until each robot expects to be free (N, R) [s]."""
+    """Time until each robot expects to be free (N, R) [s]."""
     hand: Floats
-    """Where hands stand then, from the bases (N, R, 3) [m]."""
+    """Positions of the hands at that time, from the bases (N, R, 3) [m]."""
     speed: float
-    """Of the belt [m/s]."""
+    """Speed of the belt [m/s]."""
     chooser: Chooser
-    """Knows the robots, and the table of chances."""
+    """Finds options by the robots' planner and the table of chances."""
 
     def options(self, line: Ints, x: Floats, robot: Ints, hand: Floats) -> tuple[Options, Floats, Bools]:
-        """All that could be done later.
+        """Options at later decisions.
 
         Args:
-            line: lines (P,).
-            x: where the objects in sight are then (P, W) [m]; `AWAY` where nobody may take one.
-            robot: whose turn it is then (P,).
-            hand: where its hand stands (P, 3) [m].
+            line: indices of the lines (P,).
+            x: positions of the objects in sight at that time (P, W) [m]; `UNAVAILABLE_X` where the object may not
+                be taken.
+            robot: index of the deciding robot at that time (P,).
+            hand: position of the robot's hand (P, 3) [m].
 
         Returns:
-            C options, the value that each is expected to bring (C,), and whether a robot downstream can take the object
-            too (C,).
+            C options, the expected value of each (C,), and whether a robot downstream can take the object too (C,).
         """
         places = np.broadcast_to(np.arange(x.shape[1]), x.shape)
         sight = Sight(line, places, x, self.sight.seen[line])
@@ -70,7 +70,7 @@ class Outlook:
 
 
 def outlook(core: LineCore) -> Outlook:
-    """The outlook of lines at their coming decisions."""
+    """Outlook of lines at their coming decisions."""
     cell = core.cell
     state, stream = cell.state, cell.stream
     sight = cell.chooser.sight(state, stream, np.arange(core.count))
@@ -89,9 +89,9 @@ def outlook(core: LineCore) -> Outlook:
 
 
 def reported(objects: Objects) -> Objects:
-    """Objects with what sensors report in the place of what is true; NaN, or -1, where no sensor reports anything.
+    """Objects with measured values instead of true ones; NaN, or -1, where no sensor measures.
 
-    The error of the belt's speed stays: the camera sees what it does to the grasp.
+    The error of the belt's speed stays, because the camera sees its effect on the grasp.
     """
     measured = objects.measured
     nothing = np.full(objects.mass.shape, np.nan)

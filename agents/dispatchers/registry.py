@@ -1,4 +1,4 @@
-"""Every controller of a line by name."""
+"""Registry of the controllers of lines."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ENV: Final = "PnTLine-v0"
 FIRST: Final = "fifo"
 GUIDED: Final = "guided_beam"
 SEARCHED: Final = "index"
-"""The controller that a search finds where it has decisions to learn from; without any it is the one that ships."""
+"""The controller whose weights a search tunes; without a search its shipped weights are used."""
 _RULES: Final[Mapping[str, Callable[..., Controller]]] = {
     "random": lambda core: Anything(),
     FIRST: lambda core: Index(FIRST, "first"),
@@ -41,22 +41,23 @@ NAMES: Final = tuple(_RULES)
 
 
 def the_line(env: Env) -> LineCore:
-    """The lines behind an environment of lines."""
+    """Core of an environment of lines."""
     core = core_of(env)
     assert isinstance(core, LineCore)
     return core
 
 
 def line_controller(name: str, core: LineCore, **options: Any) -> Controller:
-    """The controller of a name, with the settings that were tuned for the level, or one that has learned.
+    """Controller of a name with the settings tuned for the level, or a learned controller.
 
     Args:
-        name: one of `NAMES`, a run folder, or a scorer's .npz file, from the working folder or where what ships lies.
-        core: the lines that it will work on.
-        options: settings that replace those.
+        name: one of `NAMES`, a run folder, or a scorer's .npz file, in the working folder or among the shipped
+            files.
+        core: core of the lines on which the controller will work.
+        options: settings that replace the tuned ones.
 
     Raises:
-        UsageError: there is no such controller of a line.
+        UsageError: the name belongs to no controller of a line.
     """
     if name not in _RULES:
         place = at(name)
@@ -74,10 +75,10 @@ def line_controller(name: str, core: LineCore, **options: Any) -> Controller:
 
 
 def _guide(name: str, core: LineCore) -> Scored:
-    """What guides a planner: a controller that scores choices.
+    """Scoring controller that guides a planner.
 
     Raises:
-        UsageError: there is none of that name.
+        UsageError: no scoring controller has this name.
     """
     found = line_controller(name, core)
     if not isinstance(found, Scored):

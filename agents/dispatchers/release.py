@@ -1,4 +1,4 @@
-"""Throws of a line that are corrected by a controller of single throws."""
+"""Correction of a line's throws by a controller of single throws."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ ENV = "PnTRelease-v0"
 
 
 def releaser(name: str, core: LineCore) -> Release:
-    """What corrects throws as a controller of `PnTRelease-v0` does.
+    """Function that corrects throws by a controller of `PnTRelease-v0`.
 
     Args:
-        name: of a controller that needs no practice, or a run folder.
-        core: the lines.
+        name: name of a controller that needs no practice, or a run folder.
+        core: core of the lines.
 
     Raises:
-        UsageError: there is none, or it is of another environment.
+        UsageError: the controller does not exist, or belongs to another environment.
     """
     env = make_vector(ENV, core.config.cell_of(0), 1, 1)
     controller = make_controller(name, env)

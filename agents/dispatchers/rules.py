@@ -1,7 +1,7 @@
-"""Index rules for a line: each choice has an index by what is seen of it, and the robot takes the greatest.
+"""Index rules for a line: each choice has an index computed from the observation, and the robot takes the largest.
 
-They know nothing but the observation. All but `price` look at a choice as if the robot were alone; that one lets what
-robots downstream can take as well count for less.
+The rules use only the observation. All but `price` rate a choice as if the robot were alone; `price` discounts choices
+that robots downstream can take too.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from pnt_gym.planning.dispatch import Candidates, Rule, index
 from ..controllers.protocol import Controller, Observation
 
 HALF: Final = 0.5
-"""Between the 0 and the 1 of entries that are one or the other."""
+"""Threshold between the values 0 and 1 of binary entries."""
 
 
 def real(seen: Seen) -> Bools:
-    """Which choices there are (N, C)."""
+    """Whether each choice exists (N, C)."""
     return seen.choices["real"] > HALF
 
 
@@ -32,13 +32,13 @@ def expected(seen: Seen) -> Floats:
 
 
 def candidates(seen: Seen, value: Floats) -> Candidates:
-    """Choices as the rules of dispatching see them, with what each is worth (N, C)."""
+    """Choices as candidates of the dispatching rules, each with its value (N, C)."""
     own = seen.choices
     return Candidates(value, own["cycle"], own["lift"], own["lift"] + own["slack"], real(seen))
 
 
 def first_of(worth: Floats) -> NDArray[np.int64]:
-    """The choice of the greatest worth in each line (N,); the first of like ones."""
+    """The choice of the largest worth in each line (N,); the first one of equals."""
     return worth.argmax(axis=1).astype(np.int64)
 
 
@@ -47,10 +47,10 @@ class Index(Controller):
     """One of the rules of `pnt_gym.planning.dispatch`.
 
     Args:
-        name: in tables.
-        rule: the rule.
+        name: name in tables.
+        rule: name of the rule.
         patience: k of `atc` [s].
-        share: of its value that a choice loses which a robot downstream can take too, from 0 to 1.
+        share: share of its value that a choice loses if a robot downstream can take it too, from 0 to 1.
     """
 
     def __init__(self, name: str, rule: Rule, patience: float = 1.0, share: float = 0.0) -> None:
@@ -63,14 +63,14 @@ class Index(Controller):
         return first_of(self.worth(decoded(observation.features)))
 
     def worth(self, seen: Seen) -> Floats:
-        """The index of each choice (N, C); minus infinity for what is not there."""
+        """Index of each choice (N, C); minus infinity for choices that do not exist."""
         value = expected(seen) * np.where(seen.choices["heirs"] > HALF, 1.0 - self.share, 1.0)
         return index(self._rule, candidates(seen, value), self.patience)
 
 
 @final
 class Anything(Controller):
-    """Any choice that there is, each as likely."""
+    """Random choice among the real ones, with equal probabilities."""
 
     name = "random"
 
@@ -78,10 +78,10 @@ class Anything(Controller):
         self._generator = np.random.default_rng(0)
 
     def reset(self, seed: int) -> None:
-        """Begin anew."""
+        """Reseed the generator."""
         self._generator = np.random.default_rng(seed)
 
     def act(self, observation: Observation) -> NDArray[np.int64]:  # type: ignore[override]
-        """One of the choices of each line (N,)."""
+        """A random choice in each line (N,)."""
         there = real(decoded(observation.features))
         return first_of(np.where(there, self._generator.random(there.shape), -1.0))

@@ -1,4 +1,4 @@
-"""Controllers of a line that go by scores: a tuned index, an imitation, or what a training run has learned."""
+"""Controllers of a line by scores: a tuned index, an imitation, or the policy of a training run."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ from ..policies.scorer import Scorer
 from .rules import HALF, first_of
 
 Scores = Callable[[NDArray[np.float32]], NDArray[np.floating]]
-"""Of choices (N, CHOICES), from observations (N, ENTRIES)."""
+"""Function from observations (N, ENTRIES) to scores of choices (N, CHOICES)."""
 REAL: Final = slice(len(LINE_TABLE) + CHOICE_TABLE.names.index("real"), ENTRIES, len(CHOICE_TABLE))
-"""The entries of an observation that tell which choices there are."""
+"""Entries of an observation that say whether each choice exists."""
 
 
 def there(observations: NDArray[np.floating]) -> NDArray[np.bool_]:
-    """Which choices there are (N, CHOICES)."""
+    """Whether each choice exists (N, CHOICES)."""
     return observations[:, REAL] > HALF
 
 
 @final
 class Scored(Controller):
-    """Takes the choice of the greatest score.
+    """Takes the choice of the largest score.
 
     Args:
-        name: in tables.
-        scores: of choices.
+        name: name in tables.
+        scores: function that scores choices.
     """
 
     def __init__(self, name: str, scores: Scores) -> None:
@@ -50,19 +50,19 @@ class Scored(Controller):
 
 
 def scorer_in(file: Path) -> Scored:
-    """What a file of a scorer does.
+    """Controller of a scorer's file.
 
     Raises:
-        UsageError: it is missing or damaged.
+        UsageError: the file is missing or damaged.
     """
     return Scored(file.stem, Scorer.load(file))
 
 
 def run_scores(folder: Path, checkpoint: Path | None = None) -> Scored:
-    """What a run folder has learned at a line, or one of its checkpoints.
+    """Controller of a run folder's policy for lines, or of one of its checkpoints.
 
     Raises:
-        UsageError: the folder or its policy is missing or damaged, or of another environment.
+        UsageError: the folder or its policy is missing or damaged, or belongs to another environment.
     """
     run = RunFolder(folder)
     policy = run.load_policy(checkpoint)

@@ -1,4 +1,4 @@
-"""Search for an index by what it brings in shifts alone: weights of a choice's entries, by evolution (CMA-ES)."""
+"""Search for an index by its value in whole shifts: weights of a choice's entries, by evolution (CMA-ES)."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from .search import EACH, POPULATION, Bench, Settings, Tried
 WEIGHED: Final = tuple(name for name in NAMES if name != "real")
 """Entries of a choice that an index can weigh."""
 SPREAD: Final = 0.15
-"""Of the weights in the first generation, about those that it begins with."""
+"""Standard deviation of the weights in the first generation about their initial values."""
 
 
 def searched(
     bench: Bench, patience: float, generations: int, seed: int, begin: Mapping[str, float] | None = None
 ) -> list[Tried]:
-    """The index that a search ends with, and the one that it began with, as settings of `index`.
+    """Results of the index at the end of a search and of the initial one, with their settings of `index`.
 
     Args:
-        bench: where both are compared in the end; the search has other shifts.
-        patience: of the rule [s].
-        generations: of the search.
-        seed: of what it draws.
-        begin: weights to begin with, others nothing; none at all are the ATC rule.
+        bench: bench on which both are compared in the end; the search uses other shifts.
+        patience: patience of the rule [s].
+        generations: generations of the search.
+        seed: seed of the search.
+        begin: initial weights, zero for entries not listed; without any the index is the ATC rule.
     """
     first = np.array([(begin or {}).get(name, 0.0) for name in WEIGHED])
-    # The seed 0 would mean the time of day there.
+    # For cma the seed 0 means the time of day.
     search = cma.CMAEvolutionStrategy(first, SPREAD, {"popsize": POPULATION, "seed": seed + 1, "verbose": -9})
     for generation in range(generations):
         found = search.ask()
@@ -50,7 +50,7 @@ def _worth(bench: Bench, tried: list[Settings]) -> Floats:
 
 
 def _settings(patience: float, weights: Floats) -> Settings:
-    """Of a controller `index`."""
+    """Settings of a controller `index`."""
     return {
         "patience": patience,
         "weights": {name: round(float(w), 3) for name, w in zip(WEIGHED, weights, strict=True)},

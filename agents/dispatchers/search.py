@@ -1,6 +1,6 @@
-"""Finding the settings of rules and planners of a line, on shifts of their own.
+"""Search for the settings of rules and planners of a line, on work shifts of their own.
 
-Every setting works the same shifts, so that what is compared is the settings and not their luck.
+Every setting works the same shifts, so that the comparison is of settings and not of luck.
 """
 
 from __future__ import annotations
@@ -23,34 +23,34 @@ from ..ground.environments import Env, make_vector
 from .decisions import Progress, observed_line, single_shifts
 
 PATIENCE: Final = (0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0)
-"""Of ATC and of price [s]."""
+"""Candidate patiences of ATC and price [s]."""
 SHARE: Final = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98)
-"""Of its value that a choice loses which a robot downstream can take too."""
+"""Candidate shares of its value that a choice loses if a robot downstream can take it too."""
 COARSE: Final = ((0.5, 1.0, 2.0, 5.6, 16.0), (0.0, 0.2, 0.4, 0.6, 0.8, 0.95))
-"""Of both, with which the search for price begins."""
+"""Candidates of both, with which the search for price begins."""
 SHARES: Final = (0.5, 0.65, 0.8, 0.9)
-"""The same for the beam, which takes a thousand times as long as a rule."""
+"""Candidate shares for the beam, which takes a thousand times as long as a rule."""
 TRUST: Final = (1.0, 2.0, 4.0, 8.0)
-"""What guided_beam makes of a plan's worth, beside scores."""
+"""Candidate weights of a plan's worth beside the scores, for guided_beam."""
 AROUND: Final = (0.8, 1.25)
-"""Factors on the price of its time, at the best of these."""
+"""Factors on the price of time, at the best share."""
 PRICE: Final = (0.6, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5)
-"""Of a robot's second, by what the tuned ATC rule brings in it."""
+"""Candidate prices of a robot's second, as factors on the tuned ATC rule's value per second."""
 POPULATION: Final = 16
-"""Indices that each generation of a search compares."""
+"""Indices in each generation of a search."""
 EACH: Final = 16
-"""Shifts in which it does, new ones every time."""
+"""Shifts on which a generation is compared, new ones every time."""
 SEARCHED_SHIFTS: Final = POPULATION * EACH
 """Shifts that a generation of a search works."""
 ROWS: Final = 512
-"""Lines side by side, at most."""
+"""Lines in one environment at most."""
 Settings = dict[str, Any]
 
 
 @final
 @dataclass(frozen=True)
 class Tried:
-    """Settings and what they brought."""
+    """Settings with their results."""
 
     settings: Settings
     value: Floats
@@ -59,10 +59,10 @@ class Tried:
 
 @final
 class Beside(Controller):
-    """Several controllers, each at a line after the other; each sees observations of its own lines alone.
+    """Several controllers with a block of lines each; each sees observations of its own lines only.
 
     Args:
-        controllers: C of them, for C x S lines.
+        controllers: C controllers, for C x S lines.
     """
 
     name = "beside"
@@ -71,14 +71,14 @@ class Beside(Controller):
         self._controllers = controllers
 
     def act(self, observation: Observation) -> NDArray[np.int64]:  # type: ignore[override]
-        """Their actions (C x S,)."""
+        """Choices of all controllers (C x S,)."""
         parts = np.split(observation.features, len(self._controllers))
         each = zip(self._controllers, parts, strict=True)
         return np.concatenate([np.asarray(one.act(observed_line(part)), dtype=np.int64) for one, part in each])
 
 
 def gained(controller: Controller, env: Env, seeds: Ints, progress: Progress | None = None) -> Floats:
-    """Value per minute of one shift in each line (N,), by the seeds of their streams (N,)."""
+    """Value per minute of one shift in each line (N,), by the seeds of the lines' streams (N,)."""
     value = np.full(env.num_envs, np.nan)
     for one in single_shifts(controller.act, env, seeds, progress):
         ended = one.over & (one.shift == 0)
@@ -89,24 +89,24 @@ def gained(controller: Controller, env: Env, seeds: Ints, progress: Progress | N
 
 @final
 class Bench:
-    """Where settings are compared: shifts of a level.
+    """Work shifts of a level on which settings are compared.
 
     Args:
-        level: its throws go by the table here, whatever it says.
-        seeds: of the shifts (S,).
-        progress: told how many shifts have been worked.
+        level: level; its throws go by the table here, whatever the level says.
+        seeds: seeds of the shifts (S,).
+        progress: called with the number of completed shifts.
     """
 
     def __init__(self, level: LineConfig, seeds: Ints, progress: Progress | None = None) -> None:
         self.level, self.seeds, self._progress = level, seeds, progress
 
     def apart(self, shifts: int, number: int) -> Bench:
-        """The same with other shifts, which differ from those here and among numbers."""
+        """Bench with other shifts, which differ from those here and between numbers."""
         first = int(self.seeds[-1]) + 1 + number * shifts
         return Bench(self.level, np.arange(first, first + shifts), self._progress)
 
     def beside(self, controllers: Sequence[Controller]) -> Floats:
-        """Value per minute of controllers that know nothing but the observation (C, S)."""
+        """Value per minute of controllers that use only the observation (C, S)."""
         values: list[Floats] = []
         most = max(ROWS // len(self.seeds), 1)
         for first in range(0, len(controllers), most):
@@ -117,7 +117,7 @@ class Bench:
         return np.concatenate(values)
 
     def rules(self, name: str, tried: Iterable[Settings]) -> list[Tried]:
-        """What a rule brings with several settings."""
+        """Results of a rule with several settings."""
         given = list(tried)
         with closing(make_vector(ENV, self.level, 1, 1)) as env:
             core = the_line(env)
@@ -125,7 +125,7 @@ class Bench:
         return [Tried(settings, value) for settings, value in zip(given, values, strict=True)]
 
     def planners(self, name: str, tried: Iterable[Settings]) -> list[Tried]:
-        """What a planner brings with several settings, one after the other."""
+        """Results of a planner with several settings, one after the other."""
         found: list[Tried] = []
         for settings in tried:
             with closing(make_vector(ENV, self.level, len(self.seeds), 1)) as env:
@@ -135,23 +135,24 @@ class Bench:
 
 
 def best(tried: Sequence[Tried]) -> Tried:
-    """The settings that bring the most on average; the first of like ones."""
+    """The settings with the highest mean value; the first one of equals."""
     return max(tried, key=lambda one: float(one.value.mean()))
 
 
 def atc(bench: Bench) -> list[Tried]:
-    """The rule with every patience."""
+    """Results of the rule `atc` with every patience."""
     return bench.rules("atc", [{"patience": k} for k in PATIENCE])
 
 
 def price(bench: Bench, patience: float) -> list[Tried]:
-    """A coarse grid of patience and share, then every share at the best patience, then every patience at that share.
+    """Results of `price`: a coarse grid, then every share at the best patience, then every patience at the best share.
 
-    Where robots have different skills there is more than one hill, and which one ATC's own patience leads to is luck.
+    With different skills of the robots there are several local optima, and the one near ATC's own patience may be the
+    worse.
 
     Args:
-        bench: where they are compared.
-        patience: of the tuned ATC rule [s], which price is where nobody comes after the robot.
+        bench: bench of the comparison.
+        patience: patience of the tuned ATC rule [s], which equals `price` without robots downstream.
     """
     if len(bench.level.robots) == 1:
         return bench.rules("price", [{"patience": patience, "share": 0.0}])
@@ -166,10 +167,10 @@ def price(bench: Bench, patience: float) -> list[Tried]:
 
 
 def planner(bench: Bench, name: str, rate: float) -> list[Tried]:
-    """Beam search with several prices of time, about what a robot brings in a second by the tuned ATC rule [1/s].
+    """Results of beam search with several prices of time, about the tuned ATC rule's value per second [1/s].
 
-    `price_beam` first with several shares at that price, then with several prices at the best of them; `guided_beam`
-    with several trusts, at the price and share of that one and with the guide that the level has.
+    `price_beam`: several shares at that price, then several prices at the best share. `guided_beam`: several trusts, at
+    the price and share of `price_beam` and with the guide of the level.
     """
     if name == GUIDED:
         guide = {key: value for key, value in tuned.settings(bench.level.name, name).items() if key == "guide"}

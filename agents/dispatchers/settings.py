@@ -1,4 +1,4 @@
-"""The settings with which rules and planners of a line ship, level by level, as `pnt-gym line tune` has found them."""
+"""Shipped settings of rules and planners of a line, level by level, from `pnt-gym line tune`."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from ..ground.places import SHIPPED
 
 FILE: Final = SHIPPED / "configs" / "line_rules.yaml"
 USUAL: Final = {"atc": {"patience": 1.0}, "price": {"patience": 1.0, "share": 0.5}}
-"""On levels that nobody has tuned them for."""
+"""Settings on levels without tuned ones."""
 PLANNERS: Final = ("beam", "price_beam", "joint_beam", "guided_beam")
-"""Those that look ahead and compare by a price of time."""
+"""Planners that compare plans by a price of time."""
 
 
 def written_settings() -> dict[str, Any]:
-    """All that is written there, by level."""
+    """All shipped settings, by level."""
     told: Any = read_yaml(FILE, "settings of rules") if FILE.is_file() else {}
     return dict(told or {})
 
 
 def settings(level: str, name: str, robots: int = 1) -> dict[str, Any]:
-    """Settings of one controller on a level with so many robots; of `USUAL` where the level has none.
+    """Settings of one controller on a level with so many robots; `USUAL` where the level has none.
 
-    A planner whose price of time nobody has tuned has what a robot brings in a second by the tuned ATC rule, and
-    `price_beam` without a share that of the rule `price`. `guided_beam` has both of `price_beam`.
+    A planner without a tuned price of time uses the tuned ATC rule's value per second and robot. `price_beam` without a
+    tuned share uses that of the rule `price`. `guided_beam` uses both values of `price_beam`.
     """
     own = written_settings().get(level) or {}
     usual = dict(USUAL.get(name, {}))
@@ -38,6 +38,6 @@ def settings(level: str, name: str, robots: int = 1) -> dict[str, Any]:
 
 
 def rate(level: str) -> float | None:
-    """Value that the tuned ATC rule brings in a second on a level; None on one that nobody has tuned."""
+    """Value per second of the tuned ATC rule on a level; None on a level without tuned settings."""
     found: Any = (written_settings().get(level) or {}).get("rate")
     return None if found is None else float(found)

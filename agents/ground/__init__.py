@@ -1,1 +1,1 @@
-"""What every room of `agents` stands on: command lines, files, environments by id, figures and tables."""
+"""Basics of all of `agents`: command lines, files, environments by id, figures and tables."""

@@ -1,4 +1,4 @@
-"""How much is judged and practised unless other amounts are asked for."""
+"""Default numbers of cells, evaluated units and practice throws."""
 
 from __future__ import annotations
 
@@ -9,6 +9,6 @@ NUM_ENVS: Final = 16
 PICKS: Final = 200
 """Throws of an evaluation."""
 PRACTICE: Final = 120
-"""Throws that a controller practises before it."""
+"""Practice throws of a controller before an evaluation."""
 SHIFTS: Final = 32
-"""Shifts of an evaluation at a line."""
+"""Work shifts of an evaluation on a line."""

@@ -1,4 +1,4 @@
-"""What every command line of `agents` does alike: parse, run, and turn a user's mistake into one sentence."""
+"""What all commands of `agents` share: parsing the command line, running, and reporting errors in one sentence."""
 
 from __future__ import annotations
 
@@ -40,15 +40,15 @@ EXTRAS = {
     "h5py": "data",
     "ray": "cluster",
 }
-"""Libraries that not every command needs, and the extra of the package that brings them."""
+"""Optional libraries, and the extra of the package that installs each."""
 
 
 class UsageError(PntGymError):
-    """A command line that asks for something that does not exist or cannot be."""
+    """A command line that asks for something impossible or that does not exist."""
 
 
 def option(default: str, metavar: str | None = None) -> Any:
-    """How the help shows an option that is None unless given: what happens then, and what to give."""
+    """Help of an option whose default is None: the effect of the default, and the metavar of the value."""
     return tyro.conf.arg(metavar=metavar, help_behavior_hint=f"(default: {default})")
 
 
@@ -57,16 +57,16 @@ def run(
 ) -> None:
     """Parse a command line into `arguments` and run `command`.
 
-    Exit codes: 0 done, 2 with one sentence on stderr for a mistake of the user's, a full disk or too little memory, 128
-    and the signal's number where one of `signals.REASONS` ended the command.
+    Exit codes: 0 after success; 2, with one sentence on stderr, after a user's mistake, a full disk or too little
+    memory; 128 plus the signal's number if a signal of `signals.REASONS` ended the command.
 
-    Where the command writes data to standard output, what people read goes to standard error.
+    If the command writes data to standard output, its text for people goes to standard error.
 
     Args:
-        command: what to do.
-        arguments: what it takes.
-        name: of the module that is run by `python -m`, or what else the user typed.
-        given: the command line without that; None for this process's.
+        command: function of the command.
+        arguments: dataclass of the options.
+        name: name of the module for `python -m`, or the words of the command line before `given`.
+        given: options of the command line; None for those of this process.
     """
     # A redirected stream of another encoding must not turn a table into a traceback.
     for stream in (sys.stdout, sys.stderr):
@@ -91,19 +91,19 @@ def run(
         sys.exit(BAD_USAGE)
     except KeyboardInterrupt as error:
         number = error.number if isinstance(error, Interrupt) else signal.SIGINT
-        with contextlib.suppress(OSError):  # a terminal that is closed
+        with contextlib.suppress(OSError):  # the terminal may be closed
             print(REASONS[number], file=sys.stderr)
         sys.exit(128 + number)
 
 
 def _printing(arguments: Any) -> contextlib.AbstractContextManager[object]:
-    """Where the command prints what people read: to standard error if an option has it write to standard output."""
+    """Context that redirects printed text to standard error if an option makes the command write to standard output."""
     places = [value for value in vars(arguments).values() if isinstance(value, Path)]
     return contextlib.redirect_stdout(sys.stderr) if any(map(is_printed, places)) else contextlib.nullcontext()
 
 
 def _parsed(arguments: type[Arguments], program: str, given: Sequence[str] | None) -> Arguments:
-    """The options given; what tyro says of wrong ones in a box of several lines as one sentence."""
+    """Parsed options; an error that tyro prints in a box of several lines becomes one sentence."""
     said = io.StringIO()
     try:
         with contextlib.redirect_stderr(said):
@@ -119,7 +119,7 @@ def _parsed(arguments: type[Arguments], program: str, given: Sequence[str] | Non
 
 
 def explained(error: Exception) -> str:
-    """What went wrong as one sentence, be it a mistake, the disk or the memory."""
+    """Message of an error as one sentence, for user's mistakes, disk errors and lack of memory."""
     if isinstance(error, OSError):
         place = f" {one_sentence(repr(error.filename), 80)}" if error.filename is not None else ""
         return one_sentence(f"cannot read or write{place}: {error.strerror or error}")
@@ -129,10 +129,10 @@ def explained(error: Exception) -> str:
 
 
 def at_least(given: Mapping[str, Any], **least: int) -> None:
-    """Make sure that no option lies below its least value; one that was not given is None.
+    """Make sure that no option lies below its least value; options that are None are skipped.
 
     Raises:
-        UsageError: one does.
+        UsageError: an option lies below its least value.
     """
     for name, bound in least.items():
         if given[name] is not None and given[name] < bound:

@@ -1,4 +1,4 @@
-"""The command `pnt-gym`: a word or two for each thing to do."""
+"""The command `pnt-gym`, whose first one or two words name what to do."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ COMMANDS: Final = {
     "line imitate": ("line.imitate", "train a quick policy that imitates a slow planner of a line"),
     "line calibrate": ("line.calibrate", "count the chances of throws in the full physics, for the table of a line"),
 }
-"""Module below `agents` and purpose of each."""
+"""Module below `agents` and purpose of each command."""
 FORMER: Final = {"plan_line": "line plan", **{name: f"line {name}" for name in ("tune", "imitate", "calibrate")}}
-"""Commands that have moved."""
+"""Present names of commands by their former names."""
 
 
 def main() -> None:
-    """Do what the words of the command line ask for."""
+    """Run the command that the command line names."""
     choose("pnt-gym ", sys.argv[1:])
 
 
 def choose(program: str, given: Sequence[str]) -> None:
-    """Run the command that the first words name, or list the commands that begin with them.
+    """Run the command that the first words name, or list the commands that begin with these words.
 
     Args:
         program: what the user typed before the first word.
-        given: the words and options after it.
+        given: the words and options after `program`.
     """
     room = given[0] if given[:1] == ["line"] else ""
     name = " ".join(given[: 2 if room else 1])

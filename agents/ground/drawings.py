@@ -1,4 +1,4 @@
-"""Drawing tools: figures as SVG that has the same bytes for the same data."""
+"""Drawing tools: figures as SVG, with the same bytes for the same data."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 Axes: TypeAlias = "matplotlib.axes.Axes"
 Figure: TypeAlias = "matplotlib.figure.Figure"
-"""Matplotlib's, which is heavy and imported only where something is drawn."""
+"""Matplotlib's figure; the heavy library is imported only where something is drawn."""
 COLOURS: Final = (
     "#4c72b0", "#dd8452", "#55a868", "#c44e52", "#8172b3", "#937860", "#da8bc3", "#8c8c8c", "#ccb974", "#64b5cd",
     "#2f4b26", "#000000",
@@ -44,7 +44,7 @@ def subplots(rows: int, columns: int, size: tuple[float, float], **options: Any)
 
 
 def tiled(count: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Figure, list[Axes]]:
-    """A figure of so many panels of a size in inches each, in rows of so many, and these panels."""
+    """A figure with `count` panels, each of a size in inches, in rows of `columns`; and its panels."""
     columns = min(count, columns)
     rows = -(-count // columns)
     figure, panels = subplots(rows, columns, (size[0] * columns, size[1] * rows), **options)
@@ -56,7 +56,7 @@ def tiled(count: int, columns: int, size: tuple[float, float], **options: Any) -
 def dress(
     axes: Axes, across: str, up: str, title: str = "", *, legend: LegendLocType | None = None, **options: Any
 ) -> None:
-    """Names of both axes, a title, a pale grid, a legend at a place, and what else `Axes.set` takes."""
+    """Set the names of both axes, a title, a pale grid, a legend at a place, and other properties of `Axes.set`."""
     axes.set(xlabel=across, ylabel=up, **options)
     axes.set_title(title, fontsize=10)
     axes.grid(alpha=0.3)
@@ -65,7 +65,7 @@ def dress(
 
 
 def frames_figure(frames: Sequence[tuple[str, NDArray[np.uint8]]], columns: int = 2, width: float = 10.0) -> Figure:
-    """Pictures of one size (height, width, 3) with a title each, in rows; the width of the whole is in inches."""
+    """A figure of equal pictures (height, width, 3) in rows, each with its title; `width` of the figure in inches."""
     high, wide = frames[0][1].shape[:2]
     each = width / columns
     figure, axes = tiled(len(frames), columns, (each, each * high / wide + 0.3))

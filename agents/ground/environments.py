@@ -1,6 +1,6 @@
-"""One way to open an environment for every command, with a clear error for a wrong name.
+"""Opening an environment, alike for every command, with a clear error for a wrong name.
 
-An environment of your own, in your own package, is as good as ours if its `core` is a `pnt_gym.cells.base.core.Core`:
+An environment in your own package works as ours do if its `core` is a `pnt_gym.cells.base.core.Core`:
 `my_package:MyCell-v0` imports `my_package`, which registers `MyCell-v0` with Gymnasium. An installed package that
 declares its module as an entry point of the group `pnt_gym.envs` needs no prefix.
 """
@@ -35,14 +35,14 @@ from .cli import UsageError
 Role = Literal["train", "practice", "evaluate", "dataset"]
 Env: TypeAlias = VectorEnv[Any, Any, Any]
 PLUGINS: Final = "pnt_gym.envs"
-"""Entry points that name modules which register environments."""
+"""Group of entry points that name modules which register environments."""
 
 
 def own_module(name: str) -> ModuleType:
-    """A module of the user's, installed or in the working folder.
+    """Import a user's module, installed or in the working folder.
 
     Raises:
-        UsageError: it is not there, or fails when it is imported.
+        UsageError: the module does not exist, or its import fails.
     """
     here = str(Path.cwd())
     if here not in sys.path:
@@ -55,10 +55,10 @@ def own_module(name: str) -> ModuleType:
 
 
 def find_environment(env_id: str) -> EnvSpec:
-    """What Gymnasium knows of an environment; for MODULE:ID the module is imported first.
+    """Gymnasium's spec of an environment; for MODULE:ID the module is imported first.
 
     Raises:
-        UsageError: no such module or environment.
+        UsageError: there is no such module or environment.
     """
     module, _, name = env_id.rpartition(":")
     if module:
@@ -81,19 +81,19 @@ def make_vector(
     threads: int = 2,
     action_mode: str | None = None,
 ) -> Env:
-    """Open a vector environment; one that is registered in its single form only is stepped row by row.
+    """Open a vector environment; an environment that is registered in its single form only is stepped row by row.
 
     Args:
         env_id: id of the environment, or MODULE:ID.
-        level: one of the environment's own levels, or a YAML file, a mapping or a config for its kind of cell; None for
-            its default.
+        level: name of a level of the environment, or a YAML file, a mapping or a config for its cell; None for the
+            default.
         num_envs: cells simulated side by side.
-        threads: threads that simulate.
-        action_mode: one of the environment's own modes; None for its default.
+        threads: threads of the simulation.
+        action_mode: one of the environment's action modes; None for the default.
 
     Raises:
-        UsageError: no such environment, one that is no cell, or one that takes no level or action mode.
-        ConfigError: no such level or action mode, or a level that describes no working cell.
+        UsageError: there is no such environment, it has no core, or it takes no level or action mode.
+        ConfigError: there is no such level or action mode, or the level describes no working cell.
     """
     spec = find_environment(env_id)
     entry = spec.vector_entry_point or spec.entry_point
@@ -111,10 +111,10 @@ def make_vector(
 
 
 def make_single(env_id: str, level: str | Mapping[str, Any], action_mode: str | None) -> gym.Env[Any, Any]:
-    """Open the single form of what `make_vector` has opened.
+    """Open the single form of an environment that `make_vector` has opened.
 
     Raises:
-        UsageError: there is none.
+        UsageError: the environment has no single form.
     """
     spec = find_environment(env_id)
     if spec.entry_point is None:
@@ -124,11 +124,11 @@ def make_single(env_id: str, level: str | Mapping[str, Any], action_mode: str | 
 
 
 def config_of(env_id: str, level: str | Path | LevelConfig | Mapping[str, Any] | None = None) -> Any:
-    """The config of a level, as an environment reads it; the environment is opened only if its class cannot tell.
+    """Config of a level of an environment; the environment is opened only if its class has no `load_config`.
 
     Raises:
-        UsageError: no such environment, or one that is no cell.
-        ConfigError: no such level.
+        UsageError: there is no such environment, or it has no core.
+        ConfigError: there is no such level.
     """
     spec = find_environment(env_id)
     with _made(env_id):
@@ -144,14 +144,14 @@ def config_of(env_id: str, level: str | Path | LevelConfig | Mapping[str, Any] |
 
 @contextmanager
 def _made(env_id: str) -> Generator[None, None, None]:
-    """Gymnasium makes an environment in the block.
+    """Turn errors of Gymnasium in the block, which makes an environment, into a `UsageError`.
 
     Raises:
-        UsageError: it cannot.
+        UsageError: the environment cannot be made.
     """
     try:
         with warnings.catch_warnings():
-            # Gymnasium announces Box bounds and precision that are meant here.
+            # Gymnasium warns of Box bounds and precision that are intended here.
             warnings.filterwarnings("ignore", category=UserWarning, module="gymnasium")
             yield
     except (gym.error.Error, TypeError, ImportError, AttributeError) as error:
@@ -159,13 +159,13 @@ def _made(env_id: str) -> Generator[None, None, None]:
 
 
 def _taken(spec: EnvSpec, entry: Any, settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Those of the settings that were given, and that an environment can be made with."""
+    """Settings that are not None and that the environment's entry point accepts."""
     taken = _parameters(spec, entry)
     return {name: v for name, v in settings.items() if v is not None and (taken is None or name in taken)}
 
 
 def _parameters(spec: EnvSpec, entry: Any) -> set[str] | None:
-    """Names of what an environment can be made with; None if that is anything."""
+    """Names of the parameters of an environment's entry point; None if it takes any keyword."""
     try:
         creator: Any = load_env_creator(entry) if isinstance(entry, str) else entry
     except (ImportError, AttributeError) as error:
@@ -179,7 +179,7 @@ def as_vector(env: gym.Env[Any, Any] | Env) -> Env:
     """A single environment as a vector of one row; a vector environment as it is.
 
     Raises:
-        UsageError: it is no cell, or a vector environment that does not begin the next episode in the same step.
+        UsageError: the environment has no core, or is a vector environment with another autoreset mode than SAME_STEP.
     """
     if isinstance(env, gym.Env):
         return as_vector(SyncVectorEnv([lambda: env], autoreset_mode=AutoresetMode.SAME_STEP))
@@ -189,10 +189,10 @@ def as_vector(env: gym.Env[Any, Any] | Env) -> Env:
 
 
 def check_autoreset(env: Env) -> None:
-    """Make sure that every step of a vector environment is a throw in every row.
+    """Make sure that every step of a vector environment is a throw in every row, as SAME_STEP autoreset guarantees.
 
     Raises:
-        UsageError: it spends steps on resets, or leaves them to others.
+        UsageError: the environment has another autoreset mode.
     """
     mode = env.metadata.get("autoreset_mode")
     if mode is not AutoresetMode.SAME_STEP:
@@ -200,18 +200,18 @@ def check_autoreset(env: Env) -> None:
 
 
 def core_of(env: Env) -> Core:
-    """The cells behind an environment; those of its first row where every row has its own."""
+    """Core behind an environment; the core of the first row where every row has its own core."""
     return cores_of(env)[0]
 
 
 def cores_of(env: Env) -> list[Core]:
-    """All cells behind an environment: one core, or one of each row."""
+    """All cores behind an environment: one for all rows, or one of each row."""
     whole: Any = env.unwrapped
     return [one.unwrapped.core for one in whole.envs] if hasattr(whole, "envs") else [whole.core]
 
 
 def hidden_of(core: Any) -> dict[str, Floats]:
-    """What is true of the coming steps of N rows and no observation tells, by name (N,); nothing where none knows."""
+    """Hidden quantities of the coming steps of N rows, which no observation contains, by name (N,)."""
     return getattr(core, "hidden", dict)()
 
 
@@ -223,10 +223,10 @@ def _checked(env: Env, name: str) -> Core:
 
 
 def stream_seed(role: Role, seed: int, start: int = 0) -> int:
-    """Environment seed for a use of the cell; uses with the same `seed`, at least 0, never see the same throws.
+    """Environment seed of a role; different roles with the same `seed`, at least 0, never see the same throws.
 
-    After `start` throws already done a resumed stream goes on instead of starting over.
+    With `start` throws already done, a resumed stream continues with other throws instead of repeating the first.
     """
     entropy = [seed, zlib.crc32(role.encode()), start]
-    # 31 bits less room for the rows of a vector environment, which add their index.
+    # 30 bits leave room below 2**31 for the rows of a vector environment, which add their index.
     return int(np.random.SeedSequence(entropy).generate_state(1)[0] >> 2)

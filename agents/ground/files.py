@@ -1,4 +1,4 @@
-"""Files that are either there in full or not at all: write beside, then rename."""
+"""Files that appear complete or not at all: they are written beside their place, then renamed."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ from pnt_gym.reading import ReadError, json_of, yaml_of
 from .cli import UsageError
 
 LOCK: Final = ".lock"
-"""File in a folder by which a command keeps others out."""
+"""Name of the file by which a command locks a folder."""
 MOST_RESULTS: Final = 2**28
-"""Bytes of a file of results."""
+"""Largest size of a file of results [bytes]."""
 
 
 @contextmanager
 def held(folder: Path) -> Generator[None, None, None]:
-    """No other command writes in a folder while the block runs; the lock ends with its process, however that ends.
+    """Lock a folder against other commands during the block; the lock ends with the process, however the process ends.
 
     Raises:
-        UsageError: another command is at it.
+        UsageError: another command has locked the folder.
     """
     lock = FileLock(folder / LOCK, blocking=False)
     try:
@@ -47,30 +47,30 @@ def held(folder: Path) -> Generator[None, None, None]:
         yield
     finally:
         if lock.is_locked:
-            with suppress(OSError):  # Windows removes no open file
+            with suppress(OSError):  # Windows does not remove an open file
                 (folder / LOCK).unlink()
             lock.release()
 
 
 def unfinished(path: Path) -> Path:
-    """Where a process writes what shall be `path` when it is whole."""
+    """Temporary path at which this process writes a file that is then renamed to `path`."""
     return path.with_name(f".{path.name}.{os.getpid()}.tmp")
 
 
 def sweep(folder: Path) -> None:
-    """Remove from a folder what processes that were killed have not finished, where /proc tells who lives."""
+    """Remove the temporary files of dead processes from a folder, on systems whose /proc lists the processes."""
     for old in folder.glob(".*.tmp") if Path("/proc/self").exists() else ():
         owner = old.stem.rpartition(".")[2]
         if owner.isdecimal() and not Path("/proc", owner).exists():
             shutil.rmtree(old, ignore_errors=True)
-            with suppress(OSError):  # a folder, which is gone
+            with suppress(OSError):  # a folder is already removed
                 old.unlink()
 
 
 def replace_file(path: Path, write: Callable[[Path], object]) -> None:
-    """Let `write` fill a file of the same name in a folder beside it, then rename that over `path`.
+    """Let `write` fill a file in a temporary folder beside `path`, then rename the file to `path`.
 
-    Some writers go by a file's ending, which is therefore kept.
+    The temporary file has the same name, because some writers choose the format by its ending.
     """
     sweep(path.parent)
     parts = unfinished(path)
@@ -83,19 +83,19 @@ def replace_file(path: Path, write: Callable[[Path], object]) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file at once.
+    """Write a text file atomically.
 
     Raises:
-        UsageError: the place cannot be written.
+        UsageError: the file cannot be written.
     """
     write_bytes(path, text.encode())
 
 
 def write_bytes(path: Path, data: bytes) -> None:
-    """Write a file at once.
+    """Write a file atomically.
 
     Raises:
-        UsageError: the place cannot be written.
+        UsageError: the file cannot be written.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -105,17 +105,17 @@ def write_bytes(path: Path, data: bytes) -> None:
 
 
 def write_json(path: Path, data: Any) -> None:
-    """Write data as JSON at once."""
+    """Write data as a JSON file atomically."""
     write_text(path, json_text(data))
 
 
 def json_text(data: Any, *, indent: int | None = 1) -> str:
-    """Data as JSON; a NaN in the data is an error, not a file that other tools cannot read."""
+    """Data as JSON text; a NaN in the data raises an error, because other tools could not read the file."""
     return json.dumps(data, indent=indent, allow_nan=False) + "\n"
 
 
 def jsonable(values: Any) -> Any:
-    """A number, an array or a list as JSON has it, which knows neither NaN nor infinity: None stands for them."""
+    """A number, an array or a list as JSON values; None replaces NaN and infinity, which JSON does not have."""
     listed: Any = cast("Any", values).tolist() if isinstance(values, np.ndarray | np.generic) else values
     if isinstance(listed, list):
         return [jsonable(one) for one in cast("list[Any]", listed)]
@@ -123,7 +123,7 @@ def jsonable(values: Any) -> Any:
 
 
 def read_json(path: Path, most: int = MOST_RESULTS) -> Any:
-    """Data of a JSON file, which may have so many bytes.
+    """Data of a JSON file of at most `most` bytes.
 
     Raises:
         UsageError: the file is missing, too large, or not JSON.
@@ -135,7 +135,7 @@ def read_json(path: Path, most: int = MOST_RESULTS) -> Any:
 
 
 def read_yaml(path: Path, what: str) -> Any:
-    """Data of a YAML file of the user's; `what` they are to describe.
+    """Data of a user's YAML file; `what` names their subject in errors.
 
     Raises:
         UsageError: the file is missing, too large, or not YAML.
@@ -148,10 +148,10 @@ def read_yaml(path: Path, what: str) -> Any:
 
 @contextmanager
 def of_its_form(path: Path) -> Generator[None, None, None]:
-    """What reads data of a file in the block takes for granted that they have a certain form.
+    """Turn errors in the block, which reads data of a file in an expected form, into a `UsageError`.
 
     Raises:
-        UsageError: they have not.
+        UsageError: the data have another form.
     """
     try:
         yield

@@ -1,4 +1,4 @@
-"""What the infos of vector environments say of the steps that were done, row by row."""
+"""Results of the throws of a step, from the infos of vector environments."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 LANDING: Final = ("landing_error", "landing_along", "landing_across")
-"""How far from its target a throw came down; an object that was lost on the way to its release was not thrown."""
+"""Info keys of landing errors; an object that was dropped before its release has none."""
 
 
 def results(info: Mapping[str, Any], count: int) -> dict[str, NDArray[Any]]:
-    """What N throws came to, number by number (N,), but for `kind`, which is of the coming ones.
+    """Results of N throws by info key (N,), without `kind`, which belongs to the coming throws.
 
-    Gymnasium's own vector environments keep what ended an episode apart, in `final_info`. Where an object was lost on
-    the way to its release, its landing is no throw's, and NaN.
+    Gymnasium's own vector environments return the info of an episode's last step separately, in `final_info`. Where an
+    object was dropped before its release, the landing errors are NaN.
     """
     final = info.get("final_info", {})
     over = np.asarray(info.get("_final_info", np.zeros(count, dtype=np.bool_)))

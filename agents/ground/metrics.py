@@ -1,8 +1,7 @@
-"""What throws are worth: throughput, success, landing error, and paired comparisons.
+"""Figures of throws: throughput, success, landing error, and paired comparisons.
 
-Pure arrays with one entry per throw. Every interval is a 95 % interval. Two
-controllers that threw the same objects are compared throw by throw (paired), which removes what the
-objects have in common.
+All arrays have one entry per throw. Every interval is a 95 % interval. Two controllers that threw the same objects are
+compared throw by throw (paired), which removes the variance that both share through the objects.
 """
 
 from __future__ import annotations
@@ -20,12 +19,12 @@ from pnt_gym.errors import PntGymError
 CONFIDENCE = 0.95
 RESAMPLES = 4000
 NEAR = 0.030
-"""A landing this close to its target is near [m]."""
+"""Largest error of a near landing [m]."""
 _BLOCK = 250  # resamples drawn at once: bounds the memory at 250 x N indices
 
 
 class MetricError(PntGymError):
-    """Throws that a figure cannot be computed from."""
+    """Throws from which a figure cannot be computed."""
 
 
 @final
@@ -46,7 +45,7 @@ class Interval:
 @final
 @dataclass(frozen=True)
 class Landing:
-    """How far objects came down from their targets [m]."""
+    """Landing errors of objects: distances from their targets [m]."""
 
     mean: float
     p95: float
@@ -55,7 +54,7 @@ class Landing:
     near: float
     """Share of the measured landings that are closer than `NEAR`."""
     unmeasured: int
-    """Throws without a landing; they are left out of the figures above."""
+    """Number of throws without a landing; the figures above leave these throws out."""
 
 
 @final
@@ -72,21 +71,21 @@ class Throughput:
 @final
 @dataclass(frozen=True)
 class Purity:
-    """What bins hold: shares of the objects that ended in one and belong there; NaN where none ended."""
+    """Purity of bins: share of the objects in a bin that belong there; NaN for empty bins."""
 
     share: float
-    """Over all bins."""
+    """Purity over all bins."""
     by_bin: tuple[float, ...]
-    """Bin by bin."""
+    """Purity of each bin."""
 
 
 def purity(ended_in: ArrayLike, belongs: ArrayLike, bins: int = 0) -> Purity:
-    """What the bins hold after throws: those that missed their own bin and fell into another count there.
+    """Purity of the bins after throws; an object that missed its own bin counts in the bin where it fell.
 
     Args:
         ended_in: index of the bin in which each object lies, -1 for none (N,).
-        belongs: whether that bin takes what it is (N,).
-        bins: how many are told apart.
+        belongs: whether that bin takes objects of this kind (N,).
+        bins: number of bins in `by_bin`.
     """
     where, right = _columns(ended_in=ended_in, belongs=belongs)
     held, own = np.bincount(where[where >= 0].astype(np.int64), minlength=bins), right[where >= 0]
@@ -96,18 +95,18 @@ def purity(ended_in: ArrayLike, belongs: ArrayLike, bins: int = 0) -> Purity:
 
 
 def recovery(sorted_: ArrayLike, passed: ArrayLike) -> float:
-    """Share of all objects the belt brought that were sorted: one a throw, and those let go before it.
+    """Share of all objects on the belt that were sorted: the objects of all throws, and the objects passed before them.
 
     Args:
         sorted_: whether the object of each throw, or of a pick that failed, was sorted (N,).
-        passed: objects that left unpicked since the throw before (N,).
+        passed: number of objects that left unpicked since the previous throw (N,).
     """
     done, gone = _columns(sorted_=sorted_, passed=passed)
     return float(done.sum() / (len(done) + gone.sum()))
 
 
 def wilson(successes: int, throws: int) -> Interval:
-    """Success rate with Wilson's score interval (Wilson 1927), sound near 0 and 1 too.
+    """Success rate with Wilson's score interval (Wilson 1927), which is valid near 0 and 1 too.
 
     Raises:
         MetricError: no throws, or more successes than throws.
@@ -120,12 +119,12 @@ def wilson(successes: int, throws: int) -> Interval:
     rate = successes / throws
     centre = (rate + z**2 / (2 * throws)) / (1.0 + z**2 / throws)
     half = z / (1.0 + z**2 / throws) * np.sqrt(rate * (1.0 - rate) / throws + z**2 / (4 * throws**2))
-    # Rounding may leave the interval a hair inside the rate at its ends.
+    # Rounding may put an end of the interval slightly beyond the rate at 0 and 1.
     return Interval(rate, min(rate, max(0.0, float(centre - half))), max(rate, min(1.0, float(centre + half))))
 
 
 def landing(error: ArrayLike) -> Landing:
-    """Landing figures of throws that came down so far from their targets (N,) [m], NaN where nobody knows.
+    """Figures of landing errors (N,) [m], NaN where a landing was not measured.
 
     Raises:
         MetricError: no throw has a finite landing.
@@ -155,8 +154,8 @@ def throughput(success: ArrayLike, cycle_time: ArrayLike) -> Throughput:
     """Attempted and sorted picks per minute.
 
     Args:
-        success: whether each throw ended in its bin (N,).
-        cycle_time: pick to pick, with dwell (N,) [s].
+        success: whether each object ended in its bin (N,).
+        cycle_time: time from pick to pick, with dwell (N,) [s].
 
     Raises:
         MetricError: the arrays differ in shape, or a cycle time is not positive and finite.
@@ -187,9 +186,9 @@ def paired_mean(a: ArrayLike, b: ArrayLike) -> Interval:
 
 
 def paired_rate(success_a: ArrayLike, time_a: ArrayLike, success_b: ArrayLike, time_b: ArrayLike) -> Interval:
-    """Sorted picks per minute of a less those of b, over throws (N,) of the same objects.
+    """Sorted picks per minute of a minus those of b, over throws (N,) of the same objects.
 
-    The rates are ratios of sums, so whole throws are drawn again, with both controllers' success and time.
+    The rates are ratios of sums, so the bootstrap resamples whole throws, with success and time of both controllers.
 
     Args:
         success_a: whether a's throws ended in their bin; a share where several seeds are averaged.
@@ -223,7 +222,7 @@ def _percentiles(value: float, drawn: Floats) -> Interval:
 
 
 def _columns(**values: ArrayLike) -> list[Floats]:
-    """Arrays of one length by name, a number per throw in each."""
+    """Arrays (N,) of floats from values by name, after checking that all have the same length."""
     columns: list[Floats] = []
     for name, given in values.items():
         column = np.asarray(given, dtype=np.float64)

@@ -1,7 +1,7 @@
-"""What a user asked a command to write: it goes where the user pointed, through links, to a stream or a device.
+"""Writing files that a user asked for: to the user's path, through links, to a stream or to a device.
 
-A file appears complete or not at all. Other files, in run folders and the like, are written by
-`agents.ground.files`, which follows no link: a folder may be a stranger's.
+A file appears complete or not at all. Files in run folders and similar folders are written by `agents.ground.files`,
+which follows no links, because such a folder may come from a stranger.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from .streams import destination, stream_of
 
 VIDEOS: Final = (".mp4", ".gif")
 PICTURES: Final = (".png", ".jpg", ".webp")
-"""Endings of files that can be drawn."""
+"""Endings of files to which a picture can be written."""
 
 
 def deliver(path: Path, write: Callable[[Path], object]) -> None:
-    """Let `write` fill a file, and bring it to where a path of the user's points.
+    """Let `write` fill a file, and move the file or its content to a user's path.
 
     Raises:
-        UsageError: the place cannot be written.
+        UsageError: the path cannot be written.
     """
     try:
         place = destination(path)
@@ -43,30 +43,30 @@ def deliver(path: Path, write: Callable[[Path], object]) -> None:
 
 
 def deliver_text(path: Path, text: str) -> None:
-    """Write text to where a path of the user's points.
+    """Write text to a user's path.
 
     Raises:
-        UsageError: the place cannot be written.
+        UsageError: the path cannot be written.
     """
     deliver(path, lambda place: place.write_bytes(text.encode()))
 
 
 def deliver_json(path: Path, data: Any, *, indent: int | None = 1) -> None:
-    """Write data as JSON to where a path of the user's points; a NaN in the data is an error.
+    """Write data as JSON to a user's path; a NaN in the data raises an error.
 
     Raises:
-        UsageError: the place cannot be written.
+        UsageError: the path cannot be written.
     """
     deliver_text(path, json_text(data, indent=indent))
 
 
 def _is_written_straight(place: Path) -> bool:
-    """Whether nothing can be renamed to a place: it is a stream or a device."""
+    """Whether a place is a stream or a device, to which no file can be renamed."""
     return stream_of(place) is not None or (place.exists() and not place.is_file())
 
 
 def _pour(place: Path, write: Callable[[Path], object]) -> None:
-    """Let `write` fill a file elsewhere, and write its content into a stream or a device."""
+    """Let `write` fill a temporary file, and write its content to a stream or a device."""
     with TemporaryDirectory() as folder:
         file = Path(folder) / place.name
         write(file)
@@ -79,20 +79,20 @@ def _pour(place: Path, write: Callable[[Path], object]) -> None:
 
 
 def check_ending(option: str, path: Path | None, endings: Sequence[str]) -> None:
-    """Make sure that the file of an option, if there is one, is of a kind that can be written.
+    """Make sure that the file of an option, if given, has an ending that can be written.
 
     Raises:
-        UsageError: it has another ending.
+        UsageError: the file has another ending.
     """
     if path is not None and path.suffix.lower() not in endings:
         raise UsageError(f"--{option} is {str(path)!r}; it must end in {' or '.join(endings)}")
 
 
 def check_writable(*paths: Path | None) -> None:
-    """Find out before hours of work whether those of `paths` that were asked for can be written after them.
+    """Make sure, before hours of work, that all `paths` that are not None can be written.
 
     Raises:
-        UsageError: one names a folder or a disk, or its folder cannot be made or written.
+        UsageError: a path names a folder or a disk, or its folder cannot be made or written.
     """
     for path in paths:
         if path is not None:
@@ -118,6 +118,6 @@ def _refused(path: Path, reason: str) -> UsageError:
 
 
 def _refusal(mode: int) -> str:
-    """What a place of this mode is, if nothing may be written there."""
+    """Name of a place's kind by its mode, if nothing may be written there; else empty."""
     kinds = {"a folder": stat.S_ISDIR, "a disk": stat.S_ISBLK, "a socket": stat.S_ISSOCK}
     return next((name for name, test in kinds.items() if test(mode)), "")

@@ -1,4 +1,4 @@
-"""Where things lie: what ships with the code, and where what commands make goes."""
+"""Folders: of files that ship with the code, and of files that commands write."""
 
 from __future__ import annotations
 
@@ -7,31 +7,31 @@ from pathlib import Path
 from typing import Final
 
 SHIPPED: Final = Path(__file__).resolve().parents[2]
-"""Holds configs/ and results/policies/: the checkout, or the installed package pnt_gym, whose part `agents` then is."""
+"""Folder of configs/ and results/policies/: the checkout, or the installed package pnt_gym with `agents` as a part."""
 CHECKOUT: Final = (SHIPPED / "pyproject.toml").is_file()
 MADE: Final = SHIPPED if CHECKOUT else Path()
-"""What commands make goes to results/ and runs/ below it: in a checkout, else in the working folder."""
+"""Folder in which commands write results/ and runs/: the checkout, else the working folder."""
 CODE: Final = SHIPPED if CHECKOUT else SHIPPED.parent
-"""Holds the package pnt_gym."""
+"""Folder of the package pnt_gym."""
 POLICY: Final = SHIPPED / "results" / "policies" / "PnTRelease-v0-waste-sac-seed0"
-"""The trained policy that ships."""
+"""Folder of the shipped policy."""
 
 
 def at(path: str | Path) -> Path:
-    """What lies at a path: in the working folder, else with what ships."""
+    """A path in the working folder, or below `SHIPPED` if it exists there alone."""
     # `os.path.exists` is False for a name too long to be a path, where `Path.exists` fails.
     return SHIPPED / path if os.path.exists(SHIPPED / path) and not os.path.exists(path) else Path(path)
 
 
 def module_name(name: str) -> str:
-    """How Python finds a module of `agents` on its command line: by `python -m agents.train` in a checkout."""
+    """Name of a module of `agents` for `python -m`: `agents.train` in a checkout, else `pnt_gym.agents.train`."""
     return name if CHECKOUT else f"pnt_gym.{name}"
 
 
 def code_pattern(pattern: str) -> str:
-    """A glob below `CODE` for one of a checkout, such as agents/*.py."""
+    """Glob below `CODE` that corresponds to a glob of a checkout, such as agents/*.py."""
     return pattern if CHECKOUT or not pattern.startswith("agents/") else f"pnt_gym/{pattern}"
 
 
 ADAPTIVE: Final = SHIPPED / "results" / "policies" / "PnTAdapt-v0-day"
-"""What the controllers of a cell that drifts know beforehand."""
+"""Folder of the pre-trained states of adaptive controllers, for the cell that drifts."""

@@ -1,4 +1,4 @@
-"""Signals that end a command, all alike: SIGINT of Ctrl-C, SIGTERM of a scheduler, SIGHUP of a closed terminal."""
+"""Signals that end a command, treated alike: SIGINT of Ctrl-C, SIGTERM of a scheduler, SIGHUP of a terminal."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ REASONS: Final = {
     for name, reason in (("SIGINT", "interrupted"), ("SIGTERM", "terminated"), ("SIGHUP", "hung up"))
     if hasattr(signal, name)  # Windows has no SIGHUP
 }
-"""What a command says at its end, by the signal that ended it."""
+"""Last word of a command by the signal that ended the command."""
 
 
 class Interrupt(KeyboardInterrupt):
@@ -34,10 +34,10 @@ def interrupt(number: int, _: FrameType | None) -> NoReturn:
 
 @contextmanager
 def handled(handler: Handler) -> Generator[None, None, None]:
-    """A handler of all signals of `REASONS` in a block; other threads than the first have no handlers.
+    """Install a handler of all signals of `REASONS` during the block; does nothing outside the main thread.
 
-    A signal that this process was told to ignore, as `nohup` does with SIGHUP, stays ignored. SIGINT does not, because
-    shells have every background job ignore SIGINT.
+    A signal that this process ignores from its start, as SIGHUP under `nohup`, stays ignored. SIGINT is handled even
+    then, because shells make every background job ignore SIGINT.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -57,7 +57,7 @@ def handled(handler: Handler) -> Generator[None, None, None]:
 
 @contextmanager
 def blocked() -> Generator[None, None, None]:
-    """No signal of `REASONS` in a block: a process that starts there never gets any, this one gets them afterwards."""
+    """Block the signals of `REASONS` in a block: child processes inherit the mask, this process gets them later."""
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return

@@ -1,4 +1,4 @@
-"""Which paths of a user's name an open stream of this process instead of a file."""
+"""Paths that name an open stream of this process instead of a file."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import Final
 
 STANDARD: Final = {"-": 1, "/dev/stdout": 1, "/dev/stderr": 2}
-"""Descriptors by path."""
+"""File descriptors of the standard streams by path."""
 MOST_LINKS: Final = 40
-"""As many as Linux follows."""
+"""Largest number of links that are followed, as in Linux."""
 
 
 def destination(path: Path) -> Path:
-    """The place that a path stands for: links are followed up to a file, a place without one, or an open stream.
+    """The place to which a path leads: links are followed to a file, a place without a file, or an open stream.
 
-    The links of /dev and /proc name open streams. A stream may well be a file, but no other file may take its place.
+    The links of /dev and /proc name open streams. A stream may be a file, but must not be replaced by another file.
 
     Raises:
         OSError: the links form a circle.
@@ -35,7 +35,7 @@ def destination(path: Path) -> Path:
 
 
 def stream_of(place: Path) -> int | None:
-    """The descriptor of the open stream that a destination names; None for a file."""
+    """File descriptor of the open stream that a destination names; None for a file."""
     if str(place) in STANDARD:
         return STANDARD[str(place)]
     own = place.parent == Path(f"/proc/{os.getpid()}/fd") and place.name.isdecimal()
@@ -43,7 +43,7 @@ def stream_of(place: Path) -> int | None:
 
 
 def is_printed(path: Path) -> bool:
-    """Whether what is written to a path goes to standard output."""
-    with suppress(OSError):  # told by who writes there
+    """Whether data written to a path go to standard output."""
+    with suppress(OSError):  # reported when the path is written
         return stream_of(destination(path)) == 1
     return False

@@ -1,4 +1,4 @@
-"""Tables of text as Markdown, as HTML and on the terminal, and how figures are written in them."""
+"""Tables of text as Markdown, as HTML and on the terminal, and number formats of their figures."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ from . import metrics
 
 Summary = Mapping[str, Any]
 FIGURE: Final = re.compile(r"[^\w`]*\d")
-"""How a figure begins, whatever sign or bracket stands before it."""
+"""Begin of a figure, with any sign or bracket before its first digit."""
 MARKUP: Final = re.compile(r"(\\*)(\||<(?=[A-Za-z/!?])|\](?=[(\[:]))")
-"""What begins a tag, ends a link's text or parts cells in Markdown, after backslashes that would escape an escape."""
+"""Characters that begin a tag, end a link's text or separate cells in Markdown, with the backslashes before them."""
 NONE: Final = ("-", "")
-"""Where there is no figure."""
+"""Cells without a figure."""
 
 
 class Grid(NamedTuple):
-    """A table of text that prints itself; columns of figures are aligned to the right, the first one never.
+    """A table of text; columns of figures are aligned to the right, except the first column.
 
     Attributes:
-        headline: what it shows.
+        headline: title of the table.
         header: names of the columns.
         rows: cells, as many in each row as there are columns.
-        note: what stands under it.
+        note: text under the table.
     """
 
     headline: str
@@ -46,13 +46,13 @@ class Grid(NamedTuple):
     note: str = ""
 
     def markdown(self) -> str:
-        """The table as Markdown, without its headline; nothing in a cell parts cells or is a tag."""
+        """The table as Markdown, without its headline; separators and tags in cells are escaped."""
         dashes = ["---:" if right else "---" for right in self._right()]
         lines = (map(markdown_text, self.header), dashes, *(map(markdown_text, row) for row in self.rows))
         return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
     def html(self) -> str:
-        """The table as HTML, without its headline; nothing in a cell is markup."""
+        """The table as HTML, without its headline; markup in cells is escaped."""
         sides = ["" if right else ' class="left"' for right in self._right()]
 
         def line(tag: str, row: Sequence[str]) -> str:
@@ -63,7 +63,7 @@ class Grid(NamedTuple):
         return f"<table>\n<thead>{line('th', self.header)}</thead>\n<tbody>\n{body}\n</tbody>\n</table>"
 
     def terminal(self) -> Table:
-        """The table for a console."""
+        """The table as a rich table for a console."""
         table = Table(title=escape(self.headline), title_justify="left")
         for name, right in zip(self.header, self._right(), strict=True):
             table.add_column(escape(name), justify="right" if right else "left", overflow="fold")
@@ -78,18 +78,18 @@ class Grid(NamedTuple):
 
 
 def _are_figures(cells: Sequence[str]) -> bool:
-    """Whether most of those are that are not empty."""
+    """Whether at least half of the cells that are not empty are figures."""
     told = [cell for cell in cells if cell not in NONE]
     return 2 * sum(FIGURE.match(cell) is not None for cell in told) >= len(told)
 
 
 def markdown_text(text: str) -> str:
-    """Text on one line of Markdown in which nothing is a tag or a link, or parts cells of a table."""
+    """Text on one line of Markdown, with tags, links and separators of cells escaped."""
     return MARKUP.sub(lambda found: rf"{2 * found[1]}\{found[2]}", " ".join(text.split()))
 
 
 def html_text(text: str) -> str:
-    """Text as HTML in which nothing is markup but code between backticks."""
+    """Text as HTML with markup escaped; text between backticks becomes code."""
     return re.sub("`([^`]+)`", r"<code>\1</code>", escape_html(text))
 
 
@@ -100,7 +100,7 @@ def console() -> Console:
 
 
 def throws_bar(*columns: str) -> Progress:
-    """A progress bar over throws; `columns` name extra task fields to show."""
+    """A progress bar over throws; `columns` names further task fields to show."""
     extra = [TextColumn("{task.fields[" + name + "]}") for name in columns]
     return Progress(
         TextColumn("{task.description}"),
@@ -114,7 +114,7 @@ def throws_bar(*columns: str) -> Progress:
 
 
 def tuned_table(title: str, rows: Sequence[tuple[str, Mapping[str, Any], Any, Any]]) -> Table:
-    """Controllers of a line, their best settings, value per minute, and how much that is over a rule in pairs."""
+    """Table of a line's controllers: best settings, value per minute, and paired gain over the tuned ATC rule."""
     lines = [
         [name, settings_text(settings), interval_text(metrics.mean_interval(value)), gain_text(value, base)]
         for name, settings, value, base in rows
@@ -130,7 +130,7 @@ def value_table(title: str, rows: Sequence[tuple[str, str]]) -> Table:
 
 
 def gain_text(value: Any, base: Any) -> str:
-    """How much more values of units are than others of the same units, as far as both go; "-" of nothing."""
+    """Mean gain of values over base values of the same units, for the units that both have; "-" without a base."""
     if base is None or value is base:
         return "-"
     shared = min(len(value), len(base))
@@ -138,7 +138,7 @@ def gain_text(value: Any, base: Any) -> str:
 
 
 def settings_text(settings: Mapping[str, Any]) -> str:
-    """Settings on one line."""
+    """Settings as text on one line."""
     return ", ".join(f"{name} {_setting_text(value)}" for name, value in settings.items())
 
 
@@ -149,21 +149,21 @@ def _setting_text(value: Any) -> str:
 
 
 def interval_text(interval: metrics.Interval, sign: str = "") -> str:
-    """A figure with its interval."""
+    """Text of a figure with its interval."""
     return f"{interval.value:{sign}.1f} ({interval.low:{sign}.1f}..{interval.high:{sign}.1f})"
 
 
 def percent(share: float | None) -> str:
-    """A share for people; "-" where there is none."""
+    """Text of a share in percent; "-" for None."""
     return "-" if share is None else f"{100 * share:.1f} %"
 
 
 def millimetres(metres: float) -> str:
-    """A length for people."""
+    """Text of a length [m] in millimetres."""
     return f"{1000 * metres:.1f} mm"
 
 
 def success_text(summary: Summary) -> str:
-    """A success rate with its interval."""
+    """Text of a summary's success rate with its interval."""
     low, high = summary["success_low"], summary["success_high"]
     return f"{100 * summary['success_rate']:.1f} % ({100 * low:.1f}..{100 * high:.1f})"

@@ -1,4 +1,4 @@
-"""Which code a number came from."""
+"""Versions of the code and the packages behind a result."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Jobs done by the machines of a Ray cluster, which share nothing but the network with this one.
+"""Jobs done by the machines of a Ray cluster, which share only the network with this machine.
 
-Code and jobs travel there as bytes, what was found comes back as bytes, and this machine alone writes. Ray does the
-work of a machine that died again on another one.
+Code and jobs are sent as bytes, results come back as bytes, and only this machine writes files. Ray repeats the jobs of
+a machine that died on another machine.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ from .parcel import check_identity, identity, pack
 from .work import Done, Job, Pool, do, processes
 
 RETRIES: Final = 10
-"""Times that a job is begun again after the machine or the process that did it died."""
+"""Number of times that a job is repeated after its machine or process died."""
 ANSWER: Final = 60.0
-"""Seconds in which a cluster has to answer."""
+"""Seconds within which a cluster has to answer."""
 LOOK: Final = 30.0
-"""Seconds without any job done after which it is looked whether a machine is left."""
+"""Seconds without a finished job after which the number of machines is checked again."""
 AHEAD: Final = 4
-"""Jobs on their way for each core."""
+"""Jobs submitted at a time for each core."""
 ALONE: Final = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA")}
 """Environment of a job, which has one core."""
 _QUIET: Final = {"log_to_driver": False, "logging_level": "ERROR"}
@@ -44,11 +44,11 @@ _JOIN: Final = f"import sys, ray; ray.init(address=sys.argv[1], **{_QUIET})"
 
 @dataclass(frozen=True)
 class Needs:
-    """What jobs need of a machine beside the code.
+    """Requirements of jobs on a machine beside the code.
 
     Attributes:
-        modules: of the user's, that the jobs import.
-        torch: whether networks are fitted.
+        modules: names of the user's modules that the jobs import.
+        torch: whether jobs train networks.
     """
 
     modules: tuple[str, ...] = ()
@@ -56,7 +56,7 @@ class Needs:
 
 
 def pool(count: int, cluster: str | None, needs: Needs) -> Pool:
-    """Processes on this machine, or all cores of a cluster: HOST:PORT of its head, or "auto" on one of its machines."""
+    """Pool of processes on this machine, or of a cluster's cores: HOST:PORT of its head, or "auto" on its machines."""
     return processes(count) if cluster is None else partial(_on_cluster, cluster, needs)
 
 
@@ -64,14 +64,14 @@ def pool(count: int, cluster: str | None, needs: Needs) -> Pool:
 def _on_cluster(
     address: str, needs: Needs, jobs: Sequence[Job], _folder: Path
 ) -> Generator[Iterator[tuple[Job, Done]], None, None]:
-    """The cores of a cluster, one for each job; whatever ends the block ends the jobs.
+    """Do jobs on the cores of a cluster, one core per job; the end of the block ends the jobs.
 
     Raises:
-        UsageError: it cannot be reached or used, or one of its machines would not compute the same.
+        UsageError: the cluster cannot be reached or used, or one of its machines would compute other results.
     """
-    # Ray announces here what it will do some day about machines with accelerators.
+    # Without this variable Ray warns of a future change on machines with accelerators.
     os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
-    # Else a job too large for every machine would be begun again for ever.
+    # Without a limit Ray would repeat a job that is too large for every machine for ever.
     os.environ.setdefault("RAY_task_oom_retries", f"{RETRIES}")
     import ray  # noqa: PLC0415 - of an extra
 
@@ -88,18 +88,18 @@ def _on_cluster(
             with handled(interrupt):  # Ray has put a handler of its own in place
                 yield _ended(ray, jobs, lambda job: remote.remote(_sent(job), here, needs.modules, needs.torch))
         finally:
-            ray.shutdown()  # the cluster ends the jobs of who leaves it
+            ray.shutdown()  # the cluster ends the jobs of a machine that leaves
 
 
 def _sent(job: Job) -> bytes:
     try:
         return pickle.dumps(job)
-    except Exception as error:  # there is no telling what an object of the user's does
+    except Exception as error:  # pickling a user's object may raise anything
         raise UsageError(f"{job.name!r} cannot be sent to another machine: {one_sentence(error)}") from error
 
 
 def _whole(module: str) -> Callable[..., Done | str]:
-    """A function that travels as it is, unlike one that is named by its module: it can tell what a node lacks."""
+    """Function that is pickled by value, not by its module's name, and so can report a module that a node lacks."""
 
     def call(*given: Any) -> Done | str:
         try:
@@ -112,7 +112,7 @@ def _whole(module: str) -> Callable[..., Done | str]:
 
 
 def on_node(sent: bytes, here: Mapping[str, str], modules: Sequence[str], torch: bool) -> Done:
-    """Do a job on one of the machines, if it computes the same there."""
+    """Do a job on a machine of the cluster, after checking that the machine computes the same results."""
     _check_once(tuple(here.items()), tuple(modules), torch)
     with TemporaryDirectory() as folder:
         return do(pickle.loads(sent), Path(folder))._replace(where=f" on {socket.gethostname()}")
@@ -124,7 +124,7 @@ def _check_once(here: tuple[tuple[str, str], ...], modules: tuple[str, ...], tor
 
 
 def _ended(ray: Any, jobs: Sequence[Job], begin: Callable[[Job], Any]) -> Iterator[tuple[Job, Done]]:
-    """Jobs as they end; no more are on their way than keep the cores busy, as a job may hold a whole policy."""
+    """Jobs as they end; only enough are submitted at a time to keep all cores busy, because a job may hold a policy."""
     left, tasks = iter(jobs), dict[Any, Job]()
     while True:
         room = AHEAD * _cores(ray) - len(tasks)
@@ -149,10 +149,10 @@ def _result(ray: Any, task: Any) -> Done:
 
 
 def _cores(ray: Any) -> int:
-    """Cores in the cluster.
+    """Number of cores in the cluster.
 
     Raises:
-        UsageError: there are none.
+        UsageError: the cluster has no core.
     """
     found = sum(int(node["Resources"].get("CPU", 0)) for node in ray.nodes() if node["Alive"])
     if not found:
@@ -161,10 +161,10 @@ def _cores(ray: Any) -> int:
 
 
 def _check_answers(address: str) -> None:
-    """Make sure that a Ray cluster answers, and takes this machine; Ray itself would try for many minutes.
+    """Make sure that a Ray cluster answers and accepts this machine; Ray itself would try for many minutes.
 
     Raises:
-        UsageError: it does not.
+        UsageError: the cluster does not answer, or does not accept this machine.
     """
     host, _, port = address.rpartition(":")
     if address != "auto":
@@ -175,7 +175,7 @@ def _check_answers(address: str) -> None:
         except (OSError, OverflowError) as error:
             raise UsageError(f"no cluster can be reached at {address!r}: {one_sentence(error)}") from None
     command = [sys.executable, "-c", _JOIN, address]
-    # Ray looks as long for a part of the cluster on this machine, for which 60 s would be its own patience.
+    # By default Ray searches for its part on this machine for 60 s, as long as `ANSWER`.
     patient = {**os.environ, "RAY_gcs_server_request_timeout_seconds": f"{ANSWER / 2:.0f}"}
     hint = "this machine has to be in it, for instance by `ray start --address=HOST:PORT --num-cpus=0`"
     try:
@@ -189,7 +189,7 @@ def _check_answers(address: str) -> None:
 
 
 def _last_line(said: str) -> str:
-    """What a traceback ends with, from the line with the error's name on."""
+    """End of a traceback as one sentence, from the line with the error's name on."""
     lines = said.strip().splitlines()
     first = next((n for n in reversed(range(len(lines))) if lines[n][:1].isalpha() and "Error: " in lines[n]), -1)
     return one_sentence(" ".join(lines[first:]))

@@ -1,4 +1,4 @@
-"""Which code a result depends on: digests of files, and of modules with all that they import."""
+"""Digests of the code that a result depends on: of files, and of modules with all that they import."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from typing import Any, Final, final
 from ..ground.places import CODE, code_pattern, module_name
 
 DRAWS_ONLY: Final = ("view.py", "canvas.py")
-"""Code that shows a robot in its surroundings and changes no result."""
+"""Files of code that only draws and changes no result."""
 PACKAGES: Final = ("pnt_gym", "agents", "papers")
-"""Whose modules are followed."""
+"""Packages whose imports are followed."""
 
 
 def code_digest(patterns: Iterable[str], modules: Iterable[str] = (), root: Path = CODE) -> str:
-    """Digest of the files that match any pattern and of modules with all that they import, less what only draws.
+    """Digest of the files that match any pattern and of modules with their imports, without `DRAWS_ONLY`.
 
     Args:
         patterns: globs below `root`.
-        modules: names of modules below `root`; of a package all modules in it.
+        modules: names of modules below `root`; a package stands for all its modules.
         root: folder of the code.
     """
     files = {path for pattern in patterns for path in root.glob(code_pattern(pattern))}
@@ -36,13 +36,13 @@ def code_digest(patterns: Iterable[str], modules: Iterable[str] = (), root: Path
 
 @cache
 def imported_by(name: str, root: Path) -> frozenset[Path]:
-    """Files of a module, or of all modules of a package, and of what they import of `PACKAGES`.
+    """Files of a module, or of all modules of a package, and of the modules of `PACKAGES` that they import.
 
-    Code is read and not run: an import within a function counts as well, one by a name in a text does not.
+    The code is read and not run. An import within a function counts; an import by a string does not.
 
     Args:
-        name: of the module.
-        root: folder that holds its topmost package.
+        name: name of the module.
+        root: folder of the module's top-level package.
     """
     finder = _Finder(path=[str(root)])
     finder.import_hook(name)
@@ -54,7 +54,7 @@ def imported_by(name: str, root: Path) -> frozenset[Path]:
 
 @final
 class _Finder(ModuleFinder):
-    """Follows imports within `PACKAGES` alone: others have a version."""
+    """Follows imports within `PACKAGES` alone; other packages count by their versions."""
 
     def find_module(self, name: str, path: Any, parent: Any = None) -> Any:
         if path is None and name not in PACKAGES:

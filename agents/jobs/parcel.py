@@ -1,4 +1,4 @@
-"""What another machine has to have to compute the same: the code, modules of the user's, and arithmetic."""
+"""Conditions for equal results on another machine: the same code, user's modules, packages and arithmetic."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ from ..ground.versions import versions
 from .code import code_digest
 
 PARTS: Final = ("pnt_gym", "agents", "configs", "pyproject.toml") if CHECKOUT else ("pnt_gym",)
-"""The code below `CODE` and what it reads; results, tests and environments stay."""
+"""Parts below `CODE` that are sent: the code and the files it reads, but no results, tests or environments."""
 _TEXTS: Final = ("pnt_gym/**/*.py", "pnt_gym/**/*.y*ml", "agents/**/*.py", "configs/**/*.y*ml")
 _MOST: Final = 200_000_000
-"""Bytes of a module of the user's that are sent."""
+"""Largest size of a user's module that is sent [bytes]."""
 
 
 def pack(folder: Path, modules: Iterable[str]) -> None:
-    """Copy the code, and modules of the user's as far as they are no part of it, into an empty folder.
+    """Copy the code, and the user's modules that are no part of it, into an empty folder.
 
     Raises:
-        UsageError: a module lies in no file, or is too large.
+        UsageError: a module has no file, or is too large.
     """
     for part in PARTS:
         _copy(CODE / part, folder / part)
@@ -63,29 +63,29 @@ def _source(module: str) -> Path:
 
 @cache
 def own_code(module: str) -> str:
-    """Digest of a user's module, or of the whole package that it is."""
+    """Digest of the code of a user's module or package."""
     found = own_module(module)
     file = Path(found.__file__ or "")
     return code_digest(["**/*.py" if hasattr(found, "__path__") else file.name], root=file.parent)
 
 
 def identity(modules: Iterable[str], torch: bool) -> dict[str, str]:
-    """What has to be the same wherever jobs of one study are done, by what it is called.
+    """Versions, code digests and fingerprints of arithmetic that must be equal on all machines of a study, by name.
 
     Args:
-        modules: of the user's, that the jobs import.
-        torch: whether networks are fitted, so that its arithmetic counts.
+        modules: names of the user's modules that the jobs import.
+        torch: whether jobs train networks, so that torch's arithmetic counts.
     """
     return dict(_identity(modules, torch))
 
 
 def check_identity(here: Mapping[str, str], modules: Iterable[str], torch: bool) -> None:
-    """Make sure that this process computes what another one would; `here` is what `identity` says there.
+    """Make sure that this process computes the same as another one; `here` is the other one's `identity`.
 
-    What rests on other packages is not looked at once those are known to differ.
+    The comparison stops at the first difference, before arithmetic that depends on differing packages.
 
     Raises:
-        UsageError: it does not, with the name of this machine and the first thing that differs.
+        UsageError: this process differs; the message names this machine and the first difference.
     """
     for name, found in _identity(modules, torch):
         if found != here[name]:
@@ -104,7 +104,7 @@ _SAID: Final = {
 
 def _identity(modules: Iterable[str], torch: bool) -> Iterator[tuple[str, str]]:
     yield "code", code_digest(_TEXTS)
-    # The package itself need not be installed where its code has been sent.
+    # A machine that received the code need not have the package installed.
     yield from ((name, found) for name, found in versions().items() if name != "pnt_gym")
     yield from ((f"module {name}", own_code(name)[:12]) for name in modules)
     yield "arithmetic", _arithmetic()
@@ -114,7 +114,7 @@ def _identity(modules: Iterable[str], torch: bool) -> Iterator[tuple[str, str]]:
 
 @cache
 def _arithmetic() -> str:
-    """Fingerprint of some throws and of the arithmetic that learners use, which other processors round otherwise."""
+    """Fingerprint of some throws and of the learners' arithmetic, in which processors round differently."""
     random = np.random.default_rng(0)
     numbers, square = random.standard_normal(999), random.standard_normal((24, 24))
     found = [np.exp(numbers), np.sin(numbers), np.tanh(numbers), square @ square, *np.linalg.svd(square)]
@@ -125,7 +125,7 @@ def _arithmetic() -> str:
 
 
 def _torch_arithmetic() -> str:
-    """Fingerprint of some steps of a small network, on one core as jobs have it."""
+    """Fingerprint of some training steps of a small network on one core, as in a job."""
     torch: Any = importlib.import_module("torch")
     threads = torch.get_num_threads()
     torch.set_num_threads(1)

@@ -1,4 +1,4 @@
-"""Jobs that are done once, here or elsewhere, each kept until something changes that it depends on."""
+"""Jobs whose results are kept in files until something changes that a result depends on."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ from ..ground.tables import throws_bar
 from ..ground.versions import versions
 
 Found: TypeAlias = dict[str, Any]
-"""What a job found, JSON values by name."""
+"""Result of a job, JSON values by name."""
 
 
 @final
 @dataclass(frozen=True)
 class Job:
-    """A piece of work that one process does and one file keeps.
+    """A piece of work that one process does and whose result one file keeps.
 
     Attributes:
-        name: for people and for the file; "/" makes a folder.
-        key: changes when anything changes that the result depends on (see `key`).
-        run: does the work; it is sent to a process, gets the folder of all that is kept, and returns JSON values, or
-            the file that keeps what it found.
-        cost: how much work it is compared with the other jobs.
-        suffix: of that file.
+        name: name for people and for the file; "/" makes a folder.
+        key: digest of everything that the result depends on (see `key`).
+        run: function that a process calls with the folder of all results; returns JSON values, or the content of the
+            file.
+        cost: amount of work, relative to the other jobs.
+        suffix: suffix of the file.
     """
 
     name: str
@@ -50,17 +50,17 @@ class Job:
 
     @property
     def file(self) -> str:
-        """Name of the file that keeps what it found, in the folder of all that is kept."""
+        """Name of the file that keeps the result, in the folder of all results."""
         return f"{self.name}-{self.key}.{self.suffix}"
 
 
 class Done(NamedTuple):
-    """What became of a job.
+    """Result of a job that is done.
 
     Attributes:
-        found: the file that keeps it.
-        seconds: that it took.
-        where: it was done, if not here; for the line that says that it is done.
+        found: content of the file that keeps the result.
+        seconds: duration of the job [s].
+        where: the machine that did the job, as text for the progress line; empty for this machine.
     """
 
     found: bytes
@@ -69,20 +69,20 @@ class Done(NamedTuple):
 
 
 class Pool(Protocol):
-    """Who does jobs."""
+    """A way to do jobs: processes of this machine, or the machines of a cluster."""
 
     def __call__(self, jobs: Sequence[Job], folder: Path, /) -> AbstractContextManager[Iterator[tuple[Job, Done]]]:
-        """The jobs as they end, begun in their order; whatever ends the block ends the work.
+        """Jobs as they end, begun in the given order; the end of the block ends the work.
 
         Args:
-            jobs: what to do, at least one.
-            folder: of all that is kept on this machine; jobs done elsewhere get another, which is empty.
+            jobs: the jobs, at least one.
+            folder: folder of all results on this machine; jobs on other machines get an empty folder.
         """
         ...
 
 
 def key(**inputs: Any) -> str:
-    """Digest of the versions of packages and of whatever else a result depends on, JSON values by name."""
+    """Digest of the versions of packages and of all other inputs of a result, JSON values by name."""
     text = json.dumps({**inputs, "versions": versions()}, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:12]
 
@@ -90,26 +90,26 @@ def key(**inputs: Any) -> str:
 def do_missing(
     jobs: Sequence[Job], folder: Path, pool: Pool, *, fresh: bool = False, unit: str = "parts"
 ) -> list[Found]:
-    """What every job found as JSON values; the arguments are those of `keep_missing`."""
+    """Results of all jobs as JSON values; the arguments are those of `keep_missing`."""
     return [read_json(path) for path in keep_missing(jobs, folder, pool, fresh=fresh, unit=unit)]
 
 
 def keep_missing(
     jobs: Sequence[Job], folder: Path, pool: Pool, *, fresh: bool = False, unit: str = "parts"
 ) -> list[Path]:
-    """The files of what every job found, in their order; those without a kept result are done first.
+    """Do the jobs without a kept result; the files of all results, in the order of the jobs.
 
-    A result is kept as soon as it is there, so what was interrupted goes on where it was.
+    Each result is kept as soon as its job ends, so an interrupted command goes on where it stopped.
 
     Args:
-        jobs: what to do.
-        folder: of all that is kept.
-        pool: who does it.
-        fresh: do also what has been done.
-        unit: what the costs count, for the progress bar.
+        jobs: the jobs.
+        folder: folder of all results.
+        pool: does the jobs.
+        fresh: repeat jobs that have a kept result.
+        unit: unit of the costs, for the progress bar.
 
     Raises:
-        UsageError: a process died, for instance for lack of memory; or another command works in the folder.
+        UsageError: a process died, for instance for lack of memory, or another command works in the folder.
     """
     check_writable(folder / "piece.json")
     with held(folder):
@@ -133,15 +133,15 @@ def processes(count: int) -> Pool:
 
 @contextmanager
 def _side_by_side(count: int, jobs: Sequence[Job], folder: Path) -> Generator[Iterator[tuple[Job, Done]], None, None]:
-    """Processes of one thread each; whatever ends the block ends them.
+    """Do jobs in processes of one thread each; the end of the block ends the processes.
 
     Raises:
         UsageError: a process died, for instance for lack of memory.
     """
-    os.environ["OMP_NUM_THREADS"] = "1"  # the workers inherit it: threads of theirs would fight for the cores
+    os.environ["OMP_NUM_THREADS"] = "1"  # the workers inherit the variable: more threads would compete for the cores
     spawning = multiprocessing.get_context("spawn")
     with blocked():
-        # Python's keeper of semaphores starts here too.
+        # Python's resource tracker starts here too.
         pool = ProcessPoolExecutor(min(count, len(jobs)), spawning, initializer=_end_with_parent)
     try:
         with blocked():
@@ -154,11 +154,11 @@ def _side_by_side(count: int, jobs: Sequence[Job], folder: Path) -> Generator[It
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
         for process in multiprocessing.active_children():
-            process.kill()  # workers heed no other signal
+            process.kill()  # workers block all other signals
 
 
 def do(job: Job, folder: Path) -> Done:
-    """What a job found, as it is kept, and the seconds it took."""
+    """Run a job; its result as file content, and its duration."""
     began = time.perf_counter()
     found = job.run(folder)
     seconds = time.perf_counter() - began
@@ -169,7 +169,7 @@ def do(job: Job, folder: Path) -> Done:
 
 
 def _end_with_parent() -> None:
-    """A worker whose parent is gone, however it went, has nobody to work for."""
+    """End this worker process when its parent process ends, however the parent ends."""
     parent = multiprocessing.parent_process()
 
     def watch() -> None:

@@ -1,1 +1,1 @@
-"""How controllers are judged: throws, work shifts, and what they come to."""
+"""Evaluation of controllers: trials by throws or by work shifts, and their records."""

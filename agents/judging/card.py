@@ -1,4 +1,4 @@
-"""What the card of a published policy says of one kind of task."""
+"""Parts of a published policy's card that depend on the kind of trial."""
 
 from __future__ import annotations
 
@@ -12,36 +12,36 @@ from .record import Record
 @final
 @dataclass(frozen=True)
 class Card:
-    """What cards say of policies of one kind of task."""
+    """Texts and figures of the cards of one kind of trial."""
 
     judged: str
-    """Key of the figure that tells how many of what it was judged on."""
+    """Key of the number of evaluated units in a summary."""
     header: tuple[str, ...]
     cells: Callable[[Mapping[str, Any]], list[str]]
-    """Of a table of figures by level, but for the level."""
+    """Cells of one level's row in the table of figures, without the level."""
     reward: Callable[[Mapping[str, Any]], Sequence[float]]
-    """What hubs are told as rewards, of an evaluation."""
+    """Rewards for model hubs, from the report of an evaluation."""
     rewarded: str
-    """What that reward is called."""
+    """Name of that reward."""
     metrics: Mapping[str, str]
-    """Figures beside it that hubs are told, and what they are called there."""
+    """Names of further figures for model hubs, by key of the summary."""
     film: str
     """Text of the link to the film."""
     use: tuple[str, ...]
-    """Commands."""
+    """Commands that use the policy."""
     graph: str
-    """What the graph gives."""
+    """Inputs and outputs of the ONNX graph."""
     actions: str
-    """The same where it is called."""
+    """Shape and type of the graph's actions."""
 
 
 def usual_card(record: type[Record], unit: str, option: str) -> Card:
-    """The card of a kind of task that has none of its own: the figures of its record.
+    """Default card of a kind of trial: the figures of its record.
 
     Args:
-        record: of the kind of task.
-        unit: that is counted, in the plural.
-        option: of commands that says how many units are counted.
+        record: record of the kind of trial.
+        unit: name of the counted unit, in the plural.
+        option: option of commands with the number of units.
     """
     first = next(iter(record.figures))
     return Card(

@@ -1,4 +1,4 @@
-"""Judging: one controller in an environment, or several controllers on the same held-out units."""
+"""Evaluation of one controller in an environment, or of several controllers on the same held-out units."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def evaluate(
     progress: Callable[[str, int], object] | None = None,
     **options: Any,
 ) -> dict[str, Any]:
-    """Judge a policy on held-out objects; return the figures and throws that `agents.evaluate --json` writes.
+    """Evaluate a policy on held-out objects; the figures and throws that `agents.evaluate --json` writes.
 
         def policy(observations):  # (N, D) to actions (N, A) within [-1, 1]; zero is the planner's own throw
             return np.zeros((len(observations), 2))
@@ -39,26 +39,26 @@ def evaluate(
         print(evaluate(policy, "PnTConveyor-v0", 200)["success_rate"])
 
     Args:
-        policy: such a function, a controller or a model of stable-baselines3, each taken as it is; the class of a
-            controller; or the name of one as `--controller` takes it, which practises first.
+        policy: a function as above, a controller or a model of stable-baselines3, each used as it is; the class of a
+            controller; or the name of a controller as `--controller` takes it, which practises first.
         env: an id, or MODULE:ID; a single environment, wrapped or not; or a vector environment with SAME_STEP
-            autoreset. Its number of rows is part of what the seed means: 16 for an id unless `num_envs` says otherwise,
-            1 for a single environment.
-        picks: throws to count, at least 1, or work shifts of a line; None for 32 of those, for 200 throws, or for a
-            whole episode of every row where what a throw teaches pays later in it.
-        seed: of the objects; no training or practice with any seed sees these objects.
-        practice: throws before for one that learns; None for 120 if `policy` is a name that knows nothing, else none.
-        online: go on learning during the evaluation.
+            autoreset. The objects depend on the seed and on the number of rows: 16 for an id unless `num_envs` is
+            given, 1 for a single environment.
+        picks: number of throws, at least 1, or of work shifts of a line; None for 32 work shifts, for 200 throws, or
+            for a whole episode of every row where a throw teaches the policy something for later throws.
+        seed: seed of the objects; no training or practice with any seed sees these objects.
+        practice: practice throws of a learning controller; None for 120 if `policy` names an untrained one, else for 0.
+        online: let the controller go on learning during the evaluation.
         trust: run the code in an RL-Zoo folder or a model.zip that `policy` names.
-        progress: told after each batch whether it was "practice" or "evaluation", and how many throws or shifts.
-        options: level, action_mode, num_envs and threads of an id, see `make_vector`.
+        progress: called after each batch with "practice" or "evaluation" and the number of throws or shifts.
+        options: level, action_mode, num_envs and threads for an id, see `make_vector`.
 
     Returns:
         Figures by name, and `throws`, a mapping for each throw.
 
     Raises:
-        UsageError: no such policy or environment, two that do not fit, or no throws.
-        MetricError: the landing of no throw is known.
+        UsageError: there is no such policy or environment, the two do not fit, or no throws are asked for.
+        MetricError: no landing was measured.
     """
     at_least({"picks": picks, "seed": seed}, picks=1, seed=0)
     if options and not isinstance(env, str):
@@ -90,15 +90,15 @@ def evaluate(
 def judge(
     trial: Trial, controller: Controller, count: int, seed: int, *, practice: int = 0, online: bool = False
 ) -> Record:
-    """Let a controller practise, and judge it, with a progress bar for each.
+    """Let a controller practise, then evaluate it, with a progress bar for each.
 
     Args:
-        trial: of the environment.
+        trial: trial of the environment.
         controller: already reset.
         count: number of held-out units.
-        seed: names the units.
-        practice: number of steps of the practice.
-        online: go on learning during the evaluation.
+        seed: seed of the units.
+        practice: number of practice steps.
+        online: let the controller go on learning during the evaluation.
     """
     with throws_bar() as bar:
         if practice:
@@ -117,16 +117,15 @@ def compare(
     practice_seed: int | None = None,
     progress: Callable[[str], Progress] | None = None,
 ) -> list[Row]:
-    """Let several controllers do the same held-out units.
+    """Evaluate several controllers on the same held-out units.
 
     Args:
-        trial: of the environment.
-        entries: label of each controller, the controller, and the number of steps that it has learned from.
+        trial: trial of the environment.
+        entries: label of each controller, the controller, and the number of its practice or training steps.
         count: number of units.
-        seed: names the units.
-        practice_seed: of the practice, in which controllers that learn do that number of steps first; None for
-            controllers that have already learned from them.
-        progress: gives what is called with the number of units just done, by label.
+        seed: seed of the units.
+        practice_seed: seed of a practice of that number of steps; None for controllers that have already learned.
+        progress: returns the callback for a label, which is called with the number of units just done.
 
     Returns:
         A row for each controller, as `Record.comparison` takes them.
@@ -140,6 +139,6 @@ def compare(
 
 
 def _name(env: Any) -> str:
-    """Id of an environment that was handed over, or of the one in its first row."""
+    """Id of an environment object, or of the environment in its first row; without a spec the name of its class."""
     inner = env.unwrapped.envs[0] if hasattr(env.unwrapped, "envs") else env
     return type(inner.unwrapped).__name__ if inner.spec is None else inner.spec.id

@@ -1,4 +1,4 @@
-"""The loop in which controllers act and learn, throw by throw."""
+"""The loop of evaluation and practice: controllers act and learn, batch of throws by batch of throws."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ def held_out(
     online: bool = False,
     progress: Progress | None = None,
 ) -> Throws:
-    """Let a controller, as it is, throw `picks` held-out objects; the arguments are those of `Trial.run`."""
+    """Let a controller, without practice, throw `picks` held-out objects; the arguments are those of `Trial.run`."""
     return _collect(thrown(controller, env, picks, stream_seed("evaluate", seed), learn=online), progress)
 
 
 def practise(
     controller: Controller, env: Env, throws: int, seed: int, *, start: int = 0, progress: Progress | None = None
 ) -> None:
-    """Let a controller that learns throw `throws` objects first; others, and 0 throws, do nothing.
+    """Let a learning controller practise on `throws` throws; for other controllers or 0 throws nothing happens.
 
-    The number of rows of `env` is part of what the seed means. `start` throws with this seed are already behind the
-    controller, so that others follow.
+    The throws depend on the seed and on the number of rows of `env`. The controller has already practised on `start`
+    throws with this seed, so the practice continues with other throws.
     """
     if not isinstance(controller, Learner) or throws == 0:
         return
@@ -46,7 +46,7 @@ def practise(
 
 
 def thrown(controller: Controller, env: Env, picks: int, env_seed: int, *, learn: bool = False) -> Iterator[Throws]:
-    """Carry out throws and yield each batch of them; the last batch is cut to `picks` in all."""
+    """Carry out throws and yield batch after batch; the last batch is cut so that `picks` throws are yielded in all."""
     correction = core_of(env).correction
     errors = () if correction is None else correction.told
     features, info = env.reset(seed=env_seed)
@@ -66,7 +66,7 @@ def thrown(controller: Controller, env: Env, picks: int, env_seed: int, *, learn
 
 
 def observed(features: Any, kind: Any) -> Observation:
-    """Coming picks as a controller sees them, from what an environment returned and the `kind` of its info."""
+    """Coming picks as a controller's observation, from an environment's observations and the `kind` of its info."""
     return Observation(np.array(features, dtype=np.float32), np.array(kind, dtype=np.int64))
 
 

@@ -1,4 +1,4 @@
-"""A record: what a controller did in a trial, which summarises, tabulates and writes itself."""
+"""Records of a controller's throws or work shifts in a trial, with summary, tables and JSON."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ..ground.tables import Grid, value_table
 
 Summary: TypeAlias = Mapping[str, Any]
 Result: TypeAlias = Mapping[str, Any]
-"""What a benchmark keeps of one controller, seed and level: `columns`, `seed`, `learn_seconds` and more."""
+"""Benchmark result of one controller, seed and level: `columns`, `seed`, `learn_seconds` and more."""
 Row: TypeAlias = tuple[str, int, Summary]
 """A controller's name, the number of steps that it learned from, and its summary."""
 DIGITS: Final = 6
@@ -28,7 +28,7 @@ DIGITS: Final = 6
 @final
 @dataclass(frozen=True)
 class Figure:
-    """How a figure of a record is called and written."""
+    """Label, unit and number format of a record's figure."""
 
     label: str
     unit: str = ""
@@ -37,13 +37,13 @@ class Figure:
     digits: int = 1
 
     def text(self, value: float | None) -> str:
-        """A value for people; "-" where there is none."""
+        """Text of a value with its unit; "-" for None or NaN."""
         return (
             "-" if value is None or not np.isfinite(value) else self._with_unit(f"{self.scale * value:.{self.digits}f}")
         )
 
     def interval(self, interval: metrics.Interval, sign: str = "") -> str:
-        """A value with its 95 % interval."""
+        """Text of a value with its 95 % interval and unit."""
         value, low, high = (
             f"{self.scale * number:{sign}.{self.digits}f}" for number in (interval.value, interval.low, interval.high)
         )
@@ -54,10 +54,10 @@ class Figure:
 
 
 class Record(ABC):
-    """Abstract: what a controller did in U units of a trial, such as throws or work shifts.
+    """Abstract: results of a controller in U units of a trial, such as throws or work shifts.
 
-    A subclass needs `figures` and `values` alone: the rest follows from them. The first figure is the one by which
-    controllers are compared in tables.
+    A subclass needs `figures` and `values` alone; the other methods use these two. The first figure compares
+    controllers in tables.
     """
 
     figures: ClassVar[Mapping[str, Figure]]
@@ -73,34 +73,34 @@ class Record(ABC):
         return {"count": len(next(iter(values.values()))), **_means(values)}
 
     def report(self) -> dict[str, Any]:
-        """All that `agents.evaluate --json` writes: the summary, and under `throws` a mapping for each step."""
+        """Content of `agents.evaluate --json`: the summary, and under `throws` a mapping for each step."""
         columns = {name: jsonable(column) for name, column in self.values().items()}
         rows = zip(*columns.values(), strict=True)
         return {**self.summary(), "throws": [dict(zip(columns, row, strict=True)) for row in rows]}
 
     def columns(self) -> dict[str, Any]:
-        """What a benchmark keeps."""
+        """Columns that a benchmark keeps, rounded."""
         return {name: jsonable(np.round(column, DIGITS)) for name, column in self.values().items()}
 
     def picture(self) -> str | None:
-        """A drawing as SVG; None where there is nothing to draw."""
+        """Drawing of the record as SVG; None where the kind of trial has no drawing."""
         return None
 
     @classmethod
     def table(cls, title: str, summary: Summary) -> Table:
-        """Every figure of one summary, one per line."""
+        """Table of one summary, one figure per line."""
         return value_table(
             title, [(figure.label, cls.interval_text(name, summary)) for name, figure in cls.figures.items()]
         )
 
     @classmethod
     def comparison(cls, title: str, rows: Sequence[Row], base: str | None = None) -> Table:
-        """Controllers side by side.
+        """Table of controllers, one per line.
 
         Args:
-            title: of the table.
-            rows: the controllers.
-            base: name of the controller that others are compared with, where the units are paired.
+            title: title of the table.
+            rows: name, number of learning steps and summary of each controller.
+            base: name of the controller with which all others are compared, where units are paired.
         """
         header = ("controller", "learned from", *(figure.label for figure in cls.figures.values()))
         lines = [
@@ -111,11 +111,11 @@ class Record(ABC):
 
     @classmethod
     def summarise(cls, results: Sequence[Result], num_envs: int) -> dict[str, Any]:
-        """Figures of one controller over its seeds, each of which had the same units.
+        """Figures of one controller over its seeds; all seeds had the same units.
 
         Args:
-            results: one for each seed.
-            num_envs: rows side by side in which they were collected.
+            results: result of each seed.
+            num_envs: number of rows side by side in which the results were collected.
         """
         del num_envs
         seconds = float(np.mean([result["learn_seconds"] for result in results]))
@@ -132,28 +132,28 @@ class Record(ABC):
     def compared(
         cls, results: Sequence[Result], sides: Sequence[Sequence[Result]], num_envs: int
     ) -> dict[str, tuple[Floats, ...]]:
-        """What is compared of one controller with another one, pair by pair.
+        """Columns of one controller for the paired comparison with another one.
 
         Args:
-            results: of the controller, one for each seed.
+            results: results of the controller, one for each seed.
             sides: the results of both controllers.
-            num_envs: rows side by side in which they were collected.
+            num_envs: number of rows side by side in which the results were collected.
 
         Returns:
-            A figure of each seed and pair (S, N); or for a rate two of them, what was done and in what time.
+            Columns (S, N) of each figure, for S seeds and N pairs; for a rate two columns, the count and the time.
         """
         del sides, num_envs
         return {name: (by_seed(results, name),) for name in cls.figures}
 
     @classmethod
     def objects(cls, columns: Mapping[str, Any]) -> list[int] | None:
-        """What has to be the same for two results to be paired; None where streams are paired whatever is done."""
+        """Objects that must be equal for two results to be paired; None where streams do not depend on actions."""
         del columns
         return None
 
     @classmethod
     def interval_text(cls, name: str, summary: Summary) -> str:
-        """A figure of a summary with its interval; "-" where there is none."""
+        """Text of a summary's figure with its interval; "-" for None."""
         if summary[name] is None:
             return "-"
         interval = metrics.Interval(summary[name], summary[f"{name}_low"], summary[f"{name}_high"])
@@ -161,17 +161,17 @@ class Record(ABC):
 
 
 def by_seed(results: Sequence[Result], name: str) -> Floats:
-    """A column of each seed and unit (S, U), or of each by item or robot (S, U, K); NaN where there is none."""
+    """A column of all seeds and units (S, U), or by item or robot (S, U, K); NaN where a unit has no value."""
     return np.array([result["columns"][name] for result in results], dtype=np.float64)
 
 
 def figures_as_json(record: type[Record]) -> dict[str, dict[str, Any]]:
-    """How the figures of a kind of records are called and written, as JSON has it."""
+    """Label, unit and number format of a record's figures, as JSON values."""
     return {name: asdict(figure) for name, figure in record.figures.items()}
 
 
 def _means(values: Mapping[str, Floats]) -> dict[str, Any]:
-    """Mean and 95 % interval of each figure (U,), of those units that have one; None where none has."""
+    """Mean and 95 % interval of each figure (U,) over the units that have a value; None where no unit has one."""
     means: dict[str, Any] = {}
     for name, column in values.items():
         known = column[np.isfinite(column)]

@@ -1,8 +1,8 @@
-"""A trial: the one way to judge controllers in an environment.
+"""Trials: how controllers are evaluated in an environment.
 
 The config of an environment's levels names its kind of trial: `trial = "throws"`, `"work_shifts"`, or `MODULE:CLASS`
-for a subclass of `Trial` in a module of yours. Commands, benchmark and report ask the trial, and nothing else, what is
-counted, who acts, and how that is told.
+for a subclass of `Trial` in a module of yours. Commands, benchmark and report ask only the trial which units are
+counted, which controllers act, and how results are reported.
 """
 
 from __future__ import annotations
@@ -30,42 +30,42 @@ from .loop import Progress, practise
 from .record import Record
 
 EXPERTS: Final[Mapping[str, str]] = dict.fromkeys(("PnTConveyor-v0", "PnTRelease-v0"), str(POLICY))
-"""Policies that ship, by the environment in which each is the expert."""
+"""Folders of the shipped policies, by the environment in which each is the expert."""
 
 
 class Trial(ABC):
-    """Abstract: one kind of task, and how controllers are judged by it.
+    """Abstract: how controllers are evaluated on one kind of task.
 
-    A subclass needs `unit`, `record` and `run` alone. All else is as single throws need it.
+    A subclass needs `unit`, `record` and `run` alone; the defaults of all other methods fit single throws.
 
     Args:
         env: the cells in which controllers act.
     """
 
     unit: ClassVar[str]
-    """What is counted, in the plural, such as throws."""
+    """Name of the counted unit, in the plural, such as throws."""
     step: ClassVar[str] = "throw"
-    """What a controller decides and learns from, in the singular."""
+    """Name of one step, from which a controller learns, in the singular."""
     option: ClassVar[str] = "picks"
-    """Option of commands, and key of benchmark plans, that says how many units are counted."""
+    """Option of commands, and key of benchmark plans, with the number of units."""
     usual: ClassVar[int] = PICKS
-    """How many are counted unless others are asked for."""
+    """Default number of units."""
     usual_card: ClassVar[int] = 1000
-    """How many are counted for the card of a published policy."""
+    """Default number of units for the card of a published policy."""
     usual_table: ClassVar[int] = 320
-    """How many are counted for the table after a training."""
+    """Default number of units for the table after a training."""
     options: ClassVar[frozenset[str]] = frozenset({"picks", "practice", "online", "load", "save"})
-    """Options of commands and keys of benchmark plans that are of use, of those that some kinds have no use for."""
+    """Options of commands and keys of benchmark plans that this kind of trial uses and other kinds may not use."""
     record: ClassVar[type[Record]]
-    """What `run` returns."""
+    """Class of the records that `run` returns."""
     algorithms: ClassVar[tuple[str, ...]] = RESIDUAL
-    """Those of `agents.train`, the usual one first."""
+    """Algorithms of `agents.train` that can learn here, the default first."""
     checkpoint_every: ClassVar[int] = 2_000
-    """Steps of a training between two checkpoints unless others are asked for."""
+    """Default number of training steps between two checkpoints."""
     window: ClassVar[type[Window]] = ThrowWindow
-    """What a training tells while it runs."""
+    """Figures that a training shows while it runs."""
     reference: ClassVar[str | None] = None
-    """Name of the controller over which gains are shown in tables, where one is."""
+    """Name of the controller over which tables show gains; None for no gains."""
 
     def __init__(self, env: Env) -> None:
         self.env = env
@@ -81,21 +81,21 @@ class Trial(ABC):
         online: bool = False,
         progress: Progress | None = None,
     ) -> Record:
-        """Let a controller, as it is, do `count` held-out units.
+        """Let a controller, without practice, carry out `count` held-out units.
 
         Args:
             controller: acts.
             count: number of units.
-            seed: names the units; no training and no practice with any seed sees them.
-            online: the controller goes on learning.
+            seed: seed of the units; no training and no practice with any seed sees these units.
+            online: let the controller go on learning.
             progress: called with the number of units just done.
         """
 
-    # What an environment is opened with
+    # Opening an environment
 
     @classmethod
     def simulated(cls, config: LevelConfig, throws: str) -> LevelConfig:
-        """A level whose throws are simulated as `--throws` asks for.
+        """Copy of a level whose throws are computed as `--throws` says.
 
         Raises:
             UsageError: levels of this kind of trial have no such choice.
@@ -110,61 +110,61 @@ class Trial(ABC):
     # Controllers
 
     def controller(self, policy: Any, *, trust: bool = False, **options: Any) -> Controller:
-        """A controller that acts here, not yet reset.
+        """A controller for this environment, not yet reset.
 
         Args:
             policy: a name as `--controller` takes it; or a controller, its class, a model or a function.
             trust: run the code in an RL-Zoo folder or a model.zip.
-            options: settings of a controller that is named.
+            options: settings of a controller given by name.
 
         Raises:
-            UsageError: no such controller, or one that cannot act here.
+            UsageError: there is no such controller, or it cannot act here.
         """
         if isinstance(policy, str):
             return make_controller(policy, self.env, trust=trust, **options)
         return controller_of(policy, self.env)
 
     def correct_throws(self, release: str | None) -> None:
-        """Let a controller of single throws correct the throws of this trial, where that is another one than acts."""
+        """Let another controller correct the simulated throws, in trials whose own controller makes other decisions."""
         del release
 
     def expert(self, env_id: str) -> str:
-        """Name of the best controller known here."""
+        """Name of the best controller known for an environment."""
         return EXPERTS.get(env_id, "oracle")
 
     def count(self) -> int:
-        """Units that are counted unless others are asked for."""
+        """Default number of units in this environment."""
         return self.usual
 
     def practice(self, controller: Controller) -> int:
-        """Steps from which a controller learns before it is judged, unless others are asked for."""
+        """Default number of practice steps of a controller; 0 for a controller that does not learn."""
         return int(getattr(controller, "practice", PRACTICE)) if isinstance(controller, Learner) else 0
 
     def practise(
         self, controller: Controller, steps: int, seed: int, *, progress: Progress | None = None
     ) -> Controller:
-        """Let a controller learn before it is judged.
+        """Let a controller practise before its evaluation.
 
         Args:
-            controller: what learns; one that does not learn is returned as it is.
+            controller: the controller; one that does not learn is returned unchanged.
             steps: number of throws or decisions.
-            seed: names them.
+            seed: seed of the steps.
             progress: called with the number of steps just done.
 
         Returns:
-            The controller, or where a search learns for it what the search has found.
+            The controller; where a search replaces practice, the best controller of the search.
         """
         practise(controller, self.env, steps, seed, progress=progress)
         return controller
 
     def peers(self, asked: Mapping[str, Any]) -> dict[str, int]:
-        """Names of controllers with which the table after a training compares, and the steps of their practice."""
+        """Controllers that the table after a training compares with the policy, and their practice steps, by name."""
         return {"analytic": 0, asked["over"]: 0}
 
     # Pictures
 
     def steps(self, controller: Controller, seed: int) -> Iterator[Any]:
-        """Endless: carry out steps one after the other, each of which can be shown by the view of the core.
+        """Carry out steps endlessly, one after the other; the core's view can show each step.
 
         Raises:
             UsageError: this kind of trial shows no steps.
@@ -172,7 +172,7 @@ class Trial(ABC):
         raise UsageError(f"{self.unit} of this environment cannot be shown")
 
     def filmed(self, steps: Iterator[Any], picks: int | None) -> Iterator[Any]:
-        """The steps of a film: as many as asked for, or as are usual."""
+        """Steps of a film: `picks` steps, or the default number for None."""
         return islice(steps, 5 if picks is None else picks)
 
     def advance(self, steps: Iterator[Any], moment: float) -> None:
@@ -183,10 +183,10 @@ class Trial(ABC):
     # Training
 
     def check_training(self, asked: Mapping[str, Any]) -> None:
-        """Make sure that a training fits.
+        """Make sure that a training fits this kind of trial.
 
         Raises:
-            UsageError: its algorithm does not.
+            UsageError: the algorithm does not fit.
         """
         if asked["algo"] not in self.algorithms:
             raise UsageError(
@@ -195,7 +195,7 @@ class Trial(ABC):
             )
 
     def hyperparameters(self, asked: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
-        """Hyperparameters of a training with those that depend on the cell.
+        """Hyperparameters of a training, completed by those that depend on the cell.
 
         Args:
             asked: arguments of the training.
@@ -205,57 +205,57 @@ class Trial(ABC):
         return dict(given)
 
     def price(self, settings: Mapping[str, Any]) -> float:
-        """How much more a second costs in training than in the reward of the environment [1/s]."""
+        """Price of time that a training subtracts beyond the price in the environment's reward [1/s]."""
         del settings
         return 0.0
 
     def policy(self, folder: RunFolder, checkpoint: Path | None, asked: Mapping[str, Any], name: str) -> Controller:
-        """The newest policy of a training, or that of a checkpoint, as a controller called `name`."""
+        """Newest policy of a training, or the policy of a checkpoint, as a controller with a name."""
         return run_policy(folder.load_actor(checkpoint), asked, self.env, "the policy", name)
 
     @classmethod
     def card(cls) -> Card:
-        """What cards say of published policies."""
+        """Texts and figures of the cards of published policies."""
         return usual_card(cls.record, cls.unit, cls.option)
 
     # Benchmark
 
     def check_count(self, count: int, num_envs: int, level: str) -> None:
-        """Make sure that so many units of a level, counted in so many rows, are a fair number.
+        """Make sure that `count` units of a level in `num_envs` rows give a fair evaluation.
 
         Raises:
-            UsageError: they are not.
+            UsageError: the number of units is not fair.
         """
         del count, num_envs, level
 
     @classmethod
     def depends(cls, name: str, levels: Sequence[Any], options: Mapping[str, Any], throws: Sequence[int]) -> Any:
-        """What figures of a controller depend on beside code, levels and its own files.
+        """Dependencies of a controller's figures beside code, levels and its own files, as JSON values.
 
         Args:
-            name: of the controller.
-            levels: configs that it learns and acts on.
-            options: settings that a benchmark's entry gives it.
-            throws: steps that it learns from.
+            name: name of the controller.
+            levels: configs of the levels for learning and evaluation.
+            options: settings in the benchmark's entry.
+            throws: numbers of learning steps.
         """
         del name, levels, options, throws
         return {}
 
     @classmethod
     def learned(cls, name: str, levels: Sequence[Any], options: Mapping[str, Any]) -> list[tuple[str, str]]:
-        """Setting and value of what a controller reads that was learned before, beside its own name."""
+        """Settings by which a controller reads further files, such as a guide, and their values."""
         del name, levels, options
         return []
 
     @classmethod
     def effort(cls, name: str, config: Any, count: int, num_envs: int) -> int:
-        """About how many steps one evaluation simulates; a step that takes long counts several times.
+        """Approximate number of steps of one evaluation; a slow step counts several times.
 
         Args:
-            name: of the controller.
-            config: of the level.
+            name: name of the controller.
+            config: config of the level.
             count: number of units.
-            num_envs: rows side by side.
+            num_envs: number of rows side by side.
         """
         del name, config, num_envs
         return count

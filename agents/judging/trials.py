@@ -21,10 +21,10 @@ TRIALS: Final[Mapping[str, type[Trial]]] = {"throws": ThrowTrial, "work_shifts":
 
 
 def trial_class(config: Any) -> type[Trial]:
-    """The kind of trial by which controllers are judged on a level.
+    """The kind of trial by which controllers are evaluated on a level.
 
     Args:
-        config: of the level; one without a `trial` is judged by throws.
+        config: config of the level; without a `trial` the trial is by throws.
 
     Raises:
         UsageError: there is no such kind of trial.
@@ -43,7 +43,7 @@ def trial_class(config: Any) -> type[Trial]:
 
 
 def trial_of(env: Env) -> Trial:
-    """The trial of a vector environment that is open."""
+    """The trial of an open vector environment."""
     return trial_class(core_of(env).config)(env)
 
 
@@ -55,19 +55,19 @@ def open_trial(
     action_mode: str | None = None,
     throws: str | None = None,
 ) -> Trial:
-    """Open an environment as `make_vector` does, with its throws simulated as they are asked for.
+    """Open an environment as `make_vector` does, with its throws computed as asked for, and return its trial.
 
     Args:
         env_id: id of the environment, or MODULE:ID.
         level: as `make_vector` takes it.
-        num_envs: rows side by side.
-        threads: threads that simulate.
-        action_mode: one of the environment's own; None for its default.
-        throws: what becomes of throws, for environments whose levels leave the choice; None for the level's own.
+        num_envs: number of rows side by side.
+        threads: threads of the simulation.
+        action_mode: one of the environment's action modes; None for the default.
+        throws: how throws are computed, for levels that leave the choice; None for the level's own setting.
 
     Raises:
-        UsageError: no such environment, or `throws` where there is no choice.
-        ConfigError: no such level.
+        UsageError: there is no such environment, or `throws` is given where levels leave no choice.
+        ConfigError: there is no such level.
     """
     if throws is not None:
         config = config_of(env_id, level)
@@ -81,16 +81,16 @@ def open_trial(
 
 
 def check_options(trial: Trial | type[Trial], given: Mapping[str, Any], env_id: str, dashes: str = "--") -> None:
-    """Make sure that no option was given that other kinds of trials have a use for, and this one has not.
+    """Make sure that no option was given that only other kinds of trials use.
 
     Args:
-        trial: of the environment.
-        given: options by name; one that was not given is None or False.
+        trial: trial of the environment.
+        given: options by name; an option that was not given is None or False.
         env_id: name of the environment, for the error.
-        dashes: what stands before an option's name.
+        dashes: text before an option's name in the error.
 
     Raises:
-        UsageError: one was.
+        UsageError: an option was given that this kind of trial does not use.
     """
     for kind in TRIALS.values():
         for name in sorted(kind.options - trial.options):

@@ -1,4 +1,4 @@
-"""Names of the learning algorithms, and which of them have what in common."""
+"""Names of the learning algorithms, and groups of them."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ Algorithm = Literal[Residual, Masked]
 RESIDUAL: tuple[Residual, ...] = get_args(Residual)
 """Algorithms that learn a residual: they correct throws."""
 MASKED: tuple[Masked, ...] = get_args(Masked)
-"""Algorithms for masked discrete actions: they choose what comes next."""
+"""Algorithms for masked discrete actions: they choose the next object on a line."""
 SCORING: tuple[Algorithm, ...] = ("residual_ppo",)
-"""Algorithms whose policies are scorers, one network for all choices alike."""
+"""Algorithms whose policies are scorers: one network scores each choice."""
 ON_POLICY: tuple[Algorithm, ...] = ("ppo", "recurrent_ppo")
-"""Algorithms that learn from every step once, and keep no memory of throws."""
+"""Algorithms that learn from every step once, and have no replay buffer."""
 RECURRENT: tuple[Algorithm, ...] = ("recurrent_ppo",)
-"""Algorithms whose policies remember what they have seen of a shift."""
+"""Algorithms with recurrent policies, which remember earlier observations of a shift."""
 MOST_MODEL: Final = 2**28
-"""Bytes of a model, packed or not."""
+"""Largest size of a model file, compressed or not [bytes]."""

@@ -17,11 +17,11 @@ from ..ground.files import read_yaml
 from ..ground.places import SHIPPED, at
 
 DEFAULT: Final = "default"
-"""Entry for environments that have none of their own."""
+"""Name of the entry for environments without an entry of their own."""
 
 
 SIZES: Final = {"steps": "n_timesteps", "num_envs": "n_envs"}
-"""Hyperparameters by what a training calls them, for which no algorithm is asked."""
+"""Hyperparameters of the training, not of an algorithm, by the training's argument."""
 WHOLE: Final = {
     "n_timesteps": (1, 10**9),
     "n_envs": (1, 10**5),
@@ -60,26 +60,26 @@ REAL: Final = {
     "price_of_time": (0.0, 1e6),
 }
 FALLING: Final = "learning_rate"
-"""It may also fall to 0 along a line over the training: `lin_0.001` begins at 0.001."""
+"""Hyperparameter that may fall linearly to 0 over the training: `lin_0.001` begins at 0.001."""
 LINE: Final = "lin_"
 SWITCHES: Final = (
     "use_sde", "use_sde_at_warmup", "normalize_advantage", "optimize_memory_usage", "shared_lstm", "enable_critic_lstm",
 )  # fmt: skip
 OPTIONAL: Final = ("clip_range_vf", "target_kl", "action_noise")
-"""What may be null as well."""
+"""Hyperparameters that may also be null."""
 WIDEST: Final = 10**5
-"""Numbers in a layer of a network."""
+"""Largest width of a network's layer."""
 MOST_WEIGHTS: Final = 10**7
-"""Between the layers of a network."""
+"""Largest number of weights between the layers of a network."""
 
 
 def hyperparameters(algo: str, env_id: str, file: Path | None = None) -> dict[str, Any]:
-    """Settings of an algorithm for an environment, from a file in RL-Zoo syntax.
+    """Hyperparameters of an algorithm for an environment, from a file in RL-Zoo syntax.
 
     Args:
-        algo: name of the algorithm, whose shipped file is read unless there is another.
-        env_id: id of the environment, or MODULE:ID; one without an entry has that of `DEFAULT`.
-        file: of the user's, or another one that ships.
+        algo: name of the algorithm, whose shipped file is read if `file` is None.
+        env_id: id of the environment, or MODULE:ID; the entry `DEFAULT` is for environments without an entry.
+        file: a user's file, or another shipped file.
 
     Raises:
         UsageError: the file is missing or damaged, or has no entry for the environment.
@@ -102,15 +102,15 @@ def _settings(path: Path, name: str, entry: Any) -> dict[str, Any]:
 
 
 def size(algo: str, env_id: str, settings: Mapping[str, Any]) -> dict[str, int]:
-    """How many steps a training has, and in how many cells, by its hyperparameters.
+    """Number of steps and of cells of a training, by its hyperparameters.
 
     Args:
-        algo: name of the algorithm, whose shipped settings say what these do not.
+        algo: name of the algorithm, whose shipped settings are the defaults.
         env_id: id of the environment.
         settings: hyperparameters.
 
     Raises:
-        UsageError: a number out of its range.
+        UsageError: a number is out of its range.
     """
     usual = {**hyperparameters(algo, env_id), **settings}
     for key in SIZES.values():
@@ -119,12 +119,12 @@ def size(algo: str, env_id: str, settings: Mapping[str, Any]) -> dict[str, int]:
 
 
 def checked(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """What an algorithm is made with, from hyperparameters in RL-Zoo syntax.
+    """Arguments of an algorithm's constructor, from hyperparameters in RL-Zoo syntax.
 
-    Its libraries notice many a wrong value only after thousands of throws, or never.
+    The libraries would report some wrong values only after thousands of throws, or never.
 
     Raises:
-        UsageError: a value out of its range, or of the wrong kind.
+        UsageError: a value is out of its range, or of the wrong type.
     """
     chosen = {name: value for name, value in settings.items() if name not in SIZES.values()}
     kwargs = chosen["policy_kwargs"] = policy_arguments(chosen.get("policy_kwargs", {}))
@@ -132,17 +132,17 @@ def checked(settings: Mapping[str, Any]) -> dict[str, Any]:
         _check(name, value)
     for values in (chosen, kwargs):
         values |= {name: _whole(value) for name, value in values.items() if name in WHOLE}
-    chosen.pop("price_of_time", None)  # of the reward, which is not made here
+    chosen.pop("price_of_time", None)  # part of the reward, not of the algorithm
     if "patience" in chosen:
         kwargs["patience"] = chosen.pop("patience")
     return chosen
 
 
 def _check(name: str, value: Any) -> None:
-    """Make sure that a value is in its range.
+    """Make sure that the value of a hyperparameter is in its range.
 
     Raises:
-        UsageError: it is not.
+        UsageError: the value is not in its range.
     """
     if not _fits(name, value):
         hint = quotes_hint(value) if isinstance(value, str) else ""
@@ -153,7 +153,7 @@ def _check(name: str, value: Any) -> None:
 
 
 def _whole(value: Any) -> Any:
-    """A number without a fraction as a whole one, as in levels: `1e5`; anything else as it is."""
+    """A float without a fraction, such as `1e5`, as an integer; other values unchanged."""
     return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
@@ -183,7 +183,7 @@ def _fits(name: str, value: Any) -> bool:
 
 
 def begin(value: Any) -> Any:
-    """What a hyperparameter that falls along a line begins at; others as they are, like text that says no number."""
+    """First value of a linearly falling hyperparameter; other values, and text without a number, unchanged."""
     try:
         return float(value.removeprefix(LINE)) if isinstance(value, str) and value.startswith(LINE) else value
     except ValueError:
@@ -195,7 +195,7 @@ def _is_width(size: Any) -> bool:
 
 
 def _wanted(name: str) -> str:
-    """What a hyperparameter has to be, for an error."""
+    """Range of a hyperparameter as text for an error."""
     if name in WHOLE:
         return "a whole number from {} to {}".format(*WHOLE[name])
     if name in REAL:
@@ -209,12 +209,12 @@ def _wanted(name: str) -> str:
 
 
 def policy_arguments(given: Any) -> dict[str, Any]:
-    """The `policy_kwargs` of an algorithm: a mapping as it is, or RL-Zoo's text that can name an activation.
+    """The `policy_kwargs` of an algorithm, from a mapping or from RL-Zoo's text, which can name an activation.
 
-    The text, `dict(net_arch=[64, 64], activation_fn=nn.SiLU)`, is read and never run.
+    The text, such as `dict(net_arch=[64, 64], activation_fn=nn.SiLU)`, is parsed and never run.
 
     Raises:
-        UsageError: the text is not such a call of dict with literals and names of torch.nn.
+        UsageError: the text is no call of dict with literals and names of torch.nn.
     """
     if isinstance(given, dict):
         return dict(given)

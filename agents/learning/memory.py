@@ -1,4 +1,4 @@
-"""What a training run needs to go on, beside its model: files that hold numbers only, so that none can carry code."""
+"""Replay buffer and random state of a training run, in files of numbers that cannot contain code."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 HEADER: Final = 1024
-"""Bytes that an array takes in a file beside its numbers, at most."""
+"""Largest size of an array's header in a file [bytes]."""
 
 
 def save_memory(memory: Any, path: Path) -> None:
@@ -28,10 +28,10 @@ def save_memory(memory: Any, path: Path) -> None:
 
 
 def load_memory(memory: Any, path: Path) -> None:
-    """Fill a new replay buffer with what `save_memory` has written.
+    """Fill a new replay buffer from a file that `save_memory` has written.
 
     Raises:
-        ValueError: it is of another size, or not such a file.
+        ValueError: the file is of a buffer of another size, or of another kind.
     """
     arrays = _arrays(memory)
     names = re.compile("|".join([*arrays, "pos", "full"]))
@@ -52,7 +52,7 @@ def _arrays(memory: Any) -> dict[str, NDArray[Any]]:
 
 
 def save_random(model: BaseAlgorithm, path: Path) -> None:
-    """Write the state of every generator that training draws from as JSON, whose numbers are exact."""
+    """Write the state of every random generator of a training as JSON."""
     import torch  # noqa: PLC0415 - a second to import
 
     name, words, *rest = np.random.get_state()  # noqa: NPY002 - the generator that stable-baselines3 draws from
@@ -66,7 +66,7 @@ def save_random(model: BaseAlgorithm, path: Path) -> None:
 
 
 def load_random(model: BaseAlgorithm, path: Path) -> None:
-    """Set every generator as `save_random` has found it."""
+    """Set every random generator to the state that `save_random` has written."""
     import torch  # noqa: PLC0415 - as above
 
     state = json_of(path)

@@ -1,4 +1,4 @@
-"""What a training run tells while it runs: a bar on the terminal, lines in progress.csv, a stop on Ctrl-C."""
+"""Progress of a training run: a bar on the terminal, lines in progress.csv, a stop on Ctrl-C."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ HEADER = "throws,seconds,success_rate,{},reward_mean"
 
 @final
 class Stop:
-    """Whether a signal asked to stop; the throw in progress is finished first."""
+    """State of a request to stop by a signal; the current step is finished first."""
 
     def __init__(self) -> None:
         self.number: int | None = None
-        """Of the signal that asked."""
+        """Number of the signal, or None."""
 
     @property
     def asked(self) -> bool:
-        """Whether a signal asked."""
+        """Whether a signal has asked to stop."""
         return self.number is not None
 
     @contextmanager
     def listening(self) -> Iterator[Stop]:
-        """Take the first signal as a wish; a second one interrupts at once."""
+        """Handle signals in the block: the first one requests a stop, the second one interrupts at once."""
         with handled(self._on_signal):
             yield self
 
@@ -48,12 +48,12 @@ class Stop:
 
 @final
 class ProgressCallback(BaseCallback):
-    """Reports steps, success and a figure of the training.
+    """Reports steps, success and a figure of the training to a progress bar and to progress.csv.
 
     Args:
-        file: progress.csv; lines after step `start` are from a leg that is done again and are dropped.
-        start: steps already done.
-        stop: asked whether to go on after each batch.
+        file: progress.csv; lines after step `start` belong to a leg that is repeated, and are dropped.
+        start: number of steps already done.
+        stop: checked after each batch.
         window: figures of the last steps.
         show: called with steps of the batch, steps per second, success rate and the window's figure.
     """
@@ -97,7 +97,7 @@ class ProgressCallback(BaseCallback):
 
 
 def _lines_up_to(file: Path, throws: int, header: str) -> list[str]:
-    """Header and lines of an earlier progress file, as far as they are part of the run."""
+    """Header and lines of an earlier progress file, up to a number of throws."""
     if not file.is_file():
         return [header]
     old = text_of(file, MOST_RESULTS).splitlines()[1:]
@@ -105,6 +105,6 @@ def _lines_up_to(file: Path, throws: int, header: str) -> list[str]:
 
 
 def _throws_of(line: str) -> float:
-    """Throws done when a line was written; infinite for one that was not written here."""
+    """Number of throws in a line of progress.csv; infinite for a line of another form."""
     count = line.partition(",")[0]
     return int(count) if count.isdecimal() else np.inf

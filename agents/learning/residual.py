@@ -1,4 +1,4 @@
-"""The policy of residual PPO: a scorer that learns, and by its side what the coming decisions are worth."""
+"""The policy of residual PPO: a trainable scorer as actor, and a network for the value of coming decisions."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from ..policies.networks import layers_from_torch
 from ..policies.scorer import INPUTS, NAMES, Scorer, rule
 
 WIDTHS: Final = (64, 64)
-"""Of a scorer's hidden layers."""
+"""Default widths of a scorer's hidden layers."""
 
 
 def choices_of(observations: Tensor) -> Tensor:
-    """What a scorer sees of each choice (N, CHOICES, INPUTS), in observations (N, ENTRIES)."""
+    """Inputs of a scorer for each choice (N, CHOICES, INPUTS), from observations (N, ENTRIES)."""
     head = len(LINE_TABLE)
     each = observations[:, head:].reshape(-1, CHOICES, len(CHOICE_TABLE))
     return torch.cat([each, observations[:, None, :head].expand(-1, CHOICES, -1)], dim=-1)
@@ -28,11 +28,11 @@ def choices_of(observations: Tensor) -> Tensor:
 
 @final
 class Scoring(nn.Module):
-    """A scorer that can learn; it begins as the ATC rule.
+    """A trainable scorer: log of the ATC index plus a network; untrained the scorer is the ATC rule.
 
     Args:
-        patience: of the rule [s].
-        widths: of the hidden layers.
+        patience: patience of the ATC rule [s].
+        widths: widths of the hidden layers.
     """
 
     def __init__(self, patience: float, widths: tuple[int, ...] = WIDTHS) -> None:
@@ -51,20 +51,20 @@ class Scoring(nn.Module):
         self.added = nn.Sequential(*between, layers[-1])
 
     def forward(self, seen: Tensor) -> Tensor:
-        """Scores (N, CHOICES) of what is seen of choices (N, CHOICES, INPUTS)."""
+        """Scores (N, CHOICES) of choices with inputs (N, CHOICES, INPUTS)."""
         return seen @ self.weight + self.constant + self.added(seen)[..., 0]
 
     def numbers(self) -> Scorer:
-        """As it is now, for good."""
+        """The present scorer as NumPy arrays."""
         return Scorer(layers_from_torch(self.added.parameters()), self.patience)
 
 
 @final
 class Outlook(nn.Module):
-    """What a line looks like to who judges how it will go on: its choices, each seen alike, taken together.
+    """Encoder of a line for the value function: mean and maximum of its encoded choices, and the line's entries.
 
     Args:
-        width: numbers for each choice, and in the end.
+        width: number of features of each choice, and of the result.
     """
 
     def __init__(self, width: int) -> None:
@@ -73,7 +73,7 @@ class Outlook(nn.Module):
         self.whole = nn.Sequential(nn.Linear(2 * width + len(LINE_TABLE), width), nn.Tanh())
 
     def forward(self, seen: Tensor) -> Tensor:
-        """Numbers (N, width) for what is seen of choices (N, CHOICES, INPUTS)."""
+        """Features (N, width) of choices with inputs (N, CHOICES, INPUTS)."""
         real, each = seen[..., NAMES.index("real"), None], self.each(seen)
         mean = (each * real).sum(dim=1) / real.sum(dim=1).clamp(min=1.0)
         most = (each * real).amax(dim=1)
@@ -82,12 +82,12 @@ class Outlook(nn.Module):
 
 @final
 class Sides(nn.Module):
-    """Both sides of the policy, by the names that stable-baselines3 asks for.
+    """Actor and critic of the policy, by the names that stable-baselines3 calls.
 
     Args:
-        scoring: gives the logits.
-        outlook: is what values are read from.
-        sharpness: factor on the scores; 1 explores as ATC's indices stand to one another.
+        scoring: returns the logits.
+        outlook: returns the features for the value function.
+        sharpness: factor on the scores; with 1 an untrained policy draws choices in proportion to their ATC indices.
     """
 
     def __init__(self, scoring: Scoring, outlook: Outlook, sharpness: float) -> None:
@@ -95,7 +95,7 @@ class Sides(nn.Module):
         self.scoring, self.outlook, self.sharpness = scoring, outlook, sharpness
 
     def forward(self, observations: Tensor) -> tuple[Tensor, Tensor]:
-        """Logits, and what values are read from."""
+        """Logits, and features for the value function."""
         return self.forward_actor(observations), self.forward_critic(observations)
 
     def forward_actor(self, observations: Tensor) -> Tensor:
@@ -103,19 +103,19 @@ class Sides(nn.Module):
         return self.sharpness * self.scoring(choices_of(observations))
 
     def forward_critic(self, observations: Tensor) -> Tensor:
-        """What values are read from."""
+        """Features (N, width) for the value function."""
         return self.outlook(choices_of(observations))
 
 
 @final
 class ResidualPolicy(MaskableActorCriticPolicy):
-    """A scorer's choices, drawn by their scores; untrained and without chance it is the ATC rule.
+    """Policy that draws choices by a scorer's scores; untrained and deterministic it is the ATC rule.
 
     Args:
-        given: as other policies take them.
-        patience: of the rule [s].
+        given: positional arguments of `MaskableActorCriticPolicy`.
+        patience: patience of the ATC rule [s].
         sharpness: see `Sides`.
-        options: as other policies take them; `net_arch` has the widths of the scorer's layers.
+        options: further arguments of `MaskableActorCriticPolicy`; `net_arch` has the widths of the scorer's layers.
     """
 
     def __init__(self, *given: Any, patience: float = 1.0, sharpness: float = 4.0, **options: Any) -> None:
@@ -132,5 +132,5 @@ class ResidualPolicy(MaskableActorCriticPolicy):
         self.optimizer = optimizer_class(self.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)
 
     def numbers(self) -> Scorer:
-        """Its scorer as it is now, for good."""
+        """The policy's present scorer as NumPy arrays."""
         return self.mlp_extractor.scoring.numbers()

@@ -1,16 +1,16 @@
-"""The folder of a training run: what it was asked for, what it learned, and how to go on with it.
+"""The folder of a training run: its arguments, its policy, and the checkpoints from which the run can go on.
 
-    args.yml            what was asked for           config.yml          hyperparameters (RL-Zoo syntax)
+    args.yml            arguments of the run         config.yml          hyperparameters (RL-Zoo syntax)
     env.yaml            the level in full            versions.json       of Python and packages
     git.txt             commit, if there is one      command.txt         the command line
     progress.csv        success and landing error while training
-    policy.npz          newest policy (see `agents.policies`): all that is needed to throw with it
-    model.zip           the same with what it learns by  replay_buffer.npz   its memory
+    policy.npz          newest policy (see `agents.policies`), sufficient for throwing
+    model.zip           newest model with optimisers replay_buffer.npz   replay buffer
     checkpoints/N/      all that is needed to go on from throw N
 
-A run folder appears complete or not at all, and so does each checkpoint in it. It is data, whoever made it: policy.npz,
-memory and random state are numbers; of model.zip, which stable-baselines3 can load too, only tensors and counts are
-read here, into networks that args.yml and config.yml describe. Nothing is unpickled. Only who learns on needs torch.
+A run folder appears complete or not at all, and so does each checkpoint in it. A run folder is data, whoever made it:
+policy.npz, memory and random state are numbers. stable-baselines3 can load model.zip too; here only its tensors and
+counts are read, into networks that args.yml and config.yml describe. Nothing is unpickled. Only training needs torch.
 """
 
 from __future__ import annotations
@@ -41,18 +41,18 @@ if TYPE_CHECKING:
 
 ARGUMENTS = ("env", "level", "algo", "steps", "seed", "num_envs", "action_mode", "checkpoint_every")
 LATER = {"fidelity": "full", "full_last": 0, "stack": 1, "over": "analytic"}
-"""Arguments that older runs do not know, and what they did."""
+"""Arguments that older run folders lack, with the values of those runs."""
 WHOLE = ("steps", "seed", "num_envs", "checkpoint_every", "full_last", "stack")
-"""Of all arguments those that are whole numbers; the others are text."""
+"""Arguments that are whole numbers; the other arguments are text."""
 POLICY, MODEL, MEMORY, RANDOM = "policy.npz", "model.zip", "replay_buffer.npz", "random.json"
 
 
 @final
 class RunFolder:
-    """A run folder; its files are read when they are asked for.
+    """A run folder; its files are read on access.
 
     Args:
-        path: the folder; what reads from a folder that does not exist raises a UsageError.
+        path: the folder; reading from a folder that does not exist raises a UsageError.
     """
 
     def __init__(self, path: Path) -> None:
@@ -70,7 +70,7 @@ class RunFolder:
         """Write a new run folder with its checkpoint 0.
 
         Raises:
-            UsageError: the folder holds something already, or cannot be written.
+            UsageError: the folder is not empty, or cannot be written.
         """
         check_new(path)
         sweep(path.parent)
@@ -90,7 +90,7 @@ class RunFolder:
         return cls(path)
 
     def _describe(self, arguments: Mapping[str, Any], settings: Mapping[str, Any], config: LevelConfig) -> None:
-        """Write all that is known of a run before it learns."""
+        """Write arguments, hyperparameters, level, versions and command line of a new run."""
         self.write_arguments(arguments)
         write_text(self.path / "config.yml", yaml_text({arguments["env"]: dict(settings)}))
         write_text(self.path / "env.yaml", yaml_text(config.model_dump(mode="json")))
@@ -102,7 +102,7 @@ class RunFolder:
 
     @contextmanager
     def nothing_left(self) -> Generator[None, None, None]:
-        """Remove a new folder if an error ends the block before the first leg is done: it would block the next try."""
+        """Remove a new folder if an error ends the block before the first leg is done, to free its name."""
         try:
             yield
         except Exception:
@@ -111,15 +111,15 @@ class RunFolder:
             raise
 
     def write_arguments(self, arguments: Mapping[str, Any]) -> None:
-        """Note what the run is asked for; a resumed run may be asked for more throws."""
+        """Write the arguments of the run; a resumed run may get more throws."""
         write_text(self.path / "args.yml", yaml_text(dict(arguments)))
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """What the run was asked for; args.yml is read anew only when it has changed.
+        """Arguments of the run; args.yml is read again only after a change.
 
         Raises:
-            UsageError: there is no such run folder, or it is damaged.
+            UsageError: there is no such run folder, or the folder is damaged.
         """
         file = self.path / "args.yml"
         if not self.path.is_dir():
@@ -136,10 +136,10 @@ class RunFolder:
         return sorted(p for p in place.iterdir() if p.name.isdigit()) if place.is_dir() else []
 
     def load_actor(self, checkpoint: Path | None = None) -> Actor:
-        """Read the newest policy, or that of a checkpoint.
+        """Read the newest policy, or the policy of a checkpoint, of a run that corrects throws.
 
         Raises:
-            UsageError: the folder or its policy is missing or damaged, or does not correct throws.
+            UsageError: the folder or its policy is missing or damaged, or the policy does not correct throws.
         """
         arguments = self.arguments
         if arguments["algo"] in MASKED:
@@ -148,7 +148,7 @@ class RunFolder:
         return Actor.load(self.policy_file(checkpoint))
 
     def load_policy(self, checkpoint: Path | None = None) -> Actor | Scorer:
-        """Read the newest policy, or that of a checkpoint, whether it corrects throws or chooses.
+        """Read the newest policy, or the policy of a checkpoint, of a run that corrects throws or chooses objects.
 
         Raises:
             UsageError: the folder or its policy is missing or damaged.
@@ -157,10 +157,10 @@ class RunFolder:
         return kind.load(self.policy_file(checkpoint))
 
     def policy_file(self, checkpoint: Path | None = None) -> Path:
-        """Find the file of the newest policy, or of that of a checkpoint.
+        """File of the newest policy, or of the policy of a checkpoint.
 
         Raises:
-            UsageError: it is missing.
+            UsageError: the file is missing.
         """
         file = (checkpoint or self.path) / POLICY
         if not file.is_file():
@@ -169,7 +169,7 @@ class RunFolder:
         return file
 
     def load_model(self, env: VecEnv | None = None, checkpoint: Path | None = None) -> BaseAlgorithm:
-        """Read the newest model, or that of a checkpoint: it can learn on.
+        """Read the newest model, or the model of a checkpoint, which can go on learning.
 
         Raises:
             UsageError: the folder or its model is missing or damaged.
@@ -184,10 +184,10 @@ class RunFolder:
         return load_tensors(file, arguments, settings, env)
 
     def save_checkpoint(self, model: BaseAlgorithm) -> None:
-        """Keep policy, model, memory and random state at the present throw, and make them the newest of the run.
+        """Write policy, model, memory and random state as a new checkpoint, and make it the newest of the run.
 
         Raises:
-            UsageError: the policy cannot be kept as numbers.
+            UsageError: the policy cannot be written as arrays.
         """
         from ..policies.weights import actor_of  # noqa: PLC0415 - imports torch
 
@@ -207,12 +207,12 @@ class RunFolder:
         self._renew()
 
     def _renew(self) -> None:
-        """Make the last checkpoint the newest of the run, as far as a kill has kept that from being done."""
+        """Copy the files of the last checkpoint to the run folder, also after a kill between writing and copying."""
         *others, last = self.checkpoints
         for name in (POLICY, MODEL, MEMORY):
             if (last / name).is_file():
                 replace_file(self.path / name, partial(shutil.copyfile, last / name))
-        # Only the last checkpoint is continued; the others keep their policy.
+        # Only the last checkpoint can be continued; earlier ones keep their policy.
         for old in others:
             (old / MEMORY).unlink(missing_ok=True)
 
@@ -232,7 +232,7 @@ class RunFolder:
                 load_memory(model.replay_buffer, last / MEMORY)  # type: ignore[attr-defined]
             load_random(model, last / RANDOM)
         except Exception as error:
-            # There is no telling what a torn or foreign file upsets.
+            # A truncated or foreign file may raise anything.
             raise _damage(self.path, f"checkpoint {last.name} is truncated, or of another version") from error
         if int(last.name) != model.num_timesteps:
             raise _damage(self.path, f"checkpoint {last.name} is of another throw")
@@ -243,7 +243,7 @@ class RunFolder:
 
 @lru_cache(maxsize=8)
 def _arguments(folder: Path, stamp: tuple[int, ...]) -> Mapping[str, Any]:
-    """Read args.yml of a folder, once for each stamp: the file's place on the disk, time of change and size."""
+    """Read args.yml of a folder, once for each stamp of the file: inode, time of change and size."""
     data = read_yaml(folder / "args.yml", f"run folder {str(folder)!r} is damaged:")
     if isinstance(data, dict):
         data = {**LATER, **data}
@@ -260,25 +260,25 @@ def _arguments(folder: Path, stamp: tuple[int, ...]) -> Mapping[str, Any]:
 
 
 def _damage(folder: Path, said: str) -> UsageError:
-    """Make the error of a run folder in which something is wrong."""
+    """Error of a damaged run folder."""
     return UsageError(f"run folder {str(folder)!r} is damaged: {said}")
 
 
 def check_new(folder: Path) -> None:
-    """Make sure that a new run overwrites nothing.
+    """Make sure that the folder of a new run is empty or does not exist.
 
     Raises:
-        UsageError: something is there already.
+        UsageError: there is a file, or a folder that is not empty.
     """
     if folder.is_file() or (folder.is_dir() and any(folder.iterdir())):
         raise UsageError(f"{str(folder)!r} exists already; choose another --out, or continue it with --resume")
 
 
 def name_of(asked: Mapping[str, Any], level: object) -> str:
-    """What a folder of a run is called, by what the run was asked for and its level; no part of it is a folder.
+    """Name of a run's folder, from the run's arguments and level; the name has no path separators.
 
     Raises:
-        UsageError: a file cannot be called so.
+        UsageError: the name is no valid file name.
     """
     env_id = asked["env"].rpartition(":")[2].replace("/", "-")  # Gymnasium's ids may have a namespace
     name = f"{env_id}-{level}-{asked['algo']}-seed{asked['seed']}"

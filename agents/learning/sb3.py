@@ -1,4 +1,4 @@
-"""Models of stable-baselines3: new ones, and those in files."""
+"""Models of stable-baselines3: making new ones, and loading them from files."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from .hyperparameters import FALLING, WIDEST, begin, checked
 from .vec_env import rows_thrown
 
 COUNTS = ("num_timesteps", "_n_updates", "_episode_num")
-"""What a model counts while it learns; the rest of its state is tensors, or settled by the hyperparameters."""
+"""Counts of a model's learning; all other state is in tensors or follows from the hyperparameters."""
 SMALL = 0.01
 """Factor on the last layer of a new policy: its first throws are the analytic planner's."""
 MARKS: Final = {
@@ -46,18 +46,20 @@ MARKS: Final = {
     "ppo": "clip_range",
     "a2c": "vf_coef",
 }
-"""What a stored model of each algorithm or its policy has, and none of an algorithm after it; DDPG is a kind of TD3."""
+"""Attribute that a stored model of each algorithm or its policy has, and later algorithms lack; DDPG is a kind of
+TD3."""
 PARTS: Final = re.compile(r"data|[a-z_.]+\.pth|_stable_baselines3_version|system_info\.txt")
-"""Names in a model's file."""
+"""Names of the members of a model's file."""
 INNER: Final = re.compile(r"[\w.]+/(?:data\.pkl|data/\d+|version|byteorder|\.[\w./]+)")
-"""Names in a file of tensors."""
+"""Names of the members of a file of tensors."""
 
 
 @final
 class ThrownBuffer(ReplayBuffer):
-    """A replay buffer of throws alone: a failed pick or a dropped object is replaced by another cell's throw.
+    """Replay buffer of throws alone: it leaves out failed picks and dropped objects, which no action influences.
 
-    A batch without any throw is not kept. An empty buffer keeps even such a batch, because it needs something to draw.
+    In a batch, a throw of another row replaces each of these. A batch without any throw is left out, unless the buffer
+    is empty, because nothing can be sampled from an empty buffer.
     """
 
     def add(
@@ -69,7 +71,7 @@ class ThrownBuffer(ReplayBuffer):
         done: NDArray[Any],
         infos: list[dict[str, Any]],
     ) -> None:
-        """Keep the throws of one step of all rows."""
+        """Add the throws of one step of all rows."""
         thrown = rows_thrown(infos)
         if not thrown and self.size() > 0:
             return
@@ -81,7 +83,7 @@ class ThrownBuffer(ReplayBuffer):
 
 @final
 class Falling:
-    """A learning rate that falls to 0 along a line over a whole training; stable-baselines3 knows of its leg alone.
+    """A learning rate that falls linearly to 0 over a whole training; stable-baselines3 knows the present leg alone.
 
     Args:
         begin: the rate at the first throw.
@@ -91,12 +93,12 @@ class Falling:
         self.begin, self.share = begin, 1.0
 
     def __call__(self, remaining: float) -> float:
-        """The rate when so much is left of the throws from the first one to the end of this leg."""
+        """Learning rate when a share `remaining` of the throws up to the end of this leg is left."""
         return self.begin * max(1.0 - (1.0 - remaining) * self.share, 0.0)
 
 
 def begin_leg(model: BaseAlgorithm, end: int, total: int) -> None:
-    """Tell a model before it learns on that the leg ends with so many throws of all."""
+    """Set a model's learning rate for a leg that ends at throw `end` of `total`."""
     if isinstance(model.learning_rate, Falling):
         model.learning_rate.share = end / total
 
@@ -105,7 +107,7 @@ def algorithm_class(name: str) -> type[BaseAlgorithm]:
     """The class of an algorithm.
 
     Raises:
-        UsageError: unknown name.
+        UsageError: the name is unknown.
     """
     if name == "tqc":
         from sb3_contrib import TQC  # noqa: PLC0415 - only this algorithm needs it
@@ -126,10 +128,10 @@ def algorithm_class(name: str) -> type[BaseAlgorithm]:
 
 
 def load_policy(file: Path, env: VecEnv | None = None) -> BaseAlgorithm:
-    """The model in a file that stable-baselines3 wrote; runs code in it.
+    """Load a model from a file of stable-baselines3; runs code in the file.
 
     Raises:
-        UsageError: it is damaged, or of no algorithm of `MARKS`.
+        UsageError: the file is damaged, or of no algorithm of `MARKS`.
     """
     torch.set_num_threads(1)  # small networks are slower on many threads than on one
     try:
@@ -138,7 +140,7 @@ def load_policy(file: Path, env: VecEnv | None = None) -> BaseAlgorithm:
         algo = next(name for name, mark in MARKS.items() if mark in {*stored, *stored["policy_class"]})
         return algorithm_class(algo).load(file, env=env, device="cpu")
     except Exception as error:
-        # There is no telling what a torn or foreign file upsets in there.
+        # A truncated or foreign file may raise anything in the library.
         kinds = ", ".join(MARKS)
         raise UsageError(f"{str(file)!r} is damaged: {file.name} is truncated or not a model of {kinds}") from error
 
@@ -146,12 +148,12 @@ def load_policy(file: Path, env: VecEnv | None = None) -> BaseAlgorithm:
 def load_tensors(
     file: Path, asked: Mapping[str, Any], settings: Mapping[str, Any], env: VecEnv | None = None
 ) -> BaseAlgorithm:
-    """The model of a run, made as its arguments and settings say and filled with the tensors and counts of its file.
+    """Load a run's model: build it from arguments and settings, then fill in the tensors and counts of its file.
 
-    Nothing is unpickled, so nothing in the file is run.
+    Nothing is unpickled, so no code in the file is run.
 
     Raises:
-        UsageError: it is damaged, or of other settings.
+        UsageError: the file is damaged, or of other settings.
     """
     try:
         with archive(file, PARTS, MOST_MODEL) as (parts, infos):
@@ -176,7 +178,7 @@ def load_tensors(
 
 
 def _nowhere(stored: Mapping[str, Any], count: int) -> VecEnv:
-    """Nothing but the spaces of a stored model and a number of rows: what it takes to make one that only acts."""
+    """A stub environment with the spaces of a stored model and a number of rows, for a model that only acts."""
     nowhere: gym.Env[Any, Any] = gym.Env()
     seen, action = (tuple(stored[f"{name}_space"]["_shape"]) for name in ("observation", "action"))
     count_of = stored["action_space"].get("n")
@@ -191,15 +193,15 @@ def _nowhere(stored: Mapping[str, Any], count: int) -> VecEnv:
 
 def _tensors(data: bytes) -> dict[str, Any]:
     with archive(BytesIO(data), INNER, MOST_MODEL), warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # an error says what is wrong with a foreign file
+        warnings.simplefilter("ignore")  # errors report foreign files
         return torch.load(BytesIO(data), map_location="cpu", weights_only=True)
 
 
 def load_statistics(file: Path, env: VecEnv) -> VecNormalize:
-    """By what observations are normalised; runs code in the file.
+    """Load the statistics that normalise observations; runs code in the file.
 
     Raises:
-        UsageError: it is damaged, or of other observations.
+        UsageError: the file is damaged, or of other observations.
     """
     try:
         return VecNormalize.load(str(file), env)
@@ -208,13 +210,13 @@ def load_statistics(file: Path, env: VecEnv) -> VecNormalize:
 
 
 def build(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> BaseAlgorithm:
-    """A new model whose first policy is the analytic planner, give or take its exploration.
+    """A new model whose first policy is the analytic planner, apart from exploration.
 
     Args:
         algo: one of `RESIDUAL`.
         env: the adapted environment.
         settings: hyperparameters in RL-Zoo syntax; `n_timesteps` and `n_envs` are for the caller.
-        seed: of network weights and exploration.
+        seed: seed of network weights and exploration.
 
     Raises:
         UsageError: the settings do not fit the algorithm.
@@ -239,15 +241,15 @@ def _made(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> Bas
     except PntGymError:
         raise
     except Exception as error:
-        # There is no telling what a setting of the wrong kind upsets in there.
+        # A setting of the wrong type may raise anything in the library.
         raise UsageError(f"hyperparameters do not fit {algo}: {one_sentence(error)}") from error
 
 
 def _policy(algo: str, asked: str | None) -> str | type[Any]:
-    """The policy of an algorithm: the usual one unless another is asked for.
+    """The policy class of an algorithm: `asked`, or the default for None.
 
     Raises:
-        UsageError: there can be no other.
+        UsageError: the algorithm has only its own policy.
     """
     if algo == "residual_ppo":
         from .residual import ResidualPolicy  # noqa: PLC0415 - only this algorithm needs it
@@ -259,13 +261,13 @@ def _policy(algo: str, asked: str | None) -> str | type[Any]:
 
 
 def _start_at_zero(model: BaseAlgorithm) -> None:
-    """Scale the layer that gives the mean action down to nearly nothing; a scorer begins as the rule anyway."""
+    """Scale the layer of the mean action by `SMALL`, so that first actions are nearly zero; scorers need no scaling."""
     policy: Any = model.policy
     if hasattr(policy, "numbers"):
         return
     heads = [policy.action_net] if isinstance(model, OnPolicyAlgorithm) else [policy.actor.mu]
     if isinstance(model, TD3):
-        heads.append(policy.actor_target.mu)  # a copy made before: both must start alike
+        heads.append(policy.actor_target.mu)  # the target is an earlier copy: both must start alike
     with torch.no_grad():
         for head in heads:
             *_, last = (layer for layer in head.modules() if isinstance(layer, torch.nn.Linear))

@@ -1,4 +1,4 @@
-"""Policies that stable-baselines3 has trained, wherever they lie, and what is known about their training.
+"""Policies trained by stable-baselines3 in files of several kinds, and the recorded arguments of their training.
 
 Three places are understood:
 
@@ -7,12 +7,12 @@ Three places are understood:
                                     MyEnv-v0/ with args.yml, config.yml and perhaps vecnormalize.pkl
     any/model.zip                   a single model, with vecnormalize.pkl beside it if its observations were normalised
 
-Of algorithms those of `agents.learning.sb3.MARKS` are understood, of RL-Zoo's settings all but wrappers and stacked
+The algorithms of `agents.learning.sb3.MARKS` are understood, and all of RL-Zoo's settings but wrappers and stacked
 frames.
 
-A run folder is data (see `agents.learning.runs`). The other two are code: stable-baselines3 unpickles parts of a model
-and all of vecnormalize.pkl, so they are loaded only for a user who says `--trust`. YAML is read as data everywhere, and
-a module that a run folder names as the home of its environment is imported only if the user names it too.
+A run folder is data (see `agents.learning.runs`). The other two can run code, because stable-baselines3 unpickles parts
+of a model and all of vecnormalize.pkl; both are loaded only with `--trust`. YAML is always read as data. A run folder
+may name a module that registers its environment; the module is imported only if the user names it too.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from .runs import RunFolder
 LevelT = TypeVar("LevelT")
 STATISTICS: Final = "vecnormalize.pkl"
 REFUSED: Final = ("env_wrapper", "vec_env_wrapper", "frame_stack")
-"""Settings of RL-Zoo that put something between environment and policy."""
+"""Settings of RL-Zoo that put a wrapper between environment and policy."""
 
 
 @final
@@ -44,16 +44,16 @@ class Trained:
 
     model: Path
     statistics: Path | None
-    """Of its observations, by which they were normalised (VecNormalize)."""
+    """File of the statistics that normalise the policy's observations (VecNormalize), if there is one."""
     known: Mapping[str, Any]
-    """Of `env`, `level` and `action_mode` of its training those that are recorded."""
+    """Recorded `env`, `level` and `action_mode` of the training."""
     is_run: bool = False
-    """It lies in a run folder of `agents.train`, which holds no code."""
+    """Whether the policy lies in a run folder of `agents.train`, which holds no code."""
 
 
 @final
 class _ZooLoader(PlainLoader):
-    """Reads YAML with ordered mappings, as RL-Zoo writes them, as data."""
+    """Loader of YAML as data, including the ordered mappings of RL-Zoo."""
 
 
 def _ordered(loader: _ZooLoader, node: yaml.SequenceNode) -> dict[str, Any]:
@@ -66,10 +66,10 @@ _ZooLoader.add_constructor("tag:yaml.org,2002:python/tuple", _ZooLoader.construc
 
 
 def find_trained(place: Path) -> Trained:
-    """The policy in a run folder, an RL-Zoo folder or a model file.
+    """Find the policy in a run folder, an RL-Zoo folder or a model file.
 
     Raises:
-        UsageError: there is none, or it was trained in a way that is not understood.
+        UsageError: there is no policy, or its training used settings that are not understood.
     """
     if place.suffix == ".zip":
         if not place.is_file():
@@ -85,10 +85,10 @@ def find_trained(place: Path) -> Trained:
 
 
 def files_of(place: Path) -> dict[str, bytes]:
-    """Contents of the files of a trained policy, or of a scorer (.npz), by path from beside the place.
+    """Contents of the files of a trained policy, or of a scorer (.npz), by path relative to the parent folder.
 
     Raises:
-        UsageError: there is no policy in it, or it cannot be read.
+        UsageError: there is no policy, or its files cannot be read.
     """
     root = place.resolve()
     kept = [root] if root.suffix == ".npz" else _parts(root)
@@ -99,7 +99,7 @@ def files_of(place: Path) -> dict[str, bytes]:
 
 
 def _parts(place: Path) -> list[Path]:
-    """Files that `find_trained` reads, and those that are read of what it finds."""
+    """Files of a policy that `find_trained` or the loading of the policy reads."""
     found = find_trained(place)
     kept = [found.model, *([] if found.statistics is None else [found.statistics])]
     if place.is_dir():
@@ -134,10 +134,10 @@ def _there(path: Path) -> Path | None:
 
 
 def check_trust(place: Path, trusted: bool) -> None:
-    """Make sure that the user wants what may run code.
+    """Make sure that the user trusts a file that may run code.
 
     Raises:
-        UsageError: it has not been said.
+        UsageError: the user has not given --trust.
     """
     if not trusted:
         raise UsageError(
@@ -149,12 +149,12 @@ def check_trust(place: Path, trusted: bool) -> None:
 def setting(
     controller: str, env: str | None, level: LevelT | None, action_mode: str | None
 ) -> tuple[str, LevelT | str | None, str | None]:
-    """Environment id, level and action mode: as asked for, else those of the controller's training, else the defaults.
+    """Environment id, level and action mode: as given, else of the controller's training, else the defaults.
 
-    Level and mode are None for the environment's own.
+    Level and mode are None for the environment's defaults.
 
     Raises:
-        UsageError: the run folder names an environment of somebody's module, and the user does not.
+        UsageError: the run folder's environment is in a module that the user has not named.
     """
     place = Path(controller)
     known = find_trained(place).known if os.path.isdir(place) else {}  # False for a name too long to be one
@@ -164,10 +164,10 @@ def setting(
 
 
 def own_environment(folder: str | Path, env_id: str) -> str:
-    """The environment that a run folder names, if that imports nothing.
+    """Id of a run folder's environment, if opening the environment imports no user's module.
 
     Raises:
-        UsageError: it is in a module that only the user may have imported.
+        UsageError: the environment is in a module, which is imported only if the user names it.
     """
     if ":" in env_id:
         raise UsageError(f"{str(folder)!r} is of an environment in a module; give --env {env_id} to import it")

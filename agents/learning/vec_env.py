@@ -1,4 +1,4 @@
-"""Gymnasium's vector environments as stable-baselines3 expects them."""
+"""Adapter from Gymnasium's vector environments to stable-baselines3."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from ..ground.environments import Env, check_autoreset, core_of
 from ..ground.infos import results
 
 INFO_KEYS = ("is_success", "landing_error", "cycle_time", "picked", "dropped", "value", "dt")
-"""What of a throw's info reaches the learner's callbacks."""
+"""Info keys of a throw that are passed to the learner's callbacks."""
 MASKS: Final = "action_masks"
-"""By this name sb3-contrib asks what can be chosen."""
+"""Name by which sb3-contrib asks for the masks of valid actions."""
 
 
 def rows_thrown(infos: Sequence[Mapping[str, Any]]) -> list[int]:
-    """Rows in which an action had a say."""
+    """Rows with a throw, without failed picks and dropped objects."""
     return [row for row, info in enumerate(infos) if info.get("picked", True) and not info.get("dropped", False)]
 
 
 def _evened(reward: NDArray[Any], infos: Sequence[Mapping[str, Any]]) -> NDArray[Any]:
-    """Rewards (N,), of what was no throw the mean of the throws; as they are where there is none."""
+    """Rewards (N,), with the mean reward of the throws in rows without a throw; unchanged without any throw."""
     rows = rows_thrown(infos)
     if not rows:
         return reward
@@ -45,12 +45,12 @@ class SameStepVecEnv(VecEnv):
 
     Args:
         env: the environment.
-        even: a failed pick or a dropped object gets the mean reward of the throws of its step, and so has no gradient:
-            for algorithms without a replay buffer.
-        price: of a second between decisions, taken off the reward beside what the environment itself takes off [1/s].
+        even: give failed picks and dropped objects, which no action influences, the mean reward of the throws of the
+            same step; for algorithms without a replay buffer that could leave them out.
+        price: price of a second between decisions, subtracted from the reward beyond the environment's own price [1/s].
 
     Raises:
-        UsageError: the environment resets in another way.
+        UsageError: the environment has another autoreset mode.
     """
 
     def __init__(self, env: Env, *, even: bool = False, price: float = 0.0) -> None:
@@ -63,9 +63,9 @@ class SameStepVecEnv(VecEnv):
         self._clear()
 
     def reset(self) -> NDArray[np.float32]:
-        """Reset every row; with the seeds of the last `seed` call if there was one."""
+        """Reset every row, with the seeds of the last `seed` call, if any."""
         seeded = [s for s in self._seeds if s is not None]
-        # Vector environments take a seed for each row, which the annotation of their base does not say.
+        # Vector environments accept a seed for each row, which their base class does not annotate.
         seeds: Any = seeded if len(seeded) == self.num_envs else None
         observation, info = self.env.reset(seed=seeds)
         self.reset_infos = [{key: info[key][i] for key in ("kind",) if key in info} for i in range(self.num_envs)]
@@ -75,11 +75,11 @@ class SameStepVecEnv(VecEnv):
         return np.array(observation, dtype=np.float32)
 
     def step_async(self, actions: NDArray[Any]) -> None:
-        """Keep the actions (N, A), or (N,) of choices, for `step_wait`."""
+        """Keep the actions (N, A), or choices (N,), for `step_wait`."""
         self._actions = np.asarray(actions, dtype=self.action_space.dtype)
 
     def step_wait(self) -> VecEnvStepReturn:
-        """Throw; rows whose episode ended are already reset in the observation returned."""
+        """Step the environment; rows whose episode has ended return the first observation of the next one."""
         observation, reward, terminated, truncated, info = self.env.step(self._actions)
         done = np.logical_or(terminated, truncated)
         self._returns += reward
@@ -100,12 +100,12 @@ class SameStepVecEnv(VecEnv):
         self.env.close()
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
-        """An attribute of the one environment, once per row."""
+        """An attribute of the vector environment, once per row."""
         value = self._masks if attr_name == MASKS else getattr(self.env, attr_name)
         return [value for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
-        """Set an attribute of the one environment: for all rows at once."""
+        """Set an attribute of the vector environment, for all rows at once."""
         if indices is not None:
             raise UsageError("the rows of a vector environment share their attributes; set them without indices")
         setattr(self.env, attr_name, value)
@@ -117,7 +117,7 @@ class SameStepVecEnv(VecEnv):
         indices: VecEnvIndices = None,
         **method_kwargs: Any,
     ) -> list[Any]:
-        """Call a method of the one environment, once; its result stands for each row, but masks are of each row."""
+        """Call a method of the vector environment once; every row gets its result, but masks are per row."""
         if method_name == MASKS:
             masks = self._masks()
             return [masks[row] for row in self._get_indices(indices)]
@@ -125,7 +125,7 @@ class SameStepVecEnv(VecEnv):
         return [result for _ in self._get_indices(indices)]
 
     def env_is_wrapped(self, wrapper_class: type[Any], indices: VecEnvIndices = None) -> list[bool]:
-        """Episode statistics are kept here, so no row is wrapped in anything."""
+        """False for every row, because this class keeps the episode statistics itself."""
         return [False for _ in self._get_indices(indices)]
 
     def get_images(self) -> Sequence[NDArray[np.uint8] | None]:
@@ -135,7 +135,7 @@ class SameStepVecEnv(VecEnv):
 
     @property
     def _masks(self) -> Callable[[], NDArray[np.bool_]]:
-        """The method that tells what can be chosen in each row (N, A); an AttributeError where nothing is chosen."""
+        """The core's method that returns the masks of valid choices (N, A); AttributeError for cores without masks."""
         return cast("Any", core_of(self.env)).masks
 
     def _clear(self) -> None:

@@ -1,4 +1,4 @@
-"""What a training tells of its last steps, averaged over a window."""
+"""Figures of a training's last steps, averaged over a window."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ import numpy as np
 
 
 class Window(ABC):
-    """Abstract: figures of the last steps of a training."""
+    """Abstract: figures of the last steps of a training, averaged."""
 
     step: ClassVar[str] = "throws"
-    """What is counted, in the plural."""
+    """Name of the counted steps, in the plural."""
     column: ClassVar[str]
-    """The figure beside success, in progress.csv."""
+    """Column of the figure in progress.csv."""
     label: ClassVar[str]
-    """The same on the axis of a curve."""
+    """Label of the figure on the axis of a curve."""
     scale: ClassVar[float] = 1.0
     """Factor from the figure to the unit of the label."""
     every: ClassVar[int]
@@ -26,15 +26,15 @@ class Window(ABC):
 
     @abstractmethod
     def clear(self) -> None:
-        """Forget all steps: a leg tells the same whether or not the process was restarted before it."""
+        """Forget all steps, so that the figures of a leg do not depend on a restart of the process before it."""
 
     @abstractmethod
     def add(self, infos: Sequence[Mapping[str, Any]], rewards: Sequence[float]) -> tuple[float, float, float]:
-        """Mean success, figure and reward lately, after one more step of all rows."""
+        """Add one step of all rows; mean success, figure and reward of the last steps."""
 
     @abstractmethod
     def text(self, figure: float) -> str:
-        """The figure on a progress bar."""
+        """Text of the figure on a progress bar."""
 
 
 @final
@@ -46,7 +46,7 @@ class ThrowWindow(Window):
     scale = 1000.0
     every = 256
     size: ClassVar[int] = 256
-    """Throws that are averaged over."""
+    """Number of throws in the window."""
 
     def __init__(self) -> None:
         self._throws: deque[tuple[float, float, float]] = deque(maxlen=self.size)
@@ -56,27 +56,27 @@ class ThrowWindow(Window):
         self._throws.clear()
 
     def add(self, infos: Sequence[Mapping[str, Any]], rewards: Sequence[float]) -> tuple[float, float, float]:
-        """Mean success, landing error [m] and reward of the last throws."""
+        """Add one step of all rows; mean success, landing error [m] and reward of the last throws."""
         for info, reward in zip(infos, rewards, strict=True):
             self._throws.append((info.get("is_success", 0.0), info.get("landing_error", np.nan), float(reward)))
         success, error, reward = map(_mean, zip(*self._throws, strict=True))
         return success, error, reward
 
     def text(self, figure: float) -> str:
-        """The figure on a progress bar."""
+        """Text of the landing error on a progress bar."""
         return f"{self.scale * figure:.1f} mm off"
 
 
 @final
 class DecisionWindow(Window):
-    """Value per minute of the last decisions of lines, of which there are more, and which differ more than throws."""
+    """Value per minute of the last decisions of lines; decisions are more numerous and scatter more than throws."""
 
     step = "decisions"
     column = "value_per_min"
     label = "value per minute"
     every = 4096
     size: ClassVar[int] = 4096
-    """Decisions that are averaged over."""
+    """Number of decisions in the window."""
 
     def __init__(self) -> None:
         self._steps: deque[tuple[float, ...]] = deque()
@@ -86,20 +86,20 @@ class DecisionWindow(Window):
         self._steps.clear()
 
     def add(self, infos: Sequence[Mapping[str, Any]], rewards: Sequence[float]) -> tuple[float, float, float]:
-        """Mean success, value per minute and mean reward of the last decisions."""
+        """Add one step of all rows; mean success, value per minute and mean reward of the last decisions."""
         sums = (float(sum(info[name] for info in infos)) for name in ("is_success", "value", "dt"))
         self._steps.append((len(infos), float(np.sum(rewards)), *sums))
         while len(self._steps) > 1 and sum(step[0] for step in self._steps) > self.size:
-            self._steps.popleft()  # the last step stays, however many lines took part in it
+            self._steps.popleft()  # the last step stays, however many lines it has
         count, reward, success, value, seconds = map(sum, zip(*self._steps, strict=True))
         return success / count, 60.0 * value / seconds if seconds > 0.0 else np.nan, reward / count
 
     def text(self, figure: float) -> str:
-        """The figure on a progress bar."""
+        """Text of the value per minute on a progress bar."""
         return f"{figure:.1f} value/min"
 
 
 def _mean(values: Sequence[float]) -> float:
-    """Mean of those values that are numbers; NaN where none is, as before the first pick that holds."""
+    """Mean of the finite values; NaN without any, as before the first successful pick."""
     known = [value for value in values if np.isfinite(value)]
     return float(np.mean(known)) if known else np.nan

@@ -1,1 +1,1 @@
-"""Tools of lines: plan one, find settings, teach a policy, count what becomes of throws."""
+"""Tools of lines of robots: plan a line, tune controllers, train policies by imitation, count results of throws."""

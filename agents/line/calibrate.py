@@ -1,4 +1,4 @@
-"""Make the table of throws of a line in the full physics: `python -m agents.line calibrate --level skills3`."""
+"""Make a line's table of success chances in the full physics: `python -m agents.line calibrate --level skills3`."""
 
 from __future__ import annotations
 
@@ -22,12 +22,13 @@ from ..ground.versions import versions
 
 NUM_ENVS = 32
 MOST_EMPTY = 200
-"""Shifts in a row without a throw after which none is waited for: throws in one shift of ten pass once in a billion."""
+"""Number of consecutive shifts without a throw that ends the calibration. If one shift in ten had throws, so many
+shifts without any would come once in a billion times."""
 
 
 @dataclass(frozen=True)
 class Arguments:
-    """Throw the objects of a line in the full physics, and count successes by item, speed setting and distance."""
+    """Throw the objects of a line at random, and count the successes by item, speed setting and distance."""
 
     level: Annotated[str, tyro.conf.arg(metavar="NAME|FILE.yaml")] = "single"
     """A shipped level's name or a YAML file."""
@@ -36,15 +37,15 @@ class Arguments:
     seed: int = 0
     """Seed of the objects."""
     out: Annotated[Path | None, option("beside the shipped levels", "FILE.json")] = None
-    """File of the table; a level names this file as `chances`."""
+    """File of the table; a level names the file as `chances`."""
     num_envs: int = NUM_ENVS
-    """Lines simulated side by side; the objects of a seed depend on this number."""
+    """Lines simulated side by side; the objects depend on the seed and on this number."""
     threads: int = 2
-    """Threads that simulate; results do not depend on it."""
+    """Threads of the simulation; results do not depend on this number."""
 
 
 def main(arguments: Arguments) -> None:
-    """Throw, count, write."""
+    """Simulate the throws, count successes, write the table."""
     at_least(vars(arguments), throws=100, seed=0, num_envs=1, threads=1)
     config = LineConfig.load(arguments.level, throws="full", chances=None)
     place = place_of(config) if arguments.out is None else arguments.out
@@ -56,7 +57,7 @@ def main(arguments: Arguments) -> None:
 def calibrated(
     config: LineConfig, place: Path, throws: int, seed: int, num_envs: int = NUM_ENVS, threads: int = 2
 ) -> str:
-    """Make the table of a line and write it to a file; what was found in one sentence."""
+    """Make the table of a line and write it to a file; a summary in one sentence."""
     told = list(thrown(LineConfig.load(config, throws="full", chances=None), throws, seed, num_envs, threads))
     columns = {name: np.concatenate([part[name] for part in told]) for name in told[0]}
     head = {"digest": digest(config), "throws": len(columns["kind"]), "seed": seed, "versions": versions()}
@@ -69,10 +70,10 @@ def calibrated(
 
 
 def thrown(config: LineConfig, throws: int, seed: int, num_envs: int, threads: int) -> Iterator[dict[str, Any]]:
-    """Throws of robots that choose at random, batch by batch.
+    """Columns of the throws of robots that choose at random, batch by batch.
 
     Raises:
-        UsageError: nobody throws, shift after shift.
+        UsageError: no robot throws in `MOST_EMPTY` consecutive shifts.
     """
     first = stream_seed("practice", seed)
     cell, generator = LineCell(config, num_envs, threads), np.random.default_rng(first)
@@ -102,7 +103,7 @@ def _nothing(config: LineConfig, shifts: int) -> str:
 
 
 def _counted(taken: Taken) -> dict[str, Any]:
-    """What the table is made of, of the attempts that were made."""
+    """Columns of the table's counts, for the valid attempts of one batch."""
     objects, made = taken.context.objects, taken.made
     columns = {
         "kind": objects.kind,

@@ -1,4 +1,4 @@
-"""Teach a quick policy what a slow planner of a line decides: `pnt-gym line imitate --level value --of beam`."""
+"""Train a fast policy by imitation of a line's slow planner: `pnt-gym line imitate --level value --of beam`."""
 
 from __future__ import annotations
 
@@ -31,33 +31,34 @@ if TYPE_CHECKING:
     from ..policies.scorer import Scorer
 
 TAUGHT = 1000
-"""Seeds of its shifts begin so far after those of tuning."""
+"""Offset of the seeds of the imitation's shifts from the seeds of tuning."""
 
 
 @dataclass(frozen=True)
 class Arguments:
-    """Collect decisions of a planner of a line, train a scorer to imitate them, and compare both with the rule atc."""
+    """Collect decisions of a line's planner, fit a scorer to them, and compare both with the ATC rule."""
 
     level: Annotated[str, tyro.conf.arg(metavar="NAME|FILE.yaml")] = "single"
-    """A shipped level's name or a YAML file; the level needs a table of throws."""
+    """A shipped level's name or a YAML file; throws succeed by the level's table of chances."""
     of: Literal["beam", "price_beam", "joint_beam", "pair"] = "beam"
-    """Planner to imitate."""
+    """The planner whose decisions are learned."""
     shifts: int = 64
-    """Work shifts with decisions of the planner."""
+    """Shifts in which the planner's decisions are collected."""
     rounds: int = 2
-    """Rounds of work shifts: the planner acts in the first round, the scorer in each later round."""
+    """Rounds of collecting and fitting: the planner's decisions are carried out in the first round, the fitted scorer's
+    in each later one."""
     hidden: tuple[int, ...] = (64, 64)
     """Widths of the scorer's layers."""
     seed: int = 0
-    """Seed of the weights and of the work shifts, which no evaluation uses."""
+    """Seed of the collected shifts, which no evaluation sees, and of the weights."""
     out: Annotated[Path | None, option("runs/OF-LEVEL.npz", "FILE.npz")] = None
-    """File of the scorer, for `evaluate --controller FILE.npz`."""
+    """File of the scorer, which `evaluate --controller FILE.npz` takes."""
     eval_shifts: int = ShiftTrial.usual
-    """Held-out work shifts of each controller in the final table; 0 for no table."""
+    """Held-out shifts of each controller in the final table; 0 for no table."""
 
 
 def main(arguments: Arguments) -> None:
-    """Collect, teach, keep, compare."""
+    """Collect decisions, fit and save the scorer, and compare it with the planner and the rule."""
     least = {"shifts": 1, "rounds": 1, "seed": 0, "eval_shifts": 0}
     at_least(vars(arguments) | {"hidden": min(arguments.hidden, default=1)}, **least, hidden=1)
     level = LineConfig.load(arguments.level, throws="table")
@@ -71,7 +72,7 @@ def main(arguments: Arguments) -> None:
 
 
 def taught(level: LineConfig, arguments: Arguments) -> Scorer:
-    """The scorer after all rounds."""
+    """The fitted scorer after all rounds."""
     from ..dispatchers.imitation import Labels, fitted  # noqa: PLC0415 - torch takes a second to import
 
     patience = settings(level.name, "atc")["patience"]
@@ -88,7 +89,7 @@ def taught(level: LineConfig, arguments: Arguments) -> Scorer:
 
 
 def lesson(level: LineConfig, share: np.ndarray, scorer: Scorer | None, arguments: Arguments) -> Labels:
-    """What the planner would do in some of the shifts, worked by itself or by a scorer."""
+    """The planner's decisions in some shifts, in which the planner or a scorer works."""
     from ..dispatchers.imitation import collected  # noqa: PLC0415 - as above
 
     first = stream_seed("practice", arguments.seed) + TAUGHT
@@ -101,7 +102,7 @@ def lesson(level: LineConfig, share: np.ndarray, scorer: Scorer | None, argument
 
 
 def compare_with_rule(level: LineConfig, scorer: Scorer, arguments: Arguments) -> None:
-    """Show the rule, the planner and the scorer on the same held-out shifts, in a table."""
+    """Print a table of the rule, the planner and the scorer on the same held-out shifts."""
     with closing(open_trial(ENV, level, NUM_ENVS, 1)) as trial, throws_bar() as bar:
         learned = Scored(f"imitation of {arguments.of}", scorer)
         controllers = [trial.controller("atc"), trial.controller(arguments.of), learned]

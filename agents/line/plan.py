@@ -1,4 +1,4 @@
-"""What a line needs for what comes: `python -m agents.line plan --level my_line.yaml`."""
+"""Find how many robots and which belt speed a line needs: `python -m agents.line plan --level my_line.yaml`."""
 
 from __future__ import annotations
 
@@ -28,32 +28,33 @@ from .calibrate import calibrated
 
 @dataclass(frozen=True)
 class Arguments:
-    """Sweep robots, belt speeds and speed limits over one stream of objects; name the plans that reach a recovery."""
+    """Sweep robots, belt speeds and speed limits over one stream of objects, and report plans that reach a recovery."""
 
     level: Annotated[str, tyro.conf.arg(metavar="NAME|FILE.yaml")] = "skills3"
-    """A shipped level's name or a YAML file; its stream, items, bins and values are kept."""
+    """A shipped level's name or a YAML file; all plans have its stream, items, bins and values."""
     recovery: float = 0.95
     """Recovery to reach: share of all objects that are sorted."""
     robots: tuple[int, ...] = (1, 2, 3, 4)
-    """Numbers of robots to try: the first robots of the level; further robots copy the last one, equally spaced."""
+    """Numbers of robots to try: the first robots of the level; further ones are copies of its last robot at equal
+    distances."""
     speeds: Annotated[tuple[float, ...] | None, option("that of the level", "M/S ...")] = None
-    """Belt speeds to try [m/s]; every speed brings the same number of objects a second."""
+    """Belt speeds to try [m/s]; the number of objects per minute stays the same."""
     percents: Annotated[tuple[float, ...] | None, option("those of the level", "PERCENT ...")] = None
     """Limits of the robots to try [% of V, A and J]."""
     skills: tuple[Literal["level", "all"], ...] = ("level",)
-    """Skills to try: those of the level, or all items that the bins of a robot take."""
+    """Skills to try: those of the level, or every robot takes all items that its bins accept."""
     minutes: float = 2.0
-    """Length of a work shift."""
+    """Length of a shift [min]."""
     shifts: int = 16
     """Work shifts for each plan."""
     burst: Annotated[float | None, option("the level's own", "SHAPE")] = None
-    """Shape of the gamma distribution of the gaps between objects: 1 is a Poisson stream, less means bursts."""
-    down: Annotated[str | None, option("no robot", "ROBOT:MINUTES")] = None
-    """A robot that stands still for some minutes, from the middle of the work shift on."""
+    """Shape of the gamma distribution of the gaps between objects: 1 is a Poisson process, less means bursts."""
+    down: Annotated[str | None, option("nobody", "ROBOT:MINUTES")] = None
+    """A robot that stands still from the middle of the shift, and for how many minutes."""
     controller: str = "price"
-    """Dispatcher: one of fifo, spt, value_rate, atc, price, pair, beam, price_beam, joint_beam, guided_beam."""
+    """The controller: one of fifo, spt, value_rate, atc, price, pair, beam, price_beam, joint_beam, guided_beam."""
     throws: int = 1000
-    """Throws in the full physics for a missing table of chances."""
+    """Throws in the full physics for a table of chances, where there is no table yet."""
     seed: int = 0
     """Seed of the objects."""
     json: Annotated[Path | None, option("none", "FILE")] = None
@@ -61,13 +62,13 @@ class Arguments:
     picture: Annotated[Path | None, option("none", "FILE.svg")] = None
     """Draw recovery over belt speed."""
     tables: Path = Path("runs") / "chances"
-    """Folder of tables of throws that are not shipped."""
+    """Folder of the tables of chances that do not ship."""
     threads: int = 2
-    """Threads that simulate."""
+    """Threads of the simulation."""
 
 
 def main(arguments: Arguments) -> None:
-    """Try every plan, say which are enough."""
+    """Evaluate every plan, and report the smallest one that reaches the recovery."""
     at_least(vars(arguments), shifts=1, seed=0, throws=100, threads=1)
     _check(arguments)
     check_writable(arguments.json, arguments.picture)
@@ -97,7 +98,7 @@ def _check(arguments: Arguments) -> None:
 
 
 def planned(level: LineConfig, arguments: Arguments) -> Any:
-    """Every plan: its numbers, and its level."""
+    """Numbers and level of every plan."""
     speeds = arguments.speeds or (level.cell.belt.speed,)
     percents = arguments.percents or (None,)
     for count, speed, limit, skills in itertools.product(arguments.robots, speeds, percents, arguments.skills):
@@ -117,7 +118,7 @@ def planned(level: LineConfig, arguments: Arguments) -> Any:
 
 
 def line_up(level: LineConfig, count: int) -> list[Robot]:
-    """So many robots: the first of the level, and others like its last, as far apart as its first two."""
+    """The first `count` robots of the level; further robots copy its last one, as far apart as its first two."""
     robots = list(level.robots[:count])
     low, high = level.cell.belt.pick_x
     step = robots[1].x - robots[0].x if len(robots) > 1 else 2.0 * (high - low)
@@ -128,7 +129,7 @@ def line_up(level: LineConfig, count: int) -> list[Robot]:
 
 
 def down(config: LineConfig, arguments: Arguments) -> LineConfig:
-    """The same line with a robot that stands still for a while, if it is in it."""
+    """The line with a standstill of the robot of `--down`, if the line has this robot."""
     if arguments.down is None:
         return config
     name, _, minutes = arguments.down.partition(":")
@@ -142,7 +143,7 @@ def down(config: LineConfig, arguments: Arguments) -> LineConfig:
 
 
 def with_table(config: LineConfig, arguments: Arguments) -> LineConfig:
-    """The line with a table of its throws, which is made if there is none yet."""
+    """The line with its table of chances, which is made if there is none yet."""
     if place_of(config).is_file():
         return config
     place = arguments.tables / f"{digest(config)}.json"
@@ -152,7 +153,7 @@ def with_table(config: LineConfig, arguments: Arguments) -> LineConfig:
 
 
 def judged(config: LineConfig, arguments: Arguments) -> dict[str, Any]:
-    """What a plan is worth."""
+    """Recovery, value per minute and utilisation of a plan, from simulated shifts."""
     with closing(make_vector(ENV, config, arguments.shifts, arguments.threads)) as env, throws_bar() as bar:
         core = the_line(env)
         task = bar.add_task("shifts", total=arguments.shifts)
@@ -172,7 +173,7 @@ def judged(config: LineConfig, arguments: Arguments) -> dict[str, Any]:
 
 
 def plans_table(arguments: Arguments, rows: list[dict[str, Any]]) -> Grid:
-    """All plans."""
+    """Table of all plans."""
     header = ("robots", "skills", "belt", "limits", "recovery (95 % interval)", "value/min", "at work", "enough")
     lines = [
         [
@@ -194,7 +195,7 @@ def plans_table(arguments: Arguments, rows: list[dict[str, Any]]) -> Grid:
 
 
 def answer(arguments: Arguments, rows: list[dict[str, Any]]) -> str:
-    """The smallest plan that is enough, in one sentence."""
+    """The smallest plan that reaches the recovery, in one sentence."""
     enough = [row for row in rows if row["recovery_low"] >= arguments.recovery]
     if not enough:
         best = max(rows, key=lambda row: row["recovery"])
@@ -209,12 +210,12 @@ def _said(row: dict[str, Any]) -> str:
 
 
 def _kind(row: dict[str, Any]) -> tuple[float, float, str]:
-    """What plans of one line in the picture have alike."""
+    """Belt speed, limits and skills of a plan; plans with equal ones are points of one curve in the picture."""
     return row["belt_speed"], row["percent"], row["skills"]
 
 
 def picture(arguments: Arguments, rows: list[dict[str, Any]]) -> str:
-    """Recovery over the number of robots, a line for each belt speed and limit, with intervals."""
+    """Picture of recovery over the number of robots with intervals, a curve for each belt speed and limit, as SVG."""
     figure, (axes,) = subplots(1, 1, (6.4, 4.0))
     kinds = sorted({_kind(row) for row in rows})
     for kind, colour in zip(kinds, itertools.cycle(COLOURS), strict=False):

@@ -1,4 +1,4 @@
-"""Find the settings of rules and planners of a line on shifts of their own: `pnt-gym line tune --level value`."""
+"""Tune the settings of a line's rules and planners on separate shifts: `pnt-gym line tune --level value`."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from ..ground.versions import versions
 
 What = Literal["atc", "price", "beam", "price_beam", "joint_beam", "index", "guided_beam"]
 ORDER: Final[tuple[What, ...]] = get_args(What)
-"""Each builds on the first."""
+"""Controllers in the order of tuning; each uses the settings of the first one."""
 ENOUGH: Final = 32
-"""With fewer shifts settings are shown, and not kept for others."""
+"""Least number of shifts from which settings are kept; with fewer shifts settings are only shown."""
 HEAD: Final = (
     "# Settings with which rules and planners of a line ship, by level: what `pnt-gym line tune` has found on seeds of "
     "its own.\n# `rate` is the value that the tuned ATC rule brings in a second.\n"
@@ -36,30 +36,30 @@ HEAD: Final = (
 
 @dataclass(frozen=True)
 class Arguments:
-    """Find the settings of rules and planners of a line, on work shifts that no evaluation uses."""
+    """Tune the settings of rules and planners of a line, on shifts that no evaluation sees."""
 
     level: Annotated[str, tyro.conf.arg(metavar="NAME|FILE.yaml")] = "single"
-    """A shipped level's name or a YAML file; the level needs a table of throws."""
+    """A shipped level's name or a YAML file; throws succeed by the level's table of chances."""
     what: tuple[What, ...] = field(default=("atc", "price"))
-    """Controllers to tune: patience of atc; patience and share of price; price of time of the beams, and share of
-    price_beam; the weights of an index, by evolution; the weight of a plan in guided_beam."""
+    """Controllers to tune: patience of atc, patience and share of price, price of time of the beams, also the share of
+    price_beam, the weights of an index by evolution, or the trust of guided_beam in its plans."""
     shifts: int = 64
-    """Work shifts for every setting; with fewer than 32 no setting is kept."""
+    """Shifts for every setting; settings are kept only from 32 shifts on."""
     generations: int = 40
     """Generations of the search for an index."""
     go_on: bool = False
-    """Begin the search for an index at the shipped index of the level instead of at the rule atc; another --seed gives
-    other work shifts."""
+    """Begin the search for an index at the level's shipped index instead of the ATC rule; give another --seed for other
+    shifts."""
     seed: int = 0
-    """Seed of the work shifts."""
+    """Seed of the shifts."""
     out: Annotated[Path | None, option("configs/line_rules.yaml", "FILE.yaml")] = None
-    """File of the settings, by level; settings of other levels stay."""
+    """File of the settings by level; settings of other levels in the file stay."""
     json: Annotated[Path | None, option("none", "FILE")] = None
-    """Write every tried setting, and its value in each work shift, to this file."""
+    """Write every tried setting, and its value per minute in each shift, to this file."""
 
 
 def main(arguments: Arguments) -> None:
-    """Try, print the table, keep the best."""
+    """Try the settings, print the table, and keep the best ones."""
     at_least(vars(arguments), shifts=1, generations=1, seed=0)
     place = FILE if arguments.out is None else arguments.out
     check_writable(place, arguments.json)
@@ -80,7 +80,7 @@ def main(arguments: Arguments) -> None:
 
 
 def found(level: LineConfig, arguments: Arguments) -> dict[str, list[Tried]]:
-    """All that was tried, by what it is a setting of."""
+    """All tried settings and their values, by controller."""
     first = stream_seed("practice", arguments.seed)
     told: dict[str, list[Tried]] = {}
     with throws_bar() as bar:
@@ -94,7 +94,7 @@ def found(level: LineConfig, arguments: Arguments) -> dict[str, list[Tried]]:
 
 
 def most(what: What, level: LineConfig, arguments: Arguments) -> int:
-    """Shifts that it takes to find settings, at most."""
+    """Largest number of shifts for tuning a controller."""
     grid = (1 + len(tuning.COARSE[0])) * len(tuning.COARSE[1])
     share = 1 if len(level.robots) == 1 else grid + len(tuning.SHARE) + len(tuning.PATIENCE)
     both = len(tuning.AROUND) + len(tuning.SHARES)
@@ -106,7 +106,7 @@ def most(what: What, level: LineConfig, arguments: Arguments) -> int:
 
 
 def tried(what: What, bench: Bench, arguments: Arguments, told: dict[str, list[Tried]]) -> list[Tried]:
-    """Settings of one controller, starting from the tuned ATC rule: of this run, or as it ships."""
+    """Tried settings of one controller, starting from the tuned ATC rule of this run, or from the shipped one."""
     if what == "atc":
         return tuning.atc(bench)
     name, robots = bench.level.name, len(bench.level.robots)
@@ -124,22 +124,22 @@ def tried(what: What, bench: Bench, arguments: Arguments, told: dict[str, list[T
 
 
 def a_second(values: list[Tried]) -> float:
-    """Value that the best settings bring in a second."""
+    """Value per second with the best settings."""
     return float(tuning.best(values).value.mean()) / 60.0
 
 
 def rows(told: dict[str, list[Tried]]) -> list[tuple[str, dict[str, Any], Any, Any]]:
-    """Names, best settings, their values per minute, and those of the best ATC rule where there are some."""
+    """Controllers, best settings, values per minute, and values of the best ATC rule, if it was tuned too."""
     base = tuning.best(told["atc"]).value if "atc" in told else None
     ends = {what: tuning.best(values) for what, values in told.items()}
     return [(what, end.settings, end.value, base) for what, end in ends.items()]
 
 
 def kept_in(place: Path) -> dict[str, Any]:
-    """Settings that a file holds already, by level.
+    """Settings in an existing file, by level.
 
     Raises:
-        UsageError: it holds something else.
+        UsageError: the file holds other data.
     """
     known: Any = (read_yaml(place, "settings of rules") or {}) if place.is_file() else {}
     if not (isinstance(known, dict) and all(isinstance(own, dict) for own in known.values())):
@@ -148,7 +148,7 @@ def kept_in(place: Path) -> dict[str, Any]:
 
 
 def keep(place: Path, known: dict[str, Any], level: LineConfig, told: dict[str, list[Tried]]) -> None:
-    """Write the best settings beside those of other levels and controllers."""
+    """Write the best settings to the file, keeping the settings of other levels and controllers."""
     own: dict[str, Any] = dict(known.get(level.name, {}))
     if "atc" in told:
         own["rate"] = round(a_second(told["atc"]), 3)
@@ -157,7 +157,7 @@ def keep(place: Path, known: dict[str, Any], level: LineConfig, told: dict[str, 
 
 
 def as_json(level: LineConfig, arguments: Arguments, told: dict[str, list[Tried]]) -> dict[str, Any]:
-    """All that was tried."""
+    """All tried settings and their values, as JSON values."""
     each = {
         what: [{**one.settings, "value_per_min": one.value.tolist()} for one in values] for what, values in told.items()
     }

@@ -1,1 +1,1 @@
-"""Films, pictures and windows of cells that work."""
+"""Films, pictures and live windows of cells at work."""

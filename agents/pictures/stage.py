@@ -1,4 +1,4 @@
-"""A cell in which a controller acts step by step, to be filmed or watched."""
+"""A cell in which a controller acts step by step, for films, pictures and live viewers."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ class Stage:
 
     Args:
         controller: as `--controller` takes it.
-        env: as `--env` takes it; None for that of the controller's training, or the default.
-        level: as `--level` takes it; None likewise.
-        seed: names the objects.
-        trust: load what runs code.
-        throws: what becomes of throws, where levels leave the choice; None for the level's own.
-        release: a controller of single throws that corrects them, where another one decides what comes next.
+        env: as `--env` takes it; None for the environment of the controller's training, or the default.
+        level: as `--level` takes it; None for the level of the controller's training, or the default.
+        seed: seed of the objects.
+        trust: load policies that run code.
+        throws: how throws are computed, where levels leave the choice; None for the level's own setting.
+        release: controller that corrects the throws of a line; None for no correction.
 
     Raises:
-        UsageError: throws are asked for where there is no choice, or no such controller.
+        UsageError: `throws` is given where levels leave no choice, or there is no such controller.
     """
 
     def __init__(
@@ -57,12 +57,12 @@ class Stage:
         self.steps: Iterator[Any] = self._trial.steps(actor, seed)
 
     def film(self, file: Path, picks: int | None = None, slow: int = 1) -> None:
-        """Film so many throws or decisions; without a number as many as are usual.
+        """Film a number of throws or decisions.
 
         Args:
-            file: of the video.
-            picks: number of throws or decisions.
-            slow: how many times slower than in truth the video runs.
+            file: file of the video.
+            picks: number of throws or decisions; None for the default of the kind of trial.
+            slow: factor by which the video is slower than real time.
         """
         steps = self._trial.filmed(self.steps, picks)
         deliver(file, lambda path: record_video(self.view, steps, path, slow=slow))
@@ -72,6 +72,6 @@ class Stage:
         self._trial.advance(self.steps, moment)
 
     def close(self) -> None:
-        """Free pictures and cell; safe to call twice."""
+        """Close the view and the environment; safe to call twice."""
         self.view.close()
         self._trial.close()

@@ -1,4 +1,4 @@
-"""Live: controllers throw in MuJoCo's Studio, in a window or in a browser, until that is closed."""
+"""Live viewer: controllers throw in MuJoCo's Studio, in a window or in a browser, until the viewer is closed."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ from ..judging.throws.data import Throws
 from .stage import Stage
 
 RATE: Final = 60
-"""Scenes shown in a second."""
+"""Scenes shown per second."""
 TITLE: Final = "Sorting by throwing"
 SHAPE: Final = ("geom_type", "geom_size", "geom_pos", "geom_quat", "geom_rgba")
-"""Columns of a model in which throws may differ."""
+"""Arrays of a MuJoCo model that may differ between throws."""
 STATE: Final = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 
 
 @final
 @dataclass(frozen=True)
 class Choice(messages.Event):
-    """What throws where."""
+    """Choice of the controller and the level."""
 
     controller: str
     level: str
@@ -44,7 +44,7 @@ class Choice(messages.Event):
 @final
 @dataclass(frozen=True)
 class Shown(messages.Snapshot):
-    """What is shown beside the simulation, and MuJoCo's camera on the cell."""
+    """Markers and text shown beside the simulation, and MuJoCo's camera on the cell."""
 
     shapes: Sequence[Marker]
     lines: Sequence[str]
@@ -53,11 +53,11 @@ class Shown(messages.Snapshot):
 
 @final
 class Panel(plugin.ViewerPlugin):
-    """Figures, flights, and what can be chosen; lives in the thread that draws.
+    """Panel with figures and menus of controllers and levels; runs in the drawing thread.
 
     Args:
-        choice: what throws first.
-        levels: to choose from.
+        choice: first controller and level.
+        levels: names of the levels in the menu.
     """
 
     def __init__(self, choice: Choice, levels: Sequence[str]) -> None:
@@ -68,7 +68,7 @@ class Panel(plugin.ViewerPlugin):
 
     @messages.handler
     def on_shown(self, shown: Shown) -> None:
-        """Take over what the throws tell; at first, look where the cell's pictures do."""
+        """Take over figures and markers of the last throw; the first time also the camera of the cell's pictures."""
         if self._shown is None:
             for name in ("lookat", "distance", "azimuth", "elevation"):
                 setattr(self.viewer.camera, name, getattr(shown.camera, name))
@@ -76,12 +76,12 @@ class Panel(plugin.ViewerPlugin):
 
     @messages.handler
     def on_update(self, _: messages.UpdateEvent) -> None:
-        """Draw what is not simulated."""
+        """Draw the markers."""
         self.viewer.extra_geoms[:] = map(_geom, self._shown.shapes if self._shown else ())
 
     @messages.handler
     def on_build_gui(self, _: messages.BuildGuiEvent) -> None:
-        """The panel itself."""
+        """Draw the panel."""
         imgui.SetNextWindowPos(imgui.Vec2(16, 70), imgui.Cond.Once)
         imgui.SetNextWindowSize(imgui.Vec2(360, 150), imgui.Cond.Once)
         if imgui.Begin(TITLE):
@@ -97,38 +97,38 @@ class Panel(plugin.ViewerPlugin):
 
 @final
 class Wishes(plugin.SimPlugin):
-    """What the viewer asks of the throws.
+    """Requests of the viewer to the simulation: controller, level and speed.
 
     Args:
-        choice: what throws first.
+        choice: first controller and level.
     """
 
     def __init__(self, choice: Choice) -> None:
         self.choice = choice
         self.speed = 1.0
-        """Times as fast as in truth; 0 to hold."""
+        """Speed relative to real time; 0 for a pause."""
 
     @messages.handler
     def on_choice(self, choice: Choice) -> None:
-        """Another controller or level."""
+        """Take over another controller or level."""
         self.choice = choice
 
     @messages.handler
     def on_step_control(self, control: messages.StepControlSnapshot) -> None:
-        """Studio's own buttons for pause and speed."""
+        """Take over pause and speed from Studio's buttons."""
         runs = control.pause_state == type(control.pause_state).UNPAUSED
         self.speed = control.speed / 100.0 if runs else 0.0
 
 
 @final
 class Film:
-    """Throws as a viewer shows them: one model, in which what differs from throw to throw is hidden and drawn beside.
+    """Display of throws with one model: geoms that differ between throws are hidden in it and drawn as markers.
 
-    With a model for each throw, a browser would load its page anew every second.
+    A new model for each throw would make a browser reload its page every second.
 
     Args:
-        viewer: shows them.
-        camera: MuJoCo's, on the cell.
+        viewer: viewer of MuJoCo's Studio.
+        camera: MuJoCo's camera on the cell.
     """
 
     def __init__(self, viewer: Any, camera: Any) -> None:
@@ -137,7 +137,7 @@ class Film:
         self._hidden: Any = None
 
     def show(self, scene: Scene, lines: Sequence[str]) -> None:
-        """One moment."""
+        """Show one moment of a throw, with lines of text."""
         model, data, markers = scene
         self._hide(model)
         apart = np.flatnonzero(self._hidden & (model.geom_rgba[:, 3] > 0.0))
@@ -149,7 +149,7 @@ class Film:
         self._viewer.sync()
 
     def _hide(self, model: Any) -> None:
-        """Hide what differs from the first throw."""
+        """Hide the geoms that differ from the first throw's model."""
         begins = self._first is None
         if begins:
             self._first, self._hidden = copy.copy(model), np.zeros(model.ngeom, dtype=np.bool_)
@@ -165,12 +165,12 @@ def watch(make: Callable[[Choice], Stage], choice: Choice, gfx: str) -> None:
     """Show throws until the viewer is closed.
 
     Args:
-        make: the stage of a choice.
-        choice: what throws first.
+        make: returns the stage of a choice.
+        choice: first controller and level.
         gfx: "web" serves a page for browsers, "" opens a window.
 
     Raises:
-        PntGymError: nothing throws where it should.
+        PntGymError: the first choice cannot be shown.
     """
     stage, wishes, note = make(choice), Wishes(choice), ""
     try:
@@ -193,7 +193,7 @@ def watch(make: Callable[[Choice], Stage], choice: Choice, gfx: str) -> None:
 
 
 def _play(viewer: Any, stage: Stage, wishes: Wishes, note: str) -> bool:
-    """Throw until the viewer is closed (False) or something else is chosen."""
+    """Show throws until the viewer is closed (False) or another choice is made (True)."""
     film, chosen, thrown, credit = Film(viewer, stage.view.camera), wishes.choice, list[Throws](), 0.0
     for throw in stage.steps:
         thrown.append(throw)
@@ -211,7 +211,7 @@ def _play(viewer: Any, stage: Stage, wishes: Wishes, note: str) -> bool:
 
 
 def _told(thrown: Sequence[Throws], item_names: Sequence[str]) -> list[str]:
-    """The last throw, and all of them."""
+    """Lines of text about the last throw and about all throws."""
     last, every = thrown[-1], joined(thrown)
     rate = metrics.wilson(int(every.is_success.sum()), len(every))
     pace = metrics.throughput(every.sorted, every.cycle_time)

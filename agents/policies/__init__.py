@@ -1,1 +1,1 @@
-"""Policies as numbers: networks, and what is kept of a trained model."""
+"""Policies as arrays of numbers: networks, actors and scorers, without the libraries that trained them."""

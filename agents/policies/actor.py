@@ -1,4 +1,4 @@
-"""A trained policy as numbers: all it takes to act, without the libraries that trained it.
+"""A trained policy as arrays of numbers, which acts without the libraries that trained it.
 
 `policy.npz` is a NumPy archive of numbers and two names:
 
@@ -31,13 +31,13 @@ from .networks import ACTIVATIONS, LAYER, LSTM, Array, Layers, Lstm, layers_of, 
 
 OUTPUTS: Final = ("squashed", "clipped", "scores")
 PARTS: Final = re.compile(rf"{LAYER}|{'|'.join(LSTM)}|activation|output|bound|low|high")
-"""Names of the arrays in a file."""
+"""Names of the arrays in a policy's file."""
 
 
 @final
 @dataclass(frozen=True)
 class Actor:
-    """The deterministic policy that a training left; `policy.npz` holds what its attributes say."""
+    """The deterministic policy of a training; `policy.npz` holds its attributes."""
 
     layers: Layers
     activation: str
@@ -47,21 +47,21 @@ class Actor:
     low: Array
     high: Array
     lstm: Lstm | None = None
-    """Of a recurrent policy."""
+    """LSTM of a recurrent policy; else None."""
 
     def __call__(self, observations: NDArray[Any]) -> Array:
-        """Actions (N, A) for observations (N, D), each row for itself; a recurrent policy's are those that begin.
+        """Actions (N, A) for observations (N, D); a recurrent policy starts with an empty memory in every row.
 
-        Computed with 64 bits, so that rounding the actions to 32 hides how many rows were computed at once.
+        The computation has 64 bits, so actions rounded to 32 bits do not depend on the number of rows.
         """
         return self.after(observations, self.blank(len(observations)))[0]
 
     def blank(self, rows: int) -> Floats:
-        """What rows remember that begin, (N, 2, H); H is 0 without an LSTM."""
+        """Memory of rows at the begin of a shift (N, 2, H); H is 0 without an LSTM."""
         return np.zeros((rows, 2, 0 if self.lstm is None else self.lstm.size))
 
     def after(self, observations: NDArray[Any], memory: Floats) -> tuple[Array, Floats]:
-        """Actions (N, A) for observations (N, D) after what is remembered (N, 2, H), and what then is remembered."""
+        """Actions (N, A) for observations (N, D) and a memory (N, 2, H), and the next memory (N, 2, H)."""
         value = np.asarray(observations, dtype=np.float64)
         if self.lstm is not None:
             memory = self.lstm(value, memory)
@@ -69,7 +69,7 @@ class Actor:
         return self._answer(value), memory
 
     def _answer(self, value: Floats) -> Array:
-        """Actions (N, A) by the full layers."""
+        """Actions (N, A) from the inputs of the full layers."""
         value = np.clip(through(self.layers, self.activation, value), -self.bound, self.bound)
         if self.output == "scores":
             return value.astype(np.float32)
@@ -79,7 +79,7 @@ class Actor:
 
     @property
     def sizes(self) -> tuple[int, int]:
-        """Numbers in an observation and in an action."""
+        """Lengths of an observation and of an action."""
         first = self.layers[0].weight if self.lstm is None else self.lstm.seen
         return first.shape[1], len(self.low)
 
@@ -89,16 +89,16 @@ class Actor:
         return dict(zip(LSTM, self.lstm or (), strict=False)) | named(self.layers)
 
     def save(self, file: Path) -> None:
-        """Write it to a file."""
+        """Write the policy to a file."""
         more: dict[str, Any] = {"activation": self.activation, "output": self.output, "bound": np.float32(self.bound)}
         np.savez(file, **self.numbers, **more, low=self.low, high=self.high)
 
     @classmethod
     def load(cls, file: Path) -> Self:
-        """Read it; nothing in the file is run.
+        """Read a policy from a file; no code in the file is run.
 
         Raises:
-            UsageError: it is damaged, or holds something else.
+            UsageError: the file is damaged, or holds no policy.
         """
         try:
             found = arrays_of(file, PARTS)
@@ -113,13 +113,13 @@ class Actor:
             )
             _check(actor)
         except Exception as error:
-            # There is no telling what a torn or foreign file upsets.
+            # A truncated or foreign file may raise anything.
             raise UsageError(f"{str(file)!r} is damaged: {file.name} is truncated or holds no policy") from error
         return actor
 
 
 def _check(actor: Actor) -> None:
-    """Make sure that the parts fit together."""
+    """Make sure that the arrays and names of a policy fit together."""
     first, last = actor.layers[0].weight, actor.layers[-1].weight
     fits = [actor.low.shape == actor.high.shape == last.shape[:1], bool((actor.low < actor.high).all())]
     fits += [actor.activation in ACTIVATIONS, actor.output in OUTPUTS, actor.bound > 0.0]

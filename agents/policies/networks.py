@@ -1,7 +1,7 @@
-"""Networks as records of arrays: layers that NumPy carries out, taken from torch, and named as files name them.
+"""Networks as records of arrays: layers that NumPy computes, copied from torch, with the array names of files.
 
-An activation is a list of operators by their names in ONNX. NumPy carries it out here, and `agents.publishing` puts the
-same operators into a graph.
+An activation is a list of operators by their names in ONNX. NumPy computes the operators here, and `agents.publishing`
+puts the same operators into a graph.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ An input is x from the layer, y from the operator before, or one of `NUMBERS`.
 
 
 def activated(name: str, value: Floats) -> Floats:
-    """Carry out one of `ACTIVATIONS`."""
+    """Apply one of `ACTIVATIONS` to a value."""
     inputs: dict[str, Any] = {"x": value, **NUMBERS}
     for operator, *names in ACTIVATIONS[name]:
         inputs["y"] = OPERATORS[operator](*(inputs[key] for key in names))
@@ -90,21 +90,21 @@ Layers = tuple[Dense, ...]
 
 @final
 class Lstm(NamedTuple):
-    """A layer of H long short-term memories, as torch computes it.
+    """A layer of H long short-term memory cells, with torch's equations (`torch.nn.LSTM`).
 
-    Its gates lie one after the other: input, forget, cell, output.
+    The gates lie one after the other: input, forget, cell, output.
     """
 
     seen: Array
     """Weights of the inputs (4H, D)."""
     kept: Array
-    """Weights of the outputs before (4H, H)."""
+    """Weights of the previous outputs (4H, H)."""
     bias: Array
     """(4H,)"""
 
     @property
     def size(self) -> int:
-        """Memories H."""
+        """Number of cells H."""
         return self.kept.shape[1]
 
     def __call__(self, seen: Floats, memory: Floats) -> Floats:
@@ -117,26 +117,26 @@ class Lstm(NamedTuple):
 
     @classmethod
     def from_torch(cls, lstm: Any) -> Self:
-        """Copy a plain `torch.nn.LSTM`, whose two biases count as one."""
+        """Copy a plain `torch.nn.LSTM`, with the sum of its two biases."""
         seen, kept, *biases = (tensor.detach().numpy().copy() for tensor in lstm.parameters())
         return cls(seen, kept, biases[0] + biases[1])
 
 
 @final
 class Gru(NamedTuple):
-    """A layer of H gated recurrent units, as torch computes it.
+    """A layer of H gated recurrent units, with torch's equations (`torch.nn.GRUCell`).
 
-    Its gates lie one after the other: reset, update, candidate.
+    The gates lie one after the other: reset, update, candidate.
     """
 
     seen: Dense
-    """Of the inputs (3H, D)."""
+    """Layer of the inputs (3H, D)."""
     kept: Dense
-    """Of the memory before (3H, H)."""
+    """Layer of the previous memory (3H, H)."""
 
     @property
     def size(self) -> int:
-        """Units H."""
+        """Number of units H."""
         return self.kept.weight.shape[1]
 
     def __call__(self, seen: Floats, memory: Floats) -> Floats:
@@ -148,18 +148,18 @@ class Gru(NamedTuple):
 
     @classmethod
     def from_torch(cls, unit: Any, kind: DTypeLike = np.float32) -> Self:
-        """Copy a `torch.nn.GRUCell` as numbers of a kind."""
+        """Copy a `torch.nn.GRUCell` as arrays of a dtype."""
         return cls(*layers_from_torch((unit.weight_ih, unit.bias_ih, unit.weight_hh, unit.bias_hh), kind))
 
 
 def layers_from_torch(tensors: Iterable[Any], kind: DTypeLike = np.float32) -> Layers:
-    """Copy full layers from tensors of torch, weight and bias in turn, as numbers of a kind."""
+    """Copy full layers from tensors of torch, weight and bias in turn, as arrays of a dtype."""
     arrays = [tensor.detach().numpy().astype(kind) for tensor in tensors]
     return tuple(map(Dense, arrays[0::2], arrays[1::2]))
 
 
 def through(layers: Layers, activation: str, value: Floats) -> Floats:
-    """Compute what full layers make of values S + (D,), with an activation after every layer but the last."""
+    """Compute outputs of full layers for values S + (D,), with an activation after every layer but the last."""
     *hidden, last = layers
     for layer in hidden:
         value = activated(activation, layer(value))
@@ -175,8 +175,8 @@ def layers_of(arrays: Mapping[str, NDArray[Any]], kind: DTypeLike = np.float32) 
     """Find the full layers among the arrays of a file.
 
     Raises:
-        ValueError: the layers do not fit together, or are no finite numbers of the kind.
-        KeyError: there is no layer, or one lacks its bias.
+        ValueError: the layers do not fit together, or are no finite numbers of the dtype.
+        KeyError: there is no layer, or a layer lacks its bias.
     """
     count = max(sum(name.startswith("weight_") for name in arrays), 1)
     layers = tuple(dense_of(arrays, f"weight_{k}", f"bias_{k}", kind) for k in range(count))
@@ -190,8 +190,8 @@ def dense_of(arrays: Mapping[str, NDArray[Any]], weight: str, bias: str, kind: D
     """Find a full layer by the names of its arrays.
 
     Raises:
-        ValueError: they are no finite numbers of the kind, or have other axes.
-        KeyError: one is missing.
+        ValueError: the arrays are no finite numbers of the dtype, or have other axes.
+        KeyError: an array is missing.
     """
     return Dense(numbers_of(arrays[weight], 2, kind), numbers_of(arrays[bias], 1, kind))
 
@@ -200,8 +200,8 @@ def lstm_of(arrays: Mapping[str, NDArray[Any]]) -> Lstm | None:
     """Find the LSTM among the arrays of a file, if there is one.
 
     Raises:
-        ValueError: its arrays do not fit together, or are no finite numbers.
-        KeyError: one of its arrays is missing.
+        ValueError: the LSTM's arrays do not fit together, or are no finite numbers.
+        KeyError: an array of the LSTM is missing.
     """
     if not arrays.keys() & set(LSTM):
         return None
@@ -212,10 +212,10 @@ def lstm_of(arrays: Mapping[str, NDArray[Any]]) -> Lstm | None:
 
 
 def numbers_of(array: NDArray[Any], axes: int, kind: DTypeLike = np.float32) -> Array:
-    """Return an array if it holds finite numbers of a kind in so many axes.
+    """Return an array after checking that it holds finite numbers of a dtype in `axes` axes.
 
     Raises:
-        ValueError: it does not.
+        ValueError: the array holds other data.
     """
     if array.dtype != kind or array.ndim != axes or not np.isfinite(array).all():
         raise ValueError(f"{array.dtype} {array.shape}")

@@ -1,10 +1,11 @@
-"""What scores the choices at a line, as numbers: the log of the ATC index, and what is added to it.
+"""Scorer of the choices on a line, as arrays of numbers: the log of the ATC index plus the output of a network.
 
-A scorer is one small network for all choices alike. It sees the entries of one choice and those of the line, and what
-it says is added to the log of that choice's ATC index; the choice of the greatest score is taken. So a network that
-says nothing *is* the rule, and one without hidden layers is an index whose weights can be written down.
+A scorer applies one small network to each choice. The network's inputs are the entries of the choice and those of the
+line. Its output is added to the log of the choice's ATC index, and the choice with the greatest score is taken. So a
+network with zero output *is* the rule, and a network without hidden layers is an index whose weights can be written
+down.
 
-A file of it is a NumPy archive of numbers and one name:
+A scorer's file is a NumPy archive of numbers and one name:
 
     weight_0, bias_0, weight_1, ...   full layers, weights (outputs, inputs), float32; of the first the inputs are the
                                       entries of `CHOICE_TABLE`, then those of `LINE_TABLE`, as observations have them
@@ -33,13 +34,13 @@ from ..ground.cli import UsageError
 from .networks import ACTIVATIONS, LAYER, Dense, Layers, layers_of, named, through
 
 NAMES: Final = CHOICE_TABLE.names
-"""Of a choice's entries."""
+"""Names of a choice's entries."""
 INPUTS: Final = len(CHOICE_TABLE) + len(LINE_TABLE)
-"""Entries that a scorer sees of one choice."""
+"""Number of a scorer's inputs for one choice."""
 
 
 def inputs(observations: NDArray[np.floating]) -> Floats:
-    """What a scorer sees of each choice, (N, CHOICES, INPUTS), in observations (N, ENTRIES)."""
+    """Inputs of a scorer for each choice (N, CHOICES, INPUTS), from observations (N, ENTRIES)."""
     seen, head = np.asarray(observations, dtype=np.float64), len(LINE_TABLE)
     each = seen[:, head:].reshape(len(seen), CHOICES, -1)
     line = np.broadcast_to(seen[:, None, :head], (len(seen), CHOICES, head))
@@ -47,9 +48,10 @@ def inputs(observations: NDArray[np.floating]) -> Floats:
 
 
 def rule(patience: float) -> tuple[Floats, float]:
-    """Weights (INPUTS,) and constant by which inputs make the log of the ATC index, with a patience [s].
+    """Weights (INPUTS,) and constant of the log of the ATC index as a linear function of inputs; patience in [s].
 
-    It is value x chance / cycle, logarithmic, less slack / patience, and observations are linear in both.
+    Apparent tardiness cost (Vepsalainen and Morton 1987): log(index) = log(value x chance / cycle) - slack / patience.
+    The inputs `ln_rate` and `slack` are linear in the two terms.
     """
     zero, one = (CHOICE_TABLE.decode(np.full(len(CHOICE_TABLE), value)) for value in (0.0, 1.0))
     weight, constant = np.zeros(INPUTS), 0.0
@@ -60,13 +62,13 @@ def rule(patience: float) -> tuple[Floats, float]:
 
 
 PARTS: Final = re.compile(rf"{LAYER}|activation|patience")
-"""Names of the arrays in a file."""
+"""Names of the arrays in a scorer's file."""
 
 
 @final
 @dataclass(frozen=True)
 class Scorer:
-    """Scores of choices; its file holds what its attributes say."""
+    """Scorer of choices; its file holds its attributes."""
 
     layers: Layers
     patience: float
@@ -74,14 +76,15 @@ class Scorer:
 
     @classmethod
     def linear(cls, patience: float = 1.0, weights: Mapping[str, float] | None = None) -> Self:
-        """An index whose log is that of ATC and a weighted sum of a choice's entries.
+        """An index whose log is the log of the ATC index plus a weighted sum of a choice's entries.
 
         Args:
-            patience: of ATC [s].
-            weights: by the names of `CHOICE_TABLE`, of entries as observations have them; others count nothing.
+            patience: patience of the ATC index [s].
+            weights: weights by the names of `CHOICE_TABLE`, for entries as in observations; other entries have weight
+                0.
 
         Raises:
-            UsageError: a weight of no entry.
+            UsageError: a weight has a name that is no entry.
         """
         weight = np.zeros((1, INPUTS), dtype=np.float32)
         for name, value in (weights or {}).items():
@@ -91,32 +94,32 @@ class Scorer:
         return cls((Dense(weight, np.zeros(1, dtype=np.float32)),), patience)
 
     def __call__(self, observations: NDArray[np.floating]) -> Floats:
-        """Scores (N, CHOICES) for observations (N, ENTRIES); those of choices that are not there mean nothing."""
+        """Scores (N, CHOICES) for observations (N, ENTRIES); scores of empty choices mean nothing."""
         seen, (weight, constant) = inputs(observations), rule(self.patience)
         return seen @ weight + constant + through(self.layers, self.activation, seen)[..., 0]
 
     @property
     def sizes(self) -> tuple[int, int]:
-        """Numbers in an observation, and choices."""
+        """Length of an observation, and number of choices."""
         return ENTRIES, CHOICES
 
     @property
     def numbers(self) -> dict[str, NDArray[Any]]:
-        """All but the name of its activation, by their names in a file."""
+        """Arrays of the scorer by their names in a file, without the name of the activation."""
         return {**named(self.layers), "patience": np.array(self.patience)}
 
     def save(self, file: Path) -> None:
-        """Write it to a file."""
+        """Write the scorer to a file."""
         arrays: dict[str, Any] = {**self.numbers, "activation": np.array(self.activation)}
-        with file.open("wb") as place:  # given a name, numpy would append a suffix
+        with file.open("wb") as place:  # for a file's name, numpy would append a suffix
             np.savez(place, **arrays)
 
     @classmethod
     def load(cls, file: Path) -> Self:
-        """Read it; nothing in the file is run.
+        """Read a scorer from a file; no code in the file is run.
 
         Raises:
-            UsageError: it is missing or damaged, or holds something else.
+            UsageError: the file is missing or damaged, or holds no scorer.
         """
         if not file.is_file():
             raise UsageError(f"scorer {str(file)!r} does not exist")
@@ -125,13 +128,13 @@ class Scorer:
             scorer = cls(layers_of(found), float(found["patience"]), str(found["activation"]))
             _check(scorer)
         except Exception as error:
-            # There is no telling what a torn or foreign file upsets.
+            # A truncated or foreign file may raise anything.
             raise UsageError(f"{str(file)!r} is damaged: {file.name} is truncated or scores no choices") from error
         return scorer
 
 
 def _check(scorer: Scorer) -> None:
-    """Make sure that the parts fit together."""
+    """Make sure that the arrays and the activation of a scorer fit together."""
     first, last = scorer.layers[0].weight, scorer.layers[-1].weight
     fits = (first.shape[1], len(last)) == (INPUTS, 1) and scorer.activation in ACTIVATIONS
     if not (fits and np.isfinite(scorer.patience) and scorer.patience > 0.0):

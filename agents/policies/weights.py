@@ -1,4 +1,4 @@
-"""The policy of a model of stable-baselines3 as numbers: see `agents.policies.actor` and `agents.policies.scorer`."""
+"""Policies of stable-baselines3's models as arrays: see `agents.policies.actor` and `agents.policies.scorer`."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from .scorer import Scorer
 
 
 def actor_of(model: BaseAlgorithm) -> Actor | Scorer:
-    """The policy by which a model acts when it does not explore, as numbers.
+    """The deterministic policy of a model, as arrays.
 
     Raises:
-        UsageError: it is not a network of full layers with one known activation, for observations in one vector.
+        UsageError: the policy is no network of full layers with one known activation, for observations in one vector.
     """
     policy, seen = cast("Any", model.policy), model.observation_space
     if hasattr(policy, "numbers"):
@@ -49,14 +49,14 @@ def actor_of(model: BaseAlgorithm) -> Actor | Scorer:
 
 
 def _is_plain(lstm: torch.nn.LSTM) -> bool:
-    """One layer that goes one way, with biases."""
+    """Whether an LSTM has one layer in one direction, with biases."""
     return (lstm.num_layers, lstm.proj_size, lstm.bidirectional, lstm.bias, lstm.batch_first) == (
         1, 0, False, True, False,
     )  # fmt: skip
 
 
 def _steps(model: BaseAlgorithm) -> tuple[list[Any], float]:
-    """Full layers of a policy, with activations between them, and the bound of the last one's numbers."""
+    """Full layers of a policy with the activations between them, and the bound of the last layer's outputs."""
     policy: Any = model.policy
     if isinstance(model, OnPolicyAlgorithm):
         parts = [policy.mlp_extractor.policy_net, policy.action_net]
@@ -64,5 +64,5 @@ def _steps(model: BaseAlgorithm) -> tuple[list[Any], float]:
         parts = [policy.actor.mu] if isinstance(model, TD3) else [policy.actor.latent_pi, policy.actor.mu]
     steps = [step for part in parts for step in part.modules() if not isinstance(step, torch.nn.Sequential)]
     if isinstance(model, TD3):
-        steps.pop()  # tanh, which the others leave to their distribution
+        steps.pop()  # tanh, which other algorithms apply in their distribution
     return (steps[:-1], steps[-1].max_val) if isinstance(steps[-1], torch.nn.Hardtanh) else (steps, np.inf)  # gSDE

@@ -1,1 +1,1 @@
-"""What a trained policy is published as: a card and an ONNX graph."""
+"""Publishing a trained policy: its card, its ONNX graph and the folder of both."""

@@ -1,4 +1,4 @@
-"""The card of a published policy, as people and as model hubs read it, and its training as a picture."""
+"""The card of a published policy for people and for model hubs, and the curve of its training."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from ..judging.trial import Trial
 from .onnx_graph import OPSET
 
 CURVE: Final = "curve.png"
-"""Hubs show no SVG."""
+"""File of the training curve; hubs show no SVG."""
 REPLAY: Final = "replay.mp4"
-"""The name under which hubs look for a film."""
+"""File of the film, under the name that hubs expect."""
 GRAPH: Final = "policy.onnx"
 PARTS: Final = {
     "policy.npz": "weights and biases: all that the commands above read, with NumPy alone",
@@ -33,7 +33,7 @@ PARTS: Final = {
     "versions.json": "of Python and packages it was trained with",
     "progress.csv": "the training in figures",
 }
-"""Files of the folder, and what they hold."""
+"""Files of the folder, and their content."""
 ELSEWHERE: Final = """Observations and actions are those of the environment's manual. Without this package, wherever
 there is an ONNX runtime:
 
@@ -56,12 +56,12 @@ def card(
     """The card: metadata in YAML, then what the policy is, what it is worth, and how it is used.
 
     Args:
-        asked: what its training was asked for.
-        level: it was trained on.
-        figures: what `agents.evaluate` found, by the levels it is judged on.
-        name: of the folder.
-        files: names of what lies in the folder.
-        trial: kind of task.
+        asked: arguments of the training.
+        level: name of the training level.
+        figures: reports of `agents.evaluate`, by evaluation level.
+        name: name of the folder.
+        files: names of the files in the folder.
+        trial: kind of trial.
     """
     found, said = next(iter(figures.values())), trial.card()
     rows = [[label, *said.cells(one)] for label, one in figures.items()]
@@ -86,7 +86,7 @@ def card(
 
 
 def _between(asked: Mapping[str, Any]) -> str:
-    """What stands between the policy and its environment, and what it learned from if not from the whole of it."""
+    """Sentences on stacked observations, base controller and training on flights, if not the defaults."""
     said = "" if asked["stack"] == 1 else f" It sees the last {asked['stack']} observations of a shift, oldest first."
     more = "" if asked["over"] == "analytic" else f" Its action is added to that of `{markdown_text(asked['over'])}`."
     flights = " It learned from flights alone." if asked["fidelity"] == "flight" and not asked["full_last"] else ""
@@ -94,7 +94,7 @@ def _between(asked: Mapping[str, Any]) -> str:
 
 
 def metadata(asked: Mapping[str, Any], figures: Mapping[str, Mapping[str, Any]], said: Card) -> dict[str, Any]:
-    """What hubs read: by what the policy is found, and in `model-index` what it is worth."""
+    """Metadata for hubs: tags that find the policy, and its figures in `model-index`."""
     env_id, algo = asked["env"].rpartition(":")[2], asked["algo"]
     tags = ("reinforcement-learning", "deep-reinforcement-learning", "stable-baselines3", "robotics", "pnt_gym")
     results = [
@@ -121,11 +121,11 @@ def _metrics(found: Mapping[str, Any], said: Card) -> list[dict[str, Any]]:
 
 
 def curve(progress: Path, trial: type[Trial]) -> Figure:
-    """Success, and landing error or value per minute, over what a training learned from.
+    """Curves of success, and of landing error or value per minute, over the steps of a training.
 
     Args:
-        progress: file of the training.
-        trial: kind of task.
+        progress: progress.csv of the training.
+        trial: kind of trial.
 
     Raises:
         UsageError: progress.csv is missing, or was not written by a training.

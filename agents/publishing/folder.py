@@ -1,4 +1,4 @@
-"""The folder of a published policy: what is copied into it, drawn and filmed."""
+"""The folder of a published policy: its copied files, curve, film and graph."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ from .onnx_graph import save_onnx
 FILES: Final = (
     "policy.npz", "model.zip", "args.yml", "config.yml", "env.yaml", "versions.json", "git.txt", "progress.csv",
 )  # fmt: skip
-"""What of a run folder a user of the policy needs: all but the replay buffer and the checkpoints."""
+"""Files of a run folder that a user of the policy needs: all but the replay buffer and the checkpoints."""
 FRAME: Final = Picture(width=640, height=368)
-"""Small, and in whole blocks of the codec."""
+"""Size of the film: small, and a multiple of the codec's blocks."""
 
 
 def names(folder: Path, env_id: str, asked: Mapping[str, Any]) -> tuple[str, str]:
-    """Name of the level that a run was trained on, and that of the folder to publish it in.
+    """Name of a run's training level, and name of the folder of its published policy.
 
     Raises:
-        UsageError: they would not make a folder's name.
+        UsageError: the two make no valid folder's name.
     """
     level = read_yaml(folder / "env.yaml", "level")
     trained_on = level.get("name") if isinstance(level, dict) else None
@@ -47,10 +47,10 @@ def names(folder: Path, env_id: str, asked: Mapping[str, Any]) -> tuple[str, str
 
 
 def check_model(folder: Path) -> None:
-    """Make sure that a run's two files of its newest policy are of the same throw.
+    """Make sure that policy.npz and model.zip of a run hold the same policy.
 
     Raises:
-        UsageError: they are not, or one is missing or damaged.
+        UsageError: the policies differ, or a file is missing or damaged.
     """
     from ..policies.weights import actor_of  # noqa: PLC0415 - imports torch
 
@@ -64,10 +64,10 @@ def check_model(folder: Path) -> None:
 
 
 def check_graph(asked: Mapping[str, Any]) -> None:
-    """Make sure that a graph of the policy alone does what the policy does.
+    """Make sure that a policy's ONNX graph can act like the policy: without memory and without a base controller.
 
     Raises:
-        UsageError: it is not all of it.
+        UsageError: the policy is recurrent, or is added to a base controller.
     """
     if asked["algo"] in RECURRENT:
         raise UsageError(f"a policy of {asked['algo']} remembers, which policy.onnx has no place for; give --no-onnx")
@@ -85,21 +85,21 @@ def fill(
     onnx: bool,
     film_seed: int | None,
 ) -> None:
-    """Everything but the card.
+    """Write everything but the card into the folder of a published policy.
 
     Args:
         parts: the new folder.
-        folder: of the run.
-        env_id: of its environment.
-        asked: what the training was asked for.
-        trial: kind of task.
-        onnx: write the policy as a graph.
-        film_seed: names the objects of the film; None for no film.
+        folder: folder of the run.
+        env_id: id of the run's environment.
+        asked: arguments of the training.
+        trial: kind of trial.
+        onnx: write the policy's ONNX graph.
+        film_seed: seed of the film's objects; None for no film.
     """
     for name in FILES:
         if (folder / name).is_file():
             shutil.copy2(folder / name, parts / name)
-    # Neither a date nor a version: the same bytes for the same training.
+    # Without a version in the metadata the same training gives the same bytes.
     curve(folder / "progress.csv", trial).savefig(parts / CURVE, dpi=100, metadata={"Software": None})
     if onnx:
         about = {name: str(asked[name]) for name in ("env", "level", "algo", "steps", "seed", "action_mode")}
@@ -109,7 +109,7 @@ def fill(
 
 
 def film(folder: Path, env_id: str, seed: int, file: Path) -> None:
-    """Some steps of the policy on the level of its training, in small frames."""
+    """Film some steps of the policy on the level of its training, in small frames."""
     with closing(Stage(str(folder), env_id, None, seed)) as stage:
         if isinstance(stage.view, ThrowView | LineView):
             stage.view.aim(FRAME)

@@ -1,8 +1,8 @@
-"""A policy as an ONNX graph, `policy.onnx`, which runtimes in many languages and on many machines take.
+"""A policy as an ONNX graph, `policy.onnx`, for runtimes in many languages and on many machines.
 
-Input `observation` (N, D), output `action` (N, A), both float32, any number N of rows at once. Of a policy that chooses
-at a line `action` is the choice (N,), int64: that of the greatest `scores` (N, C), float32, among those that the
-observation says there are; others score minus infinity.
+Input `observation` (N, D), output `action` (N, A), both float32, for any number N of rows. For a policy that chooses
+objects on a line, `action` is the choice (N,), int64, with the greatest of the `scores` (N, C), float32. Choices that
+the observation marks as empty have the score minus infinity.
 """
 
 from __future__ import annotations
@@ -28,19 +28,18 @@ from ..policies.scorer import INPUTS, Scorer, rule
 
 OPSET: Final = 17
 IR: Final = 8
-"""The format's version that goes with this opset; runtimes since 2022 read both."""
+"""Version of the format that belongs to this opset; runtimes since 2022 read both."""
 PARITY: Final = 1e-4
-"""By how much at most the graph's actions, computed with 32 bits, differ from the policy's, as a share of their
-range."""
+"""Largest difference of the graph's actions, computed with 32 bits, from the policy's, as a share of their range."""
 ROWS: Final = 256
-"""Observations that both are asked for."""
+"""Number of observations on which graph and policy are compared."""
 
 
 def save_onnx(policy: Actor | Scorer, file: Path, about: Mapping[str, str]) -> None:
-    """Write a policy's graph to a file, with words about it by name.
+    """Write a policy's ONNX graph to a file, with metadata by name.
 
     Raises:
-        UsageError: the runtime finds other actions in it.
+        UsageError: the runtime computes other actions than the policy.
     """
     import onnx  # noqa: PLC0415 - of an extra
 
@@ -54,7 +53,7 @@ def save_onnx(policy: Actor | Scorer, file: Path, about: Mapping[str, str]) -> N
 
 
 def graph(policy: Actor | Scorer, about: Mapping[str, str]) -> Any:
-    """The policy as a model of the library onnx."""
+    """The policy's graph as a model of the library onnx."""
     from onnx import TensorProto, helper  # noqa: PLC0415 - of an extra
 
     seen, given = policy.sizes
@@ -91,7 +90,7 @@ class _Nodes:
         self.constants: list[Any] = []
 
     def add(self, operator: str, *inputs: str, name: str = "", **attributes: Any) -> str:
-        """Append an operator; returns the name of what it gives."""
+        """Append an operator; returns the name of its output."""
         from onnx import helper  # noqa: PLC0415 - of an extra
 
         given = name or f"{operator.lower()}_{len(self.nodes)}"
@@ -99,29 +98,29 @@ class _Nodes:
         return given
 
     def constant(self, name: str, value: ArrayLike, kind: type[np.generic] = np.float32) -> str:
-        """Append a constant; returns its name."""
+        """Append a constant; returns the constant's name."""
         from onnx import numpy_helper  # noqa: PLC0415 - of an extra
 
         self.constants.append(numpy_helper.from_array(np.asarray(value, dtype=kind), name))
         return name
 
     def dense(self, name: str, value: str, layer: Dense) -> str:
-        """Append a full layer; returns the name of what it gives."""
+        """Append a full layer; returns the name of its output."""
         weight, bias = self.constant(f"weight_{name}", layer.weight), self.constant(f"bias_{name}", layer.bias)
         return self.add("Gemm", value, weight, bias, transB=1)
 
     def reshaped(self, name: str, value: str, *shape: int) -> str:
-        """Append another shape of a value; returns its name."""
+        """Append a reshape of a value; returns the name of its output."""
         return self.add("Reshape", value, self.constant(f"{name}_shape", shape, np.int64))
 
     def part(self, name: str, of: str, entries: slice) -> str:
-        """Append a part of each row; returns its name."""
+        """Append a slice of each row; returns the name of its output."""
         ends = {"from": entries.start, "to": entries.stop, "axis": 1, "step": entries.step or 1}
         return self.add("Slice", of, *(self.constant(f"{name}_{end}", [at], np.int64) for end, at in ends.items()))
 
 
 def _layers(nodes: _Nodes, policy: Actor | Scorer, value: str) -> str:
-    """What the last layer gives."""
+    """Append the layers of a policy; returns the name of the last layer's output."""
     _numbers(nodes, policy.activation)
     for k, layer in enumerate(policy.layers):
         value = _activated(nodes, policy.activation, value) if k > 0 else value
@@ -130,7 +129,7 @@ def _layers(nodes: _Nodes, policy: Actor | Scorer, value: str) -> str:
 
 
 def _scores(nodes: _Nodes, scorer: Scorer) -> str:
-    """Scores (N, CHOICES) by a scorer: what its layers and its rule say of each choice, seen with its line."""
+    """Append a scorer's scores (N, CHOICES): the rule's plus the layers' output for each choice's inputs."""
     head = len(LINE_TABLE)
     each = nodes.part("choices", "observation", slice(head, ENTRIES))
     each = nodes.reshaped("each", each, -1, CHOICES, INPUTS - head)
@@ -144,21 +143,21 @@ def _scores(nodes: _Nodes, scorer: Scorer) -> str:
 
 
 def _choice(nodes: _Nodes, scores: str) -> None:
-    """Outputs `scores` and `action`, of what scores all choices."""
+    """Append the outputs `scores` and `action`, from the scores of all choices."""
     there = nodes.add("Greater", nodes.part("real", "observation", REAL), nodes.constant("half_way", HALF))
     scores = nodes.add("Where", there, scores, nodes.constant("never", -np.inf), name="scores")
     nodes.add("ArgMax", scores, name="action", axis=1, keepdims=0)
 
 
 def _numbers(nodes: _Nodes, activation: str) -> None:
-    """Constants that an activation needs."""
+    """Append the constants of an activation."""
     for name, number in NUMBERS.items():
         if any(name in inputs for _, *inputs in ACTIVATIONS[activation]):
             nodes.constant(name, number)
 
 
 def _activated(nodes: _Nodes, activation: str, value: str) -> str:
-    """An activation of a value."""
+    """Append an activation of a value; returns the name of its output."""
     names = {"x": value}
     for operator, *inputs in ACTIVATIONS[activation]:
         names["y"] = nodes.add(operator, *(names.get(name, name) for name in inputs))
@@ -166,7 +165,7 @@ def _activated(nodes: _Nodes, activation: str, value: str) -> str:
 
 
 def _output(nodes: _Nodes, actor: Actor, value: str) -> str:
-    """The action, of what the last layer gives."""
+    """Append the action, from the last layer's output; returns the name of the action."""
     if np.isfinite(actor.bound):
         value = nodes.add("Clip", value, nodes.constant("least", -actor.bound), nodes.constant("most", actor.bound))
     if actor.output == "squashed":
@@ -178,35 +177,35 @@ def _output(nodes: _Nodes, actor: Actor, value: str) -> str:
 
 
 def _session(model: Any) -> Any:
-    """The runtime with a graph."""
+    """Session of the ONNX runtime with a graph."""
     import onnxruntime  # noqa: PLC0415 - of an extra
 
     options = onnxruntime.SessionOptions()
-    options.log_severity_level = 3  # it warns of graphics cards that are not there
+    options.log_severity_level = 3  # the runtime warns of missing graphics cards
     return onnxruntime.InferenceSession(model.SerializeToString(), options, providers=["CPUExecutionProvider"])
 
 
 def _asked(size: int) -> NDArray[np.float32]:
-    """Observations (ROWS, size) that both are asked for."""
+    """Random observations (ROWS, size) on which graph and policy are compared."""
     return (2.0 * np.random.default_rng(0).standard_normal((ROWS, size))).astype(np.float32)
 
 
 def _check_choices(model: Any, policy: Actor | Scorer) -> None:
-    """Let the runtime choose on some observations, all at once and one alone."""
+    """Make sure that the runtime chooses like the policy, on all sample observations at once and on the first alone."""
     session, seen = _session(model), _asked(ENTRIES)
     real, scores = there(seen), policy(seen)
     expected = Scored("", policy).act(observed_line(seen))
     for rows in (slice(None), slice(1)):
         action, found = session.run(["action", "scores"], {"observation": seen[rows]})
         apart = np.abs(found - scores[rows])[real[rows]] / max(np.ptp(scores), 1e-9)
-        # Only where two choices are as good as alike may rounding tell which comes first.
+        # Only between nearly equal scores may rounding change the choice.
         lost = np.take_along_axis(scores[rows], np.stack([action, expected[rows]], axis=1), axis=1)
         if not (apart <= PARITY).all() or (np.abs(np.diff(lost)) > PARITY * np.ptp(scores)).any():
             raise UsageError("the ONNX graph chooses otherwise than the policy")
 
 
 def _check_parity(model: Any, actor: Actor) -> None:
-    """Let the runtime act on some observations, all at once and one alone."""
+    """Make sure that the runtime acts like the policy, on all sample observations at once and on the first alone."""
     session, seen = _session(model), _asked(actor.sizes[0])
     found = [session.run(["action"], {"observation": rows})[0] for rows in (seen, seen[:1])]
     apart = np.abs(np.concatenate(found) - actor(np.concatenate([seen, seen[:1]]))) / (actor.high - actor.low)

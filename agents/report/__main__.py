@@ -14,11 +14,12 @@ from ..ground.places import MADE
 from ..ground.tables import console
 from ..reproduce.grids import plain
 from .kinds import kind_of
-from .measures import TABLES
-from .methods import methods_chapter
+from .methods import methods_figures
 from .page import Chapter, markdown_page, page
 from .readme import update_readme
 from .reproduction import is_reproduction, paper_chapters
+from .speeds import TABLES
+from .study import is_study, study_grids
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,8 @@ class Arguments:
 
 ENTRIES = ("quantity", "published", "reproduced", "unit", "verdict", "note")
 """What `python -m agents.reproduce` and others alike say of a figure."""
+DRAWN = {"methods": methods_figures}
+"""Figures of studies that have any."""
 
 
 def main(arguments: Arguments) -> None:
@@ -71,8 +74,9 @@ def _chapters(name: str, data: Mapping[str, Any], results: Path) -> list[Chapter
         return paper_chapters(data, results / "figures")
     if {"plan", "table", "comparisons", "results"} <= set(data):
         return [benchmark_chapter(name, data)]
-    if {"methods", "throws"} <= set(data):
-        return [methods_chapter(name, data)]
+    if is_study(data):
+        drawn = DRAWN[data["study"]](data) if data["study"] in DRAWN else {}
+        return [Chapter(name, tuple(study_grids(data)), drawn)]
     if grids := tuple(table(data) for names, table in TABLES if names <= set(data)):
         return [Chapter(name, grids)]
     rows = data.get("rows")

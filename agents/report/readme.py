@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -11,55 +12,26 @@ from ..ground.cli import UsageError
 from ..ground.files import of_its_form, read_json
 from ..ground.outputs import deliver_text
 from ..ground.tables import Grid, markdown_text
-from .adaptation import camera_table, newcomers_table
 from .headline import headline_table
 from .line import gains_table, learned_table, worked_table
-from .measures import (
-    cup_table,
-    dispatch_table,
-    environment_table,
-    fidelity_table,
-    grip_table,
-    judged_table,
-    neighbours_table,
-    oracle_table,
-    physics_table,
-    planner_table,
-    training_table,
-)
-from .methods import methods_table, pays_table, reasons_table, throwable_table
 from .reproduction import table as reproduced_table
+from .speeds import environment_table, planner_table
+from .study import study_grid
+from .study_plan import STUDIES, read_study
 from .tables import benchmark_table, shift_table
-from .thrown import release_table, thrown_table
 
 BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
     "headline": ("benchmark.json", headline_table),
     "benchmark": ("benchmark.json", benchmark_table),
-    "physics": ("physics.json", physics_table),
     "planner": ("perf_planner.json", planner_table),
     "environments": ("perf_envs.json", environment_table),
-    "fidelity": ("fidelity.json", fidelity_table),
-    "training": ("training.json", training_table),
-    "grip": ("grip.json", grip_table),
-    "cup": ("cup.json", cup_table),
-    "methods": ("methods.json", methods_table),
-    "method-reasons": ("methods.json", reasons_table),
-    "methods-pay": ("methods.json", pays_table),
-    "throwable": ("throwable.json", throwable_table),
-    "oracle": ("oracle.json", oracle_table),
-    "dispatch": ("dispatch.json", dispatch_table),
-    "judged": ("judged.json", judged_table),
-    "neighbours": ("neighbours.json", neighbours_table),
     "line": ("benchmark_line.json", worked_table),
     "line-gains": ("benchmark_line.json", gains_table),
     "line-learned": ("benchmark_line.json", learned_table),
-    "line-thrown": ("line.json", thrown_table),
-    "line-release": ("line.json", release_table),
     "adapting": ("benchmark_adapt.json", shift_table),
-    "bin-camera": ("adaptation.json", camera_table),
-    "newcomers": ("adaptation.json", newcomers_table),
 }
-"""Blocks of a README by name: the file of results, and what makes the table of it; others are "paper/table"."""
+"""Blocks of a README by name: the file of results, and what makes the table of it; plans of studies name further ones,
+and those of papers are "paper/table"."""
 
 
 _BLOCK: Final = re.compile(r"(<!-- table:(\S+) -->\n).*?(<!-- /table -->)", re.DOTALL)
@@ -90,11 +62,24 @@ def update_readme(readme: Path, results: Path) -> None:
 
 
 def _table(name: str, results: Path) -> Grid:
-    if name in BLOCKS:
-        file, make_table = BLOCKS[name]
+    tables = {**BLOCKS, **study_blocks()}
+    if name in tables:
+        file, make_table = tables[name]
         with of_its_form(results / file):
             return make_table(read_json(results / file))
     found = reproduced_table(results, name) if "/" in name else None
     if found is None:
-        raise UsageError(f"no table {name!r} for a README; known are {', '.join(BLOCKS)}, and PAPER/TABLE")
+        raise UsageError(f"no table {name!r} for a README; known are {', '.join(tables)}, and PAPER/TABLE")
     return found
+
+
+@cache
+def study_blocks() -> Mapping[str, tuple[str, Callable[[Any], Grid]]]:
+    """The same of the studies that ship."""
+    plans = [read_study(path) for path in sorted(STUDIES.glob("*.yaml"))]
+    return {
+        table.block: (f"{plan.study}.json", partial(study_grid, plan, table))
+        for plan in plans
+        for table in plan.tables
+        if table.block
+    }

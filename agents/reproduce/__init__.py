@@ -1,1 +1,1 @@
-"""The door to `papers/`: the papers' parts as jobs, and what they find as one record and its tables."""
+"""Access to `papers/`: the parts of papers as jobs, and their findings as one record and its tables."""

@@ -1,4 +1,4 @@
-"""Compute a paper's figures anew and set them beside the published ones: `python -m agents.reproduce hassan`."""
+"""Compute a paper's figures anew and compare them with the published ones: `python -m agents.reproduce hassan`."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ PARTS_HELP = "Parts to compute; may be given more than once. " + " ".join(
 class Arguments:
     """Compute a paper's figures anew and print them beside the published ones.
 
-    Finished parts are kept until the code changes, so an interrupted reproduction continues where it stopped.
+    Finished parts are kept until the code changes, so an interrupted reproduction goes on where it stopped.
     """
 
     paper: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="|".join((*PAPERS, ALL)))]
-    """The paper, or all of them."""
+    """The paper, or all papers."""
     json: Annotated[Path | None, option("none", "FILE")] = None
     """Write every figure to this file."""
     figures: Annotated[Path | None, option("none", "FOLDER")] = None
@@ -53,7 +53,7 @@ class Arguments:
 
 
 def main(arguments: Arguments) -> None:
-    """Do what is missing, write what was asked for, print the tables."""
+    """Compute the missing parts, print the tables, and write the files asked for."""
     chosen = check(arguments)
     work = arguments.work or MADE / "runs" / "reproduce"
     planned = select([job for paper in chosen for job in jobs(paper)], [*chain(*arguments.only)])
@@ -72,10 +72,10 @@ def main(arguments: Arguments) -> None:
 
 
 def check(arguments: Arguments) -> tuple[str, ...]:
-    """Find mistakes before anything is computed; returns the papers.
+    """Check the options before any computation; returns the names of the papers.
 
     Raises:
-        UsageError: an unknown paper, a number out of its range, or a place that cannot be written.
+        UsageError: a paper is unknown, a number is out of its range, or a file cannot be written.
     """
     if arguments.paper not in (*PAPERS, ALL):
         raise UsageError(f"unknown paper {arguments.paper!r}; known are {', '.join((*PAPERS, ALL))}")
@@ -85,7 +85,7 @@ def check(arguments: Arguments) -> tuple[str, ...]:
 
 
 def select(planned: Sequence[Job], only: Sequence[str]) -> list[Job]:
-    """The parts asked for, all when none is named.
+    """Jobs of the parts asked for; all jobs when no part is named.
 
     Raises:
         UsageError: there is no such part.
@@ -98,7 +98,7 @@ def select(planned: Sequence[Job], only: Sequence[str]) -> list[Job]:
 
 
 def available() -> int:
-    """CPUs that this process may use."""
+    """Number of CPUs that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 

@@ -1,4 +1,4 @@
-"""The results of a reproduction: figures beside the published ones, with computed verdicts."""
+"""Findings of a reproduction: figures beside the published ones, with verdicts that are computed and never typed."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from ..ground.tables import Grid
 Value: TypeAlias = float | str | None
 Verdict: TypeAlias = Literal["reproduced", "differs", "misprint", "not reproducible", "infeasible", "ours"]
 Conditions: TypeAlias = Literal["paper", "ours", "unpublished", "infeasible"]
-"""Under what a figure was computed: the paper's own conditions, ours (another protocol, assumed scatter, own gains),
-conditions that the paper leaves out and that decide the figure, or conditions under which nothing feasible exists."""
+"""Conditions of a computed figure: the paper's own; ours (another protocol, assumed scatter, other gains); conditions
+that the paper leaves out although they decide the figure; or conditions under which nothing feasible exists."""
 
 
 def agree(one: Value, other: Value, tolerance: float | None) -> bool:
@@ -26,21 +26,21 @@ def agree(one: Value, other: Value, tolerance: float | None) -> bool:
 @final
 @dataclass(frozen=True)
 class Row:
-    """One figure of a paper, or one that belongs beside it.
+    """One figure of a paper, or a figure of ours that belongs beside the paper's.
 
     Attributes:
         quantity: name of the figure, parts joined by "/".
-        published: what the paper prints; None if it prints nothing.
-        reproduced: what was computed; None where there is none.
+        published: the paper's value; None if the paper prints none.
+        reproduced: the computed value; None where there is none.
         unit: SI unit, "-" for a pure number.
         note: one sentence for people: the definition used, or why the figures differ.
-        tolerance: largest difference, in `unit`, at which the two count as the same; None for words and for figures
-            that are compared with nothing.
-        conditions: what it was computed under.
-        explained: the figure that one slip in the paper would give (two names swapped, another formula); it makes a
-            difference a misprint if it is the published one.
-        holds: whether a claim in words ("> 0.3", "continuous") is true of the figure; None where the two themselves
-            are compared.
+        tolerance: largest difference, in `unit`, at which both values count as equal; None for words and for values
+            without a comparison.
+        conditions: conditions of the computation.
+        explained: the value that one slip in the paper would give (two names swapped, another formula); a difference is
+            a misprint if this value equals the published one.
+        holds: whether a claim in words ("> 0.3", "continuous") is true of the figure; None where the two values are
+            compared.
         details: further figures of the same quantity by name, JSON values only.
     """
 
@@ -78,7 +78,7 @@ class Row:
     def ours(
         cls, quantity: str, reproduced: Value, unit: str, *, beside: Value = None, note: str = "", **details: Any
     ) -> Row:
-        """A figure that the paper does not give, or not under these conditions; `beside` is what it prints nearest."""
+        """A figure that the paper does not give under these conditions; `beside` is the paper's most similar value."""
         return cls(quantity, beside, reproduced, unit, note, conditions="ours", details=details)
 
     @classmethod
@@ -93,12 +93,12 @@ class Row:
         note: str,
         **details: Any,
     ) -> Row:
-        """A figure of the paper that cannot be set beside one of ours, and why: the note says it in a sentence."""
+        """A figure of the paper that cannot be compared with one of ours; the note gives the reason in a sentence."""
         return cls(quantity, published, reproduced, unit, note, conditions=why, details=details)
 
     @property
     def verdict(self) -> Verdict:
-        """How the two figures compare."""
+        """Verdict from the two values, the tolerance and the conditions."""
         if self.conditions == "infeasible":
             return "infeasible"
         if self.conditions == "ours" or self.published is None:
@@ -111,7 +111,7 @@ class Row:
         return "misprint" if slipped else "differs"
 
     def as_json(self) -> dict[str, Any]:
-        """The row with its details beside the main entries, which no detail can take the place of."""
+        """The row as JSON values: the main entries and the details; a detail cannot replace a main entry."""
         main = {
             "quantity": self.quantity,
             "published": self.published,
@@ -126,23 +126,23 @@ class Row:
 
 
 def printed(digits: int) -> float:
-    """The tolerance of a figure printed with so many decimals: half a unit of the last one, and a rounding more."""
+    """Tolerance of a figure printed with a number of decimals: half a unit of the last decimal, plus rounding."""
     return 0.5000001 * 10.0**-digits
 
 
 def share(published: float, part: float) -> float:
-    """The tolerance that is a part of a published figure."""
+    """Tolerance as a share of a published figure."""
     return abs(published) * part
 
 
 @final
 @dataclass(frozen=True)
 class Findings:
-    """The results of one part of a reproduction.
+    """Findings of one part of a reproduction.
 
     Attributes:
         rows: published beside reproduced figures.
-        data: what else is useful, JSON values by name (no NaN).
+        data: other useful JSON values by name (no NaN).
         figures: SVG texts by file name without folder, e.g. "hassan_scurve.svg".
         grids: tables for people, in the order of the report.
     """
@@ -160,12 +160,12 @@ Parts: TypeAlias = Mapping[str, Callable[[], Findings]]
 @final
 @dataclass(frozen=True)
 class Overview:
-    """What a paper's parts show together; made from all rows of a paper, as JSON, once its parts are done.
+    """Overview of a paper's parts, made from all rows of the paper, as JSON, once its parts are done.
 
     Attributes:
-        grids: tables that draw on several parts, by a name that a README may ask for; they come first in the report.
-        notes: sentences that stand under a table, by the table's name.
-        figures: SVG texts by file name of what is drawn of several parts' rows.
+        grids: tables over several parts, by a name that a README may refer to; these tables come first in the report.
+        notes: sentences under a table, by the table's name.
+        figures: drawings over several parts, SVG texts by file name.
     """
 
     grids: Mapping[str, Grid] = field(default_factory=dict[str, Grid])

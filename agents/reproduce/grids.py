@@ -1,4 +1,4 @@
-"""Tables of text made from rows of figures: what the tables of all papers have in common."""
+"""Tables of text from rows of figures, for all papers."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ JsonRow: TypeAlias = Mapping[str, Any]
 Rows: TypeAlias = Mapping[str, JsonRow]
 """Rows as JSON by quantity."""
 NONE: Final = "-"
-"""What a table shows where there is no figure."""
+"""Text of a cell without a figure."""
 _FOLDERS: Final = ("inconsistency", "claim", "misprint")
-"""First parts of a quantity that say nothing beside its verdict."""
+"""First parts of a quantity's name that tables leave out, because the verdict says the same."""
 
 
 def by_quantity(rows: Iterable[Row]) -> dict[str, JsonRow]:
-    """Rows as JSON by quantity, as `overview` gets them."""
+    """Rows as JSON by quantity, as `overview` takes them."""
     return {row.quantity: row.as_json() for row in rows}
 
 
 def plain(headline: str, rows: Iterable[JsonRow], *, verdict: bool = True, drop: str = "") -> Grid:
-    """Rows as they are, one a line; `drop` is a beginning that all their quantities share."""
+    """Table of rows, one per line; `drop` is a common prefix of their quantities that is left out."""
     header = ["figure", "published", "reproduced", *(["verdict"] if verdict else []), "note"]
     lines: list[list[str]] = []
     for row in rows:
@@ -42,42 +42,42 @@ def listed(
     *,
     drop: str,
 ) -> Findings:
-    """Findings whose rows all stand in one table, and figures by file name; `drop` as in `plain`."""
+    """Findings with one table of all rows, and figures by file name; `drop` as in `plain`."""
     found = tuple(rows)
     drawn = {name: svg(figure) for name, figure in (figures or {}).items()}
     return Findings(found, data or {}, drawn, (plain(headline, by_quantity(found).values(), drop=drop),))
 
 
 def short(quantity: str) -> str:
-    """A quantity for people."""
+    """Name of a quantity for people."""
     pieces = [piece for piece in quantity.split("/") if piece]
     return " ".join(pieces[1:] if pieces[0] in _FOLDERS else pieces)
 
 
 def with_unit(value: object, unit: str) -> str:
-    """A figure with its unit; words stand alone."""
+    """Text of a figure with its unit; words have no unit."""
     written = text(value)
     return f"{written} {unit}" if isinstance(value, float) and unit != "-" else written
 
 
 def text(value: object) -> str:
-    """A figure for people."""
+    """Text of a figure."""
     return NONE if value is None else f"{value:.5g}" if isinstance(value, float) else str(value)
 
 
 def number(row: JsonRow | None, name: str, digits: int) -> str:
-    """An entry of a row with a fixed number of decimals; a dash where there is none."""
+    """Text of a row's entry with a fixed number of decimals; a dash for a missing entry."""
     found = None if row is None else row.get(name)
     return NONE if found is None else f"{found:.{digits}f}" if isinstance(found, float) else str(found)
 
 
 def value(rows: Rows, quantity: str, form: str) -> str:
-    """The reproduced figure of a quantity in a form of `str.format`; a dash where there is none."""
+    """Text of a quantity's reproduced value in a form of `str.format`; a dash for a missing value."""
     row = rows.get(quantity)
     return NONE if row is None or row["reproduced"] is None else form.format(row["reproduced"])
 
 
 def below(rows: Rows, folder: str) -> dict[str, JsonRow]:
-    """Rows of a folder by the rest of their names."""
+    """Rows of a folder of quantities, by their names below the folder."""
     start = f"{folder}/"
     return {name.removeprefix(start): row for name, row in rows.items() if name.startswith(start)}

@@ -17,7 +17,7 @@ from ..jobs.work import Job, key
 from .finding import Overview, Parts
 
 PAPERS: Final = {"hassan": "conveyor", "choe": "conveyor", "miyashita": "one_joint", "leveziel": "gripper"}
-"""Papers by the name of their folder in `papers/`, and whose levels they simulate."""
+"""Robot whose levels each paper simulates, by the name of the paper's folder in `papers/`."""
 PART_NAMES: Final = {
     "hassan": (
         "table1", "free-direction", "free-direction-constant-jerk", "headroom-hand-cap-0", "headroom-hand-cap-0.05",
@@ -40,14 +40,14 @@ PART_NAMES: Final = {
 
 
 class Paper(Protocol):
-    """What the package of a paper offers."""
+    """Interface of a paper's package."""
 
     SHORT: str
     """Authors and year."""
     PARTS: Parts
 
     def overview(self, rows: Mapping[str, Mapping[str, Any]]) -> Overview:
-        """What all parts show together; of the rows, by quantity, some may be missing."""
+        """Overview of all parts, from rows by quantity, some of which may be missing."""
         ...
 
 
@@ -55,7 +55,7 @@ def package(name: str) -> Paper:
     """Import the package of a paper.
 
     Raises:
-        UsageError: this is no checkout; an installed package holds no papers.
+        UsageError: this is no checkout; an installed package has no papers.
     """
     if not (SHIPPED / "papers" / name).is_dir():
         raise UsageError(f"{name} is reproduced in a checkout of pnt_gym, and {str(SHIPPED)!r} has no folder papers")
@@ -66,7 +66,7 @@ def jobs(name: str) -> list[Job]:
     """One job per part of a paper.
 
     Raises:
-        UsageError: as `package`.
+        UsageError: see `package`.
     """
     parts = package(name).PARTS
     files = ("pnt_gym/**/*.py", f"configs/cells/{PAPERS[name]}/*.yaml")
@@ -75,10 +75,10 @@ def jobs(name: str) -> list[Job]:
 
 
 def run_part(name: str, part: str, _folder: Path) -> dict[str, Any]:
-    """What a part of a paper finds.
+    """Run a part of a paper; its findings as JSON values.
 
     Raises:
-        PntGymError: the part could not be done, with its name.
+        PntGymError: the part failed; the message has its name.
     """
     try:
         found = package(name).PARTS[part]()

@@ -1,4 +1,4 @@
-"""All that was found about papers as one record of JSON values, and the tables in it."""
+"""All findings about papers as one record of JSON values, and the tables of the record."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from .papers import package
 Record: TypeAlias = Mapping[str, Any]
 AGREES: Final = "reproduced"
 FEW: Final = 5
-"""How many tables of a paper without an overview the terminal shows."""
+"""Number of tables on the terminal for a paper without an overview."""
 
 
 def assemble(command: str, found: Mapping[str, Mapping[str, Any]]) -> tuple[dict[str, Any], dict[str, str]]:
-    """One record of what parts found, by "paper/part"; and the drawings by file name."""
+    """One record of the results of parts by "paper/part"; and the drawings by file name."""
     papers: dict[str, list[Mapping[str, Any]]] = {}
     for name, part in found.items():
         papers.setdefault(name.split("/")[0], []).append(part)
@@ -43,7 +43,7 @@ def assemble(command: str, found: Mapping[str, Mapping[str, Any]]) -> tuple[dict
 
 
 def headlines(record: Record) -> list[Grid]:
-    """The tables worth a terminal: every paper's overview, what does not agree, and how many figures do."""
+    """Tables for the terminal: every paper's overview, its disagreements and its numbers of verdicts."""
     shown: list[Grid] = []
     for paper in record["papers"]:
         first = list(overview_grids(record, paper).values()) or part_grids(record, paper)[:FEW]
@@ -52,30 +52,30 @@ def headlines(record: Record) -> list[Grid]:
 
 
 def all_grids(record: Record, paper: str) -> list[Grid]:
-    """Every table of a paper, those of its overview first."""
+    """Every table of a paper, the tables of its overview first."""
     shown = [*overview_grids(record, paper).values(), *part_grids(record, paper), disagreements(record, paper)]
     return [grid for grid in shown if grid.rows]
 
 
 def overview_grids(record: Record, paper: str) -> dict[str, Grid]:
-    """The tables that draw on several parts of a paper, by name."""
+    """Tables over several parts of a paper, by name."""
     found = record["overview"][paper]["grids"]
     return {name: grid for name, fields in found.items() if (grid := Grid(**fields)).rows}
 
 
 def part_grids(record: Record, paper: str) -> list[Grid]:
-    """The tables of a paper's parts."""
+    """Tables of a paper's parts."""
     return [Grid(**fields) for fields in record["grids"][paper] if fields["rows"]]
 
 
 def disagreements(record: Record, paper: str) -> Grid:
-    """Published figures that were not found again, each with what shows it."""
+    """Table of the published figures that were not reproduced."""
     shown = [row for row in _compared(record, paper) if row["verdict"] != AGREES]
     return plain(f"{record['titles'][paper]}: what does not agree", shown, drop=f"{paper}/")
 
 
 def verdicts(record: Record, paper: str) -> Grid:
-    """How many published figures got which verdict, and how many of ours stand beside them."""
+    """Table of the number of published figures by verdict, and of the number of figures of ours."""
     found = [row["verdict"] for row in _compared(record, paper)]
     lines = [[verdict, str(found.count(verdict))] for verdict in sorted(set(found))]
     ours = len(_by_quantity(record["rows"], paper)) - len(found)
@@ -84,7 +84,7 @@ def verdicts(record: Record, paper: str) -> Grid:
 
 
 def _compared(record: Record, paper: str) -> list[Mapping[str, Any]]:
-    """Rows of what the paper says under its own conditions."""
+    """Rows of the published figures, under the paper's own conditions."""
     rows = _by_quantity(record["rows"], paper).values()
     return [row for row in rows if row["published"] is not None and row["verdict"] != "ours"]
 
@@ -94,12 +94,12 @@ def _by_quantity(rows: Iterable[Mapping[str, Any]], paper: str) -> Rows:
 
 
 def _united(parts: Iterable[Mapping[str, Any]], entry: str) -> dict[str, Any]:
-    """The entries of all parts as one."""
+    """An entry of all parts, merged into one mapping."""
     return {name: value for part in parts for name, value in part[entry].items()}
 
 
 def _as_json(overview: Overview) -> dict[str, Any]:
-    """Tables with their notes and the notes by themselves; drawings are kept as files."""
+    """Tables of an overview with their notes, and the notes, as JSON values; drawings are separate files."""
     notes = dict(overview.notes)
     grids = {name: grid._asdict() | {"note": notes.get(name, grid.note)} for name, grid in overview.grids.items()}
     return {"grids": grids, "notes": notes}

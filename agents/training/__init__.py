@@ -1,1 +1,1 @@
-"""Trainings: what is asked for, the legs between checkpoints, and the table at the end."""
+"""Trainings: their arguments, the legs between checkpoints, and the table at the end."""

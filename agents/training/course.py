@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 
 
 def in_flight(cell: Env, asked: Mapping[str, Any], threads: int) -> Env | None:
-    """The same cells, as the policy sees them, where only flights are simulated, if that is asked for.
+    """The training's cells with only flights simulated, as the policy observes them; None for a full simulation.
 
     Raises:
-        UsageError: there is no such thing for them.
+        UsageError: the environment has no simulation of flights alone.
     """
     if asked["fidelity"] == "full":
         return None
@@ -47,12 +47,12 @@ def learn(
     tensorboard: bool = False,
     quiet: bool = False,
 ) -> None:
-    """Train in legs from checkpoint to checkpoint; in `quick`, where there is one, until the last throws asked in full.
+    """Train in legs from checkpoint to checkpoint, in `quick`, if given, until the last `full_last` throws.
 
-    With `until` it stops there, and is part of a training that goes on to the throws asked for.
+    With `until` the training stops at this throw, and can go on later to the total number of throws.
 
-    Each leg starts from newly seeded environments, whether or not the process was restarted in between: a
-    run that was resumed from a checkpoint is bit for bit the run that was not interrupted.
+    Each leg starts from newly seeded environments, whether or not the process was restarted in between. So a resumed
+    run equals an uninterrupted run bit for bit.
     """
     from stable_baselines3.common.logger import Logger, configure  # noqa: PLC0415
 

@@ -1,4 +1,4 @@
-"""What a training is to do: by the command line and the defaults, or by the run that is resumed."""
+"""Arguments of a training: from the command line and the defaults, or from the run that is resumed."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..learning.runs import RunFolder, check_new
 from ..learning.trained import own_environment
 
 LEVELS: Final[Mapping[str, str]] = dict.fromkeys(("PnTConveyor-v0", "PnTRelease-v0"), "waste")
-"""Level of a training unless another one is asked for: where learning shows in success, not only in the landing."""
+"""Default level of a training by environment: a level where learning improves the success, not only the landing."""
 DEFAULTS: Final[Mapping[str, Any]] = {
     "env": "PnTConveyor-v0",
     "level": None,
@@ -30,14 +30,14 @@ DEFAULTS: Final[Mapping[str, Any]] = {
     "stack": 1,
     "over": PLANNER,
 }
-"""What a new run is asked for unless the command line says otherwise; the kind of task and hyperparameters say more."""
+"""Default arguments of a new run; None for defaults of the kind of trial or of the hyperparameters."""
 
 
 def settled(arguments: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """What the run is to do, and its hyperparameters; they say how long and in how many cells unless it is asked for.
+    """Arguments and hyperparameters of a run; hyperparameters give the default number of steps and cells.
 
     Raises:
-        UsageError: see `request`; or hyperparameters that are missing or damaged.
+        UsageError: see `request`; or the hyperparameters are missing or damaged.
     """
     asked, resume = request(arguments), arguments["resume"]
     settings = hyperparameters(asked["algo"], asked["env"], resume / "config.yml" if resume else arguments["config"])
@@ -46,13 +46,13 @@ def settled(arguments: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any
 
 
 def request(arguments: Mapping[str, Any]) -> dict[str, Any]:
-    """What the run is to do: from the command line and the defaults, or from the run that is resumed.
+    """Arguments of a run: from the command line and the defaults, or from the run that is resumed.
 
     Args:
-        arguments: of the command; None where nothing was given.
+        arguments: options of the command; None where nothing was given.
 
     Raises:
-        UsageError: an option that a resumed run has already settled, or options that do not go together.
+        UsageError: an option is given that a resumed run has already fixed, or options contradict one another.
     """
     given = {name: arguments[name] for name in DEFAULTS if arguments[name] is not None}
     if arguments["resume"] is not None:
@@ -69,7 +69,7 @@ def request(arguments: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _resumed(folder: Path, arguments: Mapping[str, Any], given: dict[str, Any]) -> dict[str, Any]:
-    """What the run in a folder was asked for, and how many steps it is to go on for."""
+    """Arguments of the run in a folder, with the number of steps of the command line."""
     recorded = RunFolder(folder).arguments
     if given.get("env") == recorded["env"]:
         recorded["env"] = given.pop("env")

@@ -1,4 +1,4 @@
-"""A training in the cells of a trial: new or resumed, until it is done or a signal stops it."""
+"""A training in the cells of a trial: new or resumed, until the training is done or a signal stops it."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ if TYPE_CHECKING:
 
 @final
 class Session:
-    """What a training needs: cells as the policy sees them, and the same cells where only flights are simulated.
+    """Environments and arguments of a training: cells as the policy observes them, fully simulated or flights alone.
 
     Args:
-        trial: of the cells.
-        asked: what the training is to do.
+        trial: trial of the cells.
+        asked: arguments of the training.
         settings: hyperparameters.
-        threads: threads that simulate.
+        threads: threads of the simulation.
 
     Raises:
-        UsageError: something asked for that there is not in these cells.
+        UsageError: the arguments ask for something that the cells do not have.
     """
 
     def __init__(self, trial: Trial, asked: Mapping[str, Any], settings: Mapping[str, Any], threads: int) -> None:
@@ -55,7 +55,7 @@ class Session:
         self.env = SameStepVecEnv(seen, even=asked["algo"] in ON_POLICY, price=price)
 
     def create(self, folder: Path | None) -> tuple[RunFolder, BaseAlgorithm]:
-        """A new run folder with its untrained model; without a folder one in `runs`, called after the training."""
+        """A new run folder and its untrained model; for None a folder in `runs`, named after the training."""
         from ..learning.sb3 import build  # noqa: PLC0415 - imports torch
 
         config = self.trial.core.config
@@ -70,17 +70,17 @@ class Session:
         """Train in legs.
 
         Args:
-            model: learns.
-            folder: of the run.
-            stop: asked whether to go on.
-            checkpoint_every: steps between checkpoints; None for those that the training was asked for.
-            how: what `learn` takes beside that.
+            model: the model that learns.
+            folder: folder of the run.
+            stop: checked after each batch.
+            checkpoint_every: steps between checkpoints; None for the number in the training's arguments.
+            how: further arguments of `agents.training.course.learn`.
         """
         asked = self.asked if checkpoint_every is None else {**self.asked, "checkpoint_every": checkpoint_every}
         learn(model, self.env, folder, asked, stop, self.trial.window(), quick=self._quick, **how)
 
     def close(self) -> None:
-        """Close the cells of flights; the trial's own stay open."""
+        """Close the cells of flights alone; the trial's own cells stay open."""
         if self._quick is not None:
             self._quick.close()
 
@@ -91,10 +91,10 @@ def run_session(
     """Train until the training is done or stopped.
 
     Args:
-        session: of the training.
-        out: folder of a new run; None for one in `runs`.
-        resume: folder of the run that goes on, if it is none that is new.
-        more: steps that a resumed run was asked for anew, if it was.
+        session: session of the training.
+        out: folder of a new run; None for a folder in `runs`.
+        resume: folder of the run to resume; None for a new run.
+        more: total number of steps from the command line; None if not given.
         tensorboard: also log losses for TensorBoard.
 
     Returns:
@@ -116,10 +116,10 @@ def run_session(
 
 
 def _restored(session: Session, folder: RunFolder, more: int | None) -> BaseAlgorithm:
-    """The model of a run that goes on.
+    """Model of a resumed run, from its last checkpoint.
 
     Raises:
-        UsageError: the run has done all that it was asked for.
+        UsageError: the run has already done all its steps.
     """
     model, asked = folder.restore(session.env), session.asked
     if more is not None and more > model.num_timesteps:
@@ -134,7 +134,7 @@ def _restored(session: Session, folder: RunFolder, more: int | None) -> BaseAlgo
 
 
 def say_how_to_resume(folder: Path, env_id: str, steps: int, step: str) -> None:
-    """Tell the user where an interrupted run is."""
+    """Print the command that continues an interrupted run."""
     more = f" --env {env_id}" if ":" in env_id else ""
     command = f"python -m {module_name('agents.train')} --resume {folder}{more}"
     print(f"stopped after {steps} {step}s; continue with: {command}", file=sys.stderr)

@@ -1,4 +1,4 @@
-"""The table at the end of a training: what was learned beside other controllers, on the same held-out units."""
+"""The table at the end of a training: the policy and other controllers on the same held-out units."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from ..judging.trial import Trial
 from ..learning.runs import RunFolder
 
 SEED: Final = 0
-"""Of the held-out units."""
+"""Seed of the held-out units."""
 TABLE: Final = "evaluation.json"
-"""The table in the run folder."""
+"""File of the table in the run folder."""
 
 
 def show_table(trial: Trial, folder: RunFolder, steps: int, asked: Mapping[str, Any], count: int | None) -> None:
-    """Print the table, and keep it in the run folder.
+    """Evaluate the policy and its peers, print the table, and write the table to the run folder.
 
     Args:
-        trial: of the training.
-        folder: of the run.
-        steps: that the policy has learned from.
-        asked: what the training was asked for.
-        count: units of each controller; None for the usual number.
+        trial: trial of the training.
+        folder: folder of the run.
+        steps: number of steps that the policy has learned from.
+        asked: arguments of the training.
+        count: number of units of each controller; None for the default of the kind of trial.
     """
     count = trial.usual_table if count is None else count
     learned = trial.policy(folder, None, asked, f"learned ({asked['algo']})")

@@ -12,8 +12,8 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from benchmarks.checks import choices
-from benchmarks.study import draw_first
+from benchmarks.checks import random_action
+from benchmarks.studies.cells import draw_first
 from benchmarks.timing import CPU, Count, Options, Place, Row, Timing
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.action import corrected
@@ -82,7 +82,7 @@ class Vector:
         """Throw once in every cell."""
         for tap in self._taps:
             tap.calls = []
-        self._info = self._env.step(action_of(self._env, self._info, self._rng))[-1]
+        self._info = self._env.step(random_action(self._env, self._info, self._rng, ACTIONS))[-1]
         self._steps.append(sum(tap.steps for tap in self._taps))
 
     def repeat(self) -> None:
@@ -106,7 +106,9 @@ class Singles:
     def step(self) -> None:
         """One step of every environment."""
         for row, env in enumerate(self._envs):
-            _, _, terminated, truncated, self._infos[row] = env.step(action_of(env, self._infos[row], self._rng))
+            *_, terminated, truncated, self._infos[row] = env.step(
+                random_action(env, self._infos[row], self._rng, ACTIONS)
+            )
             if terminated or truncated:
                 self._infos[row] = env.reset()[1]
 
@@ -114,14 +116,6 @@ class Singles:
 def plants(cell: Any) -> list[Any]:
     """What throws in a cell; on a line what throws for its robots, nothing where they go by a table."""
     return [cell.plant] if hasattr(cell, "plant") else [core.cell.plant for core in getattr(cell.throws, "cores", [])]
-
-
-def action_of(env: Any, info: dict[str, Any], random: np.random.Generator) -> Any:
-    """Corrections at random; on a line choices that there are."""
-    if "action_mask" in info:
-        mask = np.asarray(info["action_mask"])
-        return choices(np.atleast_2d(mask), random).reshape(mask.shape[:-1])[()]
-    return random.uniform(-ACTIONS, ACTIONS, env.action_space.shape).astype(np.float32)
 
 
 def environment(env_id: str, options: Options) -> Iterator[Row]:

@@ -25,6 +25,6 @@ PARTS: Final[Parts] = {
 
 
 def overview(rows: Rows) -> Overview:
-    """Nothing draws on several parts: each has its own tables."""
+    """No tables over several parts: each part has its own tables."""
     del rows
     return Overview()

@@ -22,49 +22,49 @@ HALF_WIDTH: Final = 0.150
 HALF_RISE: Final = 0.025
 """h of the example [m]: the place lies 50 mm above the pick."""
 RATE: Final = 0.77
-"""The paper's r; it takes rad/m to get its figures."""
+"""Rate r of the paper's node list; the paper's figures follow only with the unit rad/m."""
 LIMITS: Final = MotionLimits.t3kr(30)
 """1.8 m/s, 36 m/s2, 900 m/s3; the paper states no limits."""
 SPAN: Final = 0.82
 """Width of the long pick and place of the comparison of times [m]."""
 LIFT: Final = 0.10
-"""Height of its path above both ends [m]."""
+"""Height of the long path above both ends [m]."""
 SHORT_LIFT: Final = 0.025
-"""Vertical parts of the example where it is timed with them [m]."""
+"""Length of the vertical parts that are added to the example where it is timed [m]."""
 BELT: Final = -0.85
 """Height of the pick in the robot's workspace [m]."""
 
 ASKEW: Final = (-0.09, -0.12, BELT)
-"""Pick of the joint curves [m]: 0.15 m from the middle of the workspace, the place opposite."""
+"""Pick of the path whose arm angles are drawn [m]: 0.15 m from the middle of the workspace, the place opposite."""
 
 
 def example() -> EllipsePath:
-    """The paper's example."""
+    """The ellipse of the paper's example."""
     return EllipsePath.paper(HALF_WIDTH, HALF_RISE)
 
 
 def example_at(degrees: float) -> EllipsePath:
-    """The example with another angle of the major axis."""
+    """The ellipse between the example's ends whose major axis has the angle ``degrees``."""
     return EllipsePath.with_angle(HALF_WIDTH, HALF_RISE, math.radians(degrees))
 
 
 def with_lines(ellipse: EllipsePath) -> PlanePath:
-    """An ellipse of the example with short vertical parts."""
+    """The path over an ellipse with vertical parts of `SHORT_LIFT` before and after it."""
     return line_ellipse_line(ellipse, SHORT_LIFT, SHORT_LIFT)
 
 
 def across(path: PlanePath) -> SpacePath:
-    """A path of the example's width laid askew through the workspace, so that all four arms move differently."""
+    """The plane path from `ASKEW` to the opposite point: askew, so that all four arms move differently."""
     return SpacePath.between(path, ASKEW, (-ASKEW[0], -ASKEW[1], BELT + float(path.end[1] - path.start[1])))
 
 
 def level_ellipse(vertical: float) -> PlanePath:
-    """Lines and a symmetric ellipse over the long way, `LIFT` high with vertical parts of ``vertical`` [m]."""
+    """A path over `SPAN`: vertical parts of ``vertical`` [m] and a symmetric ellipse up to `LIFT`."""
     return line_ellipse_line(EllipsePath.with_top(0.5 * SPAN, 0.0, LIFT - vertical), vertical, vertical)
 
 
 def level_lame(vertical: float, width: float, height: float, exponent: float = 3.0) -> PlanePath:
-    """Lines and Lamé corners of ``width`` by ``height`` over the long way [m]."""
+    """A path over `SPAN`: vertical parts of ``vertical`` and Lamé corners of ``width`` by ``height`` [m]."""
     return lame_path(SPAN, vertical, vertical, (width, height), exponent)
 
 
@@ -74,16 +74,16 @@ class Case:
     """A path that is timed."""
 
     name: str
-    """Last parts of the quantity's name."""
+    """Last part of the quantity's name in rows."""
     label: str
     path: PlanePath
     joints: JointRule = "strict"
-    """What happens where the curvature jumps."""
+    """Whether the hand stops where the curvature jumps ("strict") or passes ("relaxed")."""
 
 
 @cache
 def motion(case: Case) -> TimedPath:
-    """The quickest motion of a case along y, the long axis of the workspace, across its middle and from the belt."""
+    """The quickest motion of a case: along y, the workspace's long axis, across the middle, from the belt's height."""
     span: Floats = case.path.end - case.path.start
     pick = np.array([0.0, -0.5 * span[0], BELT])
     placed = SpacePath.between(case.path, pick, pick + np.array([0.0, span[0], span[1]]))
@@ -92,7 +92,7 @@ def motion(case: Case) -> TimedPath:
 
 @cache
 def long_cases() -> Mapping[str, Case]:
-    """The pick and place over 0.82 m, by name."""
+    """Paths of the pick and place over 0.82 m, by name."""
     low, high = level_ellipse(0.05), level_ellipse(0.02)
     corners = [
         Case(f"lame-50mm-d{round(1000 * width)}", f"Lamé m = 3, d = {width:.2f} m", level_lame(0.05, width, 0.05))

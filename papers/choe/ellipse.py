@@ -18,21 +18,21 @@ from pnt_gym.planning.paths import EllipsePath, approximate_half_circumference, 
 from .cases import HALF_RISE, HALF_WIDTH, SHORT_LIFT, example, example_at
 
 CRITICAL: Final = math.degrees(math.atan(HALF_RISE / HALF_WIDTH))
-"""Critical angle of the example [deg]."""
+"""Angle of the line from T1 to T2 in the example [deg]: the least angle of an ellipse's major axis."""
 CHORD: Final = 2.0 * math.hypot(HALF_WIDTH, HALF_RISE)
-"""From T1 to T2 on a straight line [m]."""
+"""Straight distance from T1 to T2 [m]."""
 ROUNDING: Final = 1e-9
-"""What counts as zero, in SI units."""
+"""Greatest value that counts as zero, in SI units."""
 
 
 def example_findings() -> Findings:
-    """Every printed number of the example, and the claims about it."""
+    """Every printed number of the example, and the paper's claims about the example."""
     rows = (*_printed(), _numbering(), *_tangents())
     return listed("The published example", rows, {"choe_ellipse.svg": ellipse_figure()}, drop="choe/")
 
 
 def _printed() -> list[Row]:
-    """Every printed number; where it is wrong, with the slip that gives it."""
+    """Rows with every printed number of the example; a wrong number comes with the slip that explains it."""
     e = example()
     first, last = math.degrees(e.theta_t1), math.degrees(e.theta_t2)
     swapped = "Eqs. 41 and 42; the results print the two values with their names exchanged"
@@ -90,11 +90,11 @@ CITED: Final = {
     "(32)": "47",
     "(34)": "50, 51",
 }
-"""Equations as the text cites them and as they are numbered."""
+"""Numbers of equations: as the text cites them, and as the equations are numbered."""
 
 
 def _coefficients(e: EllipsePath) -> tuple[float, float, float]:
-    """A, B, C of Eq. 25."""
+    """Coefficients A, B, C of the ellipse A x^2 + B x y + C y^2 = 1 (Eqs. 24 and 25)."""
     a, b, phi = e.semi_major, e.semi_minor, e.angle
     cos, sin = math.cos(phi), math.sin(phi)
     return (
@@ -110,7 +110,7 @@ def _equation_24(e: EllipsePath, x: float, y: float) -> float:
 
 
 def _equation_37(e: EllipsePath) -> tuple[float, float]:
-    """The top by Eqs. 36 and 37 as printed [m]; Eq. 38 is its y."""
+    """The ellipse's top (x, y) by Eqs. 36 and 37 as printed [m]; y is Eq. 38."""
     a, b, phi = e.semi_major, e.semi_minor, e.angle
     first, second, _ = _coefficients(e)
     cos, sin = math.cos(phi), math.sin(phi)
@@ -137,14 +137,14 @@ def _tangents() -> Iterator[Row]:
 
 
 def length_findings() -> Findings:
-    """Length over angle, the approximation, and what the rule of whole degrees does."""
+    """Length over the angle, the approximation of Eq. 27, and the effect of the rule of whole degrees."""
     rows = (*_approximation(), *_optimum(), *_clearance_rows(), *_refused_rows())
     headline = "Length over the angle, and the rule of whole degrees"
     return listed(headline, rows, {"choe_length.svg": length_figure()}, drop="choe/")
 
 
 def _approximation() -> Iterator[Row]:
-    """Eq. 27 against the exact length over the paper's range, all pairs of whole numbers."""
+    """Rows with the error of Eq. 27 against the exact length, over all pairs of whole numbers in the paper's range."""
     a, b = np.meshgrid(np.arange(5.0, 21.0), np.arange(2.0, 21.0), indexing="ij")
     exact = np.vectorize(half_circumference)(a, b)
     error = np.abs(approximate_half_circumference(a, b) - exact)
@@ -161,7 +161,7 @@ def _approximation() -> Iterator[Row]:
 
 
 def _optimum() -> Iterator[Row]:
-    """The length falls with the angle down to the critical one: 10 deg is the grid, not the optimum."""
+    """Rows on the optimal angle: the length falls down to the critical angle, and 10 deg is only a step of the grid."""
     angles = np.linspace(CRITICAL + 1e-3, 89.9, 2000)
     lengths = np.array([example_at(float(angle)).length for angle in angles])
     rising = "yes" if (np.diff(lengths) > 0.0).all() else "no"
@@ -187,7 +187,7 @@ def _optimum() -> Iterator[Row]:
 
 
 def _clearance_rows() -> Iterator[Row]:
-    """What the rule of whole degrees leaves above T2."""
+    """Rows with the clearance above T2 under the rule of whole degrees."""
     for millimetres, what in ((26.4, "just below a whole degree"), (26.5, "just above"), (1.0, "a small rise")):
         e = EllipsePath.paper(HALF_WIDTH, millimetres / 1000.0)
         longer = e.length / (2.0 * math.hypot(HALF_WIDTH, e.half_rise)) - 1.0
@@ -197,7 +197,7 @@ def _clearance_rows() -> Iterator[Row]:
 
 
 def _refused_rows() -> Iterator[Row]:
-    """Rises for which the rule of whole degrees has no ellipse."""
+    """Rows for half rises at which the rule of whole degrees has no ellipse."""
     whole = HALF_WIDTH * math.tan(math.radians(10))
     for name, rise in (("level", 0.0), ("falling", -HALF_RISE), ("whole-degree", whole)):
         quantity = f"choe/whole-degrees/{name}"
@@ -210,7 +210,7 @@ def _refused_rows() -> Iterator[Row]:
 
 
 def ellipse_figure() -> Figure:
-    """The example with its verticals, tangent points, axes and top, and the same ends with other tops."""
+    """Drawing of the example with verticals, tangent points, axes and top, and of ellipses with other tops."""
     figure, (left, right) = subplots(1, 2, (11.0, 3.6))
     e = example()
     _draw_path(left, e, COLOURS[0], "the paper's ellipse, 10°")
@@ -243,7 +243,7 @@ def _draw_path(axes: Axes, e: EllipsePath, colour: str, label: str) -> None:
 
 
 def length_figure() -> Figure:
-    """Length over the angle (the paper's Fig. 2), and the clearance that the rule of whole degrees leaves."""
+    """Drawing of the length over the angle (the paper's Fig. 2) and of the clearance by the rule of whole degrees."""
     figure, (left, right) = subplots(1, 2, (11.0, 3.8))
     angles = CRITICAL + np.geomspace(1e-3, 60.0 - CRITICAL, 500)
     shapes = [example_at(float(angle)) for angle in angles]
@@ -264,7 +264,7 @@ def length_figure() -> Figure:
 
 
 def _clearances(rises: Floats) -> Floats:
-    """Top above T2 [mm] of the paper's ellipse for half rises [mm]; NaN between two degrees, where the rule jumps."""
+    """Height of the top above T2 (N,) [mm] for half rises (N,) [mm]; NaN where the rule jumps to the next degree."""
     values: list[float] = []
     degree = 0
     for rise in rises:

@@ -17,17 +17,17 @@ from .planning.plane import PlanePath, lame_path, line_ellipse_line
 WIDTH: Final = 2.0 * HALF_WIDTH
 RISE: Final = 2.0 * HALF_RISE
 CREST: Final = 0.025
-"""e of the paper's Lamé curves [m]."""
+"""Corner height e of the paper's Lamé curves [m]."""
 WIDTHS: Final = (0.05, 0.15)
-"""d of the paper's Lamé curves [m]."""
+"""Corner widths d of the paper's Lamé curves [m]."""
 EXPONENT: Final = 3.0
-"""m is not given; 3 is the least with continuous curvature."""
+"""Exponent m of the Lamé curves; the paper does not give m, and 3 is the least with continuous curvature."""
 CURVES: Final = ("symmetric ellipse", "Lamé d = 50 mm", "Lamé d = 150 mm")
-"""Curves that the proposed one is compared with."""
+"""Curves that the paper compares the proposed curve with."""
 
 
 def length_findings() -> Findings:
-    """Fig. 8 under four readings."""
+    """Lengths of the curves of Fig. 8 under four readings of the comparison."""
     rows: list[Row] = []
     lines: list[list[str]] = []
     best = example().length
@@ -51,7 +51,7 @@ def length_findings() -> Findings:
 
 
 def readings() -> dict[str, tuple[str, dict[str, PlanePath]]]:
-    """What Fig. 8 may compare: a sentence and the paths by name."""
+    """Readings of Fig. 8 by name: a sentence for people, and the compared paths by name."""
     own = example().top_height - HALF_RISE
     ends, alone = f"from T1 to T2, {RISE} m straight up at the pick, crest", "curves alone, ends of equal height"
     found = {
@@ -72,7 +72,7 @@ def _family(lift: float, crest: float, ellipse_crest: float | None = None) -> di
 
 
 def _exponents() -> Iterator[Row]:
-    """What the missing exponent does to the comparison."""
+    """Rows with the length of the Lamé curves for other exponents, as the paper gives none."""
     for exponent in (2.0, 4.0):
         lengths = [lame_path(WIDTH, RISE, 0.0, (width, CREST), exponent).length for width in WIDTHS]
         note = f"Lame curves of d = 0.05 and 0.15 m as in same-ends with m = {exponent:g}: the shorter"
@@ -80,7 +80,7 @@ def _exponents() -> Iterator[Row]:
 
 
 def lengths_figure() -> Figure:
-    """The curves of Fig. 8 under two readings."""
+    """Drawing of the curves of Fig. 8 under two readings."""
     figure, panels = subplots(1, 2, (11.0, 3.9))
     chosen = {"same-ends": "same ends T1 and T2", "curves-only": "curves only, ends of equal height"}
     own = line_ellipse_line(example(), 0.0, 0.0)

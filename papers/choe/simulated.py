@@ -1,8 +1,8 @@
-"""Paths carried out by the closed-chain robot in MuJoCo: the timed ones, and Fig. 4 of Choe et al. 2023.
+"""Motions of Choe et al. 2023 simulated with the closed-chain robot in MuJoCo: the timed paths, and Fig. 4.
 
-In Fig. 4 an object goes out of one box and into another over the ellipse. The boxes stand in the conveyor's cell, the
-object in the left one. Its walls are as high as the vertical part of the path is long, which is what the paper's
-vertical lines are for.
+In Fig. 4 the robot carries an object out of one box and into another over the ellipse. The boxes stand in the
+conveyor's cell, the object in the left box. The walls are as high as the vertical parts of the path are long: the
+paper adds vertical lines to clear walls.
 """
 
 from __future__ import annotations
@@ -33,16 +33,16 @@ from .cases import long_cases, motion
 TIMESTEP: Final = 0.0004
 """Step of the engine [s]."""
 SETTLE: Final = 0.1
-"""How long the hand is watched after the motion [s]."""
+"""Simulated time after the end of the motion [s]."""
 PLAYED: Final = ("rectangle", "ellipse-50mm-strict", "ellipse-50mm-relaxed", "lame-50mm-level")
 FROM: Final = (-0.16, 0.10)
 TO: Final = (0.12, 0.42)
-"""Middles of the boxes [m]."""
+"""Centres (x, y) of the boxes [m]."""
 SIDE: Final = 0.22
 RIM: Final = -0.70
 DEPTH: Final = 0.205
 OVER_RIM: Final = -0.10
-"""The object is let go this far above the rim: inside the box [m]."""
+"""Height of the release above the rim [m]; negative: inside the box."""
 LEVEL: Final[dict[str, Any]] = {
     "base": "ideal",
     "planner": "ellipse",
@@ -59,7 +59,7 @@ OBJECTS: Final = 12
 
 
 def simulated_findings() -> Findings:
-    """Tracking and torque of four motions over the long way."""
+    """Tracking error and motor torque of four motions over the long way."""
     cases = [long_cases()[name] for name in PLAYED]
     errors, torques = play([motion(case) for case in cases])
     rows: list[Row] = []
@@ -79,7 +79,7 @@ def simulated_findings() -> Findings:
 
 
 def play(paths: list[HandPath]) -> tuple[Floats, Floats]:
-    """Carry out motions of one row each, side by side.
+    """Simulate motions of one row each, all in one batch.
 
     Returns:
         Distance of the hand from its reference (N, steps) [m] and the largest motor torque (N,) [N m].
@@ -109,30 +109,30 @@ def play(paths: list[HandPath]) -> tuple[Floats, Floats]:
 
 @final
 class Carried(NamedTuple):
-    """N objects carried out of one box and into the other."""
+    """Simulation of N objects that the robot carries out of one box and into the other, at M moments."""
 
     core: Core
     path: HandPath
-    """Planned, of the planner's points."""
+    """Planned path of the point that the planner moves."""
     release_time: Floats
     """(N,) [s]"""
     place: Floats
-    """Centre of mass in the simulator (N, M, 3) [m]."""
+    """Simulated centre of mass of each object (N, M, 3) [m]."""
     held: Bools
-    """While it is held (N, M)."""
+    """Whether the cup holds the object at each moment (N, M)."""
     touched: Bools
-    """Which objects touched anything while they were held (N,)."""
+    """Whether each object touched anything while the cup held it (N,)."""
     arrived: Bools
-    """Which lie in the other box at the end, untouched by the cup after they were let go (N,)."""
+    """Whether each object lies in the other box at the end and the cup did not touch it after release (N,)."""
 
     @property
     def under_pick(self) -> Floats:
-        """How far the lowest point of each object is below the planner's point (N,) [m]."""
+        """Height of the planner's point above the lowest point of each object (N,) [m]."""
         return self.core.cell.context.pick[:, 2] - self.core.config.belt.height
 
 
 def scene_findings() -> Findings:
-    """Whether the robot clears the walls, and the drawing."""
+    """Whether the robot carries objects over the walls and into the other box, and a drawing of one way."""
     carried = carry(LEVEL)
     note = f"{OBJECTS} objects of level ideal, walls {DEPTH:g} m high, vertical parts of 0.23 m, full physics"
     low = carried.path.sample(np.linspace(0.0, 1.0, 801) * carried.release_time[:, None]).position
@@ -152,7 +152,7 @@ def scene_findings() -> Findings:
 
 
 def carry(level: dict[str, Any]) -> Carried:
-    """Carry objects out of one box and into the other, by the method of a level."""
+    """Simulate objects that a level's planner carries out of one box and into the other."""
     cell = ConveyorCell(ConveyorConfig.load(level), OBJECTS, "independent")
     core = Core(cell)
     core.reset(np.arange(OBJECTS), [np.random.default_rng([0, row]) for row in range(OBJECTS)], seeded=True)
@@ -175,7 +175,7 @@ def carry(level: dict[str, Any]) -> Carried:
 
 
 def over_walls(place: Floats, lowest: Floats) -> float:
-    """How high points (N, K, 3), whose objects reach down to heights (N, K), at least are above walls [m]."""
+    """Least height above a wall [m] of objects at points (N, K, 3) whose lowest points are at heights (N, K)."""
     room = [np.abs(place[..., :2] - middle).max(axis=2) - SIDE / 2.0 for middle in (FROM, TO)]
     wall = 0.5 * SIDE  # no object reaches farther than half a box
     near = [np.abs(one) < wall for one in room]
@@ -184,7 +184,7 @@ def over_walls(place: Floats, lowest: Floats) -> float:
 
 
 def scene_figure(carried: Carried, row: int = 0) -> Figure:
-    """The way of one object, seen from the side."""
+    """Drawing of the way of one object, seen from the side."""
     figure, (axes,) = subplots(1, 1, (7.0, 5.0))
     start, way = np.array(FROM), np.subtract(TO, FROM)
     length = float(np.hypot(*way))
@@ -200,7 +200,7 @@ def scene_figure(carried: Carried, row: int = 0) -> Figure:
 
 
 def _boxes(axes: Axes, along: Floats, length: float) -> None:
-    """Walls and bottoms of both boxes, cut along the way."""
+    """Draw walls and bottoms of both boxes in the section along the way."""
     half = SIDE / 2.0 / float(np.abs(along).max())
     for middle in (0.0, length):
         sides = np.array([-half, -half, half, half]) + middle
@@ -208,7 +208,7 @@ def _boxes(axes: Axes, along: Floats, length: float) -> None:
 
 
 def _corners(axes: Axes, planned: Floats, along: Floats) -> None:
-    """The paper's names of the ends of the vertical parts."""
+    """Mark the ends of the vertical parts with the paper's names."""
     upright = np.flatnonzero(np.abs(along - along[0]) < 1e-6)[-1], np.flatnonzero(np.abs(along - along[-1]) < 1e-6)[0]
     for index, name in zip((0, *upright, len(along) - 1), ("P1", "T1", "T2", "P2"), strict=True):
         axes.plot(along[index], planned[index, 2], "o", color="black", markersize=4)

@@ -1,6 +1,6 @@
-"""The speed law of Choe et al. 2023 along the ellipse, and what it asks of our robot's joints.
+"""The speed law of Choe et al. 2023 along the ellipse, and the joint angles of our robot under that law.
 
-The paper chooses the speed after the radius of curvature: its derivatives, the profile that they give, and the nodes.
+The paper chooses the speed by the radius of curvature. Computed are the radius's derivatives, the profile, the nodes.
 """
 
 from __future__ import annotations
@@ -27,13 +27,14 @@ ARMS: Final = ("+x +y", "-x +y", "-x -y", "+x -y")
 FIG_3: Final = EllipsePath.with_top(0.3, 0.0, 0.05)
 """The ellipse of Fig. 3: a = 0.3 m and b = 0.05 m."""
 SMOOTH: Final = 0.6
-"""Looked at twice as often, the greatest jump of a curve without jumps is half as large; this share still counts."""
+"""Greatest ratio of the largest steps of a continuous curve when it is sampled twice as often; without noise 0.5."""
 
 BUSY: Final = 5
+"""Number of periods with the longest steps that one row adds up."""
 
 
 def speed_findings() -> Findings:
-    """The radius of curvature, the node list, and the time it takes."""
+    """The radius of curvature along the example, the node list, and the time that the node list takes."""
     rows = (*_curvature(), *_nodes(), _units(), *_time())
     return listed("The speed law and its node list", rows, {"choe_nodes.svg": nodes_figure()}, drop="choe/")
 
@@ -90,7 +91,7 @@ def _nodes() -> Iterator[Row]:
 
 
 def _units() -> Row:
-    """Step 6 sets an angle equal to a length times r: the list depends on the units."""
+    """Row with the number of nodes by unit: step 6 sets an angle equal to a length times r."""
     rates = {"m and rad": RATE, "mm and rad": 1000.0 * RATE, "mm and deg": 1000.0 * math.radians(RATE)}
     counts = {units: float(example().nodes(rate).theta.size) for units, rate in rates.items()}
     note = (
@@ -109,7 +110,7 @@ def _units() -> Row:
 
 
 def _time() -> Iterator[Row]:
-    """The list read at a fixed period, as quick as the speed limit lets it, against the quickest motion."""
+    """Rows with the time of the node list at its shortest period within the speed limit, and of the quickest motion."""
     speed, acceleration, jerk = LIMITS.numbers()
     nodes = example().nodes(RATE, clip=False)
     period = float(nodes.steps.max()) / speed
@@ -138,7 +139,7 @@ def _time() -> Iterator[Row]:
 
 
 def nodes_figure() -> Figure:
-    """Nodes on the path, and radius and speed along it, beside the quickest motion (the paper's Fig. 6)."""
+    """Drawing of the nodes, of radius and speed along the path, and of the quickest motion (the paper's Fig. 6)."""
     figure, (path, law, time) = subplots(1, 3, (13.5, 3.8))
     e, nodes = example(), example().nodes(RATE)
     arc = 1000.0 * e.point(np.linspace(e.theta_t1, e.theta_t2, 400))
@@ -200,7 +201,7 @@ def joint_findings() -> Findings:
 
 
 def joints_figure(angles: Floats, times: Floats, swept: Floats) -> Figure:
-    """The paper's Fig. 7 on our robot, and the arms in the quickest motion with the vertical parts."""
+    """Drawing of the paper's Fig. 7 on our robot, and of the arm angles in the quickest motion with vertical parts."""
     figure, (left, right) = subplots(1, 2, (11.0, 3.8))
     for k, name in enumerate(ARMS):
         left.plot(np.arange(1, len(angles) + 1), angles[:, k], color=COLOURS[k], label=f"arm {k + 1}, {name}")
@@ -212,14 +213,14 @@ def joints_figure(angles: Floats, times: Floats, swept: Floats) -> Figure:
 
 
 def curvature_findings() -> Findings:
-    """Is the law bounded, continuous and smooth, as the paper sees in its Figs. 3 and 5?"""
+    """Whether the speed law is bounded, continuous and smooth, as the paper concludes from its Figs. 3 and 5."""
     rows = (*_over_the_angle(), *_at_the_nodes())
     figures = {"choe_curvature.svg": curvature_figure(), "choe_profile.svg": profile_figure()}
     return listed("The law of curvature and its profile (Figs. 3 and 5)", rows, figures, drop="choe/")
 
 
 def derivatives(ellipse: EllipsePath, theta: Floats) -> tuple[Floats, Floats, Floats]:
-    """The radius of curvature rho (N,) [m] over the polar angle [rad], and its first and second derivative by it.
+    """The radius of curvature rho (N,) [m] at polar angles (N,) [rad], and its first and second derivative by angle.
 
     rho = q^(3/2) / (a b) with q = a^2 sin^2 + b^2 cos^2 (Eq. 51).
     """
@@ -237,9 +238,9 @@ class Profile:
     """The motion at the knots of a node list, one period from each to the next (the paper's Fig. 5)."""
 
     curvature: Floats
-    """Radius of curvature (n,) [m]."""
+    """Radius of curvature at the knots (n,) [m]."""
     displacement: Floats
-    """Along the chords (n,) [m]."""
+    """Way along the chords (n,) [m]."""
     velocity: Floats
     """(n - 1,) [m per period]"""
     acceleration: Floats
@@ -293,7 +294,7 @@ def _at_the_nodes() -> Iterator[Row]:
 
 
 def curvature_figure() -> Figure:
-    """The paper's Fig. 3."""
+    """Drawing of the paper's Fig. 3."""
     figure, axes = subplots(1, 3, (13.5, 3.4))
     theta = np.linspace(0.0, np.pi, 721)
     titles = ("radius of curvature", "its first derivative", "its second derivative")
@@ -304,7 +305,7 @@ def curvature_figure() -> Figure:
 
 
 def profile_figure() -> Figure:
-    """The paper's Fig. 5, all five panels."""
+    """Drawing of the paper's Fig. 5, all five panels."""
     figure, axes = subplots(1, 5, (17.0, 3.2))
     found = Profile.of(example(), example().nodes(RATE, clip=False))
     panels = (

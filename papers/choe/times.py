@@ -1,4 +1,4 @@
-"""Cycle times of whole paths from pick to place, the vertical parts included, which Choe et al. 2023 leave open."""
+"""Cycle times of whole paths from pick to place with their vertical parts; Choe et al. 2023 print no times."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ BOUNDS: Final = {
     "bound-50mm-top-100mm": (0.05, BELT + LIFT),
     "bound-20mm": (0.02, None),
 }
-"""Vertical parts [m] and greatest height [m] of the motions on a free path."""
+"""Motions on a free path, by name: length of the vertical parts [m] and greatest height [m] (None: no bound)."""
 CYCLES: Final = "cycles per minute there and back"
 MOTION: Final = ("path", "time", "length", "height", "peak v, a, j")
-"""Columns of a table of paths; the last one in shares of the limits."""
+"""Columns of a table of paths; the last column is in shares of the limits."""
 PEAKS: Final = ("velocity", "acceleration", "jerk")
 SHOWN: Final = ("ellipse-50mm-strict", "ellipse-50mm-relaxed", "lame-50mm-level")
 
 
 def example_findings() -> Findings:
-    """The paper's ellipse: alone, with vertical parts, with other angles."""
+    """Times along the paper's ellipse: without vertical parts, with vertical parts, with other angles."""
     rows = [_row("example", case) for case in example_cases().values()]
     times = {name: float(motion(case).duration[0]) for name, case in example_cases().items()}
     quickest = min((name for name in times if name.endswith("deg-relaxed")), key=times.__getitem__)
@@ -47,7 +47,7 @@ def example_findings() -> Findings:
 
 
 def long_findings() -> Findings:
-    """0.82 m at 0.1 m height: the paper's kind of path, smooth corners, and the quickest free path."""
+    """Times over 0.82 m at 0.1 m height: the paper's kind of path, smooth corners, and the quickest free path."""
     paths = [_row("long", case) for case in long_cases().values()]
     bounds = [_bound_row(name) for name in BOUNDS]
     conclusions, joints = tuple(_conclusions()), tuple(_joint_rows())
@@ -71,7 +71,7 @@ def _name(row: Row) -> str:
 
 
 def _cells(row: Row) -> list[str]:
-    """A line of a table: time, shape and peaks of a path."""
+    """Cells of a table's row: time, shape and peaks of a path."""
     shape = [f"{row.details[part]:.3f} m" if part in row.details else NONE for part in ("length_m", "top_m")]
     peaks = [f"{row.details[f'peak_{what}']:.2f}" for what in PEAKS if f"peak_{what}" in row.details]
     return [_name(row).replace("-", " "), f"{row.reproduced:.3f} s", *shape, ", ".join(peaks) or NONE]
@@ -95,7 +95,7 @@ def _row(group: str, case: Case) -> Row:
 
 @cache
 def bound(name: str) -> JerkTrajectory:
-    """The quickest motion that is vertical near both ends and free between."""
+    """The quickest motion over `SPAN` that is vertical near both ends and free between, by a name of `BOUNDS`."""
     vertical, roof = BOUNDS[name]
     start, end = (0.0, -0.5 * SPAN, BELT), (0.0, 0.5 * SPAN, BELT)
     return fastest_motion(start, end, LIMITS, lift=vertical, drop=vertical, roof=roof)
@@ -121,7 +121,7 @@ def _conclusions() -> Iterator[Row]:
 
 
 def _joint_rows() -> Iterator[Row]:
-    """Speed and step of the acceleration where line and ellipse meet."""
+    """Rows with the speed and the step of the acceleration where line and ellipse meet."""
     case = long_cases()["ellipse-50mm-relaxed"]
     found = motion(case)
     border = int(np.argmin(np.abs(found.progress.s - case.path.borders[1])))
@@ -136,7 +136,7 @@ def _joint_rows() -> Iterator[Row]:
 
 
 def times_figure() -> Figure:
-    """Time of each path over the long way, and the paths themselves."""
+    """Drawing of each path over the long way and of the time along the path."""
     figure, (bars, paths) = subplots(1, 2, (12.5, 4.4), width_ratios=(1.0, 1.25))
     shown = [case for name, case in long_cases().items() if "50mm" in name or name == "rectangle"]
     labels = [case.label for case in shown] + ["free path, 0.10 m high", "free path"]
@@ -176,7 +176,7 @@ def _colour(name: str) -> str:
 
 
 def motions_figure() -> Figure:
-    """Speed, acceleration and jerk over time: stop, step, or run through."""
+    """Drawing of speed, acceleration and jerk over time for paths where the hand stops, steps or runs through."""
     figure, panels = subplots(3, 1, (8.5, 6.6), sharex=True)
     labels = ("ellipse, strict: stops at T1, T2", "ellipse, relaxed: acceleration steps", "Lamé m = 3.5: runs through")
     for colour, name, label in zip(COLOURS, SHOWN, labels, strict=False):

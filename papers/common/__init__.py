@@ -1,1 +1,1 @@
-"""What several papers share: bounds by nonlinear programming, which need casadi."""
+"""Code that several papers share: the quickest motions by nonlinear programming, which need casadi."""

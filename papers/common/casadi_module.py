@@ -1,4 +1,4 @@
-"""casadi with IPOPT, an optional dependency, loaded at first use; the one place that imports it."""
+"""casadi with IPOPT, an optional dependency, loaded at first use; only this module imports casadi."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def load_casadi() -> Any:
     """The casadi module.
 
     Raises:
-        PntGymError: it is not installed.
+        PntGymError: casadi is not installed.
     """
     try:
         return importlib.import_module("casadi")

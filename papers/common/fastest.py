@@ -1,9 +1,9 @@
-"""The fastest motion between two points under norm limits, as one optimum: the bound for every path between them.
+"""The fastest motion between two points under norm limits, as one optimum: a bound for every path between the points.
 
-The paths of Hassan et al. 2022 and Choe et al. 2023 are given by shape first and timed afterwards. Here only what must
-hold is given - vertical departure and approach, floor, roof, workspace, and the limits of speed, acceleration and jerk
-as Euclidean norms - and path and timing are found together. The programme is solved locally from two first guesses:
-its answer obeys every bound, and nothing faster was found, which is not a proof that nothing is.
+Hassan et al. 2022 and Choe et al. 2023 choose a path by its shape and time it afterwards. Here one programme finds path
+and timing together within given bounds: vertical departure and approach, floor, roof, workspace, and the limits of
+speed, acceleration and jerk as Euclidean norms. IPOPT solves the programme locally from two first guesses: the solution
+obeys every bound, and no proof shows that a faster motion does not exist.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ ITERATIONS: Final = 500
 
 
 class NoMotionFound(PntGymError):
-    """No motion within the bounds exists or could be found."""
+    """No motion within the bounds exists, or the solver finds none."""
 
 
 class _MotionTask(NamedTuple):
@@ -49,13 +49,13 @@ class _MotionTask(NamedTuple):
 
     @property
     def above(self) -> dict[str, Floats]:
-        """Where the free part begins and ends (3,) [m]."""
+        """First and last point of the free part, each (3,) [m]."""
         up = np.array([0.0, 0.0, 1.0])
         return {"start": self.start + self.lift * up, "end": self.end + self.drop * up}
 
     @property
     def still(self) -> bool:
-        """Whether there is nothing to do."""
+        """Whether the motion rests at one point."""
         return not (self.lift or self.drop or self.velocity.any() or (self.start != self.end).any())
 
 
@@ -71,7 +71,7 @@ def fastest_motion(
     roof: float | None = None,
     workspace: EllipticWorkspace | None = None,
 ) -> JerkTrajectory:
-    """Return the fastest motion found from start to rest at end, as one row.
+    """Return the fastest motion that IPOPT finds from start to rest at end, as one row.
 
     Args:
         start: first point (3,) [m].
@@ -80,9 +80,9 @@ def fastest_motion(
         lift: vertical part at the start [m].
         drop: vertical part at the end [m], entered without stopping.
         start_velocity: velocity at the start (3,) [m/s], with no acceleration; rest when not given.
-        floor: least height of the free part [m], at most that of its two ends; the lower of these when not given.
+        floor: least height of the free part [m], not above its lower end; the height of its lower end when not given.
         roof: greatest height of the whole motion [m].
-        workspace: where the hand may be; None for no bound.
+        workspace: region in which the hand stays; None for no bound.
 
     From rest to the same point without lift and drop the motion takes no time.
 
@@ -90,7 +90,7 @@ def fastest_motion(
         ValueError: a point, lift or drop is not finite, floor or roof is not a number, lift or drop is negative, both
             a lift and a velocity are given, or an end of the motion or of its free part lies outside the workspace,
             above the roof or below the floor.
-        NoMotionFound: the solver found nothing that keeps the bounds.
+        NoMotionFound: the solver found no motion that keeps the bounds.
         PntGymError: casadi is not installed.
     """
     first, last = vector(start, "start"), vector(end, "end")
@@ -115,7 +115,11 @@ def fastest_motion(
 
 
 def _check_numbers(task: _MotionTask) -> None:
-    """Check lengths, speed and heights, each by itself."""
+    """Check lengths, speed and heights, each value alone.
+
+    Raises:
+        PlanningError: a value is out of its range.
+    """
     for name, value in (("lift", task.lift), ("drop", task.drop)):
         if not (np.isfinite(value) and value >= 0.0):
             raise PlanningError(f"{name} must be finite and not negative [m], got {value}")
@@ -132,7 +136,11 @@ def _check_numbers(task: _MotionTask) -> None:
 
 
 def _check_room(task: _MotionTask) -> None:
-    """Compare both ends, and those of the free part, with workspace, roof and floor."""
+    """Check that the ends of the motion and of its free part lie within workspace, roof and floor.
+
+    Raises:
+        PlanningError: an end lies outside.
+    """
     ends = {"start": task.start, "end": task.end}
     free = {f"{name} + {way}": task.above[name] for name, way in (("start", "lift"), ("end", "drop"))}
     for name, point in (ends | free).items():
@@ -146,7 +154,7 @@ def _check_room(task: _MotionTask) -> None:
 
 
 def _guesses(task: _MotionTask) -> list[float]:
-    """First guesses of the free part's duration [s]: brisk and slow."""
+    """First guesses of the free part's duration [s]: the time of a straight stroke, and a slower motion."""
     gap = task.end - task.start
     way = float(np.sqrt(gap @ gap)) + task.lift + task.drop
     reach = float(stroke_time(np.array([way]), *(np.array([value]) for value in task.limits))[0])
@@ -169,7 +177,7 @@ def _solve(task: _MotionTask, duration: float) -> JerkTrajectory | None:
 
 
 def _legs(opti: Any, task: _MotionTask) -> dict[str, Leg]:
-    """Lift, free part and drop, joined, with their ends."""
+    """Lift, free part and drop by name, joined and fixed at start and end."""
     legs: dict[str, Leg] = {}
     if task.lift > 0.0:
         legs["lift"] = add_leg(opti, STRAIGHT, task.limits, line=(task.start[0], task.start[1]))
@@ -190,7 +198,7 @@ def _legs(opti: Any, task: _MotionTask) -> dict[str, Leg]:
 
 
 def _bound(opti: Any, task: _MotionTask, legs: dict[str, Leg]) -> None:
-    """Heights and workspace; the borders between vertical and free parts."""
+    """Bound heights and workspace, and fix the heights where vertical and free parts meet."""
     free = legs["free"]
     if task.lift > 0.0:
         opti.subject_to(free.position[2, 0] == task.above["start"][2])
@@ -205,7 +213,7 @@ def _bound(opti: Any, task: _MotionTask, legs: dict[str, Leg]) -> None:
 
 
 def _start(opti: Any, task: _MotionTask, legs: dict[str, Leg], duration: float) -> None:
-    """First guess: straight vertical parts and a cubic between them that has the start's velocity."""
+    """Set the first guess: straight vertical parts, and between them a cubic with the velocity of the start."""
     below, above = task.above["start"], task.above["end"]
     zero = np.zeros(3)
     times = {"lift": 0.4 * duration, "free": duration, "drop": 0.4 * duration}

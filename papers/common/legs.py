@@ -1,9 +1,9 @@
 """Minimum-time motion under norm limits as a nonlinear programme: legs of piecewise constant jerk, joined in a row.
 
 Each leg is K equal intervals of constant jerk whose common length is free. Speeds are bounded at the control points of
-every interval, not only at its ends: a quadratic stays within the hull of its three Bernstein coefficients and a cubic
-within that of its four, so the bounds hold at all times and not just at the nodes. Acceleration is linear and jerk
-constant in an interval, so their ends are enough.
+every interval, not only at its ends. A quadratic stays within the hull of its three Bernstein coefficients and a cubic
+within the hull of its four, so the bounds hold at all times and not just at the nodes. Acceleration is linear and jerk
+constant in an interval, so bounds at the interval's ends are enough.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .casadi_module import QUIET, load_casadi
 
 SHORTEST: Final = 1e-3
 LONGEST: Final = 30.0
-"""Bounds of a leg's duration [s]; a start of the solver, never active at a solution."""
+"""Bounds of a leg's duration [s], never active at a solution."""
 
 Numbers: TypeAlias = tuple[float, float, float]
 
@@ -42,11 +42,11 @@ class Leg:
 
     @property
     def axes(self) -> slice:
-        """The axes that are unknown."""
+        """Axes whose motion is unknown: z alone in a vertical leg."""
         return slice(2, 3) if self.vertical else slice(0, 3)
 
     def control_points(self, axis: int) -> Any:
-        """Inner Bernstein coefficients (1, 2 K) of one coordinate of the position, to be bounded."""
+        """Inner Bernstein coefficients (1, 2 K) of one coordinate of the position, which bound that coordinate."""
         ca, p, v = load_casadi(), self.position[axis, :], self.velocity[axis, :]
         return ca.horzcat(p[:, :-1] + self.step * v[:, :-1] / 3.0, p[:, 1:] - self.step * v[:, 1:] / 3.0)
 
@@ -68,14 +68,14 @@ def add_leg(
         intervals: K.
         limits: speed [m/s], acceleration [m/s2] and jerk [m/s3].
         line: x and y of a vertical leg [m]; None for a leg in space.
-        moving: whether the start is given: velocity within the limit, no acceleration. A bound on what is given would
-            leave the solver no interior.
+        moving: whether the state at the start is fixed: velocity within the limit, no acceleration. The first node
+            then has no bounds, because bounds on fixed values would leave the solver no interior.
     """
     ca = load_casadi()
     duration = opti.variable()
     step = duration / intervals
     axes = 3 if line is None else 1
-    # Unknowns of the order of one; SI values are made from them.
+    # The solver's unknowns are of the order of one; velocity, acceleration and jerk in SI units are multiples.
     p = opti.variable(axes, intervals + 1)
     v = limits[0] * opti.variable(axes, intervals + 1)
     a = limits[1] * opti.variable(axes, intervals + 1)
@@ -106,7 +106,7 @@ def add_leg(
 def set_guess(opti: Any, leg: Leg, duration: float, position: Floats, limits: Numbers) -> None:
     """Start the solver at a path: velocities, accelerations and jerks by differences, shortened to the limits.
 
-    Its duration is in s, its positions at the K + 1 nodes (K + 1, 3) are in m.
+    The path has a duration [s] and positions (K + 1, 3) [m] at the nodes.
     """
     step = duration / (len(position) - 1)
     velocity = _shortened(np.gradient(position, step, axis=0), limits[0])
@@ -123,19 +123,19 @@ def set_guess(opti: Any, leg: Leg, duration: float, position: Floats, limits: Nu
 
 
 def join(opti: Any, first: Leg, second: Leg) -> None:
-    """Let the second leg begin where the first one ends, with its velocity and acceleration."""
+    """Let the second leg begin with the position, velocity and acceleration at the end of the first leg."""
     for name in ("position", "velocity", "acceleration"):
         opti.subject_to(getattr(first, name)[:, -1] == getattr(second, name)[:, 0])
 
 
 def rest(opti: Any, leg: Leg, node: int) -> None:
-    """Let the leg be at rest at one of its nodes, without acceleration."""
+    """Let a leg have no velocity and no acceleration at one of its nodes."""
     opti.subject_to(leg.velocity[leg.axes, node] == 0)
     opti.subject_to(leg.acceleration[leg.axes, node] == 0)
 
 
 def inside(opti: Any, leg: Leg, workspace: EllipticWorkspace) -> None:
-    """Keep a leg inside the workspace, which is convex, by its control points."""
+    """Keep the control points of a leg, and with them the leg, inside the convex workspace."""
     x, y, z = (leg.control_points(axis).T for axis in range(3))
     opti.subject_to((x / workspace.semi_x) ** 2 + (y / workspace.semi_y) ** 2 <= 1.0)
     if np.isfinite(workspace.z_min):
@@ -145,10 +145,10 @@ def inside(opti: Any, leg: Leg, workspace: EllipticWorkspace) -> None:
 
 
 def solved(opti: Any, legs: Iterable[Leg], iterations: int) -> Any | None:
-    """Minimise the time of all legs; the solution, or None where the solver finds none.
+    """Minimise the time of all legs: the solution, or None where the solver finds no solution.
 
-    Unknowns are of the order of one; what runs away from that, or takes far longer than any solve that succeeds, is
-    given up.
+    Unknowns are of the order of one. A solve whose unknowns diverge, or that takes far longer than any solve that
+    succeeds, is given up.
     """
     opti.minimize(sum(leg.duration for leg in legs))
     limits = {"ipopt.max_iter": iterations, "ipopt.diverging_iterates_tol": 1e3, "ipopt.max_cpu_time": 20.0}
@@ -170,5 +170,5 @@ def hermite(
 
 
 def _shortened(vectors: Floats, bound: float) -> Floats:
-    """Vectors (M, 3) shortened to nine tenths of a bound: a start inside it."""
+    """Vectors (M, 3) shortened to nine tenths of a bound, so that the solver starts inside the bound."""
     return vectors * np.minimum(1.0, 0.9 * bound / np.maximum(length(vectors), 1e-12))[:, None]

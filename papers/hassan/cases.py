@@ -18,7 +18,7 @@ PICKS: Final = ((-0.2, -0.25, -0.85), (-0.2, -0.35, -0.85), (-0.3, -0.35, -0.85)
 """The three picks [m], visited in this order and again from the first (section IV-B1)."""
 
 INITIAL: Final = (0.0, -0.77, 0.0)
-"""Where the experiments start and end, P_initial [m] (section IV-B1)."""
+"""First and last point of the experiments, P_initial [m] (section IV-B1)."""
 
 TARGETS: Final = {"inside": (0.3, 0.4, -0.85), "outside": (0.45, 0.65, -0.85)}
 """Targets inside and outside the workspace [m] (sections IV-B1 and IV-C3)."""
@@ -40,13 +40,13 @@ TITLES: Final = {
     "horizontal-throw": "horizontal throw",
     "min-time-throw": "minimum-time throw",
 }
-"""The methods for people."""
+"""Names of the methods for people."""
 
 Key = tuple[str, str, int]
-"""Method, zone and percentage: one cell of the table."""
+"""Method, zone and percentage: one cell of Table I."""
 
 ByCell: TypeAlias = Mapping[Key, float]
-"""A figure of every cell."""
+"""One figure for every cell of Table I."""
 
 PUBLISHED: Final[dict[Key, int]] = {
     (method, zone, percent): picks
@@ -62,40 +62,41 @@ PUBLISHED: Final[dict[Key, int]] = {
 """Table I [picks/min]."""
 
 FOLD: Final[Key] = ("min-time-throw", "inside", 40)
-"""The cell whose first throw lies where the feasible elevations jump from a flat to a steep branch."""
+"""The cell at whose first throw the feasible elevations jump from a flat to a steep branch."""
 
 CLOSE, CLOSE_FOLD = 0.06, 0.10
-"""Shares of a published cell within which it counts as reproduced; the cell on the fold jumps for small causes."""
+"""Relative difference up to which a cell counts as reproduced: any cell, and `FOLD`, which jumps for small causes."""
 
 WORKSPACE: Final = EllipticWorkspace()
 
 RISE: Final = 0.10
-"""Greatest height of a release above its pick [m]: that of the published release points (section IV-B3)."""
+"""Greatest height of a release above its pick [m]: the height of the published release points (section IV-B3)."""
 
 CEILING: Final = PICKS[0][2] + RISE
-"""The same as an absolute height [m]; all picks lie at one."""
+"""Greatest absolute height of a release [m]; all picks lie at one height."""
 
 JERK: Final = 3000.0
 """Largest jerk of the robot [m/s3] (section IV-B3)."""
 
 DWELLS: Final = (0.1, 0.2)
-"""Waits of the gripper at every pick [s], to show what is left of the differences."""
+"""Waits of the gripper at every pick [s], at which the methods are compared once more."""
 
 KEPT: Final = 1e-6
-"""Relative excess of a limit that is rounding or the solver's tolerance."""
+"""Relative excess over a limit that counts as rounding or as the solver's tolerance."""
 
 
 @final
 @dataclass(frozen=True)
 class Protocol:
-    """One way to clock all cells alike.
+    """Rules by which the cycle times of all cells of Table I are computed.
 
     Attributes:
-        label: for tables and drawings.
-        rules: how the cycles are made.
+        label: name for tables and drawings.
+        rules: rules by which the cycles are planned.
         note: the rules in one sentence.
-        constant_jerk: the jerk limit is 3000 m/s3 at every percentage, instead of scaled like the other limits.
-        reading: offered as what the paper did, so that its figures are judged; the others show what one rule changes.
+        constant_jerk: whether the jerk limit is 3000 m/s3 at every percentage, instead of scaled like other limits.
+        reading: whether the protocol may be the paper's, so that its figures get verdicts; a protocol that is no
+            reading shows the effect of a single rule.
     """
 
     label: str
@@ -154,13 +155,13 @@ CHOSEN: Final = (
     "overlap, clock, lift and vertical approach were chosen by this table, among 6,656 and then 31,104 combinations; "
     "cells left out of such a choice are off by 3.5 to 8 % on average"
 )
-"""How the paper clock came about: a search of its own, which is not repeated here."""
+"""Sentence about the search that chose the rules of the paper clock; the search is not repeated here."""
 SHOWN: Final = ("paper-clock", "limits-respected", "constant-jerk")
-"""Protocols of Table I that the robot executes, and that tables and drawings set side by side."""
+"""Protocols of Table I that the robot executes in the simulator, and that tables and drawings compare."""
 
 
 def limits_at(percent: float, *, constant_jerk: bool = False) -> MotionLimits:
-    """The robot's limits at a percentage; the jerk is scaled like the others, or left at 3000 m/s3.
+    """The robot's limits at a percentage; the jerk limit is scaled like speed and acceleration, or left at 3000 m/s3.
 
     Section IV-C scales speed and acceleration only, the numeric example of section IV-B3 the jerk as well.
 
@@ -173,7 +174,7 @@ def limits_at(percent: float, *, constant_jerk: bool = False) -> MotionLimits:
 
 @cache
 def cell_cycle(protocol: str, method: str, zone: str, percent: float) -> Cycle:
-    """The cycles of one cell: three rows, one per pick of the loop, the last one back to the first pick.
+    """The cycles of one cell of Table I: three rows, one per pick of the loop; the last row returns to the first pick.
 
     Raises:
         ValueError: if the protocol, method or zone is unknown or the percentage lies outside (0, 100].
@@ -192,7 +193,7 @@ def loop(
     rules: CycleRules,
     workspace: EllipticWorkspace | None = WORKSPACE,
 ) -> Cycle:
-    """The three cycles of the loop under any limits and rules."""
+    """The three cycles of the loop over the paper's picks, by a method under any limits and rules."""
     picks, targets, following = scene(zone)
     return METHODS[method](CycleTask.of(picks, targets, following, limits, rules, workspace))
 
@@ -207,13 +208,13 @@ def picks_per_min(cycle: Cycle, dwell: float = 0.0) -> float:
     """Picks per minute of a loop whose gripper waits ``dwell`` [s] at every pick.
 
     Raises:
-        InfeasibleThrow: if a cycle of the loop has no plan.
+        InfeasibleThrow: if a cycle of the loop is infeasible.
     """
     return 60.0 * len(cycle) / float((cycle.require().duration + dwell).sum())
 
 
 def cycle_details(cycle: Cycle) -> dict[str, Any]:
-    """Times of a loop as entries of its row, and its picks per minute with a gripper that waits."""
+    """Entries of a loop's row: cycle and release times, and the picks per minute with a gripper that waits."""
     return {
         "cycle_times_s": cycle.duration.tolist(),
         "release_times_s": cycle.release_time.tolist(),
@@ -222,5 +223,5 @@ def cycle_details(cycle: Cycle) -> dict[str, Any]:
 
 
 def differences(values: ByCell) -> dict[Key, float]:
-    """Absolute relative difference of each cell's picks per minute to the published ones."""
+    """Absolute relative difference of each cell's picks per minute to the published picks per minute."""
     return {cell: abs(found / PUBLISHED[cell] - 1.0) for cell, found in values.items()}

@@ -1,4 +1,4 @@
-"""The numeric example of Hassan et al. 2022 (section IV-B3): three throws at 30 %, checked against their own model."""
+"""The numeric example of Hassan et al. 2022 (section IV-B3): three throws at 30 %, checked by the paper's own model."""
 
 from __future__ import annotations
 
@@ -16,16 +16,17 @@ from .nlp import method_2
 RELEASES: Final = ((0.09, 0.13, -0.75), (0.15, 0.17, -0.75), (0.12, 0.17, -0.75))
 """Published release points P_throw of the three picks [m]; the paper states no bound of their height."""
 SPEED: Final = 1.8
-"""Published release speed of all three [m/s]."""
+"""Published release speed of all three throws [m/s]."""
 TOLERANCE: Final = 0.005
-"""Delta [m] (section III-D): how far a landing may be from the target along x and along y."""
+"""Delta [m] (section III-D): greatest distance of a landing from the target along x and along y."""
 TARGET: Final = np.array(TARGETS["inside"])
 LIMITS: Final = limits_at(30)
 STEPS: Final = 21
+"""Offsets per axis in the search over release points with the same printed digits."""
 
 
 def example_rows() -> list[Row]:
-    """Where the published throws land, where the optima lie, and what bounded them."""
+    """Rows with landings of the published throws, optimal release points, and bounds of the release height."""
     rows: list[Row] = []
     for k, release in enumerate(RELEASES):
         rows += [_landing(k, np.array(release)), _optimum(k, np.array(release))]
@@ -33,14 +34,17 @@ def example_rows() -> list[Row]:
 
 
 def landing_error(pick: Floats, release: Floats, speed: float = SPEED) -> Floats:
-    """Landing less target in the target's plane (..., 2) [m] for releases (..., 3) on a line from the pick."""
+    """Landing less target in the target's plane (..., 2) [m] for release points (..., 3) [m].
+
+    The release velocity has the direction from the pick to the release point.
+    """
     way = release - pick
     velocity = speed * way / np.linalg.norm(way, axis=-1, keepdims=True)
     return (landing_point(release, velocity, TARGET[2]) - TARGET)[..., :2]
 
 
 def best_under_rounding(pick: Floats, release: Floats) -> float:
-    """The least error on the worse axis [m] that any point with the same printed digits gives."""
+    """Least landing error on the worse axis [m] over all release points with the same printed digits."""
     shift = np.linspace(-printed(2), printed(2), STEPS)
     grid = np.stack(np.meshgrid(shift, shift, shift, indexing="ij"), axis=-1).reshape(-1, 3)
     return float(np.abs(landing_error(pick, release + grid)).max(axis=1).min())
@@ -86,7 +90,7 @@ def _digits(point: Point) -> str:
 
 
 def _bound_rule() -> Row:
-    """The bound of the release height as section III-D states it: where the line leaves the workspace, a cylinder."""
+    """Row with the release height's bound of section III-D: where the line to the target leaves the workspace."""
     picks = np.array(PICKS)
     way = TARGET - picks
     azimuth = np.arctan2(way[:, 1], way[:, 0])

@@ -1,4 +1,4 @@
-"""Figures like those of Hassan et al. 2022, drawn from the reproduced motions, and what Fig. 12 says of its motion."""
+"""Figures of Hassan et al. 2022, drawn anew from the reproduced motions, and the paper's numbers on Fig. 12."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ RATE: Final = 1000.0
 EXAMPLE: Final = 30
 """Percentage of the cycle shown in Fig. 12."""
 PEAKS: Final = (1.8, 36.0)
-"""What section IV-C1 reads off Fig. 12: the greatest speed [m/s] and acceleration [m/s2]."""
+"""Greatest speed [m/s] and acceleration [m/s2] that section IV-C1 reads off Fig. 12."""
 AXIS_END: Final = 3.0
-"""Where the time axis of Fig. 12 ends [s]."""
+"""End of the time axis of Fig. 12 [s]."""
 READINGS: Final = ("paper-clock", "constant-jerk-overlap", "constant-jerk")
-"""Protocols by which Fig. 12 is drawn and judged."""
+"""Protocols by which Fig. 12 is drawn and compared."""
 
 
 def figures_findings() -> Findings:
-    """Figures 2, 4 and 5, 8 to 10, 11, 12, 13 and 14."""
+    """Drawings of Figs. 2, 4, 5 and 8 to 14, and rows on Fig. 12."""
     drawn = {
         "hassan_scurve.svg": scurve_figure(),
         "hassan_paths.svg": paths_figure(),
@@ -43,7 +43,7 @@ def figures_findings() -> Findings:
 
 
 def figure_12(protocol: str) -> list[Row]:
-    """What the paper says of the proposed loop at 30 %, beside the loop by one protocol."""
+    """Rows that compare the paper's numbers on the proposed loop at 30 % with the loop by one protocol."""
     cycle, own = cell_cycle(protocol, "min-time-throw", "inside", EXAMPLE).require(), PROTOCOLS[protocol]
     peaks, bounds = cycle.peak_ratios(own.limits(EXAMPLE)), own.limits(EXAMPLE).numbers()
     speed, push = (float(ratio.max()) * bound for ratio, bound in zip(peaks[:2], bounds[:2], strict=True))
@@ -72,7 +72,7 @@ def figure_12(protocol: str) -> list[Row]:
 
 
 def scurve_figure() -> Figure:
-    """Time and peak speed over the stroke (Fig. 2), and the release as a crossing (Figs. 4 and 5), in both cases."""
+    """Drawing of time and peak speed over the stroke (Fig. 2), and of the release as a crossing (Figs. 4 and 5)."""
     figure, (times, speeds, *crossings) = subplots(2, 2, (10.0, 7.4))
     strokes = np.linspace(1e-4, 0.8, 400)
     for k, (jerk, label) in enumerate(((450.0, "case 1: √(J V) < A"), (3000.0, "case 2: √(J V) ≥ A"))):
@@ -87,7 +87,7 @@ def scurve_figure() -> Figure:
 
 
 def _crossing(axes: Axes, limits: MotionLimits, case: str) -> None:
-    """Release speed over release distance: what the S-curve gives and what the flight needs."""
+    """Draw release speed over release distance: the speed of the S-curve, and the speed that the flight needs."""
     reach = 0.8
     distances = np.linspace(1e-4, 0.32, 400)
     axes.plot(distances, speed_at(distances, limits), color="black", label="S-curve: speed at mid-stroke")
@@ -105,7 +105,7 @@ def _crossing(axes: Axes, limits: MotionLimits, case: str) -> None:
 
 
 def paths_figure() -> Figure:
-    """Side views of the first cycle inside at 30 %: hand and thrown object."""
+    """Drawing of the first cycle inside at 30 %, from the side: hand and thrown object."""
     figure, panels = subplots(3, 1, (8.5, 7.6), sharex=True)
     for axes, method in zip(panels, METHODS, strict=True):
         for protocol, style in (("paper-clock", "-"), ("constant-jerk", "--")):
@@ -120,14 +120,14 @@ def paths_figure() -> Figure:
 
 
 def side_view(points: Floats, zone: str) -> tuple[Floats, Floats]:
-    """Horizontal distance from the first pick towards the target, and height."""
+    """Horizontal distance from the first pick towards the target, and height, each (...) [m], of points (..., 3)."""
     pick, target = np.array(PICKS[0]), np.array(TARGETS[zone])
     line = (target - pick)[:2] / np.hypot(*(target - pick)[:2])
     return (points - pick)[..., :2] @ line, points[..., 2]
 
 
 def draw_flight(axes: Axes, cycle: Cycle, zone: str, colour: str) -> None:
-    """The first cycle's object from release to target, from the side."""
+    """Draw the flight of the first cycle's object from release to target, from the side."""
     start, velocity, target = cycle.release_position[0], cycle.release_velocity[0], np.array(TARGETS[zone])
     steps = np.linspace(0.0, float(flight_time(start, velocity, target[2])), 100)
     axes.plot(*side_view(flight_state(start, velocity, steps)[0], zone), ":", color=colour, label="object in flight")
@@ -136,7 +136,7 @@ def draw_flight(axes: Axes, cycle: Cycle, zone: str, colour: str) -> None:
 
 
 def positions_figure(zone: str, methods: tuple[str, str]) -> Figure:
-    """Desired positions over time for two methods at all percentages of a zone (Figs. 11, 13, 14)."""
+    """Drawing of desired positions over time for two methods at all percentages of a zone (Figs. 11, 13, 14)."""
     figure, panels = subplots(3, 2, (9.5, 6.4), sharex=True, sharey="row")
     for column, method in enumerate(methods):
         for k, percent in enumerate(PERCENTAGES[zone]):
@@ -153,7 +153,7 @@ def positions_figure(zone: str, methods: tuple[str, str]) -> Figure:
 
 
 def motion_figure() -> Figure:
-    """Position, speed, acceleration and jerk of the proposed loop at 30 % (Fig. 12), by three readings."""
+    """Drawing of position, speed, acceleration and jerk of the proposed loop at 30 % (Fig. 12), by three readings."""
     figure, panels = subplots(4, len(READINGS), (13.0, 8.4), sharex=True, sharey="row")
     names = ("position [m]", "speed [m/s]", "acceleration [m/s²]", "jerk [m/s³]")
     for column, protocol in enumerate(READINGS):
@@ -176,7 +176,7 @@ def motion_figure() -> Figure:
 
 
 def loop_motion(cycle: Cycle) -> CycleSamples:
-    """The cycles of a loop one after the other as a single row."""
+    """Motion samples of a loop's cycles, joined in time to a single row."""
     offset, pieces = 0.0, list[CycleSamples]()
     for k in range(len(cycle)):
         path = take(cycle.path, np.array([k]))

@@ -1,6 +1,6 @@
-"""Formulas of Hassan et al. 2022 that need a word or a constraint more than is printed, each on an example.
+"""Formulas of Hassan et al. 2022 that need more words or constraints than the paper prints, each on an example.
 
-Beside them its properties of the throw and of the S-curve, counted over many throws.
+Further rows count over many throws how often a claimed property of the throw or of the S-curve is violated.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from .nlp import method_1
 FOLD_CASE: Final = ((-0.389, -0.443, -0.85), (0.209, 0.2, -0.79), 45)
 """A throw with a flat and a steep branch below the ceiling: pick, target [m] and percentage."""
 LOW_BIN: Final = 0.2
-"""Depth of a bin below the belt that tells the definitions of theta_r apart [m]."""
+"""Depth of a bin below the belt [m], with which the two definitions of theta_r differ."""
 HIGH_BIN: Final = 0.2
 """Height of a bin above the ceiling that no slow throw reaches [m]."""
 RULES: Final = PROTOCOLS["paper-clock"].rules
@@ -45,12 +45,12 @@ SMALL_GAIN: Final = 0.1
 
 
 def formula_rows() -> list[Row]:
-    """Branches below a ceiling, then single formulas, then statements about the throws outside."""
+    """Rows on branches below a ceiling, on single formulas, and on the paper's statements about throws outside."""
     return [_branches(), _fold(), _root_argument(), _bound_order(), _angle(), *_outside_30(), _elevations()]
 
 
 def _branches() -> Row:
-    """Below a ceiling the feasible elevations can fall apart; "unique minimum" (III-E) does not cover that."""
+    """Row of a throw whose feasible elevations below a ceiling form two branches, unlike III-E's "unique minimum"."""
     pick, target, percent = FOLD_CASE
     limits = limits_at(percent)
     exact, local = plan_release(pick, target, limits, ceiling=CEILING), method_1(pick, target, limits, ceiling=CEILING)
@@ -68,7 +68,7 @@ def _branches() -> Row:
 
 
 def _fold() -> Row:
-    """What makes one cell of Table I so sensitive."""
+    """Row on the jump of the release distance with the ceiling, which makes the cell `FOLD` sensitive."""
     heights = (-0.7550, -0.7475)
     low, high = (plan_release(PICK, TARGET, limits_at(FOLD[2]), ceiling=height) for height in heights)
     flat, steep = (math.degrees(found.angle) for found in (low, high))
@@ -85,7 +85,7 @@ def _fold() -> Row:
 
 
 def _root_argument() -> Row:
-    """Eq. 18 takes the root of (V sin / g)^2 + 2 (z - Z_f) / g; Eqs. 14-17 do not keep it from being negative."""
+    """Row on the root's argument in Eq. 18, (V sin / g)^2 + 2 (z - Z_f) / g, which Eqs. 14-17 let become negative."""
     rise = limits_at(5).numbers()[0] / GRAVITY
     greatest = rise * rise - 2.0 * HIGH_BIN / GRAVITY
     return Row.compared(
@@ -100,7 +100,7 @@ def _root_argument() -> Row:
 
 
 def _bound_order() -> Row:
-    """Section III-D bounds x_3 by X_0 <= x_3 <= X_rmax, which holds only for targets in +x."""
+    """Row on section III-D's bounds X_0 <= x_3 <= X_rmax, which are in order only for targets in +x."""
     mirror = np.array([-1.0, 1.0, 1.0])
     pick, target = PICK * mirror, TARGET * mirror
     azimuth = np.arctan2(*(target - pick)[1::-1])
@@ -117,7 +117,7 @@ def _bound_order() -> Row:
 
 
 def _angle() -> Row:
-    """Theta_r is measured from P0-Pf in the words of III-A, from the horizontal in the formulas of III-D."""
+    """Row on theta_r, an angle from P0-Pf in the words of III-A and from the horizontal in the formulas of III-D."""
     target = TARGET - np.array([0.0, 0.0, LOW_BIN])
     level = (target - PICK)[:2] / np.hypot(*(target - PICK)[:2])
     found = plan_release(PICK, target, limits_at(30), ceiling=CEILING)
@@ -141,7 +141,7 @@ def _angle() -> Row:
 
 
 def _outside_30() -> list[Row]:
-    """Section IV-C3: below 35 % the speed is not sufficient to throw outside."""
+    """Rows on section IV-C3's statement that below 35 % the speed does not suffice to throw outside."""
     picks, targets, _ = scene("outside")
     releases = [
         plan_release_batch(picks, targets, limits_at(30, constant_jerk=constant), CEILING, RULES.tolerance, WORKSPACE)
@@ -175,7 +175,7 @@ def _outside_30() -> list[Row]:
 
 
 def _elevations() -> Row:
-    """The proposed throw leaves the belt without a lift."""
+    """Row on the flattest elevations of Table I's throws: the proposed throw leaves the belt without a lift."""
     angles: list[float] = []
     for zone, percent in CELLS:
         picks, targets, _ = scene(zone)
@@ -194,7 +194,7 @@ def _elevations() -> Row:
 
 
 def claim_rows() -> list[Row]:
-    """Monotone S-curve, unique minimum, least distance in least time, falling hits, quickest cycle."""
+    """Rows that count violations: monotone S-curve, unique minimum, least distance in least time, falling hits."""
     rng = np.random.default_rng(44)
     share = rng.uniform(0.1, 1.0, THROWS)
     limits = MotionLimits(6.0 * share, 120.0 * share, 3000.0 * rng.uniform(0.1, 1.0, THROWS))
@@ -214,12 +214,12 @@ def claim_rows() -> list[Row]:
 
 
 def _none(name: str, broken: Bools, note: str) -> Row:
-    """A claim that no case may break."""
+    """Row of a claim whose number of violations must be zero."""
     return Row.compared(f"hassan/claim/{name}", 0.0, float(np.sum(broken)), "-", note=f"{note}; of {len(broken)}")
 
 
 def _scurve_rows(limits: MotionLimits) -> list[Row]:
-    """Section II-C: T(P) increases, V(P) does not decrease."""
+    """Rows on section II-C's claims that T(P) increases and V(P) does not decrease."""
     rows = np.repeat(np.arange(THROWS), STROKES.size)
     curve = min_time_scurve(np.tile(STROKES, THROWS), take(limits, rows))
     times, speeds = (values.reshape(THROWS, -1) for values in (curve.duration, curve.velocity))
@@ -231,7 +231,7 @@ def _scurve_rows(limits: MotionLimits) -> list[Row]:
 
 
 def _profiles(picks: Floats, targets: Floats, limits: MotionLimits) -> tuple[Floats, Floats]:
-    """Release distance [m] and time [s] over the elevation, (N, GRID) each."""
+    """Release distance [m] and time [s] over the elevation from the line to the target up to 90 deg, (N, GRID) each."""
     foot = np.arctan2(targets[:, 2], targets[:, 0])
     share = (np.arange(GRID) + 0.5) / GRID
     angles = foot[:, None] + (0.5 * np.pi - foot[:, None]) * share
@@ -247,7 +247,10 @@ def _minima(values: Floats) -> Ints:
 
 
 def _quickest_cycle() -> Row:
-    """Section III-D: the quickest release gives the quickest cycle; here with a stop on the line and no ceiling."""
+    """Row on section III-D's claim that the quickest release gives the quickest cycle.
+
+    The hand stops on the line, and there is no ceiling.
+    """
     gain = max(float(_gains(zone, limits_at(percent)).max()) for zone, percent in CELLS)
     return Row.compared(
         "hassan/claim/quickest-release-is-quickest-cycle",
@@ -260,6 +263,7 @@ def _quickest_cycle() -> Row:
 
 
 def _gains(zone: str, limits: MotionLimits) -> Floats:
+    """Share of the cycle time (3,) that the best elevation saves over the elevation of the quickest release."""
     picks, targets, following = scene(zone)
     best = plan_release_batch(picks, targets, limits)
     angles = (best.angle[:, None] + np.linspace(-0.15, 0.15, 2 * GRID + 1)).ravel()
@@ -270,11 +274,11 @@ def _gains(zone: str, limits: MotionLimits) -> Floats:
 
 
 def _cycle_time(release: ReleaseBatch, following: Floats, limits: MotionLimits) -> Floats:
-    """Throw, brake, straight back above the next pick, down; every move ends before the next begins [s]."""
+    """Time (N,) [s] to throw, brake, return straight to above the next pick and go down, with no overlap of moves."""
     way = brake_distance(release.speed, limits)
     stop = release.position + way[:, None] * release.direction
     back = length(following + np.array([0.0, 0.0, RULES.approach]) - stop)
     down = np.full(len(back), RULES.approach)
-    # The brake takes as long as twice its way at release speed.
+    # The speed falls symmetrically in time, so its mean while braking is half the release speed.
     moves = min_time_scurve(back, limits).duration + min_time_scurve(down, limits).duration
     return release.time + 2.0 * way / release.speed + moves

@@ -1,7 +1,8 @@
-"""The throw of Hassan et al. 2022 with a release in any direction: what the best motion under the same limits can do.
+"""The throw of Hassan et al. 2022 with a release in any direction: the quickest motion under the same limits.
 
-Same picks, targets, release ceiling, tolerance and vertical approach as Table I. The hand keeps above the falling
-object until it is clear of it; its height and the window after the release are varied (`headroom/...`).
+Picks, targets, release ceiling, tolerance and vertical approach are those of Table I. The hand stays above the falling
+object until object and hand are apart. The parts `headroom-...` vary the hand's greatest height and the window after
+the release.
 """
 
 from __future__ import annotations
@@ -34,27 +35,27 @@ OPTIMUM: Final = "table1/limits-respected/free-direction-throw"
 PER_PICK: Final = "table1/limits-respected/free-direction-per-pick"
 CONSTANT_JERK: Final = "table1/constant-jerk/free-direction-throw"
 KEPT_MISS: Final = math.sqrt(2.0) * CYCLE.tolerance + KEPT
-"""Throws are aimed short of the target by delta along x or y, so by up to delta sqrt 2 [m]."""
+"""Greatest planned miss [m]: throws are aimed short of the target by delta along x or y, so by up to delta sqrt 2."""
 RULES: Final = mover_of(40).rules
-"""What binds the hand besides the limits: what binds it in the cell, without a window after the release."""
+"""Rules that bind the hand besides the limits: the conveyor cell's rules, without a window after the release."""
 Planned: TypeAlias = Mapping[Cell, Cycle | str]
-"""The cycles of every cell, or why there are none."""
+"""The cycles of every cell of Table I, or the reason why a cell has none."""
 HEADROOM: Final = {
     "hand-cap-0": replace(RULES, hand_cap=0.0),
     "hand-cap-0.05": replace(RULES, hand_cap=0.05),
     "window-10ms": replace(RULES, window=0.010),
     "window-30ms": replace(RULES, window=0.030),
 }
-"""The same throw with a lower roof for the hand, or with a hand that moves on unchanged after the release."""
+"""Rules with a lower roof for the hand, or with a window after the release in which the hand keeps its motion."""
 
 EXAMPLE: Final = ("outside", 45)
-"""Zone and percentage that are drawn, from the first pick."""
+"""Zone and percentage of the cycle from the first pick that is drawn."""
 RATE: Final = 2000.0
 """Samples per second of the drawn motions [Hz]."""
 
 
 def free_findings() -> Findings:
-    """The optimum in every cell, how close the planning per pick comes to it, and two throws drawn."""
+    """The optimum in every cell, the loss of the planning per pick against the optimum, and a drawing of two throws."""
     best = optima(RULES)
     quick = planned(per_pick_cycle)
     note = (
@@ -79,7 +80,7 @@ def constant_jerk_findings() -> Findings:
 
 
 def headroom_findings(variant: str) -> Findings:
-    """The optimum in every cell with one more bound."""
+    """The optimum in every cell with a further bound, by a name of `HEADROOM`."""
     rules = HEADROOM[variant]
     return Findings(tuple(free_rows(f"headroom/{variant}", optima(rules), rules, f"as {OPTIMUM}, but {bounds(rules)}")))
 
@@ -90,7 +91,7 @@ def optima(rules: HandRules) -> Planned:
 
 
 def planned(plan: Callable[[str, int], Cycle], under: str = "") -> Planned:
-    """The cycles that a planner finds for zone and percentage of every cell; a reason begins with its bounds."""
+    """The cycles that ``plan`` finds for zone and percentage of every cell; a reason begins with the text ``under``."""
     found: dict[Cell, Cycle | str] = {}
     for cell in CELLS:
         try:
@@ -102,10 +103,10 @@ def planned(plan: Callable[[str, int], Cycle], under: str = "") -> Planned:
 
 @cache
 def free_cycle(zone: str, percent: float, rules: HandRules = RULES, *, constant_jerk: bool = False) -> Cycle:
-    """The fastest cycles of the loop, one row per pick.
+    """The fastest cycles of the loop with a release in any direction, one row per pick.
 
     Raises:
-        NoMotionFound: for a pick of the loop nothing was found that keeps every bound.
+        NoMotionFound: the solver found no motion within all bounds for a pick of the loop.
     """
     limits = limits_at(percent, constant_jerk=constant_jerk)
     throws = [
@@ -121,7 +122,7 @@ def free_cycle(zone: str, percent: float, rules: HandRules = RULES, *, constant_
 
 
 def stacked(paths: Sequence[JerkTrajectory]) -> JerkTrajectory:
-    """Paths below one another; those with fewer segments end in segments of no duration."""
+    """Paths as rows of one path; rows with fewer segments end in segments of no duration."""
     most = max(path.durations.shape[1] for path in paths)
     filled = [Segments(path.durations, path.jerks).padded(most) for path in paths]
     return joined(
@@ -130,13 +131,13 @@ def stacked(paths: Sequence[JerkTrajectory]) -> JerkTrajectory:
 
 
 def bounds(rules: HandRules) -> str:
-    """What sets one set of rules apart from another, in words."""
+    """Greatest height of the hand and window after the release, in words."""
     window = f"a window of {1e3 * rules.window:.0f} ms" if rules.window else "no window"
     return f"the hand at most {rules.hand_cap:.2f} m above the release ceiling, {window} after the release"
 
 
 def free_rows(folder: str, found: Planned, rules: HandRules, note: str, *, constant_jerk: bool = False) -> list[Row]:
-    """The row of every cell, planned or not, then the sums of the simulation."""
+    """One row for every cell, planned or infeasible, and rows that sum up the simulation of all cells."""
     names = {cell: f"{folder}/{cell[0]}/{cell[1]}" for cell in CELLS}
     measured = simulated({names[cell]: (cycle, TARGETS[cell[0]]) for cell, cycle in _cycles(found).items()})
     rows: list[Row] = []
@@ -155,7 +156,7 @@ def _cycles(found: Planned) -> dict[Cell, Cycle]:
 
 
 def free_details(cell: Cell, cycle: Cycle, rules: HandRules, *, constant_jerk: bool = False) -> dict[str, Any]:
-    """How a cell's cycles compare with the published throw, and how they keep to limits and rules at 10 kHz."""
+    """Entries of a cell's row: picks per minute over the published throw, and limits and rules checked at 10 kHz."""
     targets, limits = scene(cell[0])[1], limits_at(cell[1], constant_jerk=constant_jerk)
     check = check_throw(cycle.path, cycle.release_time, targets, limits, CEILING, rules)
     best = float(PUBLISHED["min-time-throw", *cell])
@@ -178,7 +179,7 @@ def free_details(cell: Cell, cycle: Cycle, rules: HandRules, *, constant_jerk: b
 
 
 def free_figure(free: Callable[[str, float], Cycle]) -> str:
-    """Side view, speed and acceleration of both throws, as SVG."""
+    """Drawing of the straight throw and of the throw in a free direction as SVG: side view, speed, acceleration."""
     cycles = {
         "straight throw": cell_cycle("limits-respected", "min-time-throw", *EXAMPLE),
         "free direction": free(*EXAMPLE),
@@ -197,7 +198,7 @@ def free_figure(free: Callable[[str, float], Cycle]) -> str:
 
 
 def _side_view(axes: Axes, cycle: Cycle, title: str) -> None:
-    """The hand before and after the release, the object in flight, and the ceiling of the release."""
+    """Draw the hand before and after the release, the object in flight, and the ceiling of the release."""
     released, ended = float(cycle.release_time[0]), float(cycle.duration[0])
     for k, (begin, end, label) in enumerate(((0.0, released, "hand and object"), (released, ended, "hand alone"))):
         points = cycle.sample(np.linspace(begin, end, 400)).position[0]
@@ -209,7 +210,7 @@ def _side_view(axes: Axes, cycle: Cycle, title: str) -> None:
 
 
 def _over_time(axes: Axes, cycles: Mapping[str, Cycle], row: int, name: str, limit: float) -> None:
-    """Speed (row 0) or acceleration (row 1) of both hands, and their limit."""
+    """Draw speed (row 0) or acceleration (row 1) of both cycles, and the limit."""
     for colour, (title, cycle) in zip((COLOURS[2], COLOURS[4]), cycles.items(), strict=True):
         times = np.arange(0.0, cycle.duration[0], 1.0 / RATE)
         motion = cycle.sample(times)

@@ -1,4 +1,4 @@
-"""What in Hassan et al. 2022 does not fit together, and what the open choices behind Table I make of it."""
+"""Statements of Hassan et al. 2022 that contradict each other, and the effect of open choices on Table I."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ JERKS: Final = {"scaled": False, "constant": True}
 
 
 def inconsistency_findings() -> Findings:
-    """The numeric example, the text, the formulas and the table against each other."""
+    """Rows that compare the paper's numeric example, text, formulas and Table I with each other."""
     claims, jerk, choices = claim_rows(), _jerk_rows(), _sensitivity()
     rows = [
         *example_rows(),
@@ -66,9 +66,10 @@ def inconsistency_findings() -> Findings:
 
 
 def _percentages() -> Iterator[Row]:
-    """Section IV-D: gains at 40 %, all three of which are falls of the cycle time.
+    """Rows on the gains at 40 % of section IV-D, all three of which are reductions of the cycle time.
 
-    Only the 32 % are said to be an increase of the picks per minute; the others are improvements of "the performance".
+    Only the 32 % are printed as an increase of the picks per minute; the paper calls the other two improvements of
+    "the performance".
     """
     place, level, throw = (
         PUBLISHED[method, "inside", 40] for method in ("pick-and-place", "horizontal-throw", "min-time-throw")
@@ -94,7 +95,7 @@ def _percentages() -> Iterator[Row]:
 
 
 def _peak_rows() -> Iterator[Row]:
-    """Section IV-C1: the peaks are exactly the limits; with phases overlapped as III-C may be read."""
+    """Rows on section IV-C1's statement that the peaks are exactly the limits, for overlaps that III-C may mean."""
     places = {"corners": ("pick-and-place", "corners of pick-and-place")}
     places["turn"] = ("min-time-throw", "turn of the proposed throw")
     for protocol in ("paper-clock", "jerk-overlap", "constant-jerk-overlap"):
@@ -113,7 +114,7 @@ def _peak_rows() -> Iterator[Row]:
 
 
 def _brake_point() -> Row:
-    """Section III-D gives the throw's stroke as P = 2 P_r, III-C lets the hand stop after the release."""
+    """Row on the end of the throw: section III-D's stroke is P = 2 P_r, and III-C stops the hand after the release."""
     picks, targets, _ = scene("outside")
     way = np.hypot(*(targets - picks)[:, :2].T)
     ends: list[Floats] = []
@@ -143,7 +144,7 @@ def _brake_point() -> Row:
 
 
 def _twelve() -> Row:
-    """Section IV-B3 prints A_max = 12 m/s2, section IV-A 12 G = 120 m/s2."""
+    """Row on the greatest acceleration: section IV-B3 prints A_max = 12 m/s2, section IV-A 12 G = 120 m/s2."""
     published = float(PUBLISHED["min-time-throw", "inside", 30])
     velocity, _, jerk = limits_at(30).numbers()
     low, full = (
@@ -164,14 +165,15 @@ def _twelve() -> Row:
 
 
 def _jerk_rows() -> list[Row]:
-    """How far Table I is off with the jerk scaled or constant, under every overlap: the table cannot tell them apart.
+    """Rows with the difference to Table I for a scaled and a constant jerk limit under every overlap.
 
-    Section IV-B3 scales the jerk with the percentage, section IV-C names speed and acceleration only.
+    Section IV-B3 scales the jerk with the percentage, section IV-C names speed and acceleration only. The differences
+    do not tell which of the two the paper used.
     """
     rows: list[Row] = []
     for jerk, constant in JERKS.items():
         for overlap, words in OVERLAPS.items():
-            # Begins shift with the overlap, so half of it saves half the time.
+            # Moves begin earlier in proportion to the overlap, so half ramps save half the time of whole ramps.
             parts = ("none", "ramp") if overlap == "half-ramp" else (overlap,)
             rules = [replace(RULES, overlap=part) for part in parts]
             note = f"moves overlap by {words}, jerk {jerk}" if overlap != "none" else f"{words}, jerk {jerk}"
@@ -180,7 +182,7 @@ def _jerk_rows() -> list[Row]:
 
 
 def _difference_row(name: str, note: str, *rules: CycleRules, constant_jerk: bool = False) -> Row:
-    """Mean and worst difference to Table I when every cell takes the mean time under some rules."""
+    """Row with mean and worst difference to Table I; the time of a cell is the mean of its times under ``rules``."""
     found: list[float] = []
     for (method, zone, percent), published in PUBLISHED.items():
         limits = limits_at(percent, constant_jerk=constant_jerk)
@@ -197,7 +199,7 @@ def _difference_row(name: str, note: str, *rules: CycleRules, constant_jerk: boo
 
 
 def _jerk_grid(rows: list[Row]) -> Grid:
-    """Mean and worst difference by overlap, for both readings of the jerk."""
+    """Table of mean and worst difference to Table I by overlap, for both readings of the jerk."""
     found = {tuple(row.quantity.split("/")[-2:]): row for row in rows}
     lines = [
         [words, *(text for jerk in JERKS for text in _mean_worst(found[f"jerk-{jerk}", overlap]))]
@@ -212,7 +214,7 @@ def _mean_worst(row: Row) -> tuple[str, str]:
 
 
 def _sensitivity() -> list[Row]:
-    """What else the paper leaves open and what the table makes of it: one rule changed at a time."""
+    """Rows with the difference to Table I when a single rule of the paper clock changes."""
     variants = {
         "lift-0.08": replace(RULES, lift=0.08),
         "approach-0.02": replace(RULES, approach=0.02),
@@ -224,7 +226,7 @@ def _sensitivity() -> list[Row]:
 
 
 def _clock() -> list[Row]:
-    """Runs start and end at P_initial (section IV-B); neither Table I nor Fig. 12 can include those legs."""
+    """Rows on the clock: runs start and end at P_initial (section IV-B), which Table I and Fig. 12 cannot include."""
     closed = float(cell_cycle("paper-clock", "min-time-throw", "inside", 30).duration.sum())
     run, published = _whole_run(), float(PUBLISHED["min-time-throw", "inside", 30])
     return [
@@ -252,7 +254,7 @@ def _clock() -> list[Row]:
 
 
 def _whole_run() -> float:
-    """Time of P_initial, three throws at 30 %, P_initial [s], moves overlapped as in the table."""
+    """Time [s] of a run from P_initial over three throws at 30 % back to P_initial, with the paper clock's overlaps."""
     limits = limits_at(30)
     picks, targets, _ = scene("inside")
     release = plan_release_batch(picks, targets, limits, CEILING, RULES.tolerance)
@@ -267,5 +269,6 @@ def _whole_run() -> float:
 
 
 def _time(points: list[Floats], limits: MotionLimits) -> float:
+    """Time [s] of straight moves from point to point, with the paper clock's overlaps."""
     moves = [rest_to_rest(b - a, limits) for a, b in pairwise(points)]
     return float(begin_times(moves, RULES.overlap)[0, -1] + moves[-1].durations.sum())

@@ -1,6 +1,6 @@
 """The two methods of Hassan et al. 2022 and the exact solver on the same throws: agreement, failures, time.
 
-Times are those of the processor, so that other work on the machine changes little.
+All times are processor times, which other work on the machine changes little.
 """
 
 from __future__ import annotations
@@ -27,12 +27,13 @@ PERCENTAGES = (15, 30, 45, 60, 75, 90, 100)
 PAIRS = 30
 """Pick-target pairs per percentage and way to scale the jerk: 420 throws in all."""
 TRUST_CASES = 24
-"""Throws given to trust-constr, which is slow."""
+"""Number of throws that trust-constr solves, because trust-constr is slow."""
 BATCH = 100
-"""How often the throws are repeated to time the batched solver."""
+"""Number of repetitions of the throws in the batch whose time is measured."""
 ROUNDS = 5
-"""How often the exact solver runs: the median of all its single calls and the best of its batches count."""
+"""Number of runs of the exact solver: the median time of all single calls and the best time of a batch count."""
 ROUNDING = 1e-9
+"""Excess of a release point over the ceiling that counts as rounding [m]."""
 BOUNDS: Final = {"no-ceiling": "no ceiling", "ceiling": "under a ceiling"}
 FORMS: Final = {
     "agreements": "{:.0f}",
@@ -43,11 +44,11 @@ FORMS: Final = {
     "median-time": "{:,.0f} us",
     "time-ratio": "{:.0f}",
 }
-"""Columns of the table of methods, and how their figures are written."""
+"""Columns of the table of methods, and the format of their figures."""
 
 
 class Case(NamedTuple):
-    """One throw."""
+    """A throw to plan: pick and target (3,) [m], limits, and greatest height of the release [m] (None: no bound)."""
 
     pick: Floats
     target: Floats
@@ -56,9 +57,9 @@ class Case(NamedTuple):
 
 
 class Method(NamedTuple):
-    """A way to find the release of a throw, by its name for people.
+    """A solver for the release of a throw, with its name for people.
 
-    It agrees with the exact optimum up to `precision`, a relative difference of the release time.
+    An answer agrees with the exact optimum if the release times differ by at most `precision`, relative.
     """
 
     label: str
@@ -68,7 +69,7 @@ class Method(NamedTuple):
 
 def _by_trust_constr(case: Case) -> NlpRelease:
     with warnings.catch_warnings():
-        # It warns of constraints that look linear or dependent; its answers are judged by the caller.
+        # trust-constr warns of constraints that look linear or dependent; the caller checks every answer.
         warnings.simplefilter("ignore", UserWarning)
         return method_1(case.pick, case.target, case.limits, ceiling=case.ceiling, solver="trust-constr")
 
@@ -83,7 +84,7 @@ METHODS: Final = {
 
 
 def cases(*, roofed: bool) -> list[Case]:
-    """Throws off the belt at seven percentages, the jerk scaled with them or left at 3000 m/s3; fixed seed."""
+    """Random throws off the belt at seven percentages, the jerk limit scaled or left at 3000 m/s3; fixed seed."""
     rng = np.random.default_rng(2022)
     return [
         Case(pick, target, MotionLimits(6.0 * share, 120.0 * share, jerk), float(pick[2]) + RISE if roofed else None)
@@ -102,7 +103,7 @@ def _pairs(rng: np.random.Generator) -> Iterator[tuple[Floats, Floats]]:
 
 
 def methods_findings() -> Findings:
-    """Every method with and without a ceiling, and the batch against single plans."""
+    """Agreement, failures and times of every method with and without a ceiling, and of the batched exact solver."""
     rows = [row for name in BOUNDS for row in _compared(f"hassan/methods/{name}", cases(roofed=name == "ceiling"))]
     return Findings((*rows, _claim(rows)), grids=(_grid(rows),))
 
@@ -120,14 +121,14 @@ def _compared(folder: str, throws: list[Case]) -> list[Row]:
 
 
 def timed(run: Callable[[], T]) -> tuple[T, float]:
-    """What a call returns, and the processor time it takes [s]."""
+    """Return value of a call, and the call's processor time [s]."""
     begin = time.thread_time()
     found = run()
     return found, time.thread_time() - begin
 
 
 def _exact(throws: list[Case]) -> tuple[list[float | None], list[float]]:
-    """Release times, None where there is no throw, and how long each plan of every round took [s]."""
+    """Exact release times [s] (None: infeasible), and the processor time of each plan in every round [s]."""
     found = [timed(lambda case=case: _exact_time(case)) for _ in range(ROUNDS) for case in throws]
     times, seconds = zip(*found, strict=True)
     return list(times[: len(throws)]), list(seconds)
@@ -143,7 +144,7 @@ def _exact_time(case: Case) -> float | None:
 def _method_rows(
     name: str, method: Method, throws: list[Case], exact: list[float | None], reference: float
 ) -> list[Row]:
-    """How a method did: counts over all throws, its slowest answer over the optimum, and its time."""
+    """Rows of one method: counts over all throws, the slowest answer over the optimum, and the time of a call."""
     # The first call loads the solver.
     method.solve(throws[0])
     answers = [timed(lambda case=case: method.solve(case)) for case in throws]
@@ -203,7 +204,7 @@ def _batch_rows(folder: str, throws: list[Case], exact: list[float | None], refe
 
 
 def _claim(rows: list[Row]) -> Row:
-    """Section III-E: the simplified method takes less time than the nonlinear programme."""
+    """Row on section III-E's claim that the simplified method takes less time than the nonlinear programme."""
     times = {row.quantity: row.reproduced for row in rows if isinstance(row.reproduced, float)}
     first, second = (times[f"hassan/methods/no-ceiling/{name}/median-time"] for name in ("method-1-slsqp", "method-2"))
     return Row.compared(
@@ -217,7 +218,7 @@ def _claim(rows: list[Row]) -> Row:
 
 
 def _grid(rows: list[Row]) -> Grid:
-    """The paper's ways to find a release beside the exact solver, on the same throws."""
+    """Table of the paper's methods and of the exact solver on the same throws."""
     known = by_quantity(rows)
     lines: list[list[str]] = []
     for folder, bound in BOUNDS.items():

@@ -1,9 +1,8 @@
-"""The paper's own two ways to the optimal release, kept as cross-checks and timed peers of the exact one.
+"""The two methods of Hassan et al. 2022 for the optimal release, to check and to time the exact solver.
 
-Method 1 (Hassan et al. 2022, section III-D) is a nonlinear programme in speed, acceleration and release
-point. Method 2 (section III-E) minimises the release distance over the elevation. Both are local solvers:
-with a ceiling Method 1 can stop at a wrong optimum and still report success, and Method 2 knows no ceiling at
-all.
+Method 1 (section III-D) is a nonlinear programme in speed, acceleration and release point. Method 2 (section III-E)
+minimises the release distance over the elevation. Both methods are local solvers: with a ceiling, Method 1 can stop at
+a wrong optimum and still report success, and Method 2 has no ceiling.
 """
 
 from __future__ import annotations
@@ -25,18 +24,18 @@ OPTIONS: Final[dict[Solver, dict[str, float]]] = {
     "SLSQP": {"ftol": 1e-10, "maxiter": 300},
     "trust-constr": {"maxiter": 3000, "gtol": 1e-10, "xtol": 1e-12},
 }
-"""When a solver stops."""
+"""Tolerances and iteration limits of the solvers."""
 FEASIBILITY: Final = 1e-6
-"""Largest violation of a constraint, in units of its scale, that still counts as a solution."""
+"""Largest violation of a constraint, in units of its scale, at which an answer still counts as a solution."""
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class NlpRelease:
-    """What a nonlinear solver returned.
+    """Answer of a nonlinear solver for one throw.
 
     Attributes:
-        success: the solver's own claim, and all constraints hold at its answer.
+        success: whether the solver reports success and all constraints hold at its answer.
         position: release point (3,) [m].
         speed: release speed [m/s].
         distance: way from the pick to the release [m].
@@ -56,9 +55,9 @@ class NlpRelease:
 class _Problem:
     """A throw in variables scaled to the order of one: V / Vmax, A / Amax, (P_r - P_0) / X.
 
-    Against the printed form: the bounds of x and y take the pick and the target in either order, the argument
-    of the square root of Eq. 18 is constrained, and with no tolerance the landing is one equation along the
-    throw.
+    The programme differs from the printed form in three points. The bounds of x and y take the pick and the target in
+    either order. The argument of the square root of Eq. 18 is constrained. With no tolerance the landing is one
+    equation along the throw.
     """
 
     def __init__(
@@ -74,24 +73,26 @@ class _Problem:
         self.roof = math.inf if ceiling is None else (ceiling - self.pick[2]) / self.reach
 
     def bounds(self) -> list[tuple[float, float]]:
+        """Lower and upper bound of each variable."""
         sides = [(min(way, 0.0), max(way, 0.0)) for way in (self.vector[:2] / self.reach).tolist()]
         return [(1e-6, 1.0), (1e-6, 1.0), *sides, (0.0, self.roof)]
 
     def guess(self, share: float, elevation: float) -> Floats:
-        """A start: release ``share`` of the way to the target at ``elevation`` [rad], at the limits."""
+        """First guess: a release at ``share`` of the way to the target and ``elevation`` [rad], near the limits."""
         flat = share * self.vector[:2] / self.reach
         return np.array([0.9, 0.9, flat[0], flat[1], min(share * math.tan(elevation), self.roof)])
 
     def time(self, x: Floats) -> float:
-        """t_r of Eq. 12."""
+        """Release time t_r [s] (Eq. 12)."""
         speed, peak = x[0] * self.velocity, x[1] * self.acceleration
         return float(0.5 * (2.0 * self.distance(x) / speed + speed / peak + peak / self.jerk))
 
     def distance(self, x: Floats) -> float:
+        """Release distance P_r [m], differentiable at 0."""
         return self.reach * math.sqrt(float(x[2] ** 2 + x[3] ** 2 + x[4] ** 2) + 1e-18)
 
     def inequalities(self, x: Floats) -> Floats:
-        """Eqs. 14, 15, the argument of the root in Eq. 18 and, with a tolerance, Eqs. 16 and 17: all >= 0."""
+        """Values that must not be negative: Eqs. 14, 15, the root's argument in Eq. 18, with tolerance Eqs. 16, 17."""
         speed, peak = x[0] * self.velocity, x[1] * self.acceleration
         plateau = speed / peak - peak / self.jerk
         cruise = 2.0 * self.distance(x) / speed - speed / peak - peak / self.jerk
@@ -103,7 +104,7 @@ class _Problem:
         return np.array(values)
 
     def equalities(self, x: Floats) -> Floats:
-        """The release point lies in the plane of pick and target; with no tolerance the landing is exact."""
+        """Values that must be zero: the release point's distance from the throw's plane, with no tolerance the miss."""
         side = (x[3] * self.vector[0] - x[2] * self.vector[1]) / self.reach
         if self.tolerance > 0.0:
             return np.array([side])
@@ -111,12 +112,13 @@ class _Problem:
         return np.array([side, along])
 
     def violation(self, x: Floats) -> float:
+        """Largest violation of a constraint or a bound, scaled."""
         sides = np.array(self.bounds())
         worst = [np.abs(self.equalities(x)).max(), -self.inequalities(x).min()]
         return float(max(0.0, *worst, (sides[:, 0] - x).max(), (x - sides[:, 1]).max()))
 
     def answer(self, x: Floats, *, solved: bool) -> NlpRelease:
-        """What a solver says, held to every constraint."""
+        """The solver's answer, a success only if every constraint holds."""
         broken = self.violation(x)
         return NlpRelease(
             success=solved and broken <= FEASIBILITY,
@@ -128,14 +130,16 @@ class _Problem:
         )
 
     def _rise_speed(self, x: Floats) -> float:
+        """Vertical component of the release velocity [m/s]."""
         return float(x[0] * self.velocity * x[4] * self.reach / self.distance(x))
 
     def _root_argument(self, x: Floats) -> float:
+        """Argument of the square root in Eq. 18: (V sin / g)^2 + 2 (z - Z_f) / g [s2]."""
         drop = x[4] * self.reach - self.vector[2]
         return float((self._rise_speed(x) / GRAVITY) ** 2 + 2.0 * drop / GRAVITY)
 
     def _miss(self, x: Floats) -> Floats:
-        """Landing point less target in x and y [m]."""
+        """Landing point less target in x and y (2,) [m], with the flight time of Eq. 18."""
         flight = self._rise_speed(x) / GRAVITY + math.sqrt(max(self._root_argument(x), 0.0))
         run = x[0] * self.velocity * flight / self.distance(x)
         return self.reach * x[2:4] * (1.0 + run) - self.vector[:2]
@@ -159,7 +163,7 @@ def method_1(
         limits: one set of limits.
         ceiling: greatest height of the release point [m], None for no bound.
         tolerance: delta of Eqs. 16 and 17 [m].
-        solver: of scipy.
+        solver: method of `scipy.optimize.minimize`.
         start: share of the way to the target and elevation [rad] of the first guess.
 
     Raises:
@@ -182,7 +186,7 @@ def method_1(
 def method_2(pick: Point, target: Point, limits: MotionLimits) -> NlpRelease:
     """Minimise the release distance over the elevation, at a fixed speed (Eq. 21) or on the S-curve (Eq. 22).
 
-    There is no ceiling, no workspace and no tolerance in this method.
+    The method has no ceiling, no workspace and no tolerance.
 
     Raises:
         ValueError: if an input is not finite or the target lies straight above or below the pick.
@@ -201,13 +205,13 @@ def method_2(pick: Point, target: Point, limits: MotionLimits) -> NlpRelease:
 
 
 def _line(problem: _Problem, theta: float) -> tuple[float, float]:
-    """Length of the line to above the target and flight time, Eq. 20."""
+    """Length [m] of the line at elevation ``theta`` to above the target, and time [s] to fall from there (Eq. 20)."""
     drop = max(problem.reach * math.tan(theta) - problem.vector[2], 0.0)
     return problem.reach / math.cos(theta), math.sqrt(2.0 * drop / GRAVITY)
 
 
 def _fixed_speed(problem: _Problem, speed: float) -> tuple[float, float]:
-    """Elevation and distance of the least release distance at one speed, from dP/dtheta = 0 (Eq. 21)."""
+    """Elevation [rad] and value [m] of the least release distance at a fixed speed, from dP/dtheta = 0 (Eq. 21)."""
 
     def slope(theta: float) -> float:
         # dP/dtheta times cos^2 / X: sin(theta) - V / (g t_f).
@@ -220,14 +224,14 @@ def _fixed_speed(problem: _Problem, speed: float) -> tuple[float, float]:
 
 
 def _way(speed: float, acceleration: float, jerk: float) -> float:
-    """Way from rest to ``speed``: the S-curve's V(P) of section II-C solved for P."""
+    """Distance [m] from rest to ``speed``: the S-curve's V(P) of section II-C solved for P."""
     if jerk * speed <= acceleration * acceleration:
         return math.sqrt(speed**3 / jerk)
     return (jerk * speed**2 + speed * acceleration**2) / (2.0 * jerk * acceleration)
 
 
 def _on_curve(problem: _Problem, theta: float, speeds: tuple[float, float]) -> NlpRelease:
-    """Eq. 22 in speed and elevation: least way on one segment of the S-curve that still hits."""
+    """Eq. 22 in speed and elevation: the least release distance on one segment of the S-curve that hits the target."""
     velocity, acceleration, jerk, reach = problem.velocity, problem.acceleration, problem.jerk, problem.reach
 
     def way(x: Floats) -> float:
@@ -250,7 +254,7 @@ def _on_curve(problem: _Problem, theta: float, speeds: tuple[float, float]) -> N
 
 
 def _point(problem: _Problem, theta: float, distance: float, speed: float) -> Floats:
-    """The variables of method 1 at a release of method 2, at the least acceleration that gives its speed."""
+    """The variables of method 1 at a release of method 2, with the least acceleration that reaches the speed."""
     peak = min(math.sqrt(problem.jerk * speed), problem.acceleration)
     flat = problem.vector[:2] / problem.reach * math.cos(theta)
     way = distance / problem.reach * np.array([*flat, math.sin(theta)])

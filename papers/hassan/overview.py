@@ -1,4 +1,4 @@
-"""Tables of Hassan et al. 2022 that draw on several parts: Table I, and the free direction beside it."""
+"""Tables of Hassan et al. 2022 over several parts: Table I, and the throw in a free direction."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from agents.reproduce.grids import NONE, JsonRow, Rows, number, value
 from .cases import CELLS, CHOSEN, CLOSE, CLOSE_FOLD, DWELLS, METHODS, PERCENTAGES, PROTOCOLS, SHOWN, TITLES
 
 Cells: TypeAlias = Sequence[JsonRow | None]
-"""The rows of a folder by the columns of Table I."""
+"""The rows of a folder, one for each column of Table I (None: not computed)."""
 Cell: TypeAlias = Callable[[JsonRow | None], str]
 After: TypeAlias = Callable[[Cells], list[str]]
 COLUMNS: Final = [f"{zone} {percent} %" for zone, percent in CELLS]
@@ -24,7 +24,7 @@ STRAIGHT: Final = {
     for method in METHODS
     for protocol in SHOWN
 }
-"""The paper's methods by folder of their rows."""
+"""Names of the paper's methods, by the folder of their rows."""
 FREE: Final = {
     "table1/limits-respected/free-direction-throw": "free direction, optimum, J scaled",
     "table1/limits-respected/free-direction-per-pick": "free direction, planned per pick, J scaled",
@@ -44,12 +44,12 @@ GAINS: Final = (
     *((folder, protocol) for folder in list(FREE)[:2] for protocol in (_SCALED, _CONSTANT)),
     (list(FREE)[2], _CONSTANT),
 )
-"""Free direction, and the straight throw that it is set against, within the limits."""
+"""Folder of a throw in a free direction, and protocol of the straight throw that it is compared with."""
 _BARS: Final = ("black", COLOURS[3], COLOURS[0], COLOURS[9], COLOURS[2], COLOURS[8], COLOURS[4])
 
 
 def overview(rows: Rows) -> Overview:
-    """Table I with what belongs to it; only what was computed."""
+    """Table I, tables about it and a drawing, as far as their rows were computed."""
     grids = {
         "table1": table1(rows),
         "gains": gains(rows),
@@ -66,13 +66,13 @@ def _cells(rows: Rows, folder: str) -> list[JsonRow | None]:
 
 
 def _lines(rows: Rows, folders: Mapping[str, str], cell: Cell, after: After = lambda _: []) -> list[list[str]]:
-    """One line a folder that has rows: its name, its cells, and what sums them up."""
+    """One text line for each folder that has rows: name, cells, and the sums that ``after`` computes."""
     found = {name: _cells(rows, folder) for folder, name in folders.items()}
     return [[name, *map(cell, cells), *after(cells)] for name, cells in found.items() if any(cells)]
 
 
 def table1(rows: Rows) -> Grid:
-    """Picks per minute: published, by each reading, and in a free direction."""
+    """Table of picks per minute: published, by each reading, and in a free direction."""
     lines: list[list[str]] = []
     for folder, name in ALL.items():
         if folder.startswith("table1/paper-clock"):
@@ -96,7 +96,7 @@ def _peak(cells: Cells) -> list[str]:
 
 
 def gains(rows: Rows) -> Grid:
-    """The free direction against the straight throw within the limits, by either reading of the jerk."""
+    """Table of the free direction's gain over the straight throw within the limits, by either reading of the jerk."""
     lines: list[list[str]] = []
     for folder, protocol in GAINS:
         found = _gain(rows, folder, protocol)
@@ -107,7 +107,7 @@ def gains(rows: Rows) -> Grid:
 
 
 def _gain(rows: Rows, folder: str, protocol: str) -> list[float | None]:
-    """Share by which the free direction brings more picks per minute, None where one of the two is missing."""
+    """Relative gain of the free direction in picks per minute, None where either throw is missing."""
     pairs = zip(_cells(rows, folder), _cells(rows, f"table1/{protocol}/min-time-throw"), strict=True)
     return [
         None if free is None or straight is None or free["reproduced"] is None
@@ -117,7 +117,7 @@ def _gain(rows: Rows, folder: str, protocol: str) -> list[float | None]:
 
 
 def note(rows: Rows) -> str:
-    """How far each reading is off, what it was chosen by, and what the free direction gains."""
+    """Sentences below Table I: each reading's difference, how it was chosen, and the gain of the free direction."""
     heights = [row["hand_above_ceiling_m"] for row in rows.values() if "hand_above_ceiling_m" in row]
     sentences = (
         "The paper leaves open whether the largest jerk J is scaled with the percentage, as in its numeric example, or "
@@ -154,7 +154,7 @@ def _gain_sentence(rows: Rows, folder: str, protocol: str) -> str:
 
 
 def simulated(rows: Rows) -> Grid:
-    """What the closed-chain cell gave for the cells of Table I."""
+    """Table of the simulation with the closed-chain robot, for the cells of Table I."""
     done = {name: row for name, row in rows.items() if "simulated" in row}
     return Grid(
         "Table I in the simulator: worst landing error without mismatch, and how many are sorted with it",
@@ -171,7 +171,7 @@ def _landing(row: JsonRow | None) -> str:
 
 
 def _entries(cells: Cells, mismatch: str, entry: str) -> list[Any]:
-    """A figure of every cell that was simulated."""
+    """One figure of each cell that was simulated, at a strength of the mismatch."""
     return [row["simulated"][mismatch][entry] for row in cells if row and "simulated" in row]
 
 
@@ -184,7 +184,7 @@ def _torque(cells: Cells) -> str:
 
 
 def headroom(rows: Rows) -> Grid:
-    """The free direction beside the best straight throw, and what further bounds cost."""
+    """Table of the free direction and of the best straight throw, with the cost of further bounds."""
     published = {"table1/paper-clock/min-time-throw": "published, minimum-time throw"}
     lines = _lines(rows, published, _published, lambda _: [NONE, NONE])
     lines += _lines(rows, PROPOSED | HEADROOM, _picks, _outcome)
@@ -193,14 +193,14 @@ def headroom(rows: Rows) -> Grid:
 
 
 def _outcome(cells: Cells) -> list[str]:
-    """Touched again without mismatch, and sorted with it, over all cells of a line."""
+    """Objects touched again without mismatch, and share sorted with mismatch, over all cells of a text line."""
     trials = sum(_entries(cells, "1", "trials"))
     share = f"{100 * sum(_entries(cells, '1', 'sorted')) / trials:.0f} %" if trials else NONE
     return [_touched(cells, "0") if trials else NONE, share]
 
 
 def dwells(rows: Rows) -> Grid:
-    """Picks per minute with a gripper that waits at every pick."""
+    """Table of picks per minute with a gripper that waits at every pick."""
     waits = " or ".join(f"{wait} s" for wait in DWELLS)
     headline = f"With a gripper that waits {waits} at every pick"
     return Grid(headline, ["picks/min", *COLUMNS], _lines(rows, ALL, _dwell))
@@ -211,7 +211,7 @@ def _dwell(row: JsonRow | None) -> str:
 
 
 def picks_figure(rows: Rows) -> Figure:
-    """Picks per minute of the proposed throw in every cell: published, reproduced, and in a free direction."""
+    """Drawing of the proposed throw's picks per minute in every cell: published, reproduced, in a free direction."""
     shown = {name: (folder, "reproduced") for folder, name in PROPOSED.items()}
     bars = {"published": ("table1/paper-clock/min-time-throw", "published"), **shown}
     colours = dict(zip(bars, _BARS, strict=True))

@@ -1,6 +1,6 @@
-"""The throw in a free direction as the conveyor cell plans it, pick by pick: what it loses and how long it takes.
+"""The throw in a free direction as the conveyor cell plans it, pick by pick: loss of picks, and time of planning.
 
-The cell's mover chooses the release before it knows the next pick, and the way back once it does.
+The cell's mover chooses the release before it knows the next pick, and the way back once the next pick is known.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ from .planning.throw_check import check_throw
 from .trial import trial_context
 
 CYCLE: Final = PROTOCOLS["limits-respected"].rules
-"""What Table I leaves open, as for the straight throw within the limits."""
+"""Rules that Table I leaves open, the same as for the straight throw within the limits."""
 WORKSPACE: Final = EllipticWorkspace(T3KR.workspace_x, T3KR.workspace_y, T3KR.z_min, T3KR.z_max)
 BATCH: Final = 256
 ROUNDS: Final = 9
 TIMED: Final = (("inside", 40), ("outside", 45))
-"""Cells whose target and limits the timed picks have."""
+"""Cells of Table I whose target and limits the picks have for which planning is timed."""
 COUNTS: Final = {
     "picks": "random picks of the belt in one batch",
     "planned": "planned",
@@ -45,7 +45,7 @@ Cell = tuple[str, int]
 
 
 def cell_config(percent: float) -> ConveyorConfig:
-    """The conveyor cell with what Table I leaves open, and no window after the release."""
+    """Configuration of the conveyor cell with the rules of `CYCLE` and no window after the release."""
     return ConveyorConfig.load(
         {
             "base": "nominal_plain",
@@ -57,12 +57,12 @@ def cell_config(percent: float) -> ConveyorConfig:
 
 
 def mover_of(percent: float) -> FreeMover:
-    """The cell's planner of motions."""
+    """The conveyor cell's planner of throws in a free direction, at a percentage of the limits."""
     return FreeMover(cell_config(percent), WORKSPACE)
 
 
 class Flown(NamedTuple):
-    """Throws of N picks: which exist (N,), and release and motion of those that do."""
+    """Planned throws of N picks: which are feasible (N,), and release and motion of the feasible throws."""
 
     good: Bools
     release: ReleaseBatch
@@ -71,7 +71,7 @@ class Flown(NamedTuple):
 
 
 def picks_of(picks: Floats, targets: Floats, percent: float) -> Context:
-    """Picks at which the cell throws at its targets, aimed short by delta as in Table I."""
+    """The cell's context for throws from picks at targets, each (N, 3) [m], aimed short by delta as in Table I."""
     config, count = cell_config(percent), len(picks)
     # The nearest point of the box of half width delta around the target, on the way to it (Eqs. 16-17).
     way = targets - picks
@@ -81,7 +81,7 @@ def picks_of(picks: Floats, targets: Floats, percent: float) -> Context:
 
 
 def fly(mover: FreeMover, context: Context, following: Floats) -> Flown:
-    """Release, throw and return as the cell's mover plans them, from rest at the picks to rest at the next ones."""
+    """Release, throw and return as the cell's mover plans them, from rest at the picks to rest at the next picks."""
     release = mover.plan(context.pick, context.target, context.limits, context.ceiling)
     good = mover.is_feasible(context.pick, release, context.limits)
     thrown, release = take(context, good), take(release, good)
@@ -92,10 +92,10 @@ def fly(mover: FreeMover, context: Context, following: Floats) -> Flown:
 
 
 def per_pick_cycle(zone: str, percent: float) -> Cycle:
-    """The cycles of the loop, one row per pick.
+    """The cycles of the loop as the conveyor cell plans them, one row per pick.
 
     Raises:
-        InfeasibleThrow: a pick of the loop has no throw.
+        InfeasibleThrow: a pick of the loop has no feasible throw.
     """
     picks, targets, following = scene(zone)
     found = fly(mover_of(percent), picks_of(picks, targets, percent), following)
@@ -105,7 +105,7 @@ def per_pick_cycle(zone: str, percent: float) -> Cycle:
 
 
 def two_phases(path: JerkTrajectory, release_time: Floats, position: Floats, velocity: Floats) -> Cycle:
-    """Cycles that throw and return, with a release that no straight line leads to; every row is feasible."""
+    """Cycles of two phases, throw and return, whose throw need not be a straight line; every row is feasible."""
     count = len(release_time)
     return Cycle(
         path=path,
@@ -120,7 +120,7 @@ def two_phases(path: JerkTrajectory, release_time: Floats, position: Floats, vel
 
 
 def loss_rows(folder: str, quick: Mapping[Cell, Cycle], optimum: Mapping[Cell, Cycle]) -> list[Row]:
-    """The largest loss of picks per minute against the optimum."""
+    """Row with the largest loss of picks per minute against the optimum, over the cells that both have."""
     both = [cell for cell in quick if cell in optimum]
     if not both:
         return []
@@ -132,9 +132,9 @@ def loss_rows(folder: str, quick: Mapping[Cell, Cycle], optimum: Mapping[Cell, C
 
 
 def timing_rows(folder: str, near: float) -> Iterator[Row]:
-    """Processor time per pick in a batch of random picks of the belt, and what came of them.
+    """Rows with the processor time per pick in a batch of random picks of the belt, and counts of planned throws.
 
-    `near` is how far from the target a throw may be planned to land [m].
+    `near` is the greatest planned distance from the target at which a throw counts as within limits and rules [m].
     """
     for zone, percent in TIMED:
         picks, following = random_picks()
@@ -158,7 +158,7 @@ def timing_rows(folder: str, near: float) -> Iterator[Row]:
 
 
 def random_picks() -> tuple[Floats, Floats]:
-    """Picks and next picks, each (BATCH, 3) [m], where a belt brings its objects; fixed seed."""
+    """Random picks and next picks, each (BATCH, 3) [m], in the region where the belt brings objects; fixed seed."""
     belt = ConveyorConfig.load().belt
     rng = np.random.default_rng(256)
     low, high = (np.array([belt.pick_x[k], belt.lane_y[k]]) for k in (0, 1))
@@ -168,7 +168,7 @@ def random_picks() -> tuple[Floats, Floats]:
 
 
 def per_pick_grid(rows: Sequence[Row]) -> Grid:
-    """What planning per pick loses against the optimum, and how it did on random picks of the belt."""
+    """Table of the loss of planning per pick against the optimum, and of planning for random picks of the belt."""
     known = {row.quantity.rsplit("/", 1)[1]: row for row in rows}
     loss = known["loss-max"].details["loss_by_cell"] if "loss-max" in known else {}
     costs = [known.get(f"time-per-pick-{zone}-{percent}") for zone, percent in CELLS]

@@ -1,4 +1,4 @@
-"""Planned cycles executed by the closed-chain robot: what each cell of Table I gives in MuJoCo, and the sums of it."""
+"""Cycles of Table I simulated with the closed-chain robot in MuJoCo: figures of each plan, and sums over plans."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ MISMATCHES: Final = (0.0, 1.0)
 @final
 @dataclass(frozen=True)
 class Measured:
-    """What the trials of one plan gave, lengths in m, torque in N m.
+    """Figures of the simulated cycles of one plan, lengths in m, torque in N m.
 
     Attributes:
-        trials: cycles executed.
-        landing_error_mean: mean distance of the landing from the target; an object put down lands where it is let go.
-        landing_error_max: the largest one.
-        landing_error_by_item: mean of each object.
-        sorted: landed in the opening and stayed in the bin.
-        recontacts: touched by the cup after the release.
+        trials: number of simulated cycles.
+        landing_error_mean: mean distance of the landing from the target; an object put down lands at its release.
+        landing_error_max: largest distance of a landing from the target.
+        landing_error_by_item: mean distance of the landing from the target by item.
+        sorted: number of objects that landed in the opening and stayed in the bin.
+        recontacts: number of objects that the cup touched after the release.
         clearance: smallest distance of cup and object from 20 ms after the release on.
         peak_torque: largest motor torque.
         release_tracking: largest distance of the hand from its reference at a release.
@@ -57,18 +57,18 @@ ByMismatch: TypeAlias = Mapping[float, Measured]
 def simulated(
     plans: Mapping[str, tuple[Cycle, Point]], mismatches: Sequence[float] = MISMATCHES, threads: int = 1
 ) -> dict[str, dict[float, Measured]]:
-    """Execute every cycle of every plan with each of the paper's three objects, at every strength of the mismatch.
+    """Simulate every cycle of every plan with each of the paper's three objects, at every strength of the mismatch.
 
-    The hidden values of an object depend on item and pick only, so that all plans are tried with the same objects.
-    Picks without a plan are left out.
+    The hidden values of an object depend on item and pick only, so that all plans throw the same objects. Infeasible
+    cycles are left out.
 
     Args:
         plans: cycles and their common target [m] by name.
         mismatches: strengths of the unmodelled effects.
-        threads: worker threads; one, as parts of a reproduction run side by side.
+        threads: worker threads; 1 by default, as parts of a reproduction run at the same time.
 
     Raises:
-        PntGymError: a plan without any cycle, or one that the cell cannot execute (see `run_trials`).
+        PntGymError: a plan has no feasible cycle, or a cycle that the cell cannot execute (see `run_trials`).
     """
     return {
         name: {mismatch: _executed(name, *plan, mismatch, threads) for mismatch in mismatches}
@@ -96,7 +96,7 @@ def _executed(name: str, cycles: Cycle, target: Point, mismatch: float, threads:
 
 
 def _measured(trials: Trials, errors: list[Floats]) -> Measured:
-    """The figures of all trials, of which the landing errors come item by item."""
+    """Figures of all trials; ``errors`` holds their landing errors by item."""
     return Measured(
         trials=len(trials),
         landing_error_mean=float(trials.landing_error.mean()),
@@ -112,12 +112,12 @@ def _measured(trials: Trials, errors: list[Floats]) -> Measured:
 
 
 def simulated_details(measured: ByMismatch) -> dict[str, Any]:
-    """The figures of one plan as an entry of its row."""
+    """Entry of a plan's row: the figures at every strength of the mismatch."""
     return {"simulated": {f"{mismatch:g}": asdict(figures) for mismatch, figures in measured.items()}}
 
 
 def simulated_rows(folder: str, plans: Iterable[ByMismatch]) -> list[Row]:
-    """Worst landing, touches and torque of several plans, and what is left of them with the mismatch."""
+    """Rows with worst landing, touches and torque of several plans without mismatch, and share sorted with mismatch."""
     found = list(plans)
     ideal, realistic = ([by[mismatch] for by in found] for mismatch in MISMATCHES)
     of = f"of {sum(one.trials for one in ideal)} cycles in the simulator without mismatch"

@@ -36,11 +36,11 @@ from .cases import (
 from .simulated import ByMismatch, simulated, simulated_details, simulated_rows
 
 STYLES: Final = dict(zip(SHOWN, ("-", "--", ":"), strict=True))
-"""How the protocols are drawn."""
+"""Line styles of the protocols in the drawing."""
 
 
 def table_findings() -> Findings:
-    """All cells by all protocols, with what holds across the table."""
+    """All cells of Table I by all protocols, with differences, orders and peaks over the whole table."""
     reproduced = {name: {cell: picks_per_min(cell_cycle(name, *cell)) for cell in PUBLISHED} for name in PROTOCOLS}
     rows: list[Row] = []
     for name, values in reproduced.items():
@@ -53,7 +53,7 @@ def table_findings() -> Findings:
 
 
 def cell_row(protocol: str, cell: Key, measured: ByMismatch | None = None) -> Row:
-    """One cell by one protocol, with what the simulator gave if it was run."""
+    """Row of one cell by one protocol, with the simulated figures if the cell was simulated."""
     own, cycle = PROTOCOLS[protocol], cell_cycle(protocol, *cell).require()
     found, published = picks_per_min(cycle), float(PUBLISHED[cell])
     peaks = cycle.peak_ratios(own.limits(cell[2]))
@@ -79,7 +79,7 @@ def cell_row(protocol: str, cell: Key, measured: ByMismatch | None = None) -> Ro
 def _judged(
     protocol: str, name: str, published: float, found: float, unit: str, note: str, within: float = 0.0, **details: Any
 ) -> Row:
-    """A figure by a protocol: compared with the published one if the protocol is a reading, else set beside it."""
+    """Row of a protocol's figure: compared with the published figure if the protocol is a reading, else `ours`."""
     quantity = f"table1/{protocol}/{name}"
     if PROTOCOLS[protocol].reading:
         return Row.compared(quantity, published, found, unit, within=within, note=note, **details)
@@ -87,6 +87,7 @@ def _judged(
 
 
 def _measured(protocol: str) -> dict[Key, ByMismatch]:
+    """Simulated figures of every cell by one protocol."""
     plans = {"/".join(map(str, cell)): (cell_cycle(protocol, *cell), TARGETS[cell[1]]) for cell in PUBLISHED}
     return dict(zip(PUBLISHED, simulated(plans).values(), strict=True))
 
@@ -100,7 +101,7 @@ def _simulated_rows(protocol: str, measured: Mapping[Key, ByMismatch]) -> list[R
 
 
 def _differences(protocol: str, values: ByCell) -> list[Row]:
-    """How far the table as a whole is off; the paper gives no such figure."""
+    """Rows with the mean and the largest difference of all cells to Table I; the paper gives no such figures."""
     found = differences(values)
     rest = {cell: one for cell, one in found.items() if cell != FOLD}
     mean = sum(found.values()) / len(found)
@@ -119,7 +120,7 @@ def _worst(found: ByCell) -> str:
 
 
 def _orders(protocol: str, values: ByCell) -> list[Row]:
-    """The orders that hold in the published table."""
+    """Rows that count in how many columns and rows of the table the published order holds."""
     columns = [[values[m, *cell] for m in reversed(METHODS) if (m, *cell) in values] for cell in CELLS]
     lines = [[values[m, z, p] for p in PERCENTAGES[z] if (m, z, p) in values] for m in METHODS for z in TARGETS]
     ordered = "columns in which the proposed throw is quickest and pick-and-place slowest"
@@ -138,7 +139,7 @@ def _count(
 
 
 def _peaks(protocol: str, cells: list[Row]) -> list[Row]:
-    """Greatest shares of the limits in any cell; the paper says that its motions attain and keep them (IV-C1)."""
+    """Rows with the greatest shares of the limits in any cell; by section IV-C1 the motions attain and keep limits."""
     worst = {
         name: max(float(cell.details[f"peak_{name}_ratio"]) for cell in cells)
         for name in ("velocity", "acceleration", "jerk")
@@ -150,7 +151,7 @@ def _peaks(protocol: str, cells: list[Row]) -> list[Row]:
 
 
 def _place_outside() -> Row:
-    """The cells the paper leaves empty: nothing can be placed where the hand cannot go."""
+    """Row of the cells that the paper leaves empty: the hand cannot place an object outside its workspace."""
     name, found, refused = "hassan/pick-and-place-outside", list[float](), 0
     for percent in PERCENTAGES["outside"]:
         try:
@@ -164,7 +165,7 @@ def _place_outside() -> Row:
 
 
 def _as_a_whole(rows: list[Row]) -> Grid:
-    """How far each protocol is from the published table, what holds across it, and how it keeps to the limits."""
+    """Table of the protocols: difference to the published table, orders that hold, and peaks over the limits."""
     known = by_quantity(rows)
     forms = {
         "mean": ("mean-difference", "{:.1f} %"),
@@ -184,7 +185,7 @@ def _as_a_whole(rows: list[Row]) -> Grid:
 
 
 def table_figure(reproduced: Mapping[str, ByCell]) -> str:
-    """Picks per minute over the percentage, published and by the main protocols, as SVG."""
+    """Drawing of picks per minute over the percentage as SVG, published and by the main protocols."""
     figure, panels = subplots(1, 2, (10.5, 4.6))
     for axes, (zone, percents) in zip(panels, PERCENTAGES.items(), strict=True):
         for k, method in enumerate(METHODS):

@@ -1,6 +1,6 @@
-"""Planned cycles tried out in the conveyor cell's physics: any hand path, any pick, any target, any item.
+"""Planned cycles simulated in the conveyor cell's physics: any hand path, any pick, any target, any item.
 
-The cell draws its picks and plans their throws; here both are given, and the plant only says what comes of them.
+The conveyor cell draws its picks and plans their throws. A trial gets picks and plans as arguments and only simulates.
 """
 
 from __future__ import annotations
@@ -34,48 +34,48 @@ from pnt_gym.robots.t3kr.geometry import T3KR
 OPENING: Final = (0.24, 0.235)
 """Inner opening of the sorting box along x and y in the levels `ideal` and `nominal` [m]."""
 BELT_HEIGHT: Final = T3KR.z_min - 0.20
-"""The belt is out of the way [m], so that no row depends on another's object; at its usual place under the object it
-moves a landing by less than 0.001 mm."""
+"""Height of the belt in a trial [m], so low that no row depends on the object of another row. A belt at its usual
+height under the object moves a landing by less than 0.001 mm."""
 REST: Final = 1e-6
-"""A hand slower than this [m/s] puts its object down; a faster one throws it."""
+"""Release speed [m/s] below which the hand puts its object down and does not throw."""
 AGREEMENT: Final = 1e-4
-"""Path and plan may differ by this at pick and release [m] or [m/s]."""
+"""Greatest difference of path and plan at pick and release [m] or [m/s]."""
 CLEAR_AFTER: Final = 0.020
-"""Cup and object part at the release; their distance counts from this long after it [s]."""
+"""Time after the release from which the distance of cup and object counts [s]; at the release they touch."""
 CLEAR_UNTIL: Final = 0.250
-"""By then the object is far from the cup [s]."""
+"""Time after the release up to which the distance counts [s]; later the object is far from the cup."""
 TIMESTEP: Final = 0.0004
 """Physics step [s]: the robot's control rate."""
 SAMPLING: Final = 0.002
-"""Tracking, clearance and workspace are looked at this often [s]."""
+"""Time step at which tracking, clearance and workspace are checked [s]."""
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Trials:
-    """N cycles as the simulator measured them.
+    """Simulated results of N cycles.
 
-    A thrown object lands where it comes down through the target's height (see `Outcome.landing`), one that is put
-    down (released at rest) where it is let go: both are points of its centre of mass.
+    The landing of a thrown object is the point at which its centre of mass falls through the target's height (see
+    `Outcome.landing`). The landing of an object that is put down (released at rest) is its centre of mass at release.
     """
 
     landing: Floats
-    """x, y (N, 2) [m]."""
+    """Landing point x, y (N, 2) [m]."""
     landing_error: Floats
     """Distance of the landing from the target (N,) [m]."""
     landing_along: Floats
-    """Landing from the target, along the line from pick to target (N,) [m]."""
+    """Landing less target, along the direction from pick to target (N,) [m]."""
     landing_across: Floats
-    """Landing from the target, to the left of that line (N,) [m]."""
+    """Landing less target, to the left of the direction from pick to target (N,) [m]."""
     in_opening: Bools
-    """The landing lies inside the opening (N,)."""
+    """Whether the landing lies inside the opening (N,)."""
     in_bin: Bools
-    """At the end the object lies in the bin for good (N,)."""
+    """Whether the object rests in the bin at the end (N,)."""
     recontact: Bools
-    """The cup touched the object after the release (N,)."""
+    """Whether the cup touched the object after the release (N,)."""
     clearance: Floats
-    """Smallest distance of cup and object from 20 ms after the release on (N,) [m]; 0 where they touched. Takes the
-    object to go on turning as at its release."""
+    """Smallest distance of cup and object from 20 ms after the release on (N,) [m]; 0 where they touched. The object
+    is assumed to keep its rotation rate of the release."""
     peak_torque: Floats
     """Largest motor torque (N,) [N m]."""
     release_tracking: Floats
@@ -83,9 +83,9 @@ class Trials:
     path_tracking: Floats
     """Largest distance of the hand from its reference on the whole path (N,) [m]."""
     delay: Floats
-    """Release later than commanded by this (N,) [s]."""
+    """Time from the release command to the release (N,) [s]."""
     final: Floats
-    """Centre of mass at the end (N, 3) [m]."""
+    """Centre of mass of the object at the end (N, 3) [m]."""
 
     def __len__(self) -> int:
         return int(self.landing_error.shape[0])
@@ -95,34 +95,34 @@ class Trials:
 class Throws(NamedTuple):
     """N planned cycles of the hand, each with an object to throw or to put down.
 
-    Picks, targets and path are those of the planner's point mass: the object's centre of mass at mismatch 0, the cup
+    Picks, targets and path are points of the planner's point mass: the object's centre of mass at mismatch 0, the cup
     tip at mismatch 1.
     """
 
     picks: ArrayLike
-    """Where the hand starts at rest, object under the cup (N, 3) [m]."""
+    """First points of the hand at rest, with the object under the cup (N, 3) [m]."""
     targets: ArrayLike
-    """Centres of the bins' openings (N, 3) [m], all at one height."""
+    """Centres of the bins' openings (N, 3) [m], all at the same height."""
     items: Sequence[str]
     """Name of each object in the catalogue (N,)."""
     path: HandPath
     """N paths of the hand."""
     release_time: ArrayLike
-    """When the valve is commanded (N,) [s]."""
+    """Time of the release command to the valve (N,) [s]."""
     release_position: ArrayLike
-    """Where the hand then is (N, 3) [m]."""
+    """Position of the hand at the release time (N, 3) [m]."""
     release_velocity: ArrayLike
-    """How fast it then moves (N, 3) [m/s]; zero where the object is put down."""
+    """Velocity of the hand at the release time (N, 3) [m/s]; zero where the object is put down."""
 
 
 def run_trials(throws: Throws, *, mismatch: float, seeds: Sequence[int] | None = None, threads: int = 1) -> Trials:
-    """Execute planned cycles with the closed-chain robot, N side by side; no row depends on the others.
+    """Simulate N planned cycles with the closed-chain robot in one batch; no row depends on other rows.
 
     Args:
         throws: the cycles.
         mismatch: strength of all unmodelled effects, 0 (the planner's own world) to 3.
-        seeds: of each object's hidden values (N,); 0, 1, ... when not given.
-        threads: worker threads of the physics; results do not depend on it.
+        seeds: seeds of each object's hidden values (N,); 0, 1, ... when not given.
+        threads: worker threads of the physics, on which results do not depend.
 
     Raises:
         PntGymError: shapes disagree, an item is unknown, path and plan contradict each other, a number is out of range,
@@ -151,9 +151,10 @@ def trial_context(
     release: ReleaseBatch,
     ceiling: float = np.inf,
 ) -> Context:
-    """Picks of the cell that are given instead of drawn, below a greatest height of their releases [m].
+    """The cell's context for given picks, targets and releases instead of random ones.
 
-    Each object is of the kind asked for; its other draws come from a generator with its own seed.
+    Item ``items[i]`` lies at ``pick[i]``; its other random values come from a generator with the seed ``seeds[i]``.
+    No release may lie above ``ceiling`` [m].
     """
     if min(seeds) < 0:
         raise PntGymError(f"seed must not be negative, got {min(seeds)}")
@@ -186,7 +187,7 @@ def _check_counts(rows: int, **others: int) -> None:
 
 
 def _release(pick: Floats, target: Floats, throws: Throws) -> ReleaseBatch:
-    """The planned releases; an object put down, or let go below the target and falling, has no flight."""
+    """The planned releases; an object that is put down, or falls from below the target's height, has no flight."""
     count, point = len(pick), finite_points(throws.release_position, "release_position")
     speed = finite_points(throws.release_velocity, "release_velocity")
     _check_counts(count, release_position=len(point), release_velocity=len(speed))
@@ -205,7 +206,7 @@ def _release(pick: Floats, target: Floats, throws: Throws) -> ReleaseBatch:
 
 
 def _check_plan(pick: Floats, target: Floats, release: ReleaseBatch, path: HandPath) -> None:
-    """Raise PntGymError unless pick, release and path belong together and the robot reaches them."""
+    """Raise PntGymError unless pick, release and path agree and lie within the robot's workspace."""
     reach = length((target - pick) * np.array([1.0, 1.0, 0.0]))
     if not (reach > MIN_REACH).all():
         raise PntGymError(f"row {np.argmin(reach)}: pick and target lie above one another; they must be apart")
@@ -241,7 +242,7 @@ def _point(values: Floats) -> str:
 
 
 def _config(target: Floats, items: Sequence[str], mismatch: float) -> ConveyorConfig:
-    """A cell with these items and a bin of its own for every row."""
+    """Configuration of a conveyor cell with these items and a bin at every row's target."""
     low, high = target.min(axis=0), target.max(axis=0)
     if high[2] - low[2] > AGREEMENT:
         raise PntGymError(f"targets lie at heights from {low[2]} to {high[2]} m; they must share one")
@@ -255,7 +256,7 @@ def _config(target: Floats, items: Sequence[str], mismatch: float) -> ConveyorCo
 def _judged(
     plant: ConveyorPlant, context: Context, release: ReleaseBatch, path: HandPath, followed: Followed
 ) -> Trials:
-    """What the cell makes of the throws; but an object that is put down lands where it is let go."""
+    """Results of the simulated throws as the cell judges them; an object that is put down lands at its release."""
     count, flight = len(release.speed), followed.flight
     accepts = plant.config.acceptance()
     outcome = judge(followed.flown, context, plant.config, accepts, path.duration, Told.alone(count))
@@ -309,7 +310,7 @@ def _clearance(plant: ConveyorPlant, context: Context, followed: Followed) -> Fl
 
 
 def _turning(flight: ObjectFlight, context: Context, row: int, timestep: float) -> tuple[Rotation, Ints]:
-    """K rotations of one object and the steps (K,) they belong to, while its clearance counts."""
+    """Rotations of one object at K steps after the release, and these steps (K,), while the clearance counts."""
     first = int(flight.release_step[row])
     ends = min(first + round(CLEAR_UNTIL / timestep), int(flight.last_step[row]) + 1)
     steps = np.arange(first + round(CLEAR_AFTER / timestep), ends, max(round(SAMPLING / timestep), 1), dtype=np.int64)

@@ -1,4 +1,4 @@
-"""What the parts of Leveziel et al. have in common: reachable poses, a search over them, the robot alone in MuJoCo."""
+"""Shared code of the parts of Leveziel et al.: reachable poses, a search over poses, and the robot alone in MuJoCo."""
 
 from __future__ import annotations
 
@@ -27,71 +27,71 @@ CLOSED, OPEN = PROTOTYPE.theta
 PAPER_COUNT: Final = 51_624
 """Positions of the paper's discretized reduced workspace; its step is not printed."""
 PAPER_STEP: Final = 0.00467
-"""Gives 51,491 positions at -45 deg, of all steps in hundredths of a millimetre the count next to the paper's [m]."""
+"""Grid step [m] with 51,491 positions at -45 deg: of all hundredths of a millimetre nearest to the paper's count."""
 CENTRE: Final = (0.0, 0.0, -0.2)
-"""Of the paper's red curve in Fig. 6 [m]."""
+"""Position of the paper's red curve in Fig. 6 [m]."""
 AROUND: Final = 5.0
-"""An angle that the paper gives as "around" or "near" another is within this of it [deg]."""
+"""Greatest difference of an angle from a value that the paper gives as "around" or "near" [deg]."""
 STILL: Final = 0.5
-"""An angle of the halves counts as unchanged that changes by less than this, more than a video shows [deg]."""
+"""Change of the halves' angle below which the angle counts as unchanged [deg]; a video shows less than this."""
 ANGLES: Final = (CLOSED, HOME_THETA, OPEN)
-"""At which moves are made [rad]."""
+"""Angles of the halves at which moves are computed and simulated [rad]."""
 SMOOTH: Final = Profile("s-curve", 0.5)
-"""Of the moves, in which the motors keep within their torque."""
+"""Profile of the moves, with which the motors keep within their torque."""
 SAMPLES: Final = 2001
-"""Of each move."""
+"""Samples of each move."""
 PIXEL: Final = 0.001
-"""Spacing of sections [m]."""
+"""Spacing of points in sections [m]."""
 SIDE: Final = 0.235
-"""Beyond the workspace's extent to the side [m]."""
+"""Half width of sections [m], beyond the workspace's extent."""
 STEP: Final = 0.0005
-"""Of the physics [s]."""
+"""Time step of the physics [s]."""
 REST: Final = 0.04
-"""Simulated after the end of a motion [s]."""
+"""Simulated time after the end of a motion [s]."""
 
 _POSE: Final = ("platform_x", "platform_y", "platform_z", "half_right")
 _ARMS: Final = tuple(f"arm_{i}" for i in range(N_ARMS))
 _ROUNDS: Final = 30
-"""Grids of the search."""
+"""Number of ever finer grids in the search."""
 _ROUNDING: Final = 1e-9
-"""Keeps angles on the edge of the strokes from being rounded out of them [rad]."""
+"""Margin inside the strokes, so that rounding puts no angle outside [rad]."""
 
 
 _FIRST, _NEXT = (
     np.stack(np.meshgrid(*[np.linspace(-1.0, 1.0, count)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
     for count in (41, 9)
 )
-"""Grids of angles over the whole stroke and around the best so far."""
+"""Grids of motor angles over the whole stroke, and around the best angles so far."""
 
 
 @cache
 def reduced(step: float = PAPER_STEP, theta: float = HOME_THETA) -> Workspace:
-    """The reduced workspace on a grid."""
+    """The reduced workspace (within the motors' strokes) on a grid."""
     return scan_workspace(step, theta)
 
 
 def called(item: str) -> str:
-    """The name that an item of the catalogue has in the figures."""
+    """Name of a catalogue item in figures and rows."""
     return {"bottle_cap": "cap", "rubber_block": "block"}.get(item, item)
 
 
 def millimetres(place: Floats) -> str:
-    """A position for people."""
+    """A position (3,) [m] as text in millimetres."""
     return ", ".join(f"{1e3 * v + 0.0:.0f}" for v in place[:3])
 
 
 def posed(positions: Floats, theta: float) -> Floats:
-    """Poses (..., 4) of positions (..., 3) at one angle."""
+    """Poses (..., 4) of positions (..., 3) [m], all at the angle ``theta`` [rad]."""
     return np.concatenate([positions, np.full((*positions.shape[:-1], 1), theta)], axis=-1)
 
 
 def held(poses: Floats) -> Bools:
-    """Which poses (..., 4) the strokes allow (...,)."""
+    """Whether the robot reaches each of the poses (..., 4) within the motors' strokes (...,)."""
     return np.isfinite(inverse_kinematics(poses, strokes=True)[..., 0])
 
 
 def random_poses(count: int, seed: int = 0, theta: tuple[float, float] = PROTOTYPE.theta) -> Floats:
-    """Poses (count, 4) drawn evenly from the reduced workspace at angles within a range [rad]."""
+    """Random poses (count, 4), uniform over the reduced workspace and over a range of angles [rad]."""
     rng = np.random.default_rng(seed)
     low, high = (np.array([-0.16, -0.155, -0.285, theta[0]]), np.array([0.16, 0.155, -0.12, theta[1]]))
     poses = rng.uniform(low, high, (8 * count, 4))
@@ -101,7 +101,8 @@ def random_poses(count: int, seed: int = 0, theta: tuple[float, float] = PROTOTY
 def positions_of(angles: Floats, theta: float) -> Floats:
     """Positions (M, 3) at which arms 1, 2 and 3 have the angles (M, 3) [rad]; NaN where the forearms do not meet.
 
-    The platform's middle is a forearm's length from three points: where the elbows would be if all forearms met there.
+    The platform's middle is the intersection of three spheres whose radius is a forearm's length. Their centres are the
+    elbows, moved by the offsets of the forearms' ends from the platform's middle.
     """
     dims = PROTOTYPE
     reach, up = dims.k + dims.r * np.cos(angles.T), dims.r * np.sin(angles.T)
@@ -124,10 +125,10 @@ def positions_of(angles: Floats, theta: float) -> Floats:
 
 
 def lowest(measure: Callable[[Floats], Floats], theta: float) -> tuple[Floats, float]:
-    """The pose (4,) of the reduced workspace at one angle with the smallest measure of poses (M, 4), and that value.
+    """The pose (4,) of the reduced workspace at one angle with the smallest ``measure``, and that smallest value.
 
-    Ever finer grids over the angles of three motors, so that the edges of the strokes are met exactly; the robot
-    mirrors itself, so these three stand for all four.
+    The search uses ever finer grids over the angles of three motors, so that grids contain the edges of the strokes.
+    Three motors suffice because the robot is mirror symmetric. ``measure`` takes poses (M, 4).
     """
     low, high = np.array(PROTOTYPE.stroke) + _ROUNDING * np.array([1.0, -1.0])
     best, value, pose = np.full(3, 0.5 * (low + high)), np.inf, np.full(4, np.nan)
@@ -148,24 +149,24 @@ def lowest(measure: Callable[[Floats], Floats], theta: float) -> tuple[Floats, f
 @final
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """N motions as the model carried them out, at S times."""
+    """Simulation of N motions at S times."""
 
     time: Floats
-    """(S,) [s]"""
+    """Times (S,) [s]."""
     pose: Floats
-    """(N, S, 4) x, y, z [m], theta [rad] of the platform."""
+    """Poses of the platform (N, S, 4): x, y, z [m], theta [rad]."""
     q: Floats
-    """(N, S, 4) motor angles [rad]."""
+    """Motor angles (N, S, 4) [rad]."""
     torque: Floats
-    """(N, S, 4) of the motors [N m]."""
+    """Motor torques (N, S, 4) [N m]."""
 
 
 def follow(start: Floats, references: MotorReferences, build: Build = PROTOTYPE_BUILD) -> Followed:
-    """Carry out motions with empty claws, from rest.
+    """Simulate motions of the robot with empty claws, from rest.
 
     Args:
-        start: (N, 4) poses at the beginning.
-        references: what the motors are told at each step (N, S, 4).
+        start: poses at the beginning (N, 4).
+        references: commands to the motors at each step (N, S, 4).
         build: masses, servos and claws.
 
     Raises:
@@ -190,10 +191,10 @@ def follow(start: Floats, references: MotorReferences, build: Build = PROTOTYPE_
 
 
 def follow_motions(motions: Sequence[PoseMotion]) -> tuple[Floats, Followed]:
-    """Carry motions out with torque fed forward until all are over and have rested at their ends.
+    """Simulate motions with torque feed-forward until every motion is over and the robot has rested at its end.
 
     Returns:
-        The poses that were told (N, S, 4), and what became of them.
+        The commanded poses (N, S, 4), and the simulation.
     """
     steps = int(np.ceil((max(motion.duration for motion in motions) + REST) / STEP))
     time = STEP * np.arange(steps, dtype=np.float64)

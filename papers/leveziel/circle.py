@@ -18,24 +18,24 @@ from .cases import ANGLES, HOME_THETA, PIXEL, SAMPLES, SIDE, SMOOTH, STILL, Foll
 from .motion import CIRCLE_RADIUS, PoseMotion, circle
 
 HEIGHTS: Final = (-0.20, -0.22, -0.24)
-"""At which the circle is drawn in its section [m]."""
+"""Heights of the sections in which the circle is drawn [m]."""
 TURN_HEIGHT: Final = -0.220
-"""Of the turn: the section holds it with the gripper opened and closed [m]."""
+"""Height of the turn [m]: the section contains the circle with the gripper opened and closed."""
 PUBLISHED: Final = "almost 80 %"
 _RPM: Final = 60.0 / (2.0 * np.pi)
 
 
 class Shares(NamedTuple):
-    """The circle in the section at one height."""
+    """Size of the circle against the workspace's section at one height."""
 
     area: float
-    """Its area over the section's."""
+    """Area of the circle over the area of the section."""
     inscribed: float
-    """Radius of the largest circle about the z axis that fits [m]."""
+    """Radius of the largest circle about the z axis that fits into the section [m]."""
 
 
 def circle_findings(pixel: float = PIXEL) -> Findings:
-    """Shares of area and radius at some heights, and a turn with the gripper closed, at home and open."""
+    """Shares of area and radius at some heights, and a simulated turn with the gripper closed, at home and open."""
     turns = {theta: circle((0.0, 0.0, TURN_HEIGHT), theta, profile=SMOOTH, samples=SAMPLES) for theta in ANGLES}
     told, done = follow_motions(list(turns.values()))
     rows = (*_shares(pixel), _largest(pixel), *_turn(turns, told, done))
@@ -44,9 +44,9 @@ def circle_findings(pixel: float = PIXEL) -> Findings:
 
 
 def shares(height: float, theta: float, pixel: float) -> Shares:
-    """How the circle compares with the reduced workspace's section at a height; NaN where there is none.
+    """Area and radius of the circle against the reduced workspace's section at a height; NaN for an empty section.
 
-    In polar coordinates over a quarter, as the robot mirrors itself in the x-z and y-z planes.
+    The section is sampled in polar coordinates over a quarter, as the robot is symmetric about the x-z and y-z planes.
     """
     width, turn = 0.5 * pixel, np.pi / 180.0
     radius = width * (np.arange(round(SIDE / width), dtype=np.float64) + 0.5)
@@ -59,7 +59,7 @@ def shares(height: float, theta: float, pixel: float) -> Shares:
 
 
 def fitting(theta: float, pixel: float) -> tuple[float, Shares]:
-    """The lowest height at which the circle fits, and its shares there."""
+    """The lowest height [m] at which the circle fits, and its shares at that height, by bisection."""
     low, high = -0.26, -0.20
     while high - low > 1e-4:
         middle = 0.5 * (low + high)
@@ -69,7 +69,7 @@ def fitting(theta: float, pixel: float) -> tuple[float, Shares]:
 
 
 def _shares(pixel: float) -> Iterator[Row]:
-    """At the heights that are drawn."""
+    """Rows with the circle's share of area and radius at the heights that are drawn."""
     home, middle, lower = (shares(height, HOME_THETA, pixel) for height in HEIGHTS)
     note = (
         "the paper names no height, and the share depends on it: of the reduced workspace's section at -45 deg and z = "
@@ -102,7 +102,7 @@ def _shares(pixel: float) -> Iterator[Row]:
 
 
 def _largest(pixel: float) -> Row:
-    """Where the section just holds the circle."""
+    """Row with the circle's largest share of a section's area, at heights where the circle just fits."""
     best = {f"{np.rad2deg(a):.0f}": fitting(a, pixel) for a in ANGLES}
     deepest = max(height for height, _ in best.values())
     both = {name: 100.0 * shares(deepest, np.deg2rad(float(name)), pixel).area for name in best}
@@ -142,7 +142,7 @@ def _turn(turns: Mapping[float, PoseMotion], told: Floats, done: Followed) -> It
 
 
 def circle_figure(pixel: float) -> Figure:
-    """The circle in sections at some heights, and its share of the section's area and radius over the height."""
+    """Drawing of the circle in sections at some heights, and of its share of area and radius over the height."""
     figure, (plane, parts) = subplots(1, 2, (11.0, 4.6))
     axis = pixel * np.arange(-round(SIDE / pixel), round(SIDE / pixel) + 1, dtype=np.float64)
     x, y = np.meshgrid(axis, axis)
@@ -170,7 +170,7 @@ def circle_figure(pixel: float) -> Figure:
 
 
 def turn_figure(turns: Mapping[float, PoseMotion], done: Followed) -> Figure:
-    """Motor angles and speeds over a turn of the circle, opened and closed."""
+    """Drawing of motor angles and speeds over a turn of the circle, opened and closed."""
     figure, axes = subplots(2, len(turns), (4.0 * len(turns), 5.4), sharex=True, sharey="row")
     for k, (theta, motion) in enumerate(turns.items()):
         angle, speed = axes[k], axes[len(turns) + k]

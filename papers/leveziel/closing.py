@@ -1,4 +1,4 @@
-"""Closing of the gripper from -45 to -60 deg (section VI-B): limited by the motors' speed, and by their servos."""
+"""Closing of the gripper from -45 to -60 deg (section VI-B): limits by the motors' speed and by their servos."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ from .cases import CENTRE, CLOSED, HOME_THETA, PAPER_STEP, STEP, follow, posed, 
 from .motion import Profile, closing_time
 
 PUBLISHED: Final = 0.060
-"""The gripper closes within it [s]."""
+"""Published time within which the gripper closes [s]."""
 BOUND: Final = f"< {PUBLISHED:g} s"
 OPENED, SHUT = (posed(np.array(CENTRE), theta) for theta in (HOME_THETA, CLOSED))
-"""Poses before and after."""
+"""Poses before and after the closing."""
 TIMES: Final[Floats] = STEP * np.arange(round(0.16 / STEP), dtype=np.float64)
-"""Simulated [s]."""
+"""Simulated times [s]."""
 NEAR: Final = float(np.deg2rad(0.5))
-"""The gripper is closed when it first comes this near to -60 deg [rad]."""
+"""Distance from -60 deg at which the gripper counts as closed [rad]."""
 FACTORY_GAIN: Final = 13.8
-"""Of the XM430-W210's position controller as delivered, P gain 800 and no D gain: 100 % of the voltage, and with it the
-stall torque of 3 N m at 12 V, at an error of 12.5 deg [N m/rad]."""
+"""Gain of the XM430-W210's position controller as delivered [N m/rad]: P gain 800 and no D gain, so 100 % of the
+voltage, and with it the stall torque of 3 N m at 12 V, at an error of 12.5 deg."""
 ARMATURES: Final = (0.0025, 0.01)
-"""Half and twice the assumed inertia of the motors [kg m2]."""
+"""Inertia of the motors at which the closing is repeated [kg m2]: half and twice the assumed inertia."""
 
 
 def closing_findings(step: float = PAPER_STEP) -> Findings:
-    """Times by the speed of the motors alone, for a motion of 60 ms, and for servos told the closed angle at once."""
+    """Closing times by motor speed alone, for a command of 60 ms, and for a step command of the closed angle."""
     soft, ours = PROTOTYPE_BUILD.with_servo(kp=FACTORY_GAIN, kv=1e-6), f"gain {PROTOTYPE_BUILD.servo.kp:g} N m/rad"
     full_speed = _full_speed()
     # Half of the published time to speed up, half to slow down.
@@ -53,25 +53,25 @@ def closing_findings(step: float = PAPER_STEP) -> Findings:
 
 
 def arrival(theta: Floats) -> float:
-    """When theta (S,) first comes near to the closed angle [s]."""
+    """First time [s] at which theta (S,) is near the closed angle; NaN if never."""
     near = theta <= CLOSED + NEAR
     return STEP * float(near.argmax() + 1) if near.any() else float("nan")
 
 
 def _course(references: MotorReferences, build: Build = PROTOTYPE_BUILD) -> Floats:
-    """Angle of the halves (S,) after every step."""
+    """Simulated angle of the halves (S,) [rad] after every step."""
     return follow(OPENED[None], take(references, None), build).pose[0, :, 3]
 
 
 def _full_speed() -> Floats:
-    """Poses (S, 4) while the motors turn at 70 rpm from the first moment to the last, which no servo can follow."""
+    """Poses (S, 4) for motors that turn at 70 rpm without acceleration, which no servo can follow."""
     first, last = inverse_kinematics(np.stack([OPENED, SHUT]))
     share = np.clip(TIMES / float(closing_time(CENTRE)), 0.0, 1.0)[:, None]
     return forward_kinematics(first + share * (last - first))
 
 
 def _told_at_once(build: Build) -> Floats:
-    """Angle of the halves (S,) with motors told the closed angle; weights are borne by the torque fed forward."""
+    """Angle of the halves (S,) [rad] after a step command of the closed angle; torque feed-forward bears the weight."""
     torque = motor_references(np.tile(OPENED, (TIMES.size, 1)), STEP, build=build).torque
     angle = np.tile(inverse_kinematics(SHUT), (TIMES.size, 1))
     return _course(MotorReferences(angle, np.zeros_like(angle), torque), build)
@@ -102,7 +102,7 @@ def _speed_rows(step: float) -> Iterator[Row]:
 
 
 def _servo_rows(times: list[float], spread: list[float]) -> Iterator[Row]:
-    """By the servos, whose gains and inertia are ours."""
+    """Rows with the closing time by the servos, whose gains and inertia are assumed here."""
     ramp, smooth, stiff, factory = times
     low, high = (1e3 * value for value in spread)
     end = f"first within 0.5 deg of -60 deg in MuJoCo, steps of {1e3 * STEP:g} ms"
@@ -126,7 +126,7 @@ def _servo_rows(times: list[float], spread: list[float]) -> Iterator[Row]:
 
 
 def closing_figure(curves: Mapping[str, Floats]) -> Figure:
-    """Angle of the halves over the time for motors that are told to close in different ways."""
+    """Drawing of the halves' angle over time for different closing commands."""
     figure, (axes,) = subplots(1, 1, (7.6, 4.4))
     for colour, (name, theta) in zip(("gray", *COLOURS), curves.items(), strict=False):
         axes.plot(1e3 * STEP * np.arange(1, theta.size + 1), np.rad2deg(theta), color=colour, label=name)

@@ -25,13 +25,13 @@ from .cycle_run import ACROSS, HEIGHT, RISE, Cycles, run_cycles
 CYCLES: Final = 100
 SEED: Final = 0
 NEARLY: Final = 0.05
-"""Share of a displacement within which it is around the paper's."""
+"""Relative difference up to which a displacement counts as "around" the paper's."""
 RELIABLE: Final = 0.95
-"""Share of the cycles that have to succeed, of which the paper shows one."""
+"""Share of the cycles that have to succeed; the paper shows one cycle."""
 NEAR: Final = 0.001
-"""A leg is over when the platform comes this near to its end [m]."""
+"""Distance from a leg's end at which the platform counts as arrived [m]."""
 HEIGHTS: Final = (-0.175, -0.200, -0.225, -0.250)
-"""At which 70 mm from the axis outwards are timed [m]."""
+"""Heights at which a move of 70 mm from the axis outwards is timed [m]."""
 MILLI: Final = 1e3
 SIZE: Final = (400, 340)
 """Height and width of a picture [pixels]."""
@@ -45,11 +45,11 @@ PICTURES: Final = (
     ("opened", "open", 1.0),
     ("back", "rest", 1.0),
 )
-"""Title, phase, and the share of the phase that is over."""
+"""Pictures of the cycle: title, phase, and moment as a share of the phase's time."""
 
 
 def cycle_findings(cycles: int = CYCLES) -> Findings:
-    """The cycle at the motors' full speed, once without anything unknown and many times with it."""
+    """The cycle at the motors' full speed, simulated once without mismatch and many times with full mismatch."""
     calm, many = (run_cycles(n, mismatch=m, share=1.0, seed=SEED) for n, m in ((1, 0.0), (cycles, 1.0)))
     where = f"{cycles} simulated cycles at 70 rpm, every unmodelled effect at its realistic strength, seed {SEED}"
     rows = (
@@ -70,7 +70,7 @@ def cycle_findings(cycles: int = CYCLES) -> Findings:
 
 
 def _displacements(cycles: Cycles, where: str) -> Iterator[Row]:
-    """How far the cork has come when the claws are told to open."""
+    """Rows with the cork's displacement up to the command to open the claws."""
     begin, end = cycles.during("lift").start, cycles.during("stand").stop - 1
     ways = cycles.cork[:, end] - cycles.cork[:, begin]
     for name, axis, asked in (("rise", "z", RISE), ("across", "y", ACROSS)):
@@ -150,12 +150,12 @@ def _angle(calm: Cycles, many: Cycles, where: str) -> Row:
 
 
 def _turned(theta: Floats) -> float:
-    """Largest change (N, M) from the beginning [deg]."""
+    """Largest change of angles (N, M) [rad] from their first values [deg]."""
     return float(np.rad2deg(np.abs(theta - theta[:, :1])).max())
 
 
 def _legs(cycles: Cycles, where: str) -> Iterator[Row]:
-    """Times of the lift and of the way across: bound, command, simulated, and from the robot's axis."""
+    """Rows with times of the lift and of the way across: bound, command, simulation, and from the robot's axis."""
     theta, low, over = cycles.plans.theta[0, 1], cycles.plans.pick[0], cycles.plans.release[0]
     high, home, step = low + np.array([0.0, 0.0, RISE]), PROTOTYPE.home_theta, cycles.config.timestep
     up = float(travel_time([0.0, 0.0, -0.250, home], [0.0, 0.0, -0.200, home]))
@@ -209,7 +209,7 @@ def _whole(cycles: Cycles, where: str) -> Row:
 
 
 def cycle_figure(cycles: Cycles) -> Figure:
-    """Motor angles, positions, the halves' angle and the grip of the first cycle, commanded and simulated."""
+    """Drawing of the first cycle, commanded and simulated: motor angles, positions, the halves' angle, grip."""
     figure, axes = subplots(4, 1, (9.5, 10.5), sharex=True)
     time, course = cycles.time, cycles.course
     asked = cycles.recording.control[:, 0:12:3]
@@ -248,7 +248,7 @@ def cycle_figure(cycles: Cycles) -> Figure:
 
 
 def pictures(cycles: Cycles) -> list[tuple[str, Frame]]:
-    """Pictures of the first cycle with their titles (Fig. 8 shows such photographs).
+    """Pictures of the first cycle with their titles, like the photographs of Fig. 8.
 
     Raises:
         ConfigError: this machine cannot draw.

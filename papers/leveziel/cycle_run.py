@@ -1,4 +1,4 @@
-"""The cork's cycle of Leveziel et al. (Fig. 8) carried out in the simulator: down, close, up, across, open, back."""
+"""Simulation of the cork's cycle of Leveziel et al. (Fig. 8): down, close, up, across, open, back."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ HEIGHT: Final = -0.197
 """z of the platform on the way across, which is not published [m]: the pads then grip 2 mm above the table."""
 PHASES: Final = ("lower", "close", "lift", "across", "stand", "open", "back", "rest")
 PAUSE: Final = 0.040
-"""Standstill above the drop before the claws open, and after they have [s]."""
+"""Standstill above the drop before and after the claws open [s]."""
 REST: Final = 0.120
-"""Simulated after the robot is back, so that the cork lies still [s]."""
+"""Simulated time after the robot's return [s], so that the cork comes to rest."""
 
 
 class Course(NamedTuple):
     """The commanded course of a cycle."""
 
     pose: Floats
-    """(M, 4) x, y, z [m], theta [rad], one per physics step."""
+    """Poses (M, 4), one per physics step: x, y, z [m], theta [rad]."""
     phases: dict[str, slice]
     """Steps of every phase."""
     ends: dict[str, float]
@@ -50,27 +50,27 @@ class Cycles:
 
     config: GripperConfig
     plans: TossPlans
-    """In which the motion from grip to drop takes as long as both legs."""
+    """Plans whose motion from grip to drop takes as long as lift and way across together."""
     course: Course
     angle: Floats
-    """Of the motors (N, M, 4) [rad]."""
+    """Motor angles (N, M, 4) [rad]."""
     platform: Floats
-    """x, y, z [m], theta [rad] as simulated (N, M, 4)."""
+    """Simulated poses of the platform (N, M, 4): x, y, z [m], theta [rad]."""
     force: Floats
-    """Of the right and the left finger's spring at its pad (N, M, 2) [N]."""
+    """Force of the right and the left finger's spring at its pad (N, M, 2) [N]."""
     cork: Floats
     """Middle of the cork (N, M, 3) [m]."""
     pads: Bools
-    """Which pads touch the cork (N, M, 2)."""
+    """Whether the right and the left pad touch the cork (N, M, 2)."""
     torque: Floats
-    """Of the motors (N, M, 4) [N m]."""
+    """Motor torques (N, M, 4) [N m]."""
     outcome: Outcome
     recording: Recording
-    """Of the first cycle."""
+    """Recording of the first cycle."""
 
     @property
     def time(self) -> Floats:
-        """Of every step (M,) [s]."""
+        """Time of every step (M,) [s]."""
         return np.asarray(np.arange(len(self.course.pose)) * self.config.timestep, dtype=np.float64)
 
     def during(self, phase: str) -> slice:
@@ -79,7 +79,7 @@ class Cycles:
 
 
 def cycle_config(mismatch: float) -> GripperConfig:
-    """The cell: a table below the pick, and a box for corks 70 mm beside it along y."""
+    """Configuration of the cell: a table below the pick, and a box for corks 70 mm away along y."""
     y = 0.5 * ACROSS
     return GripperConfig.load(
         "drop",
@@ -93,13 +93,13 @@ def cycle_config(mismatch: float) -> GripperConfig:
 
 
 def run_cycles(count: int, *, mismatch: float, share: float, seed: int = 0) -> Cycles:
-    """Carry out cycles side by side.
+    """Simulate cycles in one batch.
 
     Args:
         count: number of cycles N.
-        mismatch: strength of what the planner does not know.
-        share: of the motors' largest speed, 70 rpm, at which the moves are commanded.
-        seed: of the hidden values; row i draws from a generator of its own.
+        mismatch: strength of the effects that the planner does not model.
+        share: share of the motors' largest speed, 70 rpm, at which the moves are commanded.
+        seed: seed of the hidden values; each row draws from its own generator.
     """
     config = cycle_config(mismatch)
     cell = GripperCell(config, count)
@@ -139,7 +139,7 @@ def run_cycles(count: int, *, mismatch: float, share: float, seed: int = 0) -> C
 
 
 def course(config: GripperConfig, plans: TossPlans, share: float) -> Course:
-    """Down, closing, up, across, opening and back by the first plan; all moves joint-linear with trapezoidal speeds."""
+    """The commanded course by the first plan; all moves are joint-linear with trapezoidal speeds."""
     step, low, over = config.timestep, plans.pick[0], plans.release[0]
     high = low + np.array([0.0, 0.0, RISE])
     wide, closed, _, released = plans.theta[0]
@@ -162,7 +162,7 @@ def course(config: GripperConfig, plans: TossPlans, share: float) -> Course:
 
 
 def _leg(start: Floats, end: Floats, share: float, step: float) -> Floats:
-    """Poses (K, 4) of a joint-linear move, one per step; its time is rounded up to whole steps."""
+    """Poses (K, 4) of a joint-linear move, one per step; the move's time is rounded up to whole steps."""
     fastest = joint_move(start, end).duration / share
     count = int(np.ceil(fastest / step))
     limits = JointLimits(MOTOR_SPEED * share * fastest / (count * step))
@@ -170,7 +170,7 @@ def _leg(start: Floats, end: Floats, share: float, step: float) -> Floats:
 
 
 def _turn(place: Floats, angles: tuple[float, float], time: float, hold: float, step: float) -> Floats:
-    """Poses (K, 4), one per step, while the halves turn at one place and then stand still."""
+    """Poses (K, 4), one per step, in which the halves turn at one place and then rest."""
     share: Floats = np.asarray(np.arange(round((time + hold) / step)) * step / time, dtype=np.float64)
     turned = eased(share)
     theta = angles[0] + turned * (angles[1] - angles[0])
@@ -178,7 +178,7 @@ def _turn(place: Floats, angles: tuple[float, float], time: float, hold: float, 
 
 
 def _controls(plant: GripperPlant, way: Course, delay: Floats) -> Floats:
-    """References and active equalities (N, M, nu + neq); the claws open late by each row's own delay (N,) [s]."""
+    """References and active equalities (N, M, nu + neq); the claws of row i open late by ``delay[i]`` [s]."""
     config, model = plant.config, plant.scene.model
     pose = np.repeat(way.pose[None], len(delay), axis=0)
     steps = np.arange(len(way.pose), dtype=np.int64)

@@ -31,23 +31,23 @@ from .cases import HOME_THETA, PAPER_STEP, posed, random_poses, reduced
 from .scan import scan_workspace, tau_hull
 
 POSES: Final = 10_000
-"""Random poses of the reduced workspace, theta from -60 to -30 deg, seed 0."""
+"""Number of random poses of the reduced workspace, theta from -60 to -30 deg, seed 0."""
 ASIDE: Final = (0.0, 0.06, -0.2)
-"""A position beside the symmetric plane, where one half is coplanar with its forearm and nothing is singular [m]."""
+"""A position outside the plane of symmetry, where one half is coplanar with its forearm without a singularity [m]."""
 TEETH: Final = 40
-"""Of each gear wheel (section VI-A)."""
+"""Number of teeth of each gear wheel (section VI-A)."""
 ZERO: Final = 1e-9
-"""Smaller lengths [m] and indices are zero."""
+"""Greatest length [m] or index that counts as zero."""
 EXACT: Final = 1e-6
-"""Derivatives agree that differ by less; finite differences are no better than that [their units]."""
+"""Greatest difference of derivatives that agree, in their units; finite differences are not more precise."""
 ROUGH: Final = 0.1
 """Relative difference within which lengths are roughly the same."""
 _STEP: Final = 1e-5
-"""Of finite differences, in m and rad."""
+"""Step of finite differences [m] or [rad]."""
 
 
 def formula_findings(count: int = POSES, repeats: int = 7) -> Findings:
-    """Round trip, Jacobians, conventions, and how fast the kinematics are in batch."""
+    """Rows on round trip, Jacobians, conventions, and the speed of the kinematics in batches."""
     poses = random_poses(count)
     rows = (
         *_kinematics(poses),
@@ -63,7 +63,7 @@ def formula_findings(count: int = POSES, repeats: int = 7) -> Findings:
 
 
 def forearms(pose: Floats, q: Floats) -> Floats:
-    """Lengths (N, 4) of the forearms from the printed points A_i and B_i, with the printed angles q_3 and q_4."""
+    """Lengths (N, 4) [m] of the forearms from the printed points A_i and B_i, with the printed angles q_3 and q_4."""
     k, r, u, v, w = (getattr(PROTOTYPE, name) for name in "kruvw")
     (x, y, z, theta), (one, two, three, four) = pose.T, q.T
     three, four = np.pi - three, np.pi - four
@@ -96,7 +96,7 @@ def _kinematics(poses: Floats) -> Iterator[Row]:
 
 
 def central(of: Callable[[Floats], Floats], at: Floats) -> Floats:
-    """Derivatives (N, 4, 4) of (N, 4) values by (N, 4) arguments, differences of fourth order."""
+    """Derivatives (N, 4, 4) of the function ``of`` at arguments (N, 4), by central differences of fourth order."""
     columns: list[Floats] = []
     for step in _STEP * np.eye(4):
         near = of(at + step) - of(at - step)
@@ -131,7 +131,7 @@ def _guideline_row() -> Row:
 
 
 def _strokes() -> Iterator[Row]:
-    """What the strokes leave when they are applied to the printed angles, or with the opposite sign."""
+    """Rows on the workspace when the strokes are applied to the printed angles, or with the opposite sign."""
     full = scan_workspace(PAPER_STEP, reduced=False)
     q = inverse_kinematics(full.poses)
     low, high = PROTOTYPE.stroke
@@ -156,7 +156,7 @@ def _strokes() -> Iterator[Row]:
 
 
 def _condition_row(count: int) -> Row:
-    """Sines and cosines of Eq. 6 wherever its root is real, reachable or not."""
+    """Row on condition 7: sines and cosines of Eq. 6 wherever its root is real, reachable or not."""
     rng = np.random.default_rng(1)
     d, e, f = rng.normal(size=(3, count))
     square = d**2 + e**2
@@ -182,7 +182,7 @@ def _condition_row(count: int) -> Row:
 
 
 def _coplanar_row() -> Row:
-    """Where entry (2, 4) of J_x vanishes, and where J_x is singular, at one position."""
+    """Row with the angles at one position where entry (2, 4) of J_x vanishes and where J_x is singular."""
     ends = np.deg2rad([60.0, 80.0])
     at = cast(float, brentq(lambda theta: jacobian_x([*ASIDE, theta])[1, 3], *ends, xtol=1e-12))
     coplanar, singular = [*ASIDE, at], [*ASIDE, float(singular_angle(ASIDE))]
@@ -241,5 +241,5 @@ def _rates(repeats: int) -> Iterator[Row]:
 
 
 def _quickest(action: Callable[[], object], repeats: int) -> float:
-    """Shortest of several runs, the one that other processes disturbed least [s]."""
+    """Time [s] of the quickest of several runs, which other processes disturbed least."""
     return min(timeit.repeat(action, number=1, repeat=repeats))

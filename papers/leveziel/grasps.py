@@ -19,40 +19,41 @@ from pnt_gym.cells.gripper.hidden import Hidden, expected_hidden
 from .cases import called
 
 GRASPS: Final = 240
-"""Of each object."""
+"""Number of grasps of each object."""
 SEED: Final = 0
 LIFT: Final = 0.050
+"""Height of the lift [m]."""
 LIFT_TIME: Final = 0.25
-"""[s]"""
+"""Time of the lift [s]."""
 SLIP: Final = 0.0005
-"""An object has slipped that has moved along the pads by more than this [m]."""
+"""Way along the pads above which an object counts as slipped [m]."""
 LEAST: Final = 0.98
 """Share of the grasps that have to hold."""
 PLACE, YAW, SIZE, MASS, FRICTION = 0.004, 8.0, 0.05, 0.30, 0.20
-"""Largest errors: place per axis [m], direction [deg], and relative ones of size, mass and friction."""
+"""Largest errors: place per axis [m], direction [deg], and relative errors of size, mass and friction."""
 
 
 class Grasps(NamedTuple):
-    """N grasps of one object."""
+    """Simulation of N grasps of one object."""
 
     name: str
     yaw: Floats
-    """Direction against the pads (N,) [deg]."""
+    """Direction of the object against the pads (N,) [deg]."""
     lifted: Bools
-    """By 50 mm at the end (N,)."""
+    """Whether the object is lifted by 50 mm at the end (N,)."""
     slip: Floats
-    """Way along the pads from leaving the table on (N,) [m]."""
+    """Way along the pads after leaving the table (N,) [m]."""
     settling: Floats
-    """The same from the closed grip on (N,) [m]."""
+    """Way along the pads after the closing of the grip (N,) [m]."""
 
     @property
     def held(self) -> Bools:
-        """Lifted without slip (N,)."""
+        """Whether the object is lifted without slip (N,)."""
         return self.lifted & (self.slip < SLIP)
 
 
 def grasp_findings(grasps: int = GRASPS) -> Findings:
-    """Every object gripped and lifted many times."""
+    """Simulation of many grasps and lifts of every object."""
     cell = GripperCell(GripperConfig.load("drop"), grasps)
     found = [grasped(cell, kind) for kind in range(len(cell.item_names))]
     rows = tuple(row for one in found for row in (_held_row(one), _settling_row(one)))
@@ -61,10 +62,10 @@ def grasp_findings(grasps: int = GRASPS) -> Findings:
 
 
 def grasped(cell: GripperCell, kind: int) -> Grasps:
-    """Grip objects of one kind all over the pick area and lift them straight up.
+    """Simulate grasps of objects of one kind all over the pick area, each lifted straight up.
 
     Args:
-        cell: of the level `drop`; one grasp in each of its rows.
+        cell: a cell of the level `drop`, which simulates one grasp in each of its rows.
         kind: index of the object.
     """
     rng = np.random.default_rng([SEED, kind])
@@ -74,7 +75,7 @@ def grasped(cell: GripperCell, kind: int) -> Grasps:
     hidden = drawn(cell, kind, rng)
     plans = cell.planner.plan(kinds, place)
     up = plans.pick + np.array([0.0, 0.0, LIFT])
-    # What happens after the opening is no matter here, so no flight is waited for.
+    # The flight after the opening does not matter, so the simulation does not wait for the flight.
     still = np.zeros(cell.count)
     plans = replace(plans, release=up, move_time=np.full(cell.count, LIFT_TIME), flight_time=still)
     flown = cell.plant.fly(replace(cell.context, kind=kinds, place=place, hidden=hidden), plans)
@@ -87,7 +88,7 @@ def grasped(cell: GripperCell, kind: int) -> Grasps:
 
 
 def drawn(cell: GripperCell, kind: int, rng: np.random.Generator) -> Hidden:
-    """Objects (N,) of one kind with errors drawn evenly up to the largest ones."""
+    """Hidden values of N objects of one kind, with uniform random errors."""
     item, count, even = cell.config.item_list()[kind], cell.count, rng.uniform
     expected = expected_hidden(np.full(count, kind, dtype=np.int64), cell.config)
     return replace(
@@ -137,7 +138,7 @@ def _settling_row(found: Grasps) -> Row:
 
 
 def grasps_figure(found: list[Grasps]) -> Figure:
-    """How far objects moved along the pads, over how askew they lay."""
+    """Drawing of the objects' way along the pads over their direction against the pads."""
     figure, axes = subplots(1, len(found), (4.0 * len(found), 3.6), sharey=True)
     for panel, one in zip(axes, found, strict=True):
         ways = {"from the closed grip": one.settling, "from leaving the table": one.slip}

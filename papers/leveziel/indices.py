@@ -1,4 +1,4 @@
-"""The platform manipulability index of Leveziel et al. (Eq. 10, Fig. 6) and the transmission ratios made of it."""
+"""The platform manipulability index of Leveziel et al. (Eq. 10, Fig. 6) and the transmission ratios 1 / tau."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ OVER: Final = 0.1
 """Published bound of tau at -45 deg and from -60 to -30 deg."""
 BOUND: Final = f"> {OVER:g}"
 ALIKE: Final = 0.01
-"""Relative difference within which two ways to measure the folding are one."""
+"""Relative difference within which two measures of the folding agree."""
 GRIPPING: Final = 31
-"""Angles looked at from closed to open, one per degree."""
+"""Number of angles from closed to open, one per degree."""
 
 
 def index_findings(step: float = PAPER_STEP) -> Findings:
-    """Platform index over theta at the centre, its hull, the ratios 1/tau, and the folding at a fixed position."""
+    """Platform index tau over theta at the centre, its hull, the ratios 1/tau, and the folding at a fixed position."""
     positions = reduced(step).positions
     hull = tau_hull(positions)
     gripping = tau_hull(positions, np.linspace(CLOSED, OPEN, GRIPPING))
@@ -66,7 +66,7 @@ def _figure_rows(positions: Floats, hull: TauHull, centre: Floats) -> Iterator[R
 
 
 def first_dead(positions: Floats, theta: Floats) -> float:
-    """The smallest of rising positive angles (T,) at which a position within the strokes is singular [rad]."""
+    """The smallest of rising positive angles (T,) [rad] at which a pose within the strokes is singular; NaN if none."""
     for angle in theta[theta > 0.0]:
         poses = posed(positions, float(angle))
         if (singularity(poses).mask & held(poses)).any():
@@ -95,7 +95,7 @@ def _bounds(positions: Floats, gripping: TauHull) -> Iterator[Row]:
 
 
 def _ratios(gripping: TauHull) -> Iterator[Row]:
-    """Both ends of 1/tau with the digits that the paper prints, as printed and as a slip of units would give them."""
+    """Rows with both ends of 1/tau in the digits of the paper, by Eq. 10 as printed and with a slip of units."""
     lean, steep = (float(gripping.theta[i]) for i in (gripping.high.argmax(), gripping.low.argmin()))
     low, high = -1.0 / lowest(lambda poses: -tau(poses), lean)[1], 1.0 / lowest(tau, steep)[1]
     scaled = PUBLISHED_TAU_SCALE * low, PUBLISHED_TAU_SCALE * high
@@ -158,7 +158,7 @@ def _fixed(step: float) -> Row:
 
 
 def tau_figure(hull: TauHull, centre: Floats, gripping: TauHull) -> Figure:
-    """Platform index over theta with its hull (Fig. 6), and 1/tau where the prototype grips, as printed and scaled."""
+    """Drawing of the platform index over theta with its hull (Fig. 6), and of 1/tau where the prototype grips."""
     figure, (index, ratio) = subplots(1, 2, (11.5, 4.4))
     degrees = np.rad2deg(hull.theta)
     index.axvspan(np.rad2deg(CLOSED), np.rad2deg(OPEN), color=COLOURS[8], alpha=0.3, label="the prototype's range")

@@ -1,8 +1,8 @@
 """Motions of the robot: straight lines, circles and joint-linear moves under the motors' limits (section VI-B).
 
-The prototype's motors are given a largest speed and nothing else; an acceleration limit is the user's to add. A motion
-goes from rest to rest: a path times a progress u from 0 to 1, stretched in time until the worst motor just keeps its
-limits at the samples. Moves along a line hold theta exactly; joint-linear ones do not (`joint_deviation`).
+The paper gives a largest speed of the prototype's motors and no other limit; users can add an acceleration limit. A
+motion goes from rest to rest: a path with a progress u from 0 to 1, scaled in time until the busiest motor just keeps
+its limits at the samples. Moves along a line keep theta exactly; joint-linear moves do not (`joint_deviation`).
 """
 
 from __future__ import annotations
@@ -30,22 +30,22 @@ from pnt_gym.robots.gripper import (
 from pnt_gym.robots.gripper.pose import CHUNK, pieces, pose_pairs, pose_rows
 
 CIRCLE_RADIUS: Final = 0.080
-"""Of the circle in the experiments [m] (section VI-B)."""
+"""Radius of the circle in the experiments [m] (section VI-B)."""
 
 
 @final
 @dataclass(frozen=True)
 class Profile:
-    """How progress runs from 0 to 1 in a time of 1.
+    """Progress along a path from 0 to 1 in a time of 1.
 
     Raises:
         ConfigError: (a ValueError) an unknown kind, or a ramp outside (0, 0.5].
     """
 
     kind: Literal["trapezoid", "s-curve"] = "trapezoid"
-    """Constant acceleration in the ramps, or one that rises and falls linearly."""
+    """Constant acceleration in the ramps, or an acceleration that rises and falls linearly."""
     ramp: float = 0.25
-    """Share of the time spent speeding up, and again slowing down."""
+    """Share of the time in which speed rises, and again in which speed falls."""
 
     def __post_init__(self) -> None:
         if self.kind not in ("trapezoid", "s-curve"):
@@ -57,7 +57,7 @@ class Profile:
         """Return progress and its first two derivatives at times (S,) from 0 to 1."""
         peak = 1.0 / (1.0 - self.ramp)
         if self.kind == "s-curve":
-            # Two jerk segments fill a ramp, so its highest acceleration is twice the mean one.
+            # Two jerk segments fill a ramp, so the highest acceleration is twice the mean acceleration.
             limits = MotionLimits(peak, 2.0 * peak / self.ramp, 4.0 * peak / self.ramp**2)
             return min_time_scurve(1.0, limits).sample(time)
         slope, left = peak / self.ramp, 1.0 - time
@@ -73,15 +73,15 @@ class PoseMotion:
     """A motion at S equally spaced times."""
 
     time: Floats
-    """(S,) from 0 [s]."""
+    """Times (S,) from 0 [s]."""
     pose: Floats
-    """(S, 4) x, y, z [m], theta [rad]."""
+    """Poses (S, 4): x, y, z [m], theta [rad]."""
     q: Floats
-    """(S, 4) motor angles [rad]."""
+    """Motor angles (S, 4) [rad]."""
     speed: Floats
-    """(S, 4) of the motors [rad/s]."""
+    """Motor speeds (S, 4) [rad/s]."""
     acceleration: Floats
-    """(S, 4) of the motors [rad/s2]."""
+    """Motor accelerations (S, 4) [rad/s2]."""
 
     @property
     def duration(self) -> float:
@@ -92,12 +92,12 @@ class PoseMotion:
 @final
 @dataclass(frozen=True, eq=False)
 class Deviation:
-    """How far joint-linear moves leave the straight line between their ends."""
+    """Deviation of joint-linear moves from the straight line between their ends."""
 
     theta: Floats
-    """(...,) largest change of the platform's angle against its linear course, with its sign [rad]."""
+    """Largest signed difference of the platform's angle from its linear course (...,) [rad]."""
     path: Floats
-    """(...,) largest distance of the platform's middle from the line [m]."""
+    """Largest distance of the platform's middle from the line (...,) [m]."""
 
 
 def line(
@@ -109,15 +109,15 @@ def line(
     profile: Profile | None = None,
     samples: int = 401,
 ) -> PoseMotion:
-    """Return the motion straight from one pose (4,) to another (4,), theta in step with the position.
+    """Return the straight motion from pose ``start`` to pose ``end``, with theta in proportion to the position.
 
     Args:
-        start: x, y, z [m], theta [rad].
-        end: the same.
-        dimensions: the robot.
-        limits: of the motors; the prototype's speed when not given.
-        profile: how fast each part of the way is passed, relative to the others.
-        samples: number S of times, at which the limits are kept.
+        start: first pose (4,): x, y, z [m], theta [rad].
+        end: last pose (4,).
+        dimensions: dimensions of the robot.
+        limits: limits of the motors; the prototype's speed when not given.
+        profile: progress along the way over time.
+        samples: number S of times at which the motors keep the limits.
 
     Raises:
         PoseError: (a ValueError) an argument is not a pose, or the robot cannot take a pose on the way.
@@ -140,10 +140,10 @@ def circle(
     profile: Profile | None = None,
     samples: int = 401,
 ) -> PoseMotion:
-    """Return one turn in a horizontal plane, counter-clockwise from the point furthest along +x and back.
+    """Return a full turn in a horizontal plane, counter-clockwise from the point furthest along +x.
 
-    Centre (3,) and radius are in m; the halves keep the angle theta [rad], home's when not given. The other arguments
-    are those of `line`.
+    Centre (3,) and radius are in m. The halves keep the angle theta [rad], home's angle when not given. Further
+    arguments are the same as in `line`.
 
     Raises:
         PoseError: (a ValueError) the centre is no point, the radius is not positive, or the circle leaves the reach.
@@ -172,7 +172,7 @@ def joint_move(
     profile: Profile | None = None,
     samples: int = 401,
 ) -> PoseMotion:
-    """Return the synchronised point-to-point motion of the motors from one pose (4,) to another (4,).
+    """Return the synchronised point-to-point motion of the motors from pose ``start`` (4,) to pose ``end`` (4,).
 
     Arguments and errors as `line`. The platform leaves the straight line and its angle changes on the way.
     """
@@ -192,9 +192,9 @@ def joint_move(
 def joint_deviation(
     start: ArrayLike, end: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, samples: int = 65
 ) -> Deviation:
-    """Return how far joint-linear moves leave the straight line; NaN where an end is out of reach.
+    """Return the deviation of joint-linear moves from straight lines; NaN where an end is out of reach.
 
-    Looked at are `samples` equal joint steps, ends included; start and end are poses (..., 4) of one shape.
+    The deviation is read at `samples` equal joint steps, ends included; start and end are poses (..., 4) of one shape.
 
     Raises:
         PoseError: (a ValueError) the shapes differ or are wrong, or a number is not finite.
@@ -217,14 +217,14 @@ def joint_deviation(
 
 
 def closing_time(position: ArrayLike = (0.0, 0.0, -0.2), dimensions: Dimensions = PROTOTYPE) -> Floats:
-    """Return how long the gripper takes to close from home's angle when only `MOTOR_SPEED` limits it.
+    """Return the time in which the gripper closes from home's angle when only `MOTOR_SPEED` limits the motors.
 
     Args:
-        position: (..., 3) of the platform's middle [m], which stays there.
-        dimensions: the robot.
+        position: fixed position of the platform's middle (..., 3) [m].
+        dimensions: dimensions of the robot.
 
     Returns:
-        (...,) [s]; NaN where out of reach.
+        Times (...,) [s]; NaN where out of reach.
 
     Raises:
         PoseError: (a ValueError) the shape is not (..., 3), or a number is not finite.
@@ -238,11 +238,14 @@ def closing_time(position: ArrayLike = (0.0, 0.0, -0.2), dimensions: Dimensions 
 def _along(
     time: Floats, poses: Floats, slope: Floats, bend: Floats, progress: list[Floats], dims: Dimensions, top: JointLimits
 ) -> PoseMotion:
-    """The motion on a path with its first two derivatives by progress, (S, 4) each."""
+    """The motion on a path, given by poses and their first two derivatives by progress, (S, 4) each.
+
+    With q' and q'' the derivatives by progress u, motor speed is q' u' and acceleration q'' u'^2 + q' u''.
+    """
     check_pose(poses, dims, theta_limits=False)
     q = inverse_kinematics(poses, dims)
     rate = _rate(poses, slope, dims)
-    # How the rates change along the path, by central differences over a short way.
+    # q'': the change of q' along the path, by central differences over a short way.
     step = 1e-5
     ahead = _rate(poses + step * slope, slope + step * bend, dims)
     behind = _rate(poses - step * slope, slope - step * bend, dims)
@@ -254,13 +257,14 @@ def _along(
 
 
 def _rate(poses: Floats, slope: Floats, dims: Dimensions) -> Floats:
+    """Derivative q' of the motor angles (S, 4) by progress."""
     return (inverse_jacobian(poses, dims) @ slope[..., None])[..., 0]
 
 
 def _stretched(
     time: Floats, pose: Floats, q: Floats, speed: Floats, acceleration: Floats, limits: JointLimits
 ) -> PoseMotion:
-    """The motion of duration 1, slowed until the limits hold; one without motion takes no time."""
+    """The motion of duration 1, scaled in time until it just keeps the limits; a rest takes no time."""
     duration = max(
         float(np.abs(speed).max()) / limits.speed, float(np.sqrt(np.abs(acceleration).max() / limits.acceleration))
     )
@@ -287,7 +291,7 @@ def _row(value: ArrayLike, name: str, width: int = 4) -> Floats:
 
 
 def _off_line(offset: Floats, way: Floats) -> Floats:
-    """Distance (N, S) of points from the line through the origin along ``way`` (N, 1, 3)."""
+    """Distances (N, S) [m] of points (N, S, 3) from the line through the origin along ``way`` (N, 1, 3)."""
     length = np.sqrt((way * way).sum(axis=-1, keepdims=True))
     unit = way / np.where(length > 0.0, length, 1.0)
     beside = offset - (offset * unit).sum(axis=-1, keepdims=True) * unit

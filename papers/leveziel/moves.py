@@ -1,7 +1,7 @@
-"""Cartesian and joint-linear moves of Leveziel et al. (section VI-B): what they do to the platform's angle.
+"""Cartesian and joint-linear moves of Leveziel et al. (section VI-B): the change of the platform's angle.
 
-In closed form, and carried out by the robot in MuJoCo with the motors at up to 70 rpm. The moves have the lengths of
-the paper's cork cycle; where in the workspace they were made is not printed.
+The change is computed in closed form, and simulated with the robot in MuJoCo and its motors at up to 70 rpm. The moves
+have the lengths of the paper's cork cycle; the paper does not print their places in the workspace.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ MOVES: Final = {
     "y": ((0.0, 0.0, -0.180), (0.0, 0.070, -0.180)),
     "x": ((0.0, 0.0, -0.180), (0.070, 0.0, -0.180)),
 }
-"""50 mm up and 70 mm aside, as in Fig. 8 [m]."""
+"""First and last positions of moves 50 mm up and 70 mm sideways, as in Fig. 8 [m]."""
 LIMITS: Final = JointLimits(acceleration=150.0)
-"""70 rpm as in the paper; with this acceleration the servos keep within their torque [rad/s2]."""
+"""Limits of the motors: 70 rpm as in the paper, and an acceleration [rad/s2] within the servos' torque."""
 PAIRS: Final = 2000
-"""Random moves of 50 to 100 mm."""
+"""Number of random moves of 50 to 100 mm."""
 PIECES: Final = (2, 4, 8)
-"""Joint-linear moves that a line is cut into."""
+"""Numbers of joint-linear moves that replace a line."""
 
 
 class Pair(NamedTuple):
-    """A move made both ways."""
+    """A move along a line, the joint-linear move between the same poses, and the deviation of the latter."""
 
     straight: PoseMotion
     joint: PoseMotion
@@ -45,7 +45,7 @@ class Pair(NamedTuple):
 
 
 Moves = Mapping[tuple[str, float], Pair]
-"""By direction and angle of the halves [rad]."""
+"""Pairs of moves by direction and angle of the halves [rad]."""
 
 
 def move_findings(pairs: int = PAIRS) -> Findings:
@@ -79,7 +79,7 @@ def _pair(name: str, theta: float) -> Pair:
 
 
 def _table(joint: Iterable[Row], straight: Mapping[str, float], simulated: Mapping[str, float]) -> Grid:
-    """One line per move and angle: how the platform's angle changes in moves of both kinds."""
+    """Table of the platform's change of angle in moves of both kinds, one text line per move and angle."""
     lines = [
         [
             f"{row.details['length_mm']:.0f} mm in {name}",
@@ -133,7 +133,7 @@ def _joint_linear(moves: Moves) -> Iterator[Row]:
 
 
 def random_moves(count: int, seed: int = 0) -> tuple[Floats, Floats]:
-    """Ends (count, 4) of moves of 50 to 100 mm within the reduced workspace at one angle each."""
+    """First and last poses (count, 4) of random moves of 50 to 100 mm within the reduced workspace, theta constant."""
     rng = np.random.default_rng(seed)
     first = random_poses(6 * count, seed)
     way = rng.normal(size=(len(first), 3))
@@ -158,7 +158,7 @@ def _random(pairs: int) -> Row:
 
 
 def _pieces() -> Row:
-    """The worst of the moves as several shorter ones."""
+    """Row with the change of theta when the worst move is cut into several shorter moves."""
     first, last = (posed(np.array(place), CLOSED) for place in MOVES["z"])
     vias = {str(count): np.linspace(first, last, count + 1) for count in PIECES}
     left = {n: float(np.rad2deg(np.abs(joint_deviation(v[:-1], v[1:]).theta).max())) for n, v in vias.items()}
@@ -196,13 +196,13 @@ def _simulated(moves: Moves, told: Floats, done: Followed) -> Iterator[Row]:
 
 
 def beside(points: Floats, first: Floats, last: Floats) -> Floats:
-    """Distances (S,) of points (S, 3) from the line through two others [m]."""
+    """Distances (S,) [m] of points (S, 3) from the line through the points ``first`` and ``last``."""
     way = (last - first) / np.linalg.norm(last - first)
     return np.linalg.norm(np.cross(points - first, way), axis=1)
 
 
 def moves_figure(moves: Moves, done: Followed) -> Figure:
-    """Angle of the halves and distance from the line over the time, with the gripper closed."""
+    """Drawing of the halves' angle and of the distance from the line over time, with the gripper closed."""
     figure, (angle, path) = subplots(1, 2, (11.0, 4.2), sharex=True)
     dots: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 2.5}
     for k, name in enumerate(MOVES):

@@ -1,4 +1,4 @@
-"""Which positions the platform reaches at an angle of its halves, and how tau spreads over them (section V)."""
+"""Positions that the platform reaches at an angle of its halves, and the range of tau over positions (section V)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Workspace:
     """The positions of a grid that the robot reaches."""
 
     positions: Floats
-    """(M, 3) x, y, z of the platform's middle [m]; multiples of the step, by x, then y, then z."""
+    """Positions x, y, z of the platform's middle (M, 3) [m]; multiples of the step, by x, then y, then z."""
     theta: float
     """Angle of the halves [rad]."""
     step: float
@@ -43,7 +43,7 @@ class Workspace:
 
     @property
     def poses(self) -> Floats:
-        """(M, 4) positions and theta."""
+        """Poses (M, 4): positions and theta."""
         return np.column_stack([self.positions, np.full(len(self.positions), self.theta)])
 
 
@@ -53,12 +53,13 @@ class TauHull:
     """Smallest and largest tau over many positions, for each of T angles (Fig. 6); (T,) each."""
 
     theta: Floats
-    """[rad]"""
+    """Angles of the halves [rad]."""
     low: Floats
-    """NaN where no position is left."""
+    """Smallest tau; NaN where the robot reaches no position."""
     high: Floats
+    """Largest tau; NaN where the robot reaches no position."""
     count: Ints
-    """Positions that the robot reaches at this angle."""
+    """Number of positions that the robot reaches at each angle."""
 
 
 def scan_workspace(
@@ -72,9 +73,9 @@ def scan_workspace(
 
     Args:
         step: spacing in x, y and z [m]; the grid passes through the origin.
-        theta: angle of the halves [rad]; home's when not given.
-        dimensions: the robot.
-        reduced: whether the motors' strokes count (the paper's reduced workspace), or only Eq. 7 (the full one).
+        theta: angle of the halves [rad]; home's angle when not given.
+        dimensions: dimensions of the robot.
+        reduced: whether the motors' strokes count (the paper's reduced workspace), or only Eq. 7 (full workspace).
 
     Raises:
         ConfigError: (a ValueError) the step or the angle is not finite, or the step is not positive.
@@ -86,7 +87,7 @@ def scan_workspace(
         raise ConfigError(f"theta is {angle}; it must be finite")
     x, y, z = _axes(step, dimensions)
     found: list[Floats] = []
-    # Whole columns of z: the grid is never held at once.
+    # Whole columns of z at a time, so that the whole grid is never in memory.
     for piece in pieces(x.size * y.size, max(1, CHUNK // z.size)):
         i, j = np.divmod(np.arange(piece.start, piece.stop, dtype=np.int64), y.size)
         position = np.stack([np.repeat(x[i], z.size), np.repeat(y[j], z.size), np.tile(z, i.size)])
@@ -105,9 +106,9 @@ def tau_hull(
     """Return the range of tau over the positions, angle by angle (section V-D, Fig. 6).
 
     Args:
-        positions: (M, 3) of the platform's middle [m].
-        theta: (T,) angles [rad]; 101 from -pi/2 to pi/2 as in the paper when not given.
-        dimensions: the robot.
+        positions: positions of the platform's middle (M, 3) [m].
+        theta: angles (T,) [rad]; 101 angles from -pi/2 to pi/2 as in the paper when not given.
+        dimensions: dimensions of the robot.
         reduced: whether positions beyond the strokes at an angle are left out at that angle.
 
     Raises:
@@ -136,7 +137,7 @@ def tau_hull(
 
 
 def _axes(step: float, dims: Dimensions) -> tuple[Floats, Floats, Floats]:
-    """Multiples of the step that can be reached at most: a forearm leans sideways by its length; z from below to 0."""
+    """Multiples of the step along x, y, z that bound all reachable positions; a forearm reaches its length sideways."""
     side = int(dims.l / step)
     across = step * np.arange(-side, side + 1, dtype=np.float64)
     return across, across, step * np.arange(-int((dims.r + dims.l) / step), 1, dtype=np.float64)
@@ -147,6 +148,7 @@ def _arms(position: Floats, theta: float, dims: Dimensions) -> Arms:
 
 
 def _reached(arms: Arms, dims: Dimensions, reduced: bool) -> Bools:
+    """Whether the robot reaches each position, within the motors' strokes if ``reduced``."""
     if reduced:
         return within_strokes(np.arctan2(arms.sin, arms.cos), dims)
     return ~np.isnan(arms.sin.sum(axis=0))

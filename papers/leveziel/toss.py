@@ -1,6 +1,6 @@
-"""Tosses by the gripper robot of Leveziel et al. in the simulator: the planner, an oracle, and learning when to let go.
+"""Simulated tosses by the gripper robot of Leveziel et al.: the planner, an oracle, and learners of the release time.
 
-The paper shows that the robot tosses and measures nothing, so every figure here is ours.
+The paper shows tosses by the robot without measurements, so every figure here is `ours`.
 """
 
 from __future__ import annotations
@@ -29,21 +29,21 @@ from .cases import called
 
 ENV: Final = "GripperToss-v0"
 ROWS: Final = 16
-"""Cells side by side."""
+"""Number of cells in the batch."""
 SEEDS: Final = (0, 1, 2)
-"""Of practice and of the held-out objects."""
+"""Seeds of practice and of the held-out objects."""
 HELD: Final = 64
-"""Held-out throws of each seed."""
+"""Number of held-out throws of each seed."""
 LEVELS: Final = ("nominal", "late", "patient", "drop", "belt")
-"""`belt` is the up-scaled robot at the conveyor cell's belt."""
+"""Levels of the planner's part; `belt` is the up-scaled robot at the conveyor cell's belt."""
 STAGES: Final = (10, 100, 1000)
-"""Throws of practice after which a learner is judged."""
+"""Numbers of practice throws after which a learner is evaluated."""
 LEARNERS: Final[Mapping[str, Mapping[str, Sequence[int]]]] = {
     "virtual_goal": {"nominal": STAGES, "late": STAGES[:2], "belt": STAGES[:2]},
     "ridge": {"nominal": STAGES, "late": STAGES[:2], "belt": STAGES[:2]},
     "mlp": {"nominal": STAGES},
 }
-"""What learns, where, and when it is judged."""
+"""Learners by name: their levels, and the numbers of practice throws after which each is evaluated."""
 PLANNERS: Final = {
     "analytic": "the planner alone, which opens the claws at one fixed time before the release",
     "oracle": "a controller that simulates each throw with its hidden values beforehand, all but the scatter of the "
@@ -57,11 +57,11 @@ LINES: Final = {"analytic": "the planner alone", "oracle": "oracle"}
 """Controllers that do not learn."""
 MILLI: Final = 1e3
 RANGE: Final = (-0.012, 0.050)
-"""Moments of the release that are drawn, after the planned one [s]."""
+"""Range of release times that is drawn, after the planned release time [s]."""
 
 
 class Judged(NamedTuple):
-    """Held-out throws of one controller at one stage, seed by seed."""
+    """Held-out throws of one controller after a number of practice throws, seed by seed."""
 
     level: str
     controller: str
@@ -70,7 +70,7 @@ class Judged(NamedTuple):
 
 
 def planner_findings(levels: Sequence[str] = LEVELS, seeds: Sequence[int] = SEEDS, held: int = HELD) -> Findings:
-    """The planner and the oracle, which learn nothing, on every level."""
+    """Success of the planner and of the oracle, which do not learn, on every level."""
     cycles, found = list[int](), list[Row]()
     for level in levels:
         with closing(make_vector(ENV, level, ROWS, threads=1)) as env:
@@ -82,7 +82,7 @@ def planner_findings(levels: Sequence[str] = LEVELS, seeds: Sequence[int] = SEED
 def learner_findings(
     name: str, stages: Mapping[str, Sequence[int]], seeds: Sequence[int] = SEEDS, held: int = HELD
 ) -> Findings:
-    """A learner, judged at each stage of one practice on every level, and what it did to the release."""
+    """Success of a learner at each stage of its practice on every level, and a drawing of its releases."""
     cycles, found, figures = list[int](), list[Row](), dict[str, str]()
     for level, counts in stages.items():
         with closing(make_vector(ENV, level, ROWS, threads=1)) as env:
@@ -112,7 +112,7 @@ def _judged(
 
 
 def _row(judged: Judged, seeds: Sequence[int], env: Env, what: str) -> Row:
-    """Success of one controller, with landing errors and moments of the release among the details."""
+    """Row with the success of one controller, and with landing errors and release times as details."""
     throws, names = joined(judged.by_seed), map(called, core_of(env).item_names)
     figures = summary(throws)
     missed = cast(float, figures["landing_error_mean_m"])
@@ -161,7 +161,7 @@ def _endurance(part: str, cycles: Sequence[int]) -> Row:
 
 
 def toss_overview(rows: Rows) -> Overview:
-    """All tosses side by side, and learning curves where something was learned."""
+    """Table of all tosses, and learning curves of the levels on which a controller learned."""
     tosses = list(below(rows, "leveziel/toss").values())
     cycles = below(rows, "leveziel/endurance").values()
     endurance = plain("Cycles without a warning", cycles, verdict=False, drop="leveziel/")
@@ -172,7 +172,7 @@ def toss_overview(rows: Rows) -> Overview:
 
 
 def _table(tosses: Sequence[JsonRow]) -> Grid:
-    """One line per level, controller and practice."""
+    """Table with one text line per level, controller and number of practice throws."""
     lines = [
         [
             row["level"],
@@ -194,7 +194,7 @@ def _table(tosses: Sequence[JsonRow]) -> Grid:
 
 
 def release_figure(panels: Mapping[str, Throws], config: GripperConfig) -> Figure:
-    """Landing along the throw over the moment of the release; throws by the title of their panel."""
+    """Drawing of the landing along the throw over the release time; ``panels`` holds throws by panel title."""
     figure, axes = subplots(1, len(panels), (5.4 * len(panels), 4.2), sharex=True, sharey=True)
     times, landings = free_landings(config)
     for panel, (name, throws) in zip(axes, panels.items(), strict=True):
@@ -224,9 +224,9 @@ def _dots(panel: Axes, throws: Throws, item: int, name: str) -> None:
 
 
 def free_landings(config: GripperConfig) -> tuple[Floats, Floats]:
-    """Moments of the release (M,) [s] and where objects land that leave the planned path then, along the throw (K, M).
+    """Release times (M,) [s], and landings of K items along the throw (K, M) [m] if the planned path releases then.
 
-    Without air and without a push of the claws; the pick is in the middle of where objects lie.
+    Landings are without air and without a push of the claws; the pick is the middle of the pick area.
     """
     kinds = np.arange(len(config.items), dtype=np.int64)
     middle: Floats = np.array([config.table.pick_x, config.table.pick_y], dtype=np.float64).mean(axis=1)
@@ -238,12 +238,12 @@ def free_landings(config: GripperConfig) -> tuple[Floats, Floats]:
     velocity = np.asarray(np.gradient(position, step, axis=1), dtype=np.float64)
     position[..., 2] -= plans.hang[:, None]
     miss = landing_point(position, velocity, config.tray.rim) - plans.target[:, None]
-    # At its ends a gradient is not central.
+    # `np.gradient` is not central at the ends.
     return times[1:-1], (miss * plans.heading[:, None]).sum(axis=-1)[:, 1:-1]
 
 
 def learning_figure(levels: dict[str, list[JsonRow]]) -> Figure:
-    """Success and landing error over throws of practice, one column per level, all seeds with their spread."""
+    """Drawing of success and landing error over practice throws, one column per level, mean and range over seeds."""
     figure, axes = subplots(2, len(levels), (4.2 * len(levels), 6.4), sharex=True, sharey="row")
     learners = sorted({row["controller"] for rows in levels.values() for row in rows if row["practice"] > 0})
     colours = dict(zip((*LINES, *learners), ("black", "gray", *COLOURS), strict=False))
@@ -267,7 +267,7 @@ def learning_figure(levels: dict[str, list[JsonRow]]) -> Figure:
 
 
 def _curve(panel: Axes, rows: list[JsonRow], entry: str, unit: float, colour: str) -> None:
-    """Mean and range over the seeds; a line across for a controller that does not learn."""
+    """Draw mean and range over the seeds; a horizontal line for a controller that does not learn."""
     values = [unit * np.array(row[entry], dtype=float) for row in rows]
     name = str(rows[0]["controller"])
     if name in LINES:

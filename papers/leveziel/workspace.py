@@ -1,6 +1,6 @@
 """Workspace of Leveziel et al. (Fig. 5 and the video): sections with kappa, shares, extent, singularities.
 
-Sections are drawn through the home position, which the paper's Fig. 6 names; its Fig. 5 does not say where it cuts.
+Sections are drawn through the position that the paper's Fig. 6 names; its Fig. 5 does not name the planes of its cuts.
 """
 
 from __future__ import annotations
@@ -33,29 +33,30 @@ from .cases import (
 from .scan import scan_workspace
 
 PLANES: Final = {"x-y": (0, 1), "x-z": (0, 2), "y-z": (1, 2)}
-"""Sections and the coordinates in them."""
+"""Sections by name, and the indices of their two coordinates."""
 WHERE: Final = {"x-y": "z = -200 mm", "x-z": "y = 0", "y-z": "x = 0"}
 TURNED: Final = (-60.0, -30.0, 0.0, 30.0, 45.0, 55.0)
 """Angles of the halves at which kappa is drawn anew, from the paper's video [deg]."""
 ROUND_STEPS: Final = (0.004, 0.0045, 0.005)
-"""[m]"""
+"""Round grid steps at which positions are counted [m]."""
 LEAST: Final = 0.3
 """Published bound of kappa at -45 deg."""
 BOUND: Final = f"> {LEAST:g}"
 GOOD, POOR, DEAD = 0.5, 0.1, 0.01
-"""Values of kappa: shares are given of the first two, and what is below the third is close to zero."""
+"""Thresholds of kappa: rows give shares over the first and under the second; below the third kappa is close to zero."""
 MAJORITY: Final = 50.0
-"""Larger shares are one [%]."""
+"""Share above which the paper's word "majority" holds [%]."""
 COLOUR_MAP: Final = "viridis"
 FULL, REDUCED = COLOURS[0], "black"
 """Boundaries without and with the motors' strokes, in the paper's colours."""
 PALE: Final = 0.45
+"""Opacity of the colours where the strokes forbid the pose."""
 LARGEST: Final = 0.65
 """kappa at the upper end of the colours."""
 
 
 class Section(NamedTuple):
-    """A plane cut through the workspace; arrays (M, K) over `across` (M,) and `up` (K,) [m]."""
+    """A plane section of the workspace; arrays (M, K) over `across` (M,) and `up` (K,) [m]."""
 
     across: Floats
     up: Floats
@@ -65,12 +66,12 @@ class Section(NamedTuple):
 
     @property
     def pixel(self) -> float:
-        """Spacing [m]."""
+        """Spacing of the section's points [m]."""
         return float(self.across[1] - self.across[0])
 
 
 def workspace_findings(step: float = PAPER_STEP, pixel: float = PIXEL) -> Findings:
-    """Sections and shares at -45 deg, the count of positions, and singular positions."""
+    """Sections and shares of kappa at -45 deg, the number of positions, and singular positions."""
     sections = {name: section(name, HOME_THETA, pixel) for name in PLANES}
     rows = (*_size(step), *_kappa(step), *_shares(sections), _positive(step, pixel), *_singularities(step))
     figures = {"leveziel_workspace.svg": sections_figure(sections), "leveziel_theta.svg": turned_figure(2.0 * pixel)}
@@ -80,7 +81,7 @@ def workspace_findings(step: float = PAPER_STEP, pixel: float = PIXEL) -> Findin
 
 
 def section(name: str, theta: float, pixel: float) -> Section:
-    """Conditioning over the full workspace in a plane through the centre, and where the strokes allow the pose."""
+    """Kappa over a plane section through the centre, and masks of the full and the reduced workspace."""
     across, up = (_axis(k, pixel) for k in PLANES[name])
     positions = np.tile(np.array(CENTRE), (across.size, up.size, 1))
     first, second = PLANES[name]
@@ -233,7 +234,7 @@ def _singularities(step: float) -> Iterator[Row]:
 
 
 def first_singular() -> tuple[Floats, float]:
-    """The pose (4,) of the reduced workspace that is singular at the smallest theta, and that angle [rad]."""
+    """The pose (4,) of the reduced workspace that is singular at the smallest theta, and this theta [rad]."""
     low, high, pose = HOME_THETA, float(np.deg2rad(60.0)), np.full(4, np.nan)
     while high - low > 1e-7:
         middle = 0.5 * (low + high)
@@ -244,7 +245,7 @@ def first_singular() -> tuple[Floats, float]:
 
 
 def sections_figure(sections: Mapping[str, Section]) -> Figure:
-    """Three sections at -45 deg (Fig. 5)."""
+    """Drawing of three sections at -45 deg (Fig. 5)."""
     figure, axes = subplots(1, 3, (13.0, 4.6))
     image = None
     for panel, (name, cut) in zip(axes, sections.items(), strict=True):
@@ -258,7 +259,7 @@ def sections_figure(sections: Mapping[str, Section]) -> Figure:
 
 
 def turned_figure(pixel: float) -> Figure:
-    """Two sections at other angles (the paper's video)."""
+    """Drawing of two sections at other angles (the paper's video)."""
     count = len(TURNED)
     figure, axes = subplots(2, count, (2.6 * count, 5.2), sharey="row")
     image = None
@@ -276,7 +277,7 @@ def turned_figure(pixel: float) -> Figure:
 
 
 def _kappa_map(axes: Axes, cut: Section) -> Any:
-    """Colours where the robot reaches, pale where the strokes forbid it, and both boundaries."""
+    """Draw kappa in colours, pale where the strokes forbid the pose, and the boundaries of both workspaces."""
     across, up, half = 1e3 * cut.across, 1e3 * cut.up, 0.5e3 * cut.pixel
     extent = (across[0] - half, across[-1] + half, up[0] - half, up[-1] + half)
     options: dict[str, Any] = {"extent": extent, "origin": "lower", "cmap": COLOUR_MAP, "vmin": 0.0, "vmax": LARGEST}
@@ -290,7 +291,7 @@ def _kappa_map(axes: Axes, cut: Section) -> Any:
 
 
 def _legends(figure: Figure, image: Any, axes: list[Axes]) -> None:
-    """Of the colours and of the boundaries."""
+    """Draw the legends of the colours and of the boundaries."""
     from matplotlib.lines import Line2D  # noqa: PLC0415 - heavy, needed for drawings only
 
     figure.colorbar(image, ax=axes, fraction=0.02, pad=0.01).set_label("inverse condition number κ")

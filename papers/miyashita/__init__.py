@@ -28,7 +28,7 @@ _FOLDERS: Final = ("miyashita/scatter/", "miyashita/slopes/")
 
 
 def overview(rows: Rows) -> Overview:
-    """Tables over all delays of the random goals."""
+    """Tables on random goals over all delays, as far as their rows were computed."""
     limits = [row for name, row in rows.items() if name.startswith(_FOLDERS)]
     grids = {
         "acceptance": acceptance.acceptance_grid(rows),

@@ -1,4 +1,4 @@
-"""Iterative learning of Miyashita et al. 2010 at random goals: how many are learned, what scatter and gain leave."""
+"""Iterative learning of Miyashita et al. 2010 at random goals: share of learned goals, limits by scatter and gain."""
 
 from __future__ import annotations
 
@@ -45,29 +45,30 @@ GAINS: Final = {
     "1": (1.0,) * 9,
     "1-to-0.5": (1.0,) * 3 + (0.5,) * 6,
 }
-"""K after each throw but the last. The falling one is ours: quick at first, and then it averages."""
+"""Gains K after each throw but the last. The falling gain is ours: it learns quickly at first and averages later."""
 FALLING: Final = "1-to-0.5"
 GOALS: Final = 200
+"""Number of random goals."""
 REPEATS: Final = 6
-"""Throws with what was learned, whose scatter is what no learning removes."""
+"""Repeated throws at each learned virtual goal; no learning removes their scatter."""
 NUDGE: Final = np.array([0.002, 0.002, 0.01, 0.01])
 """Differences in x, y [m], phi [rad] and dy [m/s] for the slopes."""
 
 
 class Slopes(NamedTuple):
-    """By how much the passed state moves with the virtual goal, at N goals without scatter."""
+    """Derivatives of the measured state by the virtual goal, at N goals without scatter."""
 
     three: Floats
-    """Across the flight, in rising order (N, 3); along it nothing moves, for the state nearest to the goal counts."""
+    """Slopes across the flight in rising order (N, 3); the slope along the flight is 0, as the nearest state counts."""
     first: Floats
     """Position error of the first throw (N,) [m]."""
 
 
 def acceptance_findings(delay: float, goals: int = GOALS, repeats: int = REPEATS) -> Findings:
-    """Random goals, each with its own virtual goal: how many are learned in ten throws, and what scatter leaves.
+    """Share of random goals that are learned in ten throws, each with its own virtual goal, and the effect of scatter.
 
-    The goals are those of OneJointThrow-v0; beside them stand the goals of any releases that the planner finds a
-    motion for, some of which the arm cannot reach once it has to make up for the delay.
+    The goals are the goals of OneJointThrow-v0, and goals of random releases for which the planner finds a motion. The
+    arm cannot reach some of the latter when the delay has to be made up for.
     """
     goal, anywhere = drawn_goals(goals), feasible_goals(goals)[0]
     sets = [*((f"K-{name}", goal, gain) for name, gain in GAINS.items()), ("any-release", anywhere, GAINS[FALLING])]
@@ -89,11 +90,12 @@ def acceptance_findings(delay: float, goals: int = GOALS, repeats: int = REPEATS
 
 
 def _within(found: Misses) -> Bools:
+    """Whether errors are within the paper's bounds of position and vertical speed."""
     return (found.position < POSITION) & (found.speed < SPEED)
 
 
 def _row(name: str, learned: Learned, mine: slice, reserve: Bools, why: str) -> Row:
-    """How many of the goals in `mine` were learned; `reserve` tells which stay within the arm's limits."""
+    """Row with the share of learned goals of the rows `mine`; `reserve` marks goals within the arm's limits."""
     seen, true = misses(learned.measured[-1, mine]), misses(learned.true[-1, mine])
     good = _within(seen)
     once = np.any(_within(misses(learned.measured[:, mine])), axis=0)
@@ -128,7 +130,7 @@ def _row(name: str, learned: Learned, mine: slice, reserve: Bools, why: str) -> 
 
 
 def _scatter_rows(delay: float, goal: Floats, virtual: Floats, gain: str, repeats: int) -> list[Row]:
-    """The scatter of repeated throws at the learned virtual goals, beside what its causes predict."""
+    """Rows with the scatter of repeated throws at the learned virtual goals, measured and predicted by its causes."""
     case = np.arange(repeats * len(goal))
     plans, aimed = plan_throws(np.tile(virtual, (repeats, 1))), np.tile(goal, (repeats, 1))
     thrown = Thrower(late(delay), case.tolist(), seed=1).throw(plans, aimed)
@@ -171,25 +173,25 @@ def _scatter_rows(delay: float, goal: Floats, virtual: Floats, gain: str, repeat
 
 
 def predicted_scatter(goal: Floats, delay: float) -> Floats:
-    """Standard deviations (N, 4) of measured states from placement, timing and camera, to first order in each."""
+    """Standard deviations (N, 4) of measured states, to first order in the scatter of placement, timing and camera."""
     config = late(delay)
     errors, camera = config.errors, config.camera
     u = plan_throws(goal).u
     jacobian, radius = landing_jacobian(u, BLOCK.half_height), np.sqrt(u[:, 2] ** 2 - BLOCK.half_height**2)
     placed = jacobian[:, :, 2] * (errors.placement * radius / u[:, 2])[:, None]
-    # With no delay half of the draws would come free early and come free on time.
+    # With no delay, the half of the random delays that are negative count as 0.
     timing = errors.timing * (1.0 if delay > 0.0 else np.sqrt(0.5 - 0.5 / np.pi))
-    # The true arm is heavier than the planned one and brakes with the same torque.
+    # The true arm has more inertia than the planned arm and brakes with the same torque.
     brake = braking(u[:, 1], ARM) / (1.0 + errors.inertia)
     timed = timing * (jacobian[:, :, 0] * u[:, 1, None] + jacobian[:, :, 1] * brake[:, None])
     rate, squares = jacobian[:, :, 3], config.scale.weights() ** 2
     variance = np.zeros_like(goal)
     for moved in (placed, timed):
-        # The state nearest to the goal is looked for, so what lies along the flight does not count.
+        # The state nearest to the goal is measured, so changes along the flight do not count.
         along = (moved * squares * rate).sum(axis=1) / (rate * squares * rate).sum(axis=1)
         variance += (moved - along[:, None] * rate) ** 2
     frames = np.minimum(camera.rate * u[:, 3], camera.frames)
-    # At its end a straight line through M pictures is known to 2 sigma / sqrt(M).
+    # The end of a straight line fitted to M pictures has the standard deviation 2 sigma / sqrt(M).
     noise = np.array([camera.position, camera.position, np.deg2rad(camera.angle_deg)])
     variance[:, :3] += (2.0 * noise) ** 2 / frames[:, None]
     variance[:, 3] += 12.0 * camera.position**2 / (frames * u[:, 3] ** 2)
@@ -197,7 +199,7 @@ def predicted_scatter(goal: Floats, delay: float) -> Floats:
 
 
 def measured_slopes(delay: float, goal: Floats, virtual: Floats) -> Slopes:
-    """Slopes at virtual goals (N, 4) learned for goals (N, 4) at a delay [s], where all the nudges have a throw."""
+    """Slopes at virtual goals (N, 4) learned for goals (N, 4) at a delay [s], without rows of an infeasible nudge."""
     quiet = OneJointConfig.load(
         "nominal",
         errors={"delay": delay, "placement": 0.0, "timing": 0.0},
@@ -209,12 +211,12 @@ def measured_slopes(delay: float, goal: Floats, virtual: Floats) -> Slopes:
     ends = [thrower.throw(plan_throws(one[rows]), goal[rows]).measured for one in moved]
     slopes = np.stack([(ends[2 * k] - ends[2 * k + 1]) / (2.0 * NUDGE[k]) for k in range(4)], axis=2)
     first = thrower.throw(plan_throws(goal[rows]), goal[rows]).measured - goal[rows]
-    # The least eigenvalue is the zero of the way along the flight.
+    # The least eigenvalue belongs to the direction along the flight and is 0.
     return Slopes(np.sort(np.linalg.eigvals(slopes).real, axis=1)[:, 1:], misses(first).position)
 
 
 def gain_note(slopes: Slopes, gain: float) -> str:
-    """What a constant gain does to the errors and to the scatter, in words."""
+    """Effect of a constant gain on errors and scatter, in words."""
     left = 1.0 - gain * slopes.three[:, 0]
     rest = 1e3 * float(np.median(slopes.first * np.abs(left) ** (TRIALS - 1)))
     rate = gain * float(np.median(slopes.three[:, 2]))
@@ -227,10 +229,10 @@ def gain_note(slopes: Slopes, gain: float) -> str:
 
 
 def slope_rows(delay: float, slopes: Slopes) -> list[Row]:
-    """The least and the largest slope, which bound what any constant gain can do.
+    """Rows with the least and the largest slope, which bound the effect of any constant gain.
 
-    Between its planned and its true release the block loses the same speed whatever was planned, so its state does not
-    follow the plan one to one, the less so the later it comes free.
+    Between the planned and the true release the block loses the same speed for every plan. The state therefore follows
+    the plan with a slope below 1, and the slope falls with the delay.
     """
     said = (
         ("least", slopes.three[:, 0], "a gain K leaves 1 - K times this of the error in that direction"),
@@ -251,7 +253,7 @@ def slope_rows(delay: float, slopes: Slopes) -> list[Row]:
 
 
 def acceptance_grid(rows: Rows) -> Grid:
-    """One line per delay and gain, from the rows of all delays."""
+    """Table with one text line per delay and gain, from the rows of all delays."""
     shares = ("reproduced", "share_at_least_once", "share_with_reserve", "share_true_state", "share_position_true",
               "share_angle")  # fmt: skip
     lines: list[list[str]] = []

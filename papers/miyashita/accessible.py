@@ -1,4 +1,4 @@
-"""The accessible space of Miyashita et al. 2010 (Fig. 8): how much of it dynamics and motor take away."""
+"""The accessible space of Miyashita et al. 2010 (Fig. 8), and its loss by dynamics and motor."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ Counts = tuple[int, int, int]
 CELL: Final = (0.02, 0.02, float(np.deg2rad(5.0)))
 """Size of a cell in x, y [m] and phi [rad] (section 4.5)."""
 SAMPLES: Final = (160, 120, 64)
-"""Releases sampled: angles, speeds and radii; the counts grow by 2 to 6 % from here to twice as many of each."""
+"""Sampled angles, speeds and radii of releases; with twice as many of each, the numbers of cells grow by 2 to 6 %."""
 TORQUES: Final = (18.0, 4.7, 1.5)
 """Largest torque of the motor: published, its continuous rating, and a weak one [N m]."""
 FASTER: Final = (2, 4)
-"""Multiples of the motor's largest speed, for what the arm alone would reach; twice the last adds 4 %."""
+"""Multiples of the motor's largest speed for the reach of the arm alone; twice the last multiple adds 4 % of cells."""
 ONE_TURN: Final = 2.0 * np.pi
-"""Only angles up to here are counted: with any number of turns the space of a fast arm has no end [rad]."""
+"""Largest angle that is counted [rad]; with any number of turns the space of a fast arm has no end."""
 CONSIDERABLE: Final = 50.0
-"""Share of the cells from which on their loss counts as considerable [%]: less than half is left."""
+"""Loss of cells that counts as considerable [%]: less than half of the cells is left."""
 SLICES: Final = (60.0, 90.0, 120.0, 150.0, 180.0, 210.0)
 """Angles of the drawn slices [deg]."""
 SPAN: Final = 1 << 20
-"""More cells than there are in any direction."""
+"""Greatest number of cells in any direction, by which three indices become one number."""
 
 
 @final
@@ -48,8 +48,8 @@ class AccessibleSpace:
 
     Attributes:
         kinematic: cells within the arm's geometry and largest speed (K, 3).
-        grasp: those of them with a release whose acceleration window is open (K, 3).
-        cells: those of them to which a motion from rest was planned (K, 3).
+        grasp: cells with a release whose acceleration window is open (K, 3).
+        cells: cells with such a release to which a motion from rest was planned (K, 3).
         u: a release for each of ``cells`` (K, 4).
     """
 
@@ -60,14 +60,14 @@ class AccessibleSpace:
 
 
 class _Landings(NamedTuple):
-    """Releases (K, 4), the cell each lands in (K,), and the share of the arm's room it needs to run up (K,)."""
+    """Releases (K, 4), number of the cell in which each lands (K,), share of the arm's range for the run-up (K,)."""
 
     u: Floats
     key: Ints
     effort: Floats
 
     def easiest(self) -> _Landings:
-        """The one release of each cell that needs the least effort."""
+        """The release of least effort for each cell."""
         order = np.lexsort((self.effort, self.key))
         return take(self, order[np.diff(self.key[order], prepend=-1) > 0])
 
@@ -75,13 +75,13 @@ class _Landings(NamedTuple):
 def accessible_space(*, arm: Arm = ARM, size: Sizes = CELL, samples: Counts = SAMPLES) -> AccessibleSpace:
     """Return the cells (x, y, phi) that throws reach with no vertical speed, as in Fig. 8.
 
-    A cell counts when one of the sampled releases lands in it and, of those the motor can hold, the one that asks for
-    the least run-up has a plan from rest. A lower rating of the motor is a lower ``arm.torque``.
+    A cell counts when a sampled release lands in the cell and a plan from rest exists for the release of least run-up
+    among the releases within grasp and torque. For a lower rating of the motor, lower ``arm.torque``.
 
     Args:
-        arm: what throws the paper's block.
-        size: of a cell in x, y [m] and phi [rad].
-        samples: angles, speeds and radii of the sampled releases.
+        arm: arm that throws the paper's block.
+        size: size of a cell in x, y [m] and phi [rad].
+        samples: numbers of sampled angles, speeds and radii of the releases.
     """
     kinematic, held = list[Ints](), list[_Landings]()
     for u, radius in _releases(arm, samples):
@@ -96,7 +96,7 @@ def accessible_space(*, arm: Arm = ARM, size: Sizes = CELL, samples: Counts = SA
 
 
 def reach(times: int, samples: Counts) -> Ints:
-    """Cells (K, 3) that an arm reaches which may turn ``times`` as fast as the published one, whatever moves it."""
+    """Cells (K, 3) that an arm reaches with ``times`` the published speed, without limits of torque and grasp."""
     angles, speeds, radii = samples
     faster = replace(ARM, speed=times * ARM.speed)
     keys = [np.unique(_key(u, CELL)) for u, _ in _releases(faster, (angles, times * speeds, radii))]
@@ -105,7 +105,7 @@ def reach(times: int, samples: Counts) -> Ints:
 
 
 def _releases(arm: Arm, samples: Counts) -> Iterator[tuple[Floats, Floats]]:
-    """Releases (K, 4) that fly up to their highest point, and their radii (K,), at each sampled angle of the arm."""
+    """Releases (K, 4) whose flights end at their highest point, and radii (K,), for each sampled angle of the arm."""
     ranges = (arm.angle, (0.0, arm.speed), (0.0, arm.largest_radius(BLOCK)))
     angles, speeds, radii = (
         low + (high - low) * (np.arange(count) + 0.5) / count
@@ -119,9 +119,9 @@ def _releases(arm: Arm, samples: Counts) -> Iterator[tuple[Floats, Floats]]:
 
 
 def _effort(u: Floats, radius: Floats, arm: Arm) -> Floats:
-    """Share of the way from the lower end of the range that the strongest motion from rest takes (K,).
+    """Share (K,) of the arm's range below the release that a run-up at the strongest acceleration takes.
 
-    Infinite where no acceleration at the release keeps grasp and torque.
+    The share is omega^2 / (2 a_max (theta - theta_min)), and infinite where no acceleration keeps grasp and torque.
     """
     window = acceleration_window(u[:, 0], u[:, 1], radius, arm, BLOCK)
     effort = u[:, 1] ** 2 / (2.0 * np.maximum(window.high, 1e-9) * (u[:, 0] - arm.angle[0]))
@@ -129,17 +129,18 @@ def _effort(u: Floats, radius: Floats, arm: Arm) -> Floats:
 
 
 def _key(u: Floats, size: Sizes) -> Ints:
-    """One number, not negative, for the cell that each release (K, 4) lands in."""
+    """Number (K,), not negative, of the cell in which each release (K, 4) lands."""
     cell = np.floor(land(u, BLOCK.half_height)[:, :3] / np.array(size)).astype(np.int64) + SPAN // 2
     return (cell[:, 0] * SPAN + cell[:, 1]) * SPAN + cell[:, 2]
 
 
 def _cells(key: Ints) -> Ints:
+    """Indices (K, 3) of cells from their numbers (K,)."""
     return np.stack([key // SPAN**2, key // SPAN % SPAN, key % SPAN], axis=1) - SPAN // 2
 
 
 def accessible_findings(samples: Counts = SAMPLES) -> Findings:
-    """Counts of cells by what bounds the space, at three torques, and the slices of the space."""
+    """Numbers of cells by the bound on the space, at three torques, and a drawing of slices of the space."""
     alone = {times: reach(times, samples) for times in FASTER}
     rows = [
         claim_row(alone[FASTER[-1]], samples),
@@ -154,17 +155,18 @@ def accessible_findings(samples: Counts = SAMPLES) -> Findings:
 
 @cache
 def _space(torque: float, samples: Counts) -> AccessibleSpace:
-    # The torque left at full speed is half of the largest one, as with the published motor.
+    # The torque at full speed is the same share of the largest torque as with the published motor.
     at_speed = torque * ARM.torque_at_speed / ARM.torque
     return accessible_space(arm=replace(ARM, torque=torque, torque_at_speed=at_speed), samples=samples)
 
 
 def _lost(cells: Ints, baseline: Ints) -> float:
+    """Share of the baseline's cells that are lost [%]."""
     return 100.0 * (1.0 - len(cells) / len(baseline))
 
 
 def claim_row(alone: Ints, samples: Counts) -> Row:
-    """Whether motor and dynamic grasp take most of the cells (K, 3) that the arm alone reaches."""
+    """Row on the claim that motor and dynamic grasp take most of the cells (K, 3) that the arm alone reaches."""
     space = _space(TORQUES[0], samples)
     lost, dynamics = _lost(space.cells, alone), _lost(space.cells, space.kinematic)
     return Row.compared(
@@ -209,9 +211,9 @@ def _motor(torque: float, samples: Counts) -> Row:
 
 
 def _whole_arm(samples: Counts) -> Row:
-    """The whole half arm as the largest radius: what the length of the block's edge on the plate costs."""
+    """Row with the cells of an arm whose largest radius is its whole half length, with the block overhanging."""
     longer = ARM.length + 2.0 * BLOCK.half_length
-    # A plate as heavy about the pivot as the published one.
+    # A thinner plate with the same inertia about the pivot as the published plate.
     arm = replace(ARM, length=longer, thickness=ARM.thickness * (ARM.length / longer) ** 3)
     space = accessible_space(arm=arm, samples=samples)
     return Row.ours(
@@ -226,7 +228,7 @@ def _whole_arm(samples: Counts) -> Row:
 
 
 def slices_figure(alone: Ints, samples: Counts) -> Figure:
-    """Cells of some angles in the plane, by what they need (Fig. 8 drawn as slices)."""
+    """Drawing of Fig. 8 as slices: cells of some angles in the plane, by the bound that admits them."""
     from matplotlib.patches import Circle  # noqa: PLC0415 - heavy, needed for drawings only
 
     figure, axes = subplots(2, 3, (12.0, 6.6), sharex=True, sharey=True)
@@ -255,7 +257,7 @@ def slices_figure(alone: Ints, samples: Counts) -> Figure:
 
 
 def _fill(axes: Axes, cells: Ints, colour: str, label: str) -> None:
-    """Fill cells (K, 2) of the plane, those in the picture."""
+    """Fill those cells (K, 2) of the plane that lie in the picture."""
     from matplotlib.colors import ListedColormap  # noqa: PLC0415 - heavy, needed for drawings only
 
     axes.scatter([], [], s=25, marker="s", color=colour, label=label, linewidths=0)

@@ -29,18 +29,18 @@ TRIALS: Final = 10
 POSITION, ANGLE, SPEED = 0.0025, 0.1, 0.01
 """Bounds of the errors of the 10th throw [m, deg, m/s] (section 6.2)."""
 DELAYS: Final = (0.0, 0.005, 0.010)
-"""How late the block comes free while the arm brakes already [s]; assumed."""
+"""Assumed delays of the release, in which the arm already brakes [s]."""
 
 
 class Misses(NamedTuple):
-    """Norms of errors, each in the shape that the errors had without their last axis."""
+    """Norms of errors, each of the errors' shape without its last axis."""
 
     position: Floats
-    """[m]"""
+    """Norm of the position error [m]."""
     angle: Floats
-    """[deg]"""
+    """Absolute error of the angle [deg]."""
     speed: Floats
-    """Vertical [m/s]."""
+    """Absolute error of the vertical speed [m/s]."""
 
 
 def misses(error: Floats) -> Misses:
@@ -52,12 +52,12 @@ def misses(error: Floats) -> Misses:
 @final
 @dataclass(frozen=True)
 class Thrown:
-    """N throws.
+    """Simulated results of N throws.
 
     Attributes:
-        measured: states in which they passed their goals, as the camera tells (N, 4).
-        true: the same of the simulated flights (N, 4).
-        spin: with which they flew in the end (N,) [rad/s].
+        measured: states nearest to the goals, as measured by the camera (N, 4).
+        true: states of the simulated flights nearest to the goals (N, 4).
+        spin: spin of the block at the end of the flight (N,) [rad/s].
     """
 
     measured: Floats
@@ -67,15 +67,15 @@ class Thrown:
 
 @final
 class Thrower:
-    """A thrower of many rows, each with the paper's block and errors that the planner does not know.
+    """A simulated one-joint thrower of N rows, each with the paper's block and errors that the planner does not model.
 
-    Row i of trial j draws its scatter from a generator of its own, so that no other row matters; rows of one ``case``
-    draw the same.
+    Each trial draws the scatter of a row from its own generator, so that rows do not depend on each other. Rows with
+    the same ``case`` draw the same scatter.
 
     Args:
-        config: the cell.
-        case: number of each row's draws (N,).
-        seed: of all draws.
+        config: configuration of the cell.
+        case: number of each row's random draws (N,).
+        seed: seed of all draws.
     """
 
     def __init__(self, config: OneJointConfig, case: Sequence[int], seed: int = 0) -> None:
@@ -84,11 +84,11 @@ class Thrower:
         self._trial = 0
 
     def throw(self, plans: ThrowPlans, goal: Floats) -> Thrown:
-        """Throw once in every row, with scatter of its own.
+        """Simulate a throw in every row, with new scatter.
 
         Args:
             plans: feasible plans of the N throws.
-            goal: states that are to be passed (N, 4).
+            goal: states that the throws should pass (N, 4).
         """
         hidden = self._hidden()
         self._trial += 1
@@ -104,12 +104,12 @@ class Thrower:
 
 
 def plant_of(config: OneJointConfig, count: int) -> OneJointPlant:
-    """Physics of the cell, one thread: parts of a reproduction run side by side."""
+    """Physics of the cell with a single thread, as parts of a reproduction run at the same time."""
     return OneJointPlant(config, count, threads=1)
 
 
 def fly(plant: OneJointPlant, plans: ThrowPlans, hidden: Hidden) -> Flight:
-    """Throw the block in every simulation; nothing else is there."""
+    """Simulate the block's flight for each plan, without pallets."""
     first, nothing = np.zeros(len(plans.u), dtype=np.int64), np.full((len(plans.u), 1, 3), np.nan)
     return plant.fly(Context(first, first, plans.goal, plans.goal, plans, nothing, hidden), plans)
 
@@ -117,10 +117,10 @@ def fly(plant: OneJointPlant, plans: ThrowPlans, hidden: Hidden) -> Flight:
 @final
 @dataclass(frozen=True)
 class Learned:
-    """How N rows learned over J trials.
+    """Errors and virtual goals of N rows over J trials of learning.
 
     Attributes:
-        measured: errors as the camera saw them (J, N, 4).
+        measured: errors as measured by the camera (J, N, 4).
         true: errors of the simulated flights (J, N, 4).
         virtual: virtual goals (J, N, 4).
         guarded: rows whose virtual goal had to be pulled back at least once (N,).
@@ -133,13 +133,13 @@ class Learned:
 
 
 def learn(thrower: Thrower, goal: Floats, gain: Floats, trials: int = TRIALS) -> Learned:
-    """Throw and move the virtual goals (Eqs. 33 and 34), as the paper's algorithm does.
+    """Learn by the paper's algorithm: throw, and move the virtual goals by the measured errors (Eqs. 33 and 34).
 
     Args:
-        thrower: N rows.
+        thrower: simulated thrower of N rows.
         goal: feasible goals (N, 4).
-        gain: K of each row, times the identity: (N,), or (J - 1, N) after each throw but the last.
-        trials: throws of each row, at least one.
+        gain: K of each row as a multiple of the identity: (N,), or (J - 1, N) after each throw but the last.
+        trials: number of throws of each row, at least 1.
     """
     guarded = np.zeros(len(goal), dtype=np.bool_)
     virtual, thrown = [goal], [thrower.throw(plan_throws(goal), goal)]
@@ -154,12 +154,12 @@ def learn(thrower: Thrower, goal: Floats, gain: Floats, trials: int = TRIALS) ->
 
 
 def has_plan(goals: Floats) -> Bools:
-    """Which goals (N, 4) have a throw: release and motion."""
+    """Whether each of the goals (N, 4) has a feasible throw, release and motion (N,)."""
     return plan_throws(goals).feasible
 
 
 def feasible_goals(count: int, seed: int = 0) -> tuple[Floats, ThrowPlans]:
-    """Random goals (count, 4) that have a throw, and the throws."""
+    """Random goals (count, 4) that have a feasible throw, and the plans of the throws."""
     goals = random_goals(np.random.default_rng(seed), count + count // 4 + 8).goal
     plans = plan_throws(goals)
     rows = np.flatnonzero(plans.feasible)[:count]
@@ -167,14 +167,14 @@ def feasible_goals(count: int, seed: int = 0) -> tuple[Floats, ThrowPlans]:
 
 
 def drawn_goals(count: int) -> Floats:
-    """Random goals (count, 4) as OneJointThrow-v0 draws them, row i with a generator of seed i."""
+    """Random goals (count, 4) of OneJointThrow-v0, where row i has a generator with the seed i."""
     cell = OneJointCell(OneJointConfig.load("nominal"), count)
     cell.reset(np.arange(count), [np.random.default_rng(row) for row in range(count)])
     return cell.context.goal.copy()
 
 
 def late(delay: float) -> OneJointConfig:
-    """The cell with every unmodelled effect, whose block comes free late by ``delay`` [s]."""
+    """Configuration of the cell with every unmodelled effect, and with a release that is late by ``delay`` [s]."""
     return OneJointConfig.load("nominal", errors={"delay": delay})
 
 

@@ -1,8 +1,8 @@
-"""Where the stoppers stay solid: the block is pushed while it leaves the arm.
+"""Throws with solid stoppers, which push the block while the block leaves the arm.
 
-What the push does, how the paper's learning fails that knows nothing of it, and which goals some release reaches all
-the same. Miyashita et al. 2010 take the release as instantaneous. What the push does depends on friction and compliance
-that are assumed, so nothing here is judged by the paper.
+Computed are the effect of the push, the failure of the paper's learning under the push, and the goals that a release
+reaches in spite of the push. Miyashita et al. 2010 take the release as instantaneous. The effect of the push depends on
+friction and compliance that are assumed here, so all figures are `ours`.
 """
 
 from __future__ import annotations
@@ -36,15 +36,15 @@ from .cases import (
 from .reach import ROUNDS, SCANNED, WITHIN, Reached, Search, goals_above_arm, size
 
 GOALS: Final = 20
-"""The paper's goal and random ones."""
+"""Number of goals: the paper's goal and random goals."""
 HEIGHTS: Final = (0.0002, 0.0005, 0.001, STOPPER_HEIGHT)
-"""Of stoppers [m]; the last one is published."""
+"""Heights of the stoppers [m]; the last height is published."""
 REACH_GOALS: Final = 200
-"""Of each kind."""
+"""Number of goals of each kind."""
 
 
 def contact_findings(goals: int = GOALS) -> Findings:
-    """What the push does, and how the paper's update fails that knows nothing of it."""
+    """Effect of the push on the spin, and errors of the paper's update under the push."""
     every = np.concatenate([GOAL[None], feasible_goals(goals - 1)[0]])
     learned = learn(Thrower(OneJointConfig.load("contact"), range(goals)), every, np.full(goals, 0.5))
     missed = size(learned.true)
@@ -54,7 +54,7 @@ def contact_findings(goals: int = GOALS) -> Findings:
 
 
 def _push() -> list[Row]:
-    """Spin that the block has lost when it is free, by the height of the stoppers."""
+    """Rows with the spin that the block loses by the push, by the height of the stoppers."""
     count = len(HEIGHTS)
     plans = plan_throws(np.tile(GOAL, (count, 1)))
     thrower = Thrower(OneJointConfig.load("contact", mismatch=0.0), range(count))
@@ -98,7 +98,7 @@ def _update_row(learned: Learned) -> Row:
 
 
 def update_figure(missed: Floats) -> Figure:
-    """Errors (J, N) from throw to throw: median and quartiles over the goals."""
+    """Drawing of errors (J, N) over throws: median and quartiles over the goals."""
     figure, (panel,) = subplots(1, 1, (6.4, 3.6))
     low, middle, high = np.quantile(missed, (0.25, 0.5, 0.75), axis=1)
     throws = np.arange(1, len(missed) + 1)
@@ -113,7 +113,7 @@ def update_figure(missed: Floats) -> Figure:
 
 
 def reach_findings(goals: int = REACH_GOALS, scanned: int = SCANNED) -> Findings:
-    """What is reached of the goals that the cell draws, and of those of any release."""
+    """Shares of the cell's goals and of goals of random releases that some release reaches under the push."""
     own, others = np.concatenate([GOAL[None], drawn_goals(goals)]), goals_above_arm(goals)
     pushed, free = Search(OneJointConfig.load("contact"), scanned), Search(late(0.0), scanned)
     count = len(pushed)
@@ -163,7 +163,7 @@ def _paper_goal_row(found: Reached) -> Row:
 
 
 def reach_figure(sizes: dict[str, Floats], own: Floats, others: Floats, there: Reached) -> Figure:
-    """How near the best release comes to how many goals, and where the goals lie."""
+    """Drawing of the share of goals over the miss of the best release, and of the places of the goals."""
     figure, (left, right) = subplots(1, 2, (11.0, 3.8))
     styles = (("-", 3), ("-", 0), ("--", 3), ("--", 0))
     for (name, values), (style, colour) in zip(sizes.items(), styles, strict=True):
@@ -178,7 +178,7 @@ def reach_figure(sizes: dict[str, Floats], own: Floats, others: Floats, there: R
 
 
 def _places(panel: Axes, own: Floats, others: Floats, reached: Bools) -> None:
-    """Distance and angle of goals, by whether a pushed block reaches them."""
+    """Draw distance and angle of goals, by whether a pushed block reaches them."""
     for goals, colour, label in (
         (own[1:], COLOURS[7], "the cell's goals"),
         (others[~reached], COLOURS[1], "goals of any release: out of reach"),

@@ -1,4 +1,4 @@
-"""Learning where the stoppers push the block, by our controllers: goal by goal, and on the level `contact`."""
+"""Learning by our controllers when the stoppers push the block: goal by goal, and on the level `contact`."""
 
 from __future__ import annotations
 
@@ -24,35 +24,35 @@ from .reach import SCALES, SCANNED, WITHIN, Search, errors, goals_above_arm, pat
 
 CONTROLLERS: Final = ("newton_goal", "virtual_goal")
 GOALS: Final = 34
-"""Learned at most, those first found."""
+"""Greatest number of goals to learn: the first reachable goals."""
 SEARCHED: Final = 100
-"""Goals, some third of which is within reach."""
+"""Number of goals for which a release is searched; about a third are reachable."""
 PRACTICE, KEPT = 25, 5
-"""Throws in which a controller may explore, and throws after them with what it settled on."""
+"""Number of throws in which a controller explores, and number of throws afterwards with its final choice."""
 REPEATS: Final = 8
-"""Throws of the best release, whose scatter is what no controller removes."""
+"""Number of throws with the best release, whose scatter no controller removes."""
 ANY_SPEED: Final = 10.0
-"""Tolerance of the vertical speed, which is left free [m/s]."""
+"""Tolerance of the vertical speed [m/s], so wide that any speed is allowed."""
 NEAR: Final = f"within {1e3 * WITHIN[0]:g} mm and {WITHIN[1]:g} deg"
 SEEDS: Final = (0, 1, 2, 3, 4, 5)
-"""Of practice and held-out throws."""
+"""Seeds of practice and of held-out throws."""
 LEVEL_PRACTICE, HELD, ROWS = 240, 96, 16
-"""Throws of practice, some 30 per goal, held-out throws, and cells side by side."""
+"""Numbers of practice throws (some 30 per goal), of held-out throws, and of cells in the batch."""
 
 
 class Course(NamedTuple):
-    """What a controller's throws came to at G goals, (G, J) each."""
+    """Results of a controller's J throws at each of G goals, (G, J) each."""
 
     near: Bools
-    """The true state was within 5 mm and 2 deg."""
+    """Whether the true state was within 5 mm and 2 deg of the goal."""
     refused: Bools
-    """The arm cannot do what was asked for."""
+    """Whether the arm could not do the requested throw."""
 
 
 def learning_findings(
     goals: int = GOALS, searched: int = SEARCHED, scanned: int = SCANNED, practice: int = PRACTICE
 ) -> Findings:
-    """How many of the goals that a pushed block can be thrown to are learned, and what scatter would leave."""
+    """Share of learned goals among the goals that a pushed block can reach, and the share that scatter would allow."""
     goal, floor = reachable_goals(searched, scanned)
     goal, floor = goal[:goals], floor[:, :goals]
     courses = {name: learn_each(name, goal, practice) for name in CONTROLLERS if len(goal) > 0}
@@ -65,7 +65,7 @@ def learning_findings(
 
 
 def reachable_goals(searched: int, scanned: int) -> tuple[Floats, Bools]:
-    """Goals (G, 4) that a release reaches, and which of its throws with scatter came near (R, G)."""
+    """Goals (G, 4) that a release reaches, and whether each of R throws of that release came near (R, G)."""
     config, goal = OneJointConfig.load("contact"), goals_above_arm(searched)
     found = Search(config, scanned).reach(goal)
     rows = np.flatnonzero(found.size < 1.0)
@@ -74,13 +74,13 @@ def reachable_goals(searched: int, scanned: int) -> tuple[Floats, Bools]:
 
 
 def learn_each(name: str, goal: Floats, practice: int) -> Course:
-    """Let a controller learn goals (G, 4), each in a cell of its own, throw by throw."""
+    """Let a controller learn goals (G, 4), each goal with a new controller in a separate cell."""
     throws = [_learn(name, one, row, practice) for row, one in enumerate(goal)]
     return Course(np.array([t.is_success for t in throws]), np.array([t.clipped for t in throws]))
 
 
 def level(goal: Floats) -> OneJointConfig:
-    """The cell whose stoppers stay solid, with one goal, whose vertical speed is left free."""
+    """Configuration of the cell with solid stoppers and a single goal of any vertical speed."""
     x, y, phi, dy = (float(value) for value in goal)
     return OneJointConfig.load(
         "contact",
@@ -134,7 +134,7 @@ def _rows(name: str, course: Course, practice: int) -> list[Row]:
 
 
 def _refusals(refused: Bools, kept: Bools) -> str:
-    """How many throws were spent on what the arm cannot do."""
+    """Sentence on the share of throws that the arm could not do."""
     if not refused.any():
         return "No throw was spent on what the arm cannot do"
     if kept.all() or not kept.any():
@@ -161,7 +161,7 @@ def _floor_row(near: Bools) -> Row:
 
 
 def course_figure(courses: dict[str, Course], floor: float) -> Figure:
-    """Share of the goals at which each throw came near."""
+    """Drawing of the share of goals at which each throw came near."""
     figure, (panel,) = subplots(1, 1, (6.4, 3.6))
     for colour, (name, course) in zip((COLOURS[0], COLOURS[3]), courses.items(), strict=False):
         throws = np.arange(1, course.near.shape[1] + 1)
@@ -179,7 +179,7 @@ def course_figure(courses: dict[str, Course], floor: float) -> Figure:
 
 
 def level_findings(seeds: Sequence[int] = SEEDS, practice: int = LEVEL_PRACTICE, held: int = HELD) -> Findings:
-    """Held-out throws of each controller, with and without practice."""
+    """Success of held-out throws of each controller on the level `contact`, after practice."""
     rows: list[Row] = []
     with closing(make_vector("OneJointThrow-v0", "contact", ROWS, threads=1)) as env:
         for name in ("analytic", *CONTROLLERS):

@@ -24,21 +24,21 @@ from .planning.plan import Solver, ThrowPlan, plan_throw
 RELEASE: Final = {"theta_t": "rad", "omega_t": "rad/s", "l_t": "m", "t_f": "s"}
 """Names and units of a release."""
 STARTS: Final = 20
-"""Random first guesses of each solver."""
+"""Number of random first guesses of each solver."""
 SOLVERS: Final[tuple[Solver, ...]] = ("slsqp", "ipopt")
 PRESETS: Final = tuple(name for name in WEIGHTS if name != "none")
 CARELESS: Final = 60
-"""Motions that only keep their limits, from as many first guesses (Fig. 7b)."""
+"""Number of motions that keep their limits and maximise no margin (Fig. 7b), each from a random first guess."""
 SHOWN: Final = 9
-"""Of them in the drawing."""
+"""Number of such motions in the drawing."""
 MOST: Final = 50.0
-"""Share of them that must have a smaller margin for one to count as wide [%]."""
+"""Share of such motions that must have a smaller margin for a margin to count as wide [%]."""
 BEFORE, AFTER = 6, 9
-"""Pictures of the block on the arm and in flight."""
+"""Numbers of pictures of the block on the arm and in flight."""
 
 
 def example_findings(starts: int = STARTS) -> Findings:
-    """Releases, the plan by both solvers, the weights, and the margin with and without maximising it."""
+    """Rows on releases, on the plans by both solvers and all weights, and on margins with and without maximising."""
     rows = [*_releases(), *_solvers(starts), *(_preset(name) for name in PRESETS), *margin_rows()]
     plan = _plan("balanced")
     figures = {
@@ -62,12 +62,12 @@ def _plan(weights: str) -> ThrowPlan:
 
 @cache
 def _careless() -> tuple[ThrowPlan, ...]:
-    """Motions that keep every limit and look for no margin."""
+    """Motions that keep every limit and maximise no margin."""
     return tuple(plan_throw(GOAL, weights="none", guesses="random", starts=1, seed=seed) for seed in range(CARELESS))
 
 
 def _releases() -> list[Row]:
-    """What Eq. 11 taken the other way gives, and the one release that is feasible."""
+    """Rows on the releases by the inverse of Eq. 11, of which a single release is feasible."""
     found = release_states(GOAL, BLOCK.half_height)
     best = found.u[found.feasible][0]
     start = landing_state(np.array([*best[:3], 0.0]), BLOCK.half_height)
@@ -111,10 +111,10 @@ def _least_acceleration(u: Floats) -> Row:
 
 
 def _solvers(starts: int) -> Iterator[Row]:
-    """Random first guesses, as in the paper, by both solvers."""
+    """Rows with success and time of both solvers from random first guesses, as in the paper."""
     plans: dict[str, ThrowPlan] = {}
     for name in SOLVERS:
-        plan_throw(GOAL, solver=name, starts=1)  # what the first call loads is not counted
+        plan_throw(GOAL, solver=name, starts=1)  # the first call loads modules, which is not timed
         began = time.perf_counter()
         plan = plans[name] = plan_throw(GOAL, solver=name, guesses="random", starts=starts)
         seconds = (time.perf_counter() - began) / plan.starts
@@ -155,13 +155,13 @@ def _preset(name: str) -> Row:
 
 
 def moment_a(plan: ThrowPlan, count: int = 400) -> Floats:
-    """M_A (count,) of a plan at even times up to its release [mN m]."""
+    """Moment M_A (count,) [mN m] of a plan at even times up to its release."""
     times = np.linspace(0.0, float(plan.motion.duration[0]), count)
     return 1e3 * reactions(*plan.motion.sample(times), np.array([[plan.radius]]), BLOCK).moment_a[0]
 
 
 def margin_rows() -> list[Row]:
-    """The margin that the optimisation leaves, beside those of motions that only keep their limits."""
+    """Rows with the margin of the optimised motion, and with the margins of motions that only keep their limits."""
     with_it = float(moment_a(_plan("balanced")).max())
     without = np.array([moment_a(plan).max() for plan in _careless()])
     narrower, near = (100.0 * float((without > bound).mean()) for bound in (with_it, 0.5 * with_it))
@@ -190,7 +190,7 @@ def margin_rows() -> list[Row]:
 
 
 def motion_figure(plan: ThrowPlan) -> Figure:
-    """Arm and block from rest to the goal (the paper's Fig. 5)."""
+    """Drawing of arm and block from rest to the goal (the paper's Fig. 5)."""
     figure, (axes,) = subplots(1, 1, (6.2, 6.6))
     times = np.linspace(0.0, float(plan.motion.duration[0]), BEFORE)
     for angle in plan.motion.sample(times).angle[0]:
@@ -206,7 +206,7 @@ def motion_figure(plan: ThrowPlan) -> Figure:
 
 
 def trajectories_figure(plans: Mapping[str, ThrowPlan]) -> Figure:
-    """Angle, speed, acceleration and torque up to the release (Fig. 6), for several weights W."""
+    """Drawing of angle, speed, acceleration and torque up to the release (Fig. 6), for several weights W."""
     figure, axes = subplots(2, 2, (10.5, 5.8), sharex=True)
     for colour, (name, plan) in zip(COLOURS, plans.items(), strict=False):
         times = np.linspace(0.0, float(plan.motion.duration[0]), 400)
@@ -228,7 +228,7 @@ def trajectories_figure(plans: Mapping[str, ThrowPlan]) -> Figure:
 
 
 def margins_figure(plan: ThrowPlan, careless: Sequence[ThrowPlan]) -> Figure:
-    """M_A up to the release, with and without a margin that is maximised (Fig. 7)."""
+    """Drawing of M_A up to the release, with and without a maximised margin (Fig. 7)."""
     figure, axes = subplots(1, 2, (10.0, 3.6), sharey=True)
     best, share = moment_a(plan), np.linspace(0.0, 1.0, 400)
     axes[0].plot(share, best, color=COLOURS[0], linewidth=1.2)

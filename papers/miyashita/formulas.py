@@ -1,4 +1,4 @@
-"""Formulas of Miyashita et al. 2010: checked against mechanics written out anew, and what is misprinted in them."""
+"""Formulas of Miyashita et al. 2010: a check against independent mechanics, and misprints."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from .planning.plan import ThrowPlan, plan_throw
 from .planning.programme import Programme, Throw, Weighing
 
 STATES: Final = 200
-"""Random states at which formulas are compared."""
+"""Number of random states at which formulas are compared."""
 INTERVALS: Final = 10
-"""n of the paper."""
+"""Number n of the paper's spline intervals."""
 ROUNDING: Final = 1e-12
-"""Largest difference between two ways to compute the same in double precision, of numbers of the order of 1 to 100."""
+"""Largest difference of equal formulas by rounding, for numbers of the order of 1 to 100 in double precision."""
 
 
 def formula_findings() -> Findings:
-    """Eqs. 1-3 and 11 against independent mechanics, and every misprint with what shows it."""
+    """Rows that compare Eqs. 1-3 and 11 with independent mechanics, and rows that show every misprint."""
     plan = plan_throw(GOAL)
     rows = [
         _grasp_row(),
@@ -61,7 +61,7 @@ def _grasp_row() -> Row:
 
 
 def newton_euler(angle: Floats, speed: Floats, rate: Floats, radius: Floats) -> tuple[Floats, Floats, Floats]:
-    """N, M_A and M_B from the acceleration of the centre of mass in the world, not from the paper."""
+    """N [N], M_A and M_B [N m] by Newton and Euler: from the acceleration of the centre of mass in the world frame."""
     d, side, mass = BLOCK.half_height, BLOCK.half_length, BLOCK.mass
     along = np.stack([np.cos(angle), np.sin(angle)])
     up = np.stack([-np.sin(angle), np.cos(angle)])
@@ -69,7 +69,7 @@ def newton_euler(angle: Floats, speed: Floats, rate: Floats, radius: Floats) -> 
     turned = np.stack([-arm[1], arm[0]])
     force = mass * (rate * turned - speed**2 * arm) - mass * GRAVITY * np.array([[0.0], [-1.0]])
     normal, pull = (force * up).sum(axis=0), (force * along).sum(axis=0)
-    # Forces act in the surface, d below the centre of mass; M = J theta'' less what they do about each vertex.
+    # Forces act in the surface, d below the centre of mass; M = J theta'' minus the forces' moment about each vertex.
     spin = BLOCK.inertia * rate
     return normal, spin - pull * d - side * normal, spin - pull * d + side * normal
 
@@ -90,7 +90,7 @@ def _flight_row() -> Row:
 
 
 def stepped(u: Floats, steps: int = 64) -> Floats:
-    """x, y, phi, dy (N, 4) after flights from releases (N, 4), step by step; a parabola is stepped exactly."""
+    """States x, y, phi, dy (N, 4) after flights from releases (N, 4), by time steps that are exact for a parabola."""
     lifted = u[:, 0] + np.arcsin(BLOCK.half_height / u[:, 2])
     x, y = u[:, 2] * np.cos(lifted), u[:, 2] * np.sin(lifted)
     vx, vy, phi = -u[:, 1] * y, u[:, 1] * x, u[:, 0].copy()
@@ -115,7 +115,7 @@ def _control_points(plan: ThrowPlan) -> Row:
 
 
 def _sign_row(plan: ThrowPlan) -> Row:
-    """Whether the objective has a largest value over Delta M_A, as printed and with the sign of the text."""
+    """Row on the objective's maximum over Delta M_A, with the constraints as printed and with the sign of the text."""
     weight, kept = float(weights_of("balanced")[1]), float(plan.delta[1])
     values = {delta: 0.5 * weight * delta**2 for delta in (kept, 0.0, 1.0, 100.0)}
     as_printed = [value for delta, value in values.items() if delta >= kept]
@@ -133,7 +133,7 @@ def _sign_row(plan: ThrowPlan) -> Row:
 
 
 def _maximum(values: list[float]) -> str:
-    """Whether a function whose values at rising arguments are these is largest before the last one."""
+    """Whether values at rising arguments have a maximum before the last argument, in words."""
     return "unbounded" if values[-1] >= max(values) else "a maximum exists"
 
 
@@ -180,7 +180,7 @@ def _jump_row(plan: ThrowPlan) -> Row:
 
 
 def _knots_row(plan: ThrowPlan) -> Row:
-    """Limits kept at the knots only, by the paper's own variables, and looked at between them."""
+    """Row on a motion that keeps its limits at the knots only, as in the paper, and its margins between the knots."""
     throw = Throw(float(plan.u[0]), float(plan.u[1]), plan.radius)
     weighing = Weighing("squares", weights_of("bang"))
     programme = Programme(throw, ARM, BLOCK, weighing, static_start=True, per_interval=1)

@@ -1,7 +1,7 @@
 """Iterative learning of Miyashita et al. 2010 at the published goal, with an ideal release (Figs. 10 and 11).
 
-Gains, camera, placement and timing of the paper's experiment are not published; those used here are assumed, so the
-errors stand beside the published bounds and are not judged by them.
+Gains, camera, placement and timing of the paper's experiment are not published. The values here are assumed, so the
+errors get no verdict by the published bounds.
 """
 
 from __future__ import annotations
@@ -35,14 +35,15 @@ from .cases import (
 from .drawings import draw_motion
 
 GAINS: Final = (0.3, 0.5, 0.7, 1.0, 1.3)
-"""K, times the identity."""
+"""Gains K as multiples of the identity."""
 SEEDS: Final = 8
+"""Number of seeds for each delay and gain."""
 DRAWN: Final = (0.005, 0.5)
 """Delay and gain whose motions are drawn."""
 
 
 def learning_findings(seeds: int = SEEDS) -> Findings:
-    """The errors over ten throws at the published goal, for three delays and five gains."""
+    """Errors over ten throws at the published goal, for three delays and five gains."""
     learned = {delay: _learned(delay, seeds) for delay in DELAYS}
     curves = {delay: by_gain(each.measured) for delay, each in learned.items()}
     rows = [row for delay, each in learned.items() for row in _rows(delay, each)]
@@ -59,7 +60,7 @@ def learning_findings(seeds: int = SEEDS) -> Findings:
 
 
 def _learned(delay: float, seeds: int) -> Learned:
-    """Rows: all seeds of the first gain, then of the next."""
+    """Learning at one delay, where the rows are all seeds of the first gain, then all seeds of the next gain."""
     case = np.tile(np.arange(seeds), len(GAINS))
     goal = np.tile(GOAL, (case.size, 1))
     return learn(Thrower(late(delay), case.tolist()), goal, np.repeat(GAINS, seeds))
@@ -71,7 +72,7 @@ def by_gain(error: Floats) -> Misses:
 
 
 def _rows(delay: float, learned: Learned) -> list[Row]:
-    """One row per gain, and the smallest angle that any gain leaves."""
+    """Rows with the errors of each gain, and a row with the smallest error of the angle over all gains."""
     seen, true = by_gain(learned.measured), by_gain(learned.true)
     return [*(_gain_row(delay, k, seen, true) for k in range(len(GAINS))), _angle_row(delay, seen.angle[-1])]
 
@@ -103,7 +104,7 @@ def _why(delay: float, gain: float) -> str:
 
 
 def _angle_row(delay: float, angle: Floats) -> Row:
-    """The best of the mean angles of the last throw, from those of all gains and seeds (K, seeds)."""
+    """Row with the least mean error of the angle at the last throw; ``angle`` holds all gains and seeds (K, seeds)."""
     means = angle.mean(axis=1)
     best = int(means.argmin())
     return Row.missing(
@@ -118,7 +119,7 @@ def _angle_row(delay: float, angle: Floats) -> Row:
 
 
 def _grid(rows: list[Row]) -> Grid:
-    """One line per delay and gain."""
+    """Table with one text line per delay and gain."""
     lines: list[list[str]] = [["published, 10th throw", "-", "-", "< 2.5 mm", "< 0.10 deg", "< 0.010 m/s"]]
     for row in rows:
         delay, name = row.quantity.split("/")[2:]
@@ -133,7 +134,7 @@ def _grid(rows: list[Row]) -> Grid:
 
 
 def curves_figure(curves: dict[float, Misses]) -> Figure:
-    """Norms of the errors from throw to throw (the paper's Fig. 10), one row of panels per delay."""
+    """Drawing of the errors' norms over throws (the paper's Fig. 10), one row of panels per delay."""
     figure, axes = subplots(len(curves), 3, (12.0, 2.7 * len(curves)), sharex=True)
     names = ("position [mm]", "angle [°]", "vertical speed [m/s]")
     bounds, units = (1e3 * POSITION, ANGLE, SPEED), (1e3, 1.0, 1.0)
@@ -156,7 +157,7 @@ def curves_figure(curves: dict[float, Misses]) -> Figure:
 
 
 def trials_figure(virtual: Floats) -> Figure:
-    """Planned motions of the arm at every trial (the paper's Fig. 11), from the virtual goals (J, 4)."""
+    """Drawing of the arm's planned motions at every trial (the paper's Fig. 11), from the virtual goals (J, 4)."""
     figure, axes = subplots(1, 3, (12.0, 3.4))
     plans = plan_throws(virtual)
     longest = float(plans.motion.stop_time.max())

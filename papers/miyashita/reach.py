@@ -1,4 +1,4 @@
-"""Which goals a release of the one-joint thrower reaches: releases all over its range, simulated and refined."""
+"""Search for goals that a release of the one-joint thrower reaches: a scan of simulated releases, then refinement."""
 
 from __future__ import annotations
 
@@ -17,42 +17,43 @@ from pnt_gym.planning.one_joint import ThrowPlans, plan_releases
 from .cases import ARM, BLOCK, feasible_goals, fly, misses, plant_of
 
 WITHIN: Final = (0.005, 2.0)
-"""What is to be reached: position [m] and angle [deg]."""
+"""Tolerances within which a goal is reached: position [m] and angle [deg]."""
 SCALES: Final = {"position": 1.0, "angle": 0.14, "speed": 0.0}
-"""T: 5 mm and 2 deg weigh the same; the vertical speed is left free."""
+"""Weights T of the state errors: 5 mm and 2 deg weigh the same, and any vertical speed is allowed."""
 LOW: Final = np.array([ARM.angle[0], 3.0, 0.06])
-"""theta_t [rad], omega_t [rad/s] and l_t [m] of the releases that are tried, at least."""
+"""Lower ends of the range of releases: theta_t [rad], omega_t [rad/s] and l_t [m]."""
 HIGH: Final = np.array([ARM.angle[1], ARM.speed, np.hypot(ARM.largest_radius(BLOCK), BLOCK.half_height)])
+"""Upper ends of the range of releases."""
 FLIGHT: Final = 0.45
-"""Length of the flights that are looked at [s]."""
+"""Simulated time of each flight [s]."""
 SPACING: Final = 0.004
-"""Of the states along a flight [s]."""
+"""Time between two states along a flight [s]."""
 SCANNED: Final = 1024
-"""Releases to begin with."""
+"""Number of releases in the scan."""
 STARTS: Final = 3
-"""Releases at most, apart from one another by `APART`, that a goal's search begins from."""
+"""Greatest number of releases from which a goal's search begins; any two differ by `APART`."""
 APART: Final = 0.08
-"""In shares of the range."""
+"""Least difference of two starts, in shares of the range."""
 HOPELESS: Final = 12.0
-"""Goals that every release of the scan misses by more than this, in what is to be reached, are not searched for."""
+"""Miss of the scan's best release, as a multiple of the tolerances, above which a goal is not searched for."""
 ENOUGH: Final = 0.3
-"""Goals missed by less, in what is to be reached, are not refined further."""
+"""Miss, as a multiple of the tolerances, below which a release is not refined further."""
 ROUNDS: Final = 4
-"""Of refinement, each with new throws."""
+"""Rounds of refinement, each with new simulated throws."""
 NEIGHBOURS: Final = 30
-"""Releases that the flight of a new one is interpolated from."""
+"""Number of simulated releases between which the flight of a new release is interpolated."""
 WIDTH: Final = 0.2
-"""Of the interpolation's kernel, in shares of the range."""
+"""Width of the interpolation's kernel, in shares of the range."""
 SMOOTHING: Final = 1e-4
-"""Added to its diagonal; releases may be the same."""
+"""Term on the diagonal of the interpolation's matrix, as releases may coincide."""
 ITERATIONS: Final = 10
 """Gauss-Newton steps on the interpolated flights in each round."""
 STEP: Final = 0.08
-"""Largest of them, in shares of the range."""
+"""Largest Gauss-Newton step, in shares of the range."""
 NUDGE: Final = 0.002
-"""Difference for their slopes, in shares of the range."""
+"""Finite difference for the slopes, in shares of the range."""
 TOGETHER: Final = 256
-"""Throws simulated at once."""
+"""Number of throws in one simulated batch."""
 
 
 @final
@@ -62,15 +63,15 @@ class Reached:
 
     Attributes:
         share: the releases in shares of the range `LOW` to `HIGH` (N, 3).
-        size: by how much they miss, in what is to be reached (N,).
+        size: miss of each release as a multiple of the tolerances `WITHIN` (N,).
     """
 
     share: Floats
     size: Floats
 
     def improved(self, own: Ints, share: Floats, missed: Floats) -> Reached:
-        """With other releases (S, 3) for some of the goals ``own`` (S,), where they miss them (S,) by less."""
-        order = np.argsort(-missed)  # the best of a goal comes last and stays
+        """The best of these and of S further releases (S, 3), which miss the goals ``own`` (S,) by ``missed`` (S,)."""
+        order = np.argsort(-missed)  # a goal's best release comes last and overwrites the others
         better = order[missed[order] < self.size[own[order]]]
         best, least = self.share.copy(), self.size.copy()
         best[own[better]], least[own[better]] = share[better], missed[better]
@@ -78,15 +79,16 @@ class Reached:
 
 
 def size(error: Floats) -> Floats:
-    """Errors (..., 4) as multiples of what is to be reached."""
+    """Errors (..., 4) as multiples of the tolerances `WITHIN` (...,): the larger of position and angle."""
     found = misses(error)
     return np.maximum(found.position / WITHIN[0], found.angle / WITHIN[1])
 
 
 def goals_above_arm(count: int) -> Floats:
-    """Random goals (count, 4) that have a planned throw and lie on the upper side of the arm when it has stopped.
+    """Random goals (count, 4) that have a feasible throw and lie above the upper side of the stopped arm.
 
-    Below, the block would have to pass through the arm or fall on it. Those that no level may hold are left out.
+    To a goal below, the block would have to pass through the arm or fall on the arm. Goals lower than a level's lowest
+    goal are left out.
     """
     goals, plans = feasible_goals(3 * count + 16)
     stop = plans.motion.stop_angle
@@ -96,12 +98,12 @@ def goals_above_arm(count: int) -> Floats:
 
 
 def paths(config: OneJointConfig, share: Floats, seed: int | None = None) -> Floats:
-    """States (N, T, 4) every `SPACING` from the release on, of throws that have a motion.
+    """States (N, T, 4) of simulated flights every `SPACING` from the release on; each release needs a motion.
 
     Args:
-        config: the cell, with all that its planner does not know.
-        share: releases (N, 3).
-        seed: of the scatter of the placement; None leaves it out.
+        config: configuration of the cell with all unmodelled effects.
+        share: releases in shares of the range (N, 3).
+        seed: seed of the placement's scatter; None for no scatter.
     """
     count, hidden = len(share), expected_hidden(len(share), config)
     if seed is not None:
@@ -117,13 +119,13 @@ def _path(config: OneJointConfig, plans: ThrowPlans, hidden: Hidden) -> Floats:
     flight = fly(plant_of(config, len(each)), plans, hidden)
     later = np.round(np.arange(1, round(FLIGHT / SPACING) + 1) * SPACING / flight.step).astype(np.int64)
     sample = flight.clock.release_step[:, None] + later
-    # A speed belongs to the middle of its step.
+    # The engine's speed is the mean over the step, so half a step of gravity leads to its end.
     rate = flight.velocity[each[:, None], sample][..., 1:2] - 0.5 * flight.step * GRAVITY
     return np.concatenate([flight.pose[each[:, None], sample], rate], axis=2)
 
 
 def errors(path: Floats, goal: Floats) -> Floats:
-    """Errors (N, 4) of flights (N, T, 4) where they pass nearest to their goals (N, 4)."""
+    """Errors (N, 4) of flights (N, T, 4) at the state nearest to the goal (N, 4), by a parabola of three states."""
     away = path - goal[:, None]
     distance = ((away * np.array([SCALES["position"], SCALES["position"], SCALES["angle"], 0.0])) ** 2).sum(axis=2)
     rows, best = np.arange(len(path)), np.clip(distance.argmin(axis=1), 1, path.shape[1] - 2)
@@ -136,11 +138,11 @@ def errors(path: Floats, goal: Floats) -> Floats:
 
 @final
 class Search:
-    """Looks for releases that reach goals, by throws in one cell; what was thrown for some goals helps with the next.
+    """A search for releases that reach goals, by simulated throws; each search reuses the throws of earlier searches.
 
     Args:
-        config: the cell.
-        scanned: releases all over the range to begin with.
+        config: configuration of the cell.
+        scanned: number of releases all over the range in the first scan.
     """
 
     def __init__(self, config: OneJointConfig, scanned: int = SCANNED) -> None:
@@ -155,7 +157,7 @@ class Search:
         return len(self._share)
 
     def reach(self, goal: Floats) -> Reached:
-        """The best releases for goals (N, 4): of those thrown so far, and of rounds of Gauss-Newton steps from them."""
+        """The best releases for goals (N, 4), of all simulated releases and of rounds of Gauss-Newton steps."""
         missed = np.stack([size(errors(self._path, np.tile(one, (len(self), 1)))) for one in goal])
         best = Reached(self._share[missed.argmin(axis=1)], missed.min(axis=1))
         chosen = [self._starts(one) for one in missed]
@@ -172,7 +174,7 @@ class Search:
         return best
 
     def _starts(self, missed: Floats) -> Ints:
-        """Releases to begin from for a goal that they miss by (M,): the nearest few that are no neighbours."""
+        """Indices of starts for a goal that the releases miss by ``missed`` (M,): the nearest that differ enough."""
         kept: list[int] = []
         for row in missed.argsort():
             if missed[row] >= HOPELESS or len(kept) == STARTS:
@@ -182,7 +184,7 @@ class Search:
         return np.array(kept, dtype=np.int64)
 
     def _improved(self, share: Floats, goal: Floats) -> Floats:
-        """Releases (N, 3) after damped Gauss-Newton steps on interpolated flights; as before where none is left."""
+        """Releases (N, 3) after damped Gauss-Newton steps on interpolated flights, unchanged where no motion exists."""
         residual = self._residual(goal)
         now, damping = share, np.full(len(share), 1e-2)
         left = residual(now)
@@ -196,10 +198,10 @@ class Search:
         return np.where(has_motion(now)[:, None], now, share)
 
     def _residual(self, goal: Floats) -> Callable[[Floats], Floats]:
-        """By how much interpolated flights of releases (N, 3) miss goals (N, 4), in what is to be reached (N, 3)."""
+        """Function from releases (N, 3) to errors of interpolated flights (N, 3), as multiples of the tolerances."""
         from scipy.interpolate import RBFInterpolator  # noqa: PLC0415 - heavy, needed for this search only
 
-        # A kernel that asks for no plane through the neighbours, which may all lie at one limit of the arm.
+        # This kernel needs no plane through the neighbours, which may all lie at the same limit of the arm.
         model = RBFInterpolator(
             self._share,
             self._path.reshape(len(self), -1),
@@ -218,7 +220,7 @@ class Search:
 
 
 def has_motion(share: Floats) -> Bools:
-    """Which releases (N, 3) have a motion from rest."""
+    """Whether each of the releases (N, 3) has a motion from rest (N,)."""
     return plan_releases(_release(share)).feasible
 
 
@@ -227,7 +229,7 @@ def _release(share: Floats) -> Floats:
 
 
 def _step(left: Floats, slopes: Floats, damping: Floats) -> Floats:
-    """Damped Gauss-Newton steps (N, 3), none longer than `STEP`."""
+    """Damped Gauss-Newton steps (N, 3), -(J^T J + D)^-1 J^T r, shortened to `STEP`."""
     square = np.einsum("nij,nik->njk", slopes, slopes)
     more = (damping * np.einsum("nii->n", square) / 3.0 + 1e-9)[:, None, None] * np.eye(3)
     step = -np.linalg.solve(square + more, np.einsum("nij,ni->nj", slopes, left)[..., None])[..., 0]

@@ -1,7 +1,7 @@
 """Sorting and assembly of Miyashita et al. 2010 (Figs. 13 to 18) in the simulator, with physical pallets.
 
-The paper shows one run of each. Its pallets, parts and gains are not published, so those used here are chosen, and
-what comes of them stands beside the paper's words.
+The paper shows a single run of each task. Its pallets, parts and gains are not published, so they are chosen here, and
+the figures get no verdict by the paper's words.
 """
 
 from __future__ import annotations
@@ -33,24 +33,25 @@ from .cases import ARM
 from .drawings import draw_arm, draw_flight, draw_motion, draw_pallets, draw_plane
 
 RUNS: Final = 100
+"""Number of runs of each task."""
 PRACTICE: Final = 120
-"""Throws to learn from, over all pallets or parts."""
+"""Number of practice throws over all pallets or parts."""
 ROWS: Final = 16
-"""Cells side by side."""
+"""Number of cells in the batch."""
 SPEEDS: Final = np.round(np.arange(-3.0, 0.01, 0.05), 2)
-"""Vertical speeds at a goal that are tried [m/s]."""
+"""Vertical speeds at a goal that are checked [m/s]."""
 PICTURES: Final = 14
-"""Of the block along a flight: the swept block."""
+"""Number of pictures of the block along a flight."""
 FILMED: Final = 20
 """Frames per second."""
 VIEW: Final = (slice(250, 570), slice(400, 880))
-"""Rows and columns of a picture that show what moves."""
+"""Rows and columns of a picture that are kept."""
 FLYING: Final = 0.75
-"""Share of the flight after which a picture is taken."""
+"""Moment of a picture as a share of the flight."""
 
 
 def _thrown(env_id: str, picks: int, practice: int) -> tuple[Controller, Throws]:
-    """A controller after its practice with the virtual goal, and its throws with other seeds."""
+    """The controller `virtual_goal` after its practice, and its held-out throws."""
     with closing(make_vector(env_id, "nominal", ROWS, threads=1)) as env:
         controller = make_controller("virtual_goal", env)
         controller.reset(0)
@@ -76,7 +77,7 @@ def _success(name: str, done: Bools, what: str, practice: int, **details: Any) -
 
 
 def sorting_findings(runs: int = RUNS, practice: int = PRACTICE) -> Findings:
-    """Blocks into three pallets."""
+    """Success of runs that sort blocks into three pallets, clearances, and vertical speeds."""
     throws = _thrown("OneJointSort-v0", 5 * runs, practice)[1]
     # The pallet is drawn for each throw: the n-th throws into the three pallets are run n.
     each = [throws.is_success[throws.item == k] for k in range(len(SORTING))]
@@ -98,7 +99,7 @@ def sorting_findings(runs: int = RUNS, practice: int = PRACTICE) -> Findings:
 
 
 def _clearance_row(k: int, u: Floats) -> Row:
-    """How far the swept block stays from the pallets that it is not thrown at."""
+    """Row with the smallest gap between the block's flight to pallet k and the other pallets."""
     others = [other for other in SORTING if other is not SORTING[k]]
     x, y, phi, dy = SORTING[k].goal
     return Row.ours(
@@ -111,7 +112,7 @@ def _clearance_row(k: int, u: Floats) -> Row:
 
 
 def _speeds_row() -> Row:
-    """The window of vertical speeds that section 6.3 speaks of, for the third pallet."""
+    """Row with the vertical speeds that avoid the other pallets (section 6.3), for the third pallet."""
     pallet = SORTING[2]
     clear = SPEEDS[clear_vertical_speeds(pallet, SPEEDS, BLOCK, SORTING)]
     goals = np.tile(pallet.state, (SPEEDS.size, 1))
@@ -128,12 +129,12 @@ def _speeds_row() -> Row:
 
 
 def assembly_plans() -> list[ThrowPlans]:
-    """The H and the T, each with its own part on the arm."""
+    """Plans of the throws of the H and of the T, each with its part on the arm."""
     return [plan_throws(np.array([goal]), arm=ARM, block=block(part)) for part, goal in ASSEMBLY]
 
 
 def assembly_findings(runs: int = RUNS, practice: int = PRACTICE) -> Findings:
-    """An H onto a fixed T, and a T onto the H."""
+    """Success of assemblies of two throws: an H onto a fixed T, and a T onto the H."""
     controller, throws = _thrown("OneJointAssembly-v0", 2 * runs + ROWS * (runs // 25 + 2), practice)
     ended, whole = assemblies(throws)
     first = throws.is_success[throws.item == 0]
@@ -146,13 +147,13 @@ def assembly_findings(runs: int = RUNS, practice: int = PRACTICE) -> Findings:
 
 
 def assemblies(throws: Throws) -> tuple[int, Bools]:
-    """How many assemblies came to an end, and which of them were complete, in the order of their last throw."""
+    """Number of ended assemblies, and whether each of them is complete, in the order of their last throws."""
     over = (throws.item == 1) | ~throws.is_success
     return int(over.sum()), (throws.is_success & (throws.item == 1))[over]
 
 
 def _falls() -> Iterator[Row]:
-    """How steeply the parts arrive."""
+    """Rows with the directions in which the parts arrive."""
     for (part, goal), plans in zip(ASSEMBLY, assembly_plans(), strict=True):
         theta, omega, length, flight = plans.u[0]
         start = landing_state(np.array([theta, omega, length, 0.0]), part.half_height)
@@ -168,7 +169,7 @@ def _falls() -> Iterator[Row]:
 
 
 def assembly_frames(controller: Controller, size: tuple[int, int] = (720, 960)) -> list[tuple[str, Frame]]:
-    """Four pictures of an assembly by what the controller has learned.
+    """Four pictures of an assembly by a controller after its practice.
 
     Raises:
         ConfigError: this machine cannot draw.
@@ -192,7 +193,7 @@ def _filmed(controller: Controller, env: Any, view: ThrowView) -> list[tuple[str
 
 
 def sorting_figure(u: Floats) -> Figure:
-    """The flights (3, 4) into the three pallets, each past the others (Fig. 13)."""
+    """Drawing of the flights from releases (3, 4) into the three pallets, each past the other pallets (Fig. 13)."""
     figure, axes = subplots(1, 3, (13.0, 4.8), sharey=True)
     for k, panel in enumerate(axes):
         draw_arm(panel, float(u[k, 0]))
@@ -206,7 +207,7 @@ def sorting_figure(u: Floats) -> Figure:
 
 
 def motions_figure(sorting: ThrowPlans, assembly: Sequence[ThrowPlans]) -> Figure:
-    """The arm's planned motions to the releases (Figs. 14 and 17)."""
+    """Drawing of the arm's planned motions to the releases (Figs. 14 and 17)."""
     figure, axes = subplots(1, 3, (12.5, 3.6))
     throws = [(f"sorting, throw {k + 1}", take(sorting, [k])) for k in range(len(sorting.u))]
     throws += [(f"assembly, throw {k + 1}", plans) for k, plans in enumerate(assembly)]

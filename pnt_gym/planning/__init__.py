@@ -1,7 +1,7 @@
-"""Plans in closed form: numbers in, numbers out, N at a time.
+"""Plans of motions and throws in closed form: arrays in, arrays out, N at a time.
 
 ========== =========================================================== ==========================================
-folder     subject                                                     who flies it
+folder     subject                                                     cells that fly these plans
 ========== =========================================================== ==========================================
 motion     limits, S-curves, transfers, meetings with a belt, roots    all cells
 straight   the throw on a straight line (Hassan et al. 2022)           conveyor

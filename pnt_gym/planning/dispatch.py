@@ -1,13 +1,15 @@
-"""Which of several candidates a robot takes next: index rules, for one robot and for robots along one belt.
+"""Dispatching rules that choose a robot's next candidate, for one robot and for robots along one belt.
 
-A rule is an index of each candidate; the robot takes the greatest. With the value v of a candidate, the time t that the
-robot gives to it and the slack s that it has left:
+A rule computes an index of each candidate; the robot takes the candidate of the greatest index. With the value v of a
+candidate, the time t from now until the robot is free again, and the slack s before the candidate can no longer be
+taken:
 
-* `first`: the one that leaves first, first in, first out. What most lines do, and the weakest where the belt is dense.
+* `first`: the candidate that leaves first; first in, first out. Most lines use this rule; on a dense belt it is the
+  weakest.
 * `soonest`: 1 / t, the shortest cycle.
 * `value_rate`: v / t.
-* `atc`: (v / t) exp(-s / k), the apparent tardiness cost of Vepsalainen and Morton 1987: among those of like worth the
-  one that cannot wait.
+* `atc`: (v / t) exp(-s / k), the apparent tardiness cost of Vepsalainen and Morton 1987: among candidates of like
+  v / t the candidate that cannot wait.
 """
 
 from __future__ import annotations
@@ -26,18 +28,18 @@ Rule = Literal["first", "soonest", "value_rate", "atc"]
 @final
 @dataclass(frozen=True)
 class Candidates:
-    """Objects that robots could take next, any leading shape S + (K,); K of them for each decision."""
+    """Objects that robots could take next: arrays S + (K,), with K candidates for each decision in S."""
 
     value: Floats
-    """What each is worth."""
+    """Value of each candidate."""
     time: Floats
-    """From now until the robot is free again if it takes this one [s]."""
+    """Time from now until the robot is free again if it takes the candidate [s]."""
     start: Floats
-    """From now until it would take it [s]."""
+    """Time from now until the robot would take the candidate [s]."""
     leave: Floats
-    """From now until it can no longer be taken [s]."""
+    """Time from now until the candidate can no longer be taken [s]."""
     possible: Bools
-    """Which can be taken at all; the numbers of others mean nothing."""
+    """Whether each candidate can be taken; the numbers of impossible candidates mean nothing."""
 
 
 RULES: Final[Mapping[Rule, Callable[[Candidates, float], Floats]]] = {
@@ -49,13 +51,13 @@ RULES: Final[Mapping[Rule, Callable[[Candidates, float], Floats]]] = {
 
 
 def index(rule: Rule, among: Candidates, patience: float) -> Floats:
-    """The rule's index of each candidate S + (K,); minus infinity for what cannot be taken.
+    """The rule's index of each candidate S + (K,); minus infinity for candidates that cannot be taken.
 
     Args:
-        rule: one of `RULES`.
+        rule: a name of `RULES`.
         among: the candidates.
-        patience: k of `atc` [s]: a candidate that can wait so long counts e times less.
+        patience: k of `atc` [s]: a candidate that can wait for k counts e times less.
     """
-    # What cannot be taken may hold any number, NaN included.
+    # Impossible candidates may hold any number, NaN included.
     with np.errstate(all="ignore"):
         return np.where(among.possible, RULES[rule](among, patience), -np.inf)

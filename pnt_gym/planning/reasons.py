@@ -1,4 +1,4 @@
-"""Reason codes of batches, each with the sentence that a user reads."""
+"""Reason codes of batched plans, each with the sentence that a user reads."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from typing import Self
 
 
 class SpokenReason(IntEnum):
-    """Abstract base of reason codes: a member is its code and knows its sentence."""
+    """Abstract base of reason codes: a member is its integer code and holds its sentence."""
 
     sentence: str
 
     def __new__(cls, code: int, sentence: str = "") -> Self:
-        """A member from its code and sentence, and the member of a code."""
+        """Create a member from its code and sentence, or return the member of a code."""
         member = int.__new__(cls, code)
         member._value_ = code
         member.sentence = sentence

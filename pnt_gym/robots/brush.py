@@ -1,4 +1,4 @@
-"""What robots are drawn with: massless geoms that touch nothing."""
+"""Drawing of robots by massless geoms that touch nothing."""
 
 from __future__ import annotations
 
@@ -24,25 +24,25 @@ CARBON: Final[Colour] = (0.09, 0.09, 0.10, 1.0)
 @final
 @dataclass(frozen=True)
 class Brush:
-    """Draws on one body; lengths in m, in the body's frame."""
+    """Adds geoms to one body; lengths in m, in the body's frame."""
 
     body: MjsBody
     group: int = MOVING_GROUP
 
     def box(self, centre: ArrayLike, half_size: ArrayLike, colour: Colour) -> None:
-        """A box along the body's axes."""
+        """Add a box along the body's axes."""
         self._add(mujoco.mjtGeom.mjGEOM_BOX, colour, pos=centre, size=half_size)
 
     def ball(self, centre: ArrayLike, radius: float, colour: Colour) -> None:
-        """A sphere."""
+        """Add a sphere."""
         self._add(mujoco.mjtGeom.mjGEOM_SPHERE, colour, pos=centre, size=[radius, 0, 0])
 
     def capsule(self, start: ArrayLike, end: ArrayLike, radius: float, colour: Colour) -> None:
-        """A rod with round ends."""
+        """Add a rod with round ends."""
         self._segment(mujoco.mjtGeom.mjGEOM_CAPSULE, start, end, radius, colour)
 
     def cylinder(self, start: ArrayLike, end: ArrayLike, radius: float, colour: Colour) -> None:
-        """A rod with flat ends."""
+        """Add a rod with flat ends."""
         self._segment(mujoco.mjtGeom.mjGEOM_CYLINDER, start, end, radius, colour)
 
     def _segment(self, shape: GeomType, start: ArrayLike, end: ArrayLike, radius: float, colour: Colour) -> None:

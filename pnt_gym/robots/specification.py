@@ -1,4 +1,4 @@
-"""What the robots share in a MuJoCo model specification: options, inertias, motors and loops of closed chains."""
+"""Parts that all robots share in a MuJoCo model specification: options, inertias, motors and loops of closed chains."""
 
 from __future__ import annotations
 
@@ -13,26 +13,29 @@ from pnt_gym.engine import MjsBody, MjSpec, mujoco
 from pnt_gym.errors import ConfigError
 
 LOOP_SOLREF: Final = (0.002, 1.0)
-"""Time constant (s) and damping ratio of the loops; MuJoCo's slower default opens them by 2.5 mm."""
+"""Time constant (s) and damping ratio of the loops; MuJoCo's slower default opens the loops by 2.5 mm."""
 LOOP_SOLIMP: Final = (0.99, 0.999, 0.001, 0.5, 2.0)
 """Impedance of the loops: nearly rigid from the first micrometre on."""
 LOOP: Final[Mapping[str, Point]] = {"solref": LOOP_SOLREF, "solimp": LOOP_SOLIMP}
 LONGEST_STEP: Final = 0.002
-"""Up to here loops and motors are accurate, and the one-joint thrower releases no worse than it repeats [s]."""
+"""Longest physics step [s] at which loops and motors are accurate.
+
+The one-joint thrower's release error then stays below its repeatability.
+"""
 
 
 def set_options(spec: MjSpec, timestep: float, density: float = AIR_DENSITY, viscosity: float = AIR_VISCOSITY) -> None:
     """Set the physics options that all robots need.
 
     Explicit Euler is deliberate: implicit integrators apply the motors' damping after the constraints are solved and
-    open the loops ten times wider. It is a leapfrog, too: velocities belong to the middle of the step before, which the
-    one-joint thrower's references and release count on, and then it is of second order. The Jacobian is dense because
+    open the loops ten times wider. Explicit Euler is also a leapfrog of second order: velocities belong to the middle
+    of the step before, which the one-joint thrower's references and release count on. The Jacobian is dense because
     MuJoCo 4.0.0 has a bug in its sparse Newton factor.
 
     Args:
         spec: a mujoco.MjSpec.
         timestep: physics step, s; 0.4 ms to evaluate (the T3KR's 2500 Hz), 1 ms to train, at most 2 ms.
-        density: of the air, kg/m^3; 0 for free flight.
+        density: of the air, kg/m^3; 0 for flight without drag.
         viscosity: of the air, Pa s.
 
     Raises:
@@ -57,16 +60,19 @@ def set_options(spec: MjSpec, timestep: float, density: float = AIR_DENSITY, vis
 def set_inertia(
     body: MjsBody, mass: float, centre: tuple[float, float, float], inertia: tuple[float, float, float]
 ) -> None:
-    """Explicit mass, centre of mass [m], and inertia about it along the body's axes [kg m2]: looks have no mass."""
+    """Set mass [kg], centre of mass [m], and inertia about that centre along the body's axes [kg m2].
+
+    The values are explicit because the drawn geoms have no mass.
+    """
     body.explicitinertial = True
     body.mass, body.ipos, body.inertia = mass, np.array(centre), np.array(inertia)
 
 
 def add_motor(spec: MjSpec, name: str, joint: str, torque: float, kp: float, kv: float) -> None:
-    """Joint PD with torque feed-forward inside the engine, so that a rollout needs no Python controller.
+    """Add a motor: a joint PD with torque feed-forward inside the engine, so that a rollout needs no Python controller.
 
-    The motor takes three consecutive controls: angle, speed, feed-forward torque. It gives at most `torque` [N m]
-    either way; its gains are in N m/rad and N m s/rad.
+    The motor takes three consecutive controls: angle, speed, feed-forward torque. The motor's torque is at most
+    `torque` [N m] in both directions; its gains are in N m/rad and N m s/rad.
     """
     inputs = mujoco.mjtCtrlInput.mjINPUT_POS, mujoco.mjtCtrlInput.mjINPUT_VEL, mujoco.mjtCtrlInput.mjINPUT_FF
     motor = spec.add_actuator(
@@ -80,7 +86,7 @@ def add_motor(spec: MjSpec, name: str, joint: str, torque: float, kp: float, kv:
 
 
 def add_arm(spec: MjSpec, name: str, pivot: Point, azimuth: float, armature: float, damping: float = 0.0) -> MjsBody:
-    """An arm along x of its frame on a hinge of the same name; a positive angle, right-handed about -y, lifts it."""
+    """Add an arm along x of its frame, on a hinge of the same name about -y: a positive angle lifts the arm."""
     half = azimuth / 2
     body = spec.worldbody.add_body(name=name, pos=pivot, quat=[np.cos(half), 0, 0, np.sin(half)])
     body.add_joint(name=name, axis=[0, -1, 0], armature=armature, damping=np.array([damping, 0.0, 0.0]))
@@ -88,7 +94,7 @@ def add_arm(spec: MjSpec, name: str, pivot: Point, azimuth: float, armature: flo
 
 
 def add_rod(arm: MjsBody, name: str, place: Point, length: float, mass: float, radius: float) -> MjsBody:
-    """Hang a slender rod from an arm by a U joint, along -z of its frame, with the site "NAME_end" at its end.
+    """Hang a slender rod from an arm by a U joint, along -z of the rod's frame, with the site "NAME_end" at its end.
 
     Hinges "NAME_swing" about the motor axis, then "NAME_tilt" about x, never lock below 90 degrees. Only the inertia
     about the rod's own axis depends on the radius.
@@ -103,7 +109,7 @@ def add_rod(arm: MjsBody, name: str, place: Point, length: float, mass: float, r
 
 
 def add_level_platform(spec: MjSpec) -> tuple[MjsBody, list[str]]:
-    """The body "platform", which three slides keep level, and their names."""
+    """Add the body "platform", which three slide joints keep level; return the body and the joints' names."""
     body, slides = spec.worldbody.add_body(name="platform"), [f"platform_{axis}" for axis in "xyz"]
     for name, axis in zip(slides, np.eye(3), strict=True):
         body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
@@ -111,20 +117,20 @@ def add_level_platform(spec: MjSpec) -> tuple[MjsBody, list[str]]:
 
 
 def add_site(body: MjsBody, name: str, place: Point = (0.0, 0.0, 0.0)) -> None:
-    """A named point in a body's frame [m], in a group that is not drawn."""
+    """Add a named point in a body's frame [m], in a group that is not drawn."""
     body.add_site(name=name, pos=place, size=[0.003] * 3, group=4)
 
 
 def join_sites(spec: MjSpec, name: str, one: str, other: str, softness: Mapping[str, Point] = LOOP) -> None:
-    """Hold two sites together.
+    """Add an equality that holds two sites together.
 
-    Sites, not bodies: a loop then does not depend on a closed pose at compile time.
+    The equality joins sites, not bodies: a loop then does not depend on a closed pose at compile time.
     """
     kinds = {"type": mujoco.mjtEq.mjEQ_CONNECT, "objtype": mujoco.mjtObj.mjOBJ_SITE}
     spec.add_equality(name=name, name1=one, name2=other, **kinds, **softness)
 
 
 def join_angles(spec: MjSpec, name: str, one: str, other: str, softness: Mapping[str, Point] = LOOP) -> None:
-    """Keep two joints at the same angle."""
+    """Add an equality that keeps two joints at the same angle."""
     kinds = {"type": mujoco.mjtEq.mjEQ_JOINT, "objtype": mujoco.mjtObj.mjOBJ_JOINT}
     spec.add_equality(name=name, name1=one, name2=other, data=np.eye(12)[1], **kinds, **softness)

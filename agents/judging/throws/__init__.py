@@ -1,1 +1,1 @@
-"""Trials by throws: single throws that a controller corrects."""
+"""Trials by throws: a controller corrects single throws."""

@@ -1,4 +1,4 @@
-"""What cards say of policies that correct throws."""
+"""Texts and figures of the cards of policies that correct throws."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Throws as a benchmark keeps them: columns, rounded."""
+"""Throws as the rounded columns that a benchmark keeps."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ OUTCOMES: Final = {
     "rim": "r",
     "missed": "m",
 }
-"""Letter of each outcome: sorted; a success in a bin of another kind; not picked; lost on the way to the release;
-touched again by the robot; crossed the opening only; or missed it, which every failure counts as in a cell that does
-not tell how a throw failed."""
+"""Letter of each outcome: sorted; success in a bin of another kind; not picked; dropped before the release; touched
+again by the robot; crossed the opening without staying; or missed it. In a cell whose info has no failures every
+failure counts as missed."""
 
 
 def columns(throws: Throws) -> dict[str, Any]:
-    """Throws as columns, rounded to 0.01 mm and 0.1 ms; cells without an along and across tell the error alone."""
+    """Throws as columns, rounded to 0.01 mm and 0.1 ms; cells without landing along and across have the error alone."""
     told = {"along_m": "landing_along", "across_m": "landing_across"}
     places = {column: throws.told[name] for column, name in told.items() if name in throws.told}
     return {
@@ -41,9 +41,9 @@ def columns(throws: Throws) -> dict[str, Any]:
 
 
 def _counts(throws: Throws) -> dict[str, float]:
-    """Of all throws together, as far as the cell tells: objects in any bin and where they belong, passed, and joules.
+    """Totals of all throws, where the cell has them: objects in bins, in their own bins and passed, and energy [J].
 
-    Those that were lost on the way are counted beside the letters, which tell of none that was sorted nevertheless.
+    Dropped objects are counted here too, because a dropped object that was sorted nevertheless has another letter.
     """
     told, counts = throws.told, dict[str, float]()
     if "belongs" in told:
@@ -55,7 +55,7 @@ def _counts(throws: Throws) -> dict[str, float]:
 
 
 def _outcomes(throws: Throws) -> str:
-    """One letter of `OUTCOMES` per throw."""
+    """Outcomes of the throws, one letter of `OUTCOMES` per throw."""
     *letters, missed = OUTCOMES.values()
     kinds = [throws.sorted, throws.is_success, *(_flag(throws, name) for name in FAILURES)]
     return "".join(np.select(kinds, letters, missed))

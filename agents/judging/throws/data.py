@@ -1,4 +1,4 @@
-"""Throws that were carried out, as arrays, and what they are worth: figures for people, tables and JSON."""
+"""Throws as arrays, and their figures for tables and JSON."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ FIELDS: Final = {
     "cycle_time": ("cycle_time", np.float64),
     "clipped": ("residual_clipped", np.bool_),
 }
-"""What every cell tells of a throw: our name, and the key and type in the info."""
+"""Fields of a throw that every cell's info has: key and type in the info by our name."""
 METRES: Final = {"landing_along": "landing_along_m", "landing_across": "landing_across_m"}
-"""Numbers of some cells that records name with their unit."""
+"""Names with unit of some cells' lengths in JSON records."""
 FIRST: Final = 10
-"""Throws that are the beginning of a shift."""
+"""Number of throws that count as the begin of a shift."""
 FAILURES: Final = ("unpicked", "dropped", "recontact", "rim")
-"""What stood between a throw and success, the first that holds; the last one tells a target that was reached."""
+"""Causes of failure in order of precedence; `rim`: the target was reached, but the object did not stay."""
 
 
 @final
 @dataclass(frozen=True)
 class Throws:
-    """N throws in the order they are counted, one array entry each."""
+    """N throws in the order of counting, one array entry each."""
 
     item: Ints
     """Index into the core's `item_names`."""
@@ -42,16 +42,16 @@ class Throws:
     is_success: Bools
     cycle_time: Floats
     clipped: Bools
-    """The action was infeasible and another one was executed."""
+    """Whether the action was infeasible and a shortened one was executed."""
     reward: Floats
     told: dict[str, NDArray[Any]]
-    """What else this cell tells, by the keys of its info."""
+    """All other values of the cell's info, by key."""
     errors: tuple[str, ...] = ()
-    """Those of the keys that a controller learns from: the errors of the core's correction."""
+    """Keys of the values from which a controller learns: the errors of the core's correction."""
 
     @classmethod
     def of(cls, info: Mapping[str, Any], reward: NDArray[Any], errors: tuple[str, ...]) -> Self:
-        """The throws of one step of a vector environment, from its info and rewards."""
+        """Throws of one step of a vector environment, from its info and rewards."""
         known = results(info, len(reward))
         fields: dict[str, Any] = {name: known.pop(key).astype(kind) for name, (key, kind) in FIELDS.items()}
         return cls(**fields, reward=np.array(reward, dtype=np.float64), told=known, errors=errors)
@@ -61,29 +61,29 @@ class Throws:
 
     @property
     def sorted(self) -> Bools:
-        """Which objects ended where they belong (N,); successes, where the cell tells no more."""
+        """Whether each object ended in a bin of its kind (N,); the success in cells without `sorted`."""
         return self.told.get("sorted", self.is_success).astype(np.bool_)
 
     @property
     def picked(self) -> Bools:
-        """Which objects were held when the throw began (N,); all, where the cell does not tell."""
+        """Whether the cup held each object when the throw began (N,); True in cells without `picked`."""
         return self.told.get("picked", np.full(len(self), True)).astype(np.bool_)
 
     def flag(self, name: str) -> Bools | None:
-        """A failure of `FAILURES` (N,); None where the cell does not tell it."""
+        """Mask of a failure of `FAILURES` (N,); None in cells without it."""
         if name == "unpicked":
             return ~self.picked if "picked" in self.told else None
         return self.told[name].astype(np.bool_) if name in self.told else None
 
     @property
     def error(self) -> Floats:
-        """Errors in the coordinates that actions shift (N, E)."""
+        """Errors in the coordinates that actions correct (N, E)."""
         columns = [self.told[name].astype(np.float64) for name in self.errors]
         return np.stack(columns, axis=-1) if columns else np.zeros((len(self), 0))
 
 
 def summary(throws: Throws) -> dict[str, float | int | None]:
-    """Figures of an evaluation, by the names of the JSON contract."""
+    """Figures of all throws, by the names of the JSON contract."""
     rate = metrics.wilson(int(throws.is_success.sum()), len(throws))
     pace = metrics.throughput(throws.sorted, throws.cycle_time)
     where = metrics.landing(throws.landing_error)
@@ -114,8 +114,8 @@ def over_the_shift(error: Floats, pick: Ints | None) -> dict[str, float | None]:
     """Landing error at the beginning of shifts and in their second half.
 
     Args:
-        error: of N throws (N,) [m], NaN where it is not known.
-        pick: where in its shift each stands (N,), from 0 on; None where nothing tells, and then nothing is told.
+        error: landing errors (N,) [m], NaN where not measured.
+        pick: index of each throw in its shift (N,), from 0; None in cells without shifts, for no figures.
     """
     if pick is None:
         return {}
@@ -125,7 +125,7 @@ def over_the_shift(error: Floats, pick: Ints | None) -> dict[str, float | None]:
 
 
 def sorting(throws: Throws) -> dict[str, float | int | None]:
-    """What a sorter is judged by beside its pace, as far as the cell tells; None where nothing can be said."""
+    """Figures of sorting beside the pace, those that the cell's info allows; None where a figure is undefined."""
     told, found = throws.told, dict[str, float | int | None]()
     if "belongs" in told:
         found["purity"] = _finite(metrics.purity(told["ended_in"], told["belongs"]).share)
@@ -143,7 +143,7 @@ def sorting(throws: Throws) -> dict[str, float | int | None]:
 
 
 def purity_by_bin(throws: Throws, names: Sequence[str]) -> dict[str, float | None]:
-    """Share of what ended in each bin that belongs there, by the bin's name; None for an empty one."""
+    """Share of the objects in each bin that belong there, by the bin's name; None for an empty bin."""
     found = metrics.purity(throws.told["ended_in"], throws.told["belongs"], len(names))
     return {name: _finite(share) for name, share in zip(names, found.by_bin, strict=True)}
 
@@ -153,7 +153,7 @@ def _finite(value: float) -> float | None:
 
 
 def scatter(throws: Throws) -> dict[str, float]:
-    """Mean and deviation of the landing along and across, and of the errors of the correction, in their own units."""
+    """Mean and standard deviation of the landing along and across the throw, and of the correction's errors."""
     found: dict[str, float] = {}
     for name in dict.fromkeys([*(name for name in METRES if name in throws.told), *throws.errors]):
         values = throws.told[name][np.isfinite(throws.told[name])]
@@ -164,10 +164,10 @@ def scatter(throws: Throws) -> dict[str, float]:
 
 
 def failures(throws: Throws) -> dict[str, float]:
-    """Share of all throws that failed, by what stood between, where the cell tells: all shares sum to the failure rate.
+    """Share of all throws that failed, by cause, where the cell's info has causes; the shares sum to the failure rate.
 
-    A touched object is counted as touched whatever it did then; the rest either missed the target
-    (opening or pose) or reached it without staying there.
+    Each failed throw counts under its first cause in `FAILURES`; a throw without any cause missed the target (opening
+    or pose).
     """
     failed, shares = ~throws.is_success, dict[str, float]()
     for name in FAILURES:
@@ -179,7 +179,7 @@ def failures(throws: Throws) -> dict[str, float]:
 
 
 def throw_records(throws: Throws, item_names: Sequence[str]) -> list[dict[str, Any]]:
-    """One JSON object per throw: what every cell tells, then all that this one does."""
+    """One JSON object per throw: the fields of every cell, then all values of this cell's info."""
     columns = {
         "item": [item_names[i] for i in throws.item],
         "landing_error_m": throws.landing_error,

@@ -25,12 +25,12 @@ FIGURES: Final = {
 
 @final
 class ThrowRecord(Record):
-    """Throws that were carried out.
+    """Record of throws.
 
     Args:
-        throws: what became of them.
-        core: the cells in which they were carried out.
-        settings: what else a report tells, such as whether the controller went on learning.
+        throws: the throws and their results.
+        core: the cells in which the throws were carried out.
+        settings: further entries of the report, such as whether the controller went on learning.
     """
 
     figures = FIGURES
@@ -40,7 +40,7 @@ class ThrowRecord(Record):
         self._core, self._settings = core, settings
 
     def values(self) -> Mapping[str, Floats]:
-        """Landing error, and what each throw adds to the sorted picks per minute."""
+        """Landing error, and sorted picks per minute, of each throw."""
         return {
             "landing_error_m": self.throws.landing_error,
             "sorted_per_min": 60.0 * self.throws.sorted / self.throws.cycle_time,
@@ -51,7 +51,7 @@ class ThrowRecord(Record):
         return summary(self.throws)
 
     def report(self) -> dict[str, Any]:
-        """Summary, purity of each bin, settings, and under `throws` a mapping for each."""
+        """Summary, purity of each bin, settings, and under `throws` a mapping for each throw."""
         names = self._core.cell.target_names if "belongs" in self.throws.told else ()
         return {
             **self.summary(),
@@ -69,12 +69,12 @@ class ThrowRecord(Record):
 
     @classmethod
     def table(cls, title: str, summary: Summary) -> Table:
-        """Every figure that the cell tells, one per line."""
+        """Table of all figures that the cell has, one per line."""
         return summary_table(title, summary)
 
     @classmethod
     def comparison(cls, title: str, rows: Sequence[Row], base: str | None = None) -> Table:
-        """Controllers side by side."""
+        """Table of controllers, one per line."""
         del base
         return comparison_table(title, rows)
 
@@ -87,12 +87,12 @@ class ThrowRecord(Record):
     def compared(
         cls, results: Sequence[Result], sides: Sequence[Sequence[Result]], num_envs: int
     ) -> dict[str, tuple[Floats, ...]]:
-        """Landing errors, and what was sorted in what time, of throws or of shifts in which throws teach."""
+        """Landing errors, and sorted counts with their times, per throw, or per shift in cells with shifts."""
         del sides
         error, done, time = by_shift(results, num_envs)
         return {"landing_error_m": (error,), "sorted_per_min": (done, time)}
 
     @classmethod
     def objects(cls, columns: Mapping[str, Any]) -> list[int] | None:
-        """Items thrown; None where throws come in shifts, whose streams are the same whatever is picked when."""
+        """Items of the throws; None in cells with shifts, whose streams do not depend on the picks."""
         return None if "pick" in columns else columns["item"]

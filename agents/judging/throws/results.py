@@ -1,4 +1,4 @@
-"""Figures of controllers from the columns of throws that a benchmark keeps."""
+"""Figures of controllers, from the columns of throws that a benchmark keeps."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .columns import OUTCOMES
 from .data import over_the_shift
 
 COUNTS: Final = ("passed", "ended", "belong", "dropped", "energy_j")
-"""Columns of a result that are of all its throws together."""
+"""Columns of a result that hold totals of all its throws."""
 
 
 def errors(result: Result) -> Floats:
@@ -27,21 +27,22 @@ def errors(result: Result) -> Floats:
 
 
 def successes(result: Result, *outcomes: str) -> Floats:
-    """1 for each throw that ended so, else 0; in its bin, of the right kind or not, unless `outcomes` say otherwise."""
+    """1.0 for each throw with one of the outcomes, else 0.0 (N,); by default with a success, `sorted` or `astray`."""
     letters = [OUTCOMES[name] for name in outcomes or ("sorted", "astray")]
     return np.array([letter in letters for letter in result["columns"]["outcome"]], dtype=float)
 
 
 def _by_seed(results: Sequence[Result]) -> tuple[Floats, Floats, Floats]:
-    """Errors [m], what was sorted, and cycle times [s], each (S, N)."""
+    """Landing errors [m], sorted counts and cycle times [s] of S seeds and N throws, each (S, N)."""
     time = np.array([r["columns"]["cycle_s"] for r in results], dtype=float)
     return np.array([errors(r) for r in results]), np.array([successes(r, "sorted") for r in results]), time
 
 
 def by_shift(results: Sequence[Result], num_envs: int) -> tuple[Floats, Floats, Floats]:
-    """The same, each (S, N) with one column for every shift, where throws of a shift depend on one another.
+    """Landing errors [m], sorted counts and times [s], each (S, N): per throw, or per shift in cells with shifts.
 
-    The error of a shift is the mean over its throws, the others are sums.
+    Throws of one shift depend on one another. The error of a shift is the mean over its throws, count and time are
+    sums.
     """
     error, done, time = _by_seed(results)
     if "pick" not in results[0]["columns"]:
@@ -55,7 +56,7 @@ def by_shift(results: Sequence[Result], num_envs: int) -> tuple[Floats, Floats, 
 
 
 def _over_the_shift(results: Sequence[Result]) -> dict[str, Any]:
-    """How many shifts, their landing error at the beginning, in the second half and by throw; nothing without any."""
+    """Number of shifts, and their landing error at the begin, in the second half and by throw; empty without shifts."""
     if "pick" not in results[0]["columns"]:
         return {}
     error = np.concatenate([errors(r) for r in results])
@@ -66,9 +67,9 @@ def _over_the_shift(results: Sequence[Result]) -> dict[str, Any]:
 
 
 def summarise(results: Sequence[Result], num_envs: int) -> dict[str, Any]:
-    """Figures of one controller over its seeds: each throw counts once per seed.
+    """Figures of one controller over its seeds; each throw counts once per seed.
 
-    The interval of the error is bootstrapped over throws, or over shifts where there are any, averaged over the seeds.
+    The interval of the error is bootstrapped over throws, or over shifts if there are any, averaged over the seeds.
     """
     error, done, time = _by_seed(results)
     success = np.array([successes(r) for r in results])
@@ -105,7 +106,7 @@ def summarise(results: Sequence[Result], num_envs: int) -> dict[str, Any]:
 
 
 def _sorting(results: Sequence[Result], letters: str) -> dict[str, float]:
-    """What a sorter is judged by beside its pace, where the cell tells."""
+    """Figures of sorting beside the pace, where the cell has them."""
     first, done = results[0]["columns"], letters.count(OUTCOMES["sorted"])
     total = {name: sum(r["columns"][name] for r in results) for name in COUNTS if name in first}
     held, found = len(letters) - letters.count(OUTCOMES["unpicked"]), dict[str, float]()
@@ -119,7 +120,7 @@ def _sorting(results: Sequence[Result], letters: str) -> dict[str, float]:
 
 
 def _scatter(results: Sequence[Result]) -> dict[str, float]:
-    """Mean and standard deviation of the landing along and across, where the cell has them."""
+    """Mean and standard deviation of the landing along and across the throw, where the cell has them."""
     found: dict[str, float] = {}
     for name in ("along_m", "across_m"):
         if name in results[0]["columns"]:

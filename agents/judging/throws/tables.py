@@ -16,12 +16,12 @@ SORTING: Final = {
     "pick_rate": "picks that held",
     "drop_rate": "lost on the way, of those",
 }
-"""Shares by which a sorter is judged, where its cell tells them."""
+"""Labels of the figures of sorting, which some cells have."""
 SHIFT: Final = {
     "landing_error_first_10_m": "landing error, first 10 of a shift",
     "landing_error_second_half_m": "landing error, second half of a shift",
 }
-"""Figures of cells in which a throw teaches something for those after it."""
+"""Labels of the figures of cells with shifts, in which a throw teaches something for later throws."""
 FAILURES: Final = {
     "failed_missed": "failed: missed the target",
     "failed_rim": "failed: reached it, did not stay",
@@ -29,11 +29,11 @@ FAILURES: Final = {
     "failed_dropped": "failed: lost on the way to the release",
     "failed_unpicked": "failed: not picked",
 }
-"""Figures of some cells, and what they are called."""
+"""Labels of the shares of failures, which some cells have."""
 
 
 def summary_table(title: str, summary: Summary) -> Table:
-    """Every figure of one evaluation that its cell tells, one per line."""
+    """Table of the figures of one evaluation that the cell has, one per line."""
     rows = [
         ("picks per minute, attempted", f"{summary['picks_per_min']:.1f}"),
         ("sorted per minute", f"{summary['sorted_per_min']:.1f}"),
@@ -54,7 +54,7 @@ def summary_table(title: str, summary: Summary) -> Table:
 
 
 def comparison_table(title: str, rows: Sequence[Row]) -> Table:
-    """Controllers side by side; each row is a name, its throws of practice or training, and its summary."""
+    """Table of controllers, one per line, from name, number of practice or training throws, and summary."""
     header = ("controller", "learned from", "landing error", "95th pct", "under 30 mm", "success (95 % interval)")
     lines = [
         [
@@ -70,13 +70,13 @@ def comparison_table(title: str, rows: Sequence[Row]) -> Table:
 
 
 def landing_cells(summary: Summary) -> list[str]:
-    """Landing error, its 95th percentile, the share of landings within 30 mm, and success."""
+    """Texts of the landing error, its 95th percentile, the share of landings within 30 mm, and the success rate."""
     errors = (summary["landing_error_mean_m"], summary["landing_error_p95_m"])
     return [*map(millimetres, errors), percent(summary["landing_near_share"]), success_text(summary)]
 
 
 def scatter_row(summary: Summary, bias: str) -> tuple[str, str]:
-    """Bias and spread of one error; in millimetres where its name says that it is in metres."""
+    """Label and text of bias and spread of one error; in millimetres if the name of the figure ends in `_m`."""
     name = bias.removeprefix("bias_")
     values = [summary[bias], summary[f"spread_{name}"]]
     label, metres = f"bias / spread {name.removesuffix('_m').replace('_', ' ')}", name.endswith("_m")

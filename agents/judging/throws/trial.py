@@ -19,14 +19,14 @@ from .data import Throws
 from .record import ThrowRecord
 
 ENDLESS: Final = 10**9
-"""Throws."""
+"""Number of throws of an endless trial."""
 LOOKS: Final = 15
-"""Throws that the oracle simulates for each that it carries out."""
+"""Throws that the oracle simulates for each executed throw."""
 
 
 @final
 class ThrowTrial(Trial):
-    """Throws of cells in which an action corrects one throw."""
+    """Trials in cells where an action corrects one throw."""
 
     unit = "throws"
     options = Trial.options | {"picks_on", "floors", "also"}
@@ -41,25 +41,25 @@ class ThrowTrial(Trial):
         online: bool = False,
         progress: Progress | None = None,
     ) -> ThrowRecord:
-        """Let a controller, as it is, throw `count` held-out objects."""
+        """Let a controller, without practice, throw `count` held-out objects."""
         throws = held_out(controller, self.env, count, seed, online=online, progress=progress)
         return ThrowRecord(throws, self.core, {"online": online, "num_envs": self.env.num_envs})
 
     def count(self) -> int:
-        """200 throws, or whole episodes of every row where one throw teaches the next: only those are judged fairly."""
+        """200 throws, or a whole episode of every row in cells where a throw informs the next one."""
         return self.env.num_envs * self.core.cell.episode if is_told(self.core) else self.usual
 
     def peers(self, asked: Mapping[str, Any]) -> dict[str, int]:
-        """The planner, a virtual goal where actions shift what a throw is judged by, and what the policy corrects."""
+        """The planner, the base controller of the policy, and a virtual goal where actions correct a measured error."""
         learning = {} if self.core.correction is None else {"virtual_goal": PRACTICE}
         return {"analytic": 0, **learning, asked["over"]: 0}
 
     def steps(self, controller: Controller, seed: int) -> Iterator[Throws]:
-        """Throws of one cell, one after the other."""
+        """Throws of one cell, endlessly, one after the other."""
         return thrown(controller, self.env, ENDLESS, stream_seed("evaluate", seed))
 
     def check_count(self, count: int, num_envs: int, level: str) -> None:
-        """Make sure that throws which depend on those before are measured in whole episodes."""
+        """Make sure that throws which depend on earlier throws are evaluated in whole episodes."""
         if not is_told(self.core):
             return
         together = num_envs * self.core.cell.episode
@@ -71,17 +71,17 @@ class ThrowTrial(Trial):
 
     @classmethod
     def card(cls) -> Card:
-        """Landing error, success and pace of throws."""
+        """Card with landing error, success and pace of throws."""
         return CARD
 
     @classmethod
     def depends(cls, name: str, levels: Sequence[Any], options: Mapping[str, Any], throws: Sequence[int]) -> Any:
-        """What ships for those that adapt: it is known beforehand unless the controller itself learns it."""
+        """Digest of the shipped states of adaptive controllers, if the controller starts from such a state."""
         del levels, options
         return code_digest(("*.npz",), root=ADAPTIVE) if max(throws) == 0 and name in (*READY, "oracle_drift") else ""
 
     @classmethod
     def effort(cls, name: str, config: Any, count: int, num_envs: int) -> int:
-        """Throws; the oracle simulates each several times."""
+        """Number of throws; the oracle simulates each throw several times."""
         del config, num_envs
         return (LOOKS if name == "oracle" else 1) * count

@@ -1,1 +1,1 @@
-"""Trials by work shifts: lines on which a controller decides what comes next."""
+"""Trials by work shifts: a controller decides which object each robot of a line takes next."""

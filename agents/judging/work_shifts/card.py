@@ -1,4 +1,4 @@
-"""What cards say of policies that choose on lines."""
+"""Texts and figures of the cards of policies that choose objects on lines."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How controllers of a line are judged: whole shifts, the same streams for all."""
+"""Work shifts of lines as arrays: whole shifts, with the same streams of objects for all controllers."""
 
 from __future__ import annotations
 
@@ -25,56 +25,56 @@ MEANS: Final = {
     "passed_value_per_min": "shift_passed_value_per_min",
     "passed_tried": "shift_passed_tried",
 }
-"""Figures that are means over shifts, and their names in the info."""
+"""Info keys of the figures that are averaged over shifts, by name."""
 LISTS: Final = {
     "utilisation": "shift_utilisation",
     "picks_by_robot": "shift_picks_by_robot",
     "recovery_by_item": "shift_recovery_by_item",
     "passed_by_item": "shift_passed_by_item",
 }
-"""Likewise, by robot or item."""
+"""Info keys of the figures by robot or item that are averaged over shifts, by name."""
 RECORDED: Final = (
     "by", "object", "item", "true_kind", "bin", "percent", "start", "cycle_time", "wait_time", "value", "picked",
     "is_success", "sorted", "ended_in",
 )  # fmt: skip
-"""What is kept of each decision."""
+"""Info keys that are kept for each decision."""
 
 
 @final
 @dataclass(frozen=True)
 class Shifts:
-    """S shifts that were worked, and the T decisions in them."""
+    """S work shifts, and the T decisions in them."""
 
     told: dict[str, NDArray[Any]]
-    """Figures of shifts by their names in the info, (S, ...) each."""
+    """Figures of the shifts by info key, (S, ...) each."""
     decisions: dict[str, NDArray[Any]]
-    """By name (T,), with `shift`, the number of the shift that each belongs to."""
+    """Values of the decisions by info key (T,), and `shift`, the number of the decision's shift."""
     invalid: int
-    """Decisions that were none of the choices."""
+    """Number of decisions that chose no object on offer."""
     taken: int
-    """All decisions, those included that are not counted."""
+    """Number of all decisions, including those in shifts that are not counted."""
     seconds: float
-    """In which they were taken [s]."""
+    """Computing time of all decisions [s]."""
 
     @property
     def value(self) -> Floats:
-        """Value per minute of each (S,)."""
+        """Value per minute of each shift (S,)."""
         return self.told["shift_value_per_min"]
 
 
 def worked(
     controller: Controller, env: Env, shifts: int, env_seed: int, progress: Callable[[int], object] | None = None
 ) -> Shifts:
-    """Let a controller work whole shifts.
+    """Let a controller work whole shifts on lines.
 
-    Each row works one after the other, so that the streams depend on the seed and the number of rows alone.
+    Each row works its shifts one after the other, so the streams depend on the seed and the number of rows alone.
 
     Args:
-        controller: who decides.
-        env: lines.
-        shifts: how many.
-        env_seed: of the environment.
-        progress: told how many shifts are over.
+        controller: decides.
+        env: vector environment of lines.
+        shifts: number of shifts.
+        env_seed: seed of the environment.
+        progress: called with the number of shifts just ended.
     """
     rows = env.num_envs
     told, decisions = dict[str, dict[int, Any]](), list[dict[str, Any]]()
@@ -99,7 +99,7 @@ def worked(
 
 
 def mean(values: NDArray[Any]) -> NDArray[Any]:
-    """Over shifts (S, ...), of those that have a figure; NaN where none has."""
+    """Mean over the shifts (S, ...) that have a finite value; NaN where no shift has one."""
     there = np.isfinite(values)
     total = np.where(there, values, 0.0).sum(axis=0)
     return np.divide(total, there.sum(axis=0), out=np.full_like(total, np.nan), where=there.any(axis=0))

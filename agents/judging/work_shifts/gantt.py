@@ -1,4 +1,4 @@
-"""Who took what along a line, and when: a picture of one shift."""
+"""Gantt chart of one work shift: which robot of a line took which object, and when."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ import numpy as np
 from ...ground.drawings import COLOURS, dress, subplots, svg
 
 HIGH: Final = 0.8
-"""Of the distance of two rows, a bar takes this."""
+"""Height of a bar as a share of the distance between rows."""
 PALE: Final = 0.35
-"""How opaque what has failed is drawn."""
+"""Opacity of failed cycles."""
 
 
 def gantt(told: Mapping[str, Any], shift: int = 0, span: tuple[float, float] = (0.0, 60.0)) -> str:
-    """A row for each robot and a bar for each of its cycles, as SVG.
+    """Chart with a row for each robot and a bar for each of its cycles, as SVG.
 
-    The colour is what the object was taken for; pale is what did not end in a bin that takes it, and a bar begins where
-    the standstill above the belt ends.
+    The colour is the item as which the robot took the object. A pale bar is an object that did not end in a bin of its
+    kind. A bar begins when the robot's standstill above the belt ends.
 
     Args:
-        told: an evaluation.
-        shift: which of its shifts.
-        span: from when until when [s].
+        told: report of an evaluation.
+        shift: number of the shift.
+        span: begin and end of the chart [s].
     """
     robots, items = told["robots"], told["items"]
     own = [one for one in told["throws"] if one["shift"] == shift]

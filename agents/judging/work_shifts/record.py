@@ -31,12 +31,12 @@ FIGURES: Final = {
 
 @final
 class ShiftRecord(Record):
-    """Work shifts of lines.
+    """Record of work shifts of lines.
 
     Args:
-        shifts: what became of them.
-        core: the lines that were worked.
-        settings: what else a report tells, such as who corrected the throws.
+        shifts: the shifts and their results.
+        core: core of the lines.
+        settings: further entries of the report, such as the controller that corrected the throws.
     """
 
     figures = FIGURES
@@ -46,7 +46,7 @@ class ShiftRecord(Record):
         self._core, self._settings = core, settings
 
     def values(self) -> Mapping[str, Floats]:
-        """Figures of each shift."""
+        """Each figure of every shift (S,)."""
         return {name: self.shifts.told[MEANS[name]].astype(np.float64) for name in self.figures}
 
     def summary(self) -> dict[str, Any]:
@@ -89,21 +89,21 @@ class ShiftRecord(Record):
         return {**self._settings, **self.summary(), "versions": versions(), "throws": each}
 
     def columns(self) -> dict[str, Any]:
-        """Figures of each shift, rounded, and what all decisions have in common."""
+        """Figures of each shift, rounded, and totals of all decisions."""
         return columns(self.shifts, self._core)
 
     def picture(self) -> str:
-        """Who took what in the first minute of the first shift."""
+        """Chart of the first minute of the first shift."""
         return gantt(self.report())
 
     @classmethod
     def table(cls, title: str, summary: Summary) -> Table:
-        """Every figure, one per line."""
+        """Table of all figures, one per line."""
         return shifts_table(title, summary)
 
     @classmethod
     def comparison(cls, title: str, rows: Sequence[Row], base: str | None = None) -> Table:
-        """Controllers side by side over the same shifts."""
+        """Table of controllers over the same shifts, one per line."""
         return shifts_comparison(title, rows, base)
 
     @classmethod
@@ -116,13 +116,13 @@ class ShiftRecord(Record):
     def compared(
         cls, results: Sequence[Result], sides: Sequence[Sequence[Result]], num_envs: int
     ) -> dict[str, tuple[Floats, ...]]:
-        """Figures of the shifts that both sides have worked."""
+        """Figures of the shifts that both controllers have worked."""
         del num_envs
         return compared(results, min(len(side[0]["columns"]["value_per_min"]) for side in sides))
 
 
 def _bins(decisions: Mapping[str, NDArray[Any]], core: LineCore) -> dict[str, Any]:
-    """Purity of each bin in which something lies at the end of a shift, ROBOT/BIN."""
+    """Purity of each bin that is not empty at the end of a shift, by ROBOT/BIN."""
     in_time = decisions["start"] + decisions["cycle_time"] <= core.config.duration
     found: dict[str, float] = {}
     for index, robot in enumerate(core.config.robots):

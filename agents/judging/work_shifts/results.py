@@ -1,4 +1,4 @@
-"""Work shifts as a benchmark keeps them, and figures of controllers from that."""
+"""Work shifts as columns that a benchmark keeps, and figures of controllers from these columns."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from .data import LISTS, MEANS, Shifts, mean
 COMPARED: Final = ("value_per_min", "sorted_per_min", "recovery", "value_recovery")
 """Figures of shifts by which controllers are compared."""
 DIGITS: Final = 5
-"""To which figures of shifts are kept."""
+"""Decimals of the figures that are kept."""
 
 
 def columns(found: Shifts, core: LineCore) -> dict[str, Any]:
-    """Shifts as columns, and what all of their decisions have in common."""
+    """Shifts as rounded columns, and totals of all their decisions."""
     told, picked = found.told, found.decisions["picked"].astype(bool)
     success = found.decisions["is_success"].astype(bool)
     return {
@@ -38,7 +38,7 @@ def columns(found: Shifts, core: LineCore) -> dict[str, Any]:
 
 
 def summarise(results: Sequence[Result]) -> dict[str, Any]:
-    """Figures of one controller over its seeds, each of which has worked the same shifts.
+    """Figures of one controller over its seeds; all seeds worked the same shifts.
 
     The interval of the value is bootstrapped over shifts, averaged over the seeds.
     """
@@ -65,5 +65,5 @@ def summarise(results: Sequence[Result]) -> dict[str, Any]:
 
 
 def compared(results: Sequence[Result], shifts: int) -> dict[str, tuple[Floats]]:
-    """What is compared with others that have worked so many of these shifts, each (seeds, shifts)."""
+    """Columns of the first shifts for a comparison with a controller that worked only so many, each (seeds, shifts)."""
     return {name: (by_seed(results, name)[:, :shifts],) for name in COMPARED}

@@ -13,7 +13,7 @@ from ..record import Row, Summary
 
 
 def shifts_table(title: str, summary: Summary) -> Table:
-    """Every figure of shifts at a line, one per line."""
+    """Table of all figures of work shifts, one figure per line."""
     low, high = summary["value_per_min_low"], summary["value_per_min_high"]
     rows = [
         ("value per minute", f"{summary['value_per_min']:.1f} ({low:.1f} .. {high:.1f})"),
@@ -49,19 +49,19 @@ def shifts_table(title: str, summary: Summary) -> Table:
 
 
 def _together(summary: Summary, *names: str) -> Iterator[tuple[Any, ...]]:
-    """Lists of an evaluation side by side."""
+    """Rows of several lists of a summary."""
     return zip(*(summary[name] for name in names), strict=True)
 
 
 def _seconds(time: float | None) -> str:
-    """A time for people; "-" where there is none."""
+    """Text of a time [s]; "-" for None."""
     return "-" if time is None else f"{time:.3f} s"
 
 
 def shifts_comparison(title: str, rows: Sequence[Row], base: str | None) -> Table:
-    """Controllers of a line side by side over the same shifts, as `comparison_table`; `base` is whom they are over.
+    """Table of a line's controllers over the same shifts, one per line, with paired gains over controller `base`.
 
-    Who has worked fewer shifts is compared on those.
+    A controller that worked fewer shifts is compared on these shifts alone.
     """
     compared = next((summary["by_shift"]["value_per_min"] for name, _, summary in rows if name == base), None)
     values = [summary["by_shift"]["value_per_min"] for _, _, summary in rows]

@@ -1,4 +1,4 @@
-"""Trials by work shifts: a controller decides what comes next on lines, and whole held-out shifts are counted."""
+"""Trials by work shifts: a controller chooses the next object of each robot, and whole held-out shifts are counted."""
 
 from __future__ import annotations
 
@@ -40,16 +40,16 @@ from .data import worked
 from .record import ShiftRecord
 
 SECONDS: Final = 12.0
-"""Seconds of a shift that a film shows unless something else is asked for."""
+"""Default length of a film: the first seconds of a shift."""
 END: Final = 64
-"""Shifts by which a search compares its end with its beginning, as in `agents.line tune`."""
+"""Shifts on which a search compares its final index with its first one, as in `agents.line tune`."""
 SLOW: Final = 20
-"""Decisions of a rule that take as long as one of a planner."""
+"""Number of a rule's decisions that take as long as one decision of a planner."""
 
 
 @final
 class ShiftTrial(Trial):
-    """Work shifts of lines, in which an action chooses what a robot takes next."""
+    """Trials on lines, where an action chooses the object that a robot takes next."""
 
     unit = "work shifts"
     step = "decision"
@@ -89,7 +89,7 @@ class ShiftTrial(Trial):
 
     @classmethod
     def simulated(cls, config: LevelConfig, throws: str) -> LineConfig:
-        """The level with throws by `table`, in `flight` or in `full`."""
+        """Copy of a level with throws by `table`, in `flight` or in `full`."""
         return LineConfig.load(config, throws=throws)
 
     def controller(self, policy: Any, *, trust: bool = False, **options: Any) -> Controller:
@@ -104,20 +104,20 @@ class ShiftTrial(Trial):
             raise UsageError(f"controller {policy!r} has no settings {', '.join(options)}") from None
 
     def correct_throws(self, release: str | None) -> None:
-        """Let a controller of PnTRelease-v0 correct the throws, where they are simulated."""
+        """Let a controller of PnTRelease-v0 correct the throws, where throws are simulated."""
         self._settings = {"release": release or PLANNER}
         if release is not None:
             self.core.use(releaser(release, self.core))
 
     def expert(self, env_id: str) -> str:
-        """The guided planner."""
+        """Name of the guided planner."""
         del env_id
         return GUIDED
 
     def practise(
         self, controller: Controller, steps: int, seed: int, *, progress: Progress | None = None
     ) -> Controller:
-        """Search for an index, where the controller is one, in whole generations of about so many decisions."""
+        """Search for an index if the controller is one, in whole generations of about `steps` decisions together."""
         del progress
         if controller.name != SEARCHED or steps == 0:
             return controller
@@ -132,38 +132,38 @@ class ShiftTrial(Trial):
         return Scored(SEARCHED, Scorer.linear(**best(tried).settings))
 
     def peers(self, asked: Mapping[str, Any]) -> dict[str, int]:
-        """Rules: first in, first out, and the tuned ATC rule."""
+        """Two rules: first in, first out, and the tuned ATC rule."""
         del asked
         return {FIRST: 0, "atc": 0}
 
     def steps(self, controller: Controller, seed: int) -> Iterator[float]:
-        """Decisions of one line in its first shift; yields the time of the next one since the begin of the shift [s].
+        """Carry out the decisions of one line's first shift; yields the time of the next decision in the shift [s].
 
-        Row 0 of many lines has the same shift.
+        The shift is the same as that of row 0 of many lines.
         """
         for _ in worked_by(controller.act, self.env, stream_seed("evaluate", seed), 1):
             yield float(self.core.cell.state.clock[0])
 
     def filmed(self, steps: Iterator[float], picks: int | None) -> Iterator[float]:
-        """So many decisions, or those of the first 12 s."""
+        """The first `picks` decisions, or the decisions of the first 12 s."""
         return takewhile(lambda time: time < SECONDS, steps) if picks is None else super().filmed(steps, picks)
 
     def advance(self, steps: Iterator[float], moment: float) -> None:
-        """Decide until a moment of the shift [s]."""
+        """Carry out decisions until a moment of the shift [s]."""
         for time in steps:
             if time >= moment:
                 return
 
     def check_training(self, asked: Mapping[str, Any]) -> None:
-        """Make sure that the algorithm chooses, and that nothing is asked for that goes with throws."""
+        """Make sure that the algorithm chooses objects, and that no option for throws is given."""
         super().check_training(asked)
         if (asked["stack"], asked["over"], asked["fidelity"]) != (1, PLANNER, "full"):
             raise UsageError("--stack, --over and --fidelity go with throws, and not with work shifts")
 
     def hyperparameters(self, asked: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
-        """Hyperparameters with those that depend on the line: what the tuned ATC rule is and brings there.
+        """Hyperparameters completed by those of the line: patience and rate of value of the tuned ATC rule.
 
-        `gamma` and `gae_lambda` are of one robot's decisions; among those of R robots they are the R-th roots.
+        `gamma` and `gae_lambda` are given per decision of one robot; per decision of R robots they are the R-th roots.
         """
         config, found = self.core.config, dict(given)
         checked(found)
@@ -176,23 +176,23 @@ class ShiftTrial(Trial):
         return found
 
     def price(self, settings: Mapping[str, Any]) -> float:
-        """How much more a second costs in training than in the reward of the environment [1/s]."""
+        """Price of time that a training subtracts beyond the price in the environment's reward [1/s]."""
         checked(settings)
         return float(settings.get("price_of_time", self.core.config.price_of_time)) - self.core.config.price_of_time
 
     def policy(self, folder: RunFolder, checkpoint: Path | None, asked: Mapping[str, Any], name: str) -> Controller:
-        """The newest policy of a training, or that of a checkpoint."""
+        """Newest policy of a training, or the policy of a checkpoint, as a controller."""
         del asked, name
         return run_scores(folder.path, checkpoint)
 
     @classmethod
     def card(cls) -> Card:
-        """Value per minute and recovery of shifts."""
+        """Card with value per minute and recovery of shifts."""
         return CARD
 
     @classmethod
     def depends(cls, name: str, levels: Sequence[LineConfig], options: Mapping[str, Any], throws: Sequence[int]) -> Any:
-        """Settings that were tuned, and tables of throws."""
+        """Tuned settings, and digests of the tables of throws."""
         del options, throws
         tuned: list[Any] = [tuned_settings(level.name, name, len(level.robots)) for level in levels]
         if name == SEARCHED:
@@ -203,7 +203,7 @@ class ShiftTrial(Trial):
 
     @classmethod
     def learned(cls, name: str, levels: Sequence[LineConfig], options: Mapping[str, Any]) -> list[tuple[str, str]]:
-        """The guide of a guided planner on each level, and tables of throws that are files of the user's."""
+        """The guide of the guided planner on each level, and the user's files of tables of throws."""
         tables = [("chances", level.chances) for level in levels if level.chances is not None]
         if name != GUIDED:
             return tables
@@ -212,10 +212,10 @@ class ShiftTrial(Trial):
 
     @classmethod
     def effort(cls, name: str, config: LineConfig, count: int, num_envs: int) -> int:
-        """Decisions in some shifts, in rows that all work until all are done; of planners as many as rules take."""
+        """Number of decisions in all rows until the last shift ends; a planner's decision counts `SLOW` times."""
         return _decisions(config, -(-count // num_envs) * num_envs) * (SLOW if name in PLANNERS else 1)
 
 
 def _decisions(level: LineConfig, shifts: int) -> int:
-    """Number of decisions in some shifts, about one a second by each robot."""
+    """Number of decisions in some shifts, about one per second and robot."""
     return int(level.duration) * len(level.robots) * shifts

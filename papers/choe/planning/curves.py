@@ -1,7 +1,7 @@
 """Smooth curves in a plane, and the arc length along them.
 
-A curve is known by its position and three derivatives by a parameter u in [0, 1]; its arc length, curvature
-and the derivative of the curvature follow from these for every curve in the same way.
+A curve gives its position and three derivatives by a parameter u in [0, 1]. Arc length, curvature and the derivative
+of the curvature follow from position and derivatives in the same way for every curve.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class CurvePoints(NamedTuple):
 
 
 class PlaneCurve(Protocol):
-    """A smooth curve in a plane, run through as u goes from 0 to 1."""
+    """A smooth curve in a plane from its start at u = 0 to its end at u = 1."""
 
     @property
     def straight(self) -> bool:
@@ -74,9 +74,9 @@ class LameCorner:
     curvature is zero at both ends and its derivative finite, so that lines join with continuous curvature.
 
     Attributes:
-        centre: of the curve, opposite to the corner [m].
-        p: from the centre to the start [m].
-        q: from the centre to the end [m].
+        centre: centre of the Lamé curve, opposite to the corner [m].
+        p: vector from the centre to the start [m].
+        q: vector from the centre to the end [m].
         exponent: m, at least 3.
     """
 
@@ -107,7 +107,7 @@ def _lame(t: Floats, m: float) -> tuple[Floats, Floats, Floats, Floats]:
     q2 = m * ((m - 1) * (c ** (m - 2) * s**2 + s ** (m - 2) * c**2) - q)
     third = (m - 1) * (m - 2) * (s ** (m - 3) * c**3 - c ** (m - 3) * s**3)
     q3 = m * (third + (3 * m - 2) * (c ** (m - 1) * s - s ** (m - 1) * c))
-    # Derivatives of the logarithm of f = q^(-1/m).
+    # l1, l2, l3: derivatives of the logarithm of f = q^(-1/m), by which those of f and of f cos t follow.
     r1, r2, r3 = q1 / q, q2 / q, q3 / q
     l1, l2, l3 = -r1 / m, -(r2 - r1**2) / m, -(r3 - 3.0 * r1 * r2 + 2.0 * r1**3) / m
     f = q ** (-1.0 / m)
@@ -122,11 +122,11 @@ def _lame(t: Floats, m: float) -> tuple[Floats, Floats, Floats, Floats]:
 
 @final
 class MeasuredCurve:
-    """A curve with its arc length.
+    """A plane curve that is read by arc length.
 
     Attributes:
-        curve: the curve.
-        length: its whole length [m].
+        curve: the curve by its parameter u.
+        length: whole length of the curve [m].
     """
 
     def __init__(self, curve: PlaneCurve) -> None:
@@ -136,7 +136,7 @@ class MeasuredCurve:
         self.length = float(self._sums[-1])
 
     def parameter(self, s: Floats) -> Floats:
-        """Return u (M,) at the arc lengths ``s`` (M,) [m], held within the curve."""
+        """Return u (M,) at the arc lengths ``s`` (M,) [m], which are clipped to the curve."""
         s = np.clip(s, 0.0, self.length)
         cell = np.clip(np.searchsorted(self._sums, s, side="right") - 1, 0, CELLS - 1)
         start = cell / CELLS
@@ -150,7 +150,7 @@ class MeasuredCurve:
         return np.clip(u, 0.0, 1.0)
 
     def at(self, s: Floats) -> CurvePoints:
-        """Return the points at the arc lengths ``s`` (M,) [m], held within the curve."""
+        """Return the points at the arc lengths ``s`` (M,) [m], which are clipped to the curve."""
         return curve_points(self.curve.derivatives(self.parameter(s)))
 
     def _speed(self, u: Floats) -> Floats:

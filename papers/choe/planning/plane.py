@@ -1,8 +1,8 @@
 """Paths of the hand in a vertical plane, made of smooth pieces, and their place in space.
 
-A path starts at (0, 0); x runs towards the place, y upwards. What matters to a motion is how its pieces join:
-at a corner the direction jumps, so the hand must stop; where only the curvature jumps, it must stop or accept a
-step of its acceleration; where the curvature is continuous it runs through.
+A path starts at (0, 0); x runs towards the place, y upwards. The joints of the pieces decide how the hand passes. At a
+corner the direction jumps, so the hand must stop. Where only the curvature jumps, the hand must stop or accept a step
+of its acceleration. Where the curvature is continuous, the hand passes without either.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class PlanePath:
 
     Attributes:
         pieces: smooth pieces in order, each with its arc length.
-        joints: how they meet, one less than pieces.
+        joints: how neighbouring pieces meet (len(pieces) - 1).
         borders: arc length at the start of each piece and at the end (len(pieces) + 1,) [m].
         length: whole length [m].
 
@@ -61,7 +61,7 @@ class PlanePath:
 
     @property
     def end(self) -> Floats:
-        """Last point (2,) [m]; the first is what the first piece starts with."""
+        """Last point (2,) [m]."""
         return self.pieces[-1].at(np.array([self.pieces[-1].length])).position[0]
 
     @property
@@ -76,7 +76,7 @@ class PlanePath:
         return float(max(heights) - self.start[1])
 
     def piece_at(self, s: Floats) -> Ints:
-        """Return the piece that holds at the arc lengths ``s`` (M,) [m]; at a joint the later one."""
+        """Return the index of the piece at the arc lengths ``s`` (M,) [m]; at a joint the later piece."""
         index = np.searchsorted(self.borders, s, side="right") - 1
         return np.clip(index, 0, len(self.pieces) - 1).astype(np.int64)
 
@@ -84,8 +84,9 @@ class PlanePath:
         """Return the points at the arc lengths ``s`` (M,) [m].
 
         Args:
-            s: arc lengths from the start of the path, held within the piece.
-            piece: piece to read each from (M,), which chooses the side at a joint; the later one if not given.
+            s: arc lengths from the start of the path, clipped to the piece.
+            piece: index of the piece to read at each arc length (M,), which chooses the side at a joint; the later
+                piece if not given.
         """
         index = self.piece_at(s) if piece is None else piece
         result = CurvePoints(np.zeros((s.size, 2)), np.zeros((s.size, 2)), np.zeros(s.size), np.zeros(s.size))
@@ -107,8 +108,8 @@ class SpacePath:
     """A plane path in space.
 
     Attributes:
-        path: in its vertical plane.
-        origin: where the plane's (0, 0) lies (3,) [m].
+        path: the path in its vertical plane.
+        origin: position of the plane's (0, 0) in space (3,) [m].
         heading: horizontal direction of the plane's x, a unit vector (3,).
     """
 
@@ -121,8 +122,8 @@ class SpacePath:
         """Return ``path`` laid from ``pick`` to ``place``, each (3,) [m].
 
         Raises:
-            ValueError: if a point is not finite, one lies straight above the other, or the ends of the path
-                are not as far apart as the two points, horizontally or vertically.
+            ValueError: if a point is not finite, pick and place lie on one vertical line, or the ends of the path
+                are not as far apart as pick and place, horizontally or vertically.
         """
         first, last = vector(pick, "pick"), vector(place, "place")
         way = last - first
@@ -160,7 +161,7 @@ def rectangle(width: float, lift: float, drop: float) -> PlanePath:
 def line_ellipse_line(ellipse: EllipsePath, lift: float, drop: float) -> PlanePath:
     """Return the paper's whole path: straight up by ``lift`` to T1, the ellipse, straight down by ``drop`` from T2 [m].
 
-    A level ellipse makes it the symmetric one of the paper's comparison.
+    With a level ellipse the path is the symmetric path of the paper's comparison.
 
     Raises:
         ValueError: if lift or drop is negative or not finite.
@@ -172,10 +173,10 @@ def line_ellipse_line(ellipse: EllipsePath, lift: float, drop: float) -> PlanePa
 
 
 def lame_path(width: float, lift: float, drop: float, corner: Vector, exponent: float = 3.0) -> PlanePath:
-    """Return the path straight up by ``lift``, round a Lamé corner, level, round another, straight down by ``drop``.
+    """Return the path straight up by ``lift``, round a Lamé corner, level, round a second, straight down by ``drop``.
 
-    The exponent 2 makes the corners quarters of an ellipse, which only join with the same direction. Between 2 and
-    3 the derivative of the curvature is infinite where a corner meets a line, so that no motion keeps a jerk limit.
+    The exponent 2 makes the corners quarters of an ellipse, at whose ends the curvature jumps. Between 2 and 3 the
+    derivative of the curvature is infinite where a corner meets a line, so that no motion keeps a jerk limit.
 
     Args:
         width: from pick to place [m].

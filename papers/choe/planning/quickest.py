@@ -1,8 +1,9 @@
 """The quickest motion along one smooth run of a path, as a nonlinear programme for IPOPT.
 
-The run is cut at fixed arc lengths. Unknown are speed and acceleration along the path at the cuts, and the time
-and jerk of each interval, within which the third derivative s''' of the arc length is constant. The geometry
-enters by numbers alone: curvature and its derivative on either side of each cut, with a cubic between them.
+A run is a part of a path that the hand passes without a stop. The run is cut at fixed arc lengths. Unknown are speed
+and acceleration along the path at the cuts, and the time and jerk of each interval, within which the third derivative
+s''' of the arc length is constant. The programme reads the geometry as numbers: the curvature and its derivative on
+either side of each cut, with a cubic between them.
 
 With T along the path, N across it and k the curvature, the hand has the velocity s' T, the acceleration
 s'' T + k s'^2 N and the jerk (s''' - k^2 s'^3) T + (3 k s' s'' + k' s'^3) N.
@@ -22,24 +23,25 @@ from ...common.casadi_module import load_casadi
 from .curves import CurvePoints
 from .plane import PlanePath
 
-# Cuts of the first solution, which only places those of the second; the later ones where IPOPT fails from the first.
+# Intervals of the first solution, which only places the cuts of the second; the next number is tried where IPOPT fails.
 ROUGH = (60, 90, 45)
 # The second solution starts this much slower than the first, inside the limits.
 SLOWER = 1.05
-# A joint replaces cuts that are nearer than this share of an interval.
+# A joint replaces the cuts that are nearer to the joint than this share of an interval.
 NEAR = 0.4
-# What the whole turn of a run counts in the measure of the cuts; its whole duration counts one.
+# Weight of a run's whole turn in the measure that spaces the cuts; the run's whole duration weighs 1.
 TURN_WEIGHT = 0.5
-# Where in each interval the limits are asked for.
+# Places in each interval where the programme bounds the limits, as shares of the interval's time.
 SHARES = (0.0, 0.5, 1.0)
-# Each interval's time stays within this factor of its first guess: without, IPOPT can get stuck near a rest.
+# Each interval's time stays within this factor of its first guess; without that bound IPOPT can get stuck near a rest.
 TIME_FACTOR = 20.0
-# Room for the curvature between the cuts.
+# Factor by which the curvature between two cuts may exceed the curvature at the cuts.
 BEND_ROOM = 1.5
+# Samples of the first guess.
 PLACES = 2000
-# Share of the limits at which the start moves.
+# Share of the limits that the first guess uses.
 SHARE = 0.6
-# Window of the moving average, of the whole duration; three in a row make the jerk continuous.
+# Window of the moving average as a share of the whole duration; three averages in a row make the jerk continuous.
 WINDOW = 0.07
 
 
@@ -63,7 +65,7 @@ class Progress(NamedTuple):
     pieces: Ints
 
     def course(self, shares: Floats) -> Course:
-        """The motion at ``shares`` (M,) of each interval, one after the other."""
+        """The motion (K M,) at ``shares`` (M,) of each interval, interval after interval."""
         begin = np.concatenate([[0.0], np.cumsum(self.durations)[:-1]])
         t = self.durations[:, None] * shares
         s0, v0, a0, jerk = self.s[:-1, None], self.speed[:-1, None], self.acceleration[:-1, None], self.jerks[:, None]
@@ -73,7 +75,7 @@ class Progress(NamedTuple):
 
 
 def quickest(path: PlanePath, run: tuple[int, int], limits: MotionLimits, intervals: int) -> Progress:
-    """Return the quickest motion from rest to rest through the pieces ``run[0]`` up to, without, ``run[1]``.
+    """Return the quickest motion from rest to rest through the pieces ``run[0]`` to ``run[1] - 1``.
 
     Raises:
         PntGymError: if CasADi is missing or IPOPT finds no solution.
@@ -92,7 +94,7 @@ def quickest(path: PlanePath, run: tuple[int, int], limits: MotionLimits, interv
 
 
 def _cut(path: PlanePath, run: tuple[int, int], course: Course, count: int) -> Progress:
-    """``course`` cut into about ``count`` pieces, to start a search from.
+    """``course`` cut into about ``count`` intervals, as a first guess for IPOPT.
 
     The cuts lie at the joints and at even steps of a measure that counts time and, where the path is bent, the turn.
     """
@@ -112,7 +114,7 @@ def _cut(path: PlanePath, run: tuple[int, int], course: Course, count: int) -> P
 
 
 def _solve(path: PlanePath, guess: Progress, limits: MotionLimits) -> tuple[Progress, str]:
-    """The quickest motion on the cuts of ``guess`` and, where there is none, why."""
+    """The quickest motion on the cuts of ``guess``, and IPOPT's reason if the solve failed ("" if not)."""
     ca = load_casadi()
     count = guess.jerks.size
     # Units of the run's length and the guess's duration.
@@ -143,12 +145,12 @@ def _solve(path: PlanePath, guess: Progress, limits: MotionLimits) -> tuple[Prog
 
 
 def _moved(v: Any, a: Any, j: Any, t: Any) -> Any:
-    """Way of each interval after the times ``t``."""
+    """Arc length passed in each interval after the times ``t``."""
     return t * (v[:-1] + t * (0.5 * a[:-1] + t * j / 6.0))
 
 
 def _steps(cuts: Progress, way: float, unknown: tuple[Any, ...]) -> Any:
-    """What must vanish for the intervals to follow one another."""
+    """Residuals of position, speed and acceleration between neighbouring intervals, zero for a continuous motion."""
     v, a, j, dt = unknown
     step = np.diff(cuts.s) / way
     return load_casadi().vertcat(
@@ -194,7 +196,7 @@ def _shares(path: PlanePath, cuts: Progress, way: float, unknown: tuple[Any, ...
 
 
 def _cubic(ends: list[tuple[Floats, Floats]], step: Floats, x: Any) -> tuple[Any, Any]:
-    """Curvature and its derivative at the share ``x`` of each step, by a cubic through both ends."""
+    """Curvature and its derivative at the share ``x`` of each step, by a cubic Hermite polynomial of both ends."""
     (k0, d0), (k1, d1) = ends
     rise = k1 - k0
     c2, c3 = 3.0 * rise - step * (2.0 * d0 + d1), step * (d0 + d1) - 2.0 * rise
@@ -210,17 +212,17 @@ class Course(NamedTuple):
     acceleration: Floats
 
     def slower(self, factor: float) -> Course:
-        """The same motion in ``factor`` times the time."""
+        """The same motion slowed down to ``factor`` times its time."""
         return Course(factor * self.time, self.s, self.speed / factor, self.acceleration / factor**2)
 
 
 def run_points(path: PlanePath, run: tuple[int, int], s: Floats) -> CurvePoints:
-    """Points at ``s`` (M,), read from the pieces ``run[0]`` up to, without, ``run[1]``."""
+    """Points at ``s`` (M,), read from the pieces ``run[0]`` to ``run[1] - 1``."""
     return path.at(s, np.clip(path.piece_at(s), run[0], run[1] - 1))
 
 
 def careful_course(path: PlanePath, run: tuple[int, int], limits: MotionLimits) -> Course:
-    """Return a slow motion from rest to rest that slows down further where the path is bent."""
+    """Return a motion from rest to rest within all limits, slow in bends, as a first guess."""
     s = np.linspace(float(path.borders[run[0]]), float(path.borders[run[1]]), PLACES)
     speed = _allowed_speed(run_points(path, run, s), s, limits)
     course = _smoothed(s, speed)
@@ -228,7 +230,7 @@ def careful_course(path: PlanePath, run: tuple[int, int], limits: MotionLimits) 
 
 
 def _allowed_speed(points: CurvePoints, s: Floats, limits: MotionLimits) -> Floats:
-    """Speed at which each place can be passed, with rises and falls at a share of the acceleration."""
+    """Speed (M,) [m/s] at which the hand can pass each place, with rises and falls at a share of the acceleration."""
     velocity, acceleration, jerk = limits.numbers()
     bend, slope = np.maximum(np.abs(points.curvature), 1e-9), np.maximum(np.abs(points.slope), 1e-9)
     most = np.minimum(np.sqrt(acceleration / bend), np.minimum(jerk / bend**2, jerk / slope) ** (1.0 / 3.0))
@@ -242,12 +244,12 @@ def _allowed_speed(points: CurvePoints, s: Floats, limits: MotionLimits) -> Floa
 
 
 def _smoothed(s: Floats, speed: Floats) -> Course:
-    """The course with its speed averaged over a while, so that acceleration and jerk are finite."""
+    """The course with its speed averaged over a window of time, so that acceleration and jerk are finite."""
     moments = np.concatenate([[0.0], np.cumsum(2.0 * np.diff(s) / (speed[1:] + speed[:-1]))])
     step = float(moments[-1]) / (PLACES - 1)
     width = int(WINDOW * PLACES)
     window = np.full(width, 1.0 / width)
-    # Three moving averages, as one.
+    # Three moving averages as one convolution.
     window = np.convolve(np.convolve(window, window), window)
     rate = np.convolve(np.interp(step * np.arange(PLACES), moments, speed), window)
     way = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]))])
@@ -257,7 +259,7 @@ def _smoothed(s: Floats, speed: Floats) -> Course:
 
 
 def _excess(points: CurvePoints, course: Course, limits: MotionLimits) -> float:
-    """How many times slower the course must be to reach, but keep, its limits."""
+    """Factor of time at which the course just keeps all limits; below 1 the course could be quicker."""
     velocity, acceleration, jerk = limits.numbers()
     cross = points.curvature * course.speed**2
     along = np.gradient(course.acceleration, course.time) - points.curvature * cross * course.speed

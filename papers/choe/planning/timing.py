@@ -1,6 +1,6 @@
 """The quickest motion along a given path under limits on the lengths of velocity, acceleration and jerk.
 
-The hand starts and ends at rest. Between the places where it must stop the motion is optimised as a whole, with
+The hand starts and ends at rest. Between the places where the hand must stop, the motion is optimised as a whole, with
 the third derivative of the arc length piecewise constant; straight runs take the S-curve in closed form.
 """
 
@@ -24,11 +24,11 @@ from .plane import Joint, PlanePath, SpacePath
 from .quickest import Progress, quickest
 
 JointRule: TypeAlias = Literal["strict", "relaxed"]
-# Intervals of a curved run: more than twice as many make it less than 0.1 % quicker.
+# Intervals of a curved run: more than twice as many make the motion less than 0.1 % quicker.
 INTERVALS = 240
-# What a limit may be exceeded by, relative: rounding.
+# Relative excess over a limit that counts as rounding.
 TOLERANCE = 1e-6
-# Step at which a motion is checked [s], and the fewest and most steps in each interval.
+# Time step at which the peaks of a motion are read [s], and the fewest and most steps in each interval.
 CHECK_STEP = 5e-5
 CHECK_STEPS = (8, 100)
 _SIGNS = np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
@@ -40,8 +40,8 @@ class TimedPath:
     """One timed path of the hand: a ``HandPath`` of one row.
 
     Attributes:
-        path: where the hand moves.
-        progress: how the arc length grows, K intervals of constant third derivative.
+        path: path of the hand in space.
+        progress: arc length over time, K intervals of constant third derivative.
         knot_times: borders of the intervals (K + 1,) [s], from 0 to the duration.
     """
 
@@ -71,8 +71,8 @@ class TimedPath:
     def jerk(self, times: ArrayLike) -> Floats:
         """Return the jerk at ``times`` [s], shape (M,) or (1, M), result (1, M, 3) [m/s3]; zero outside.
 
-        Where the curvature jumps under the relaxed rule the acceleration steps; that instant has no jerk, and the
-        value is the one just after.
+        Where the curvature jumps under the relaxed rule, the acceleration steps and no jerk exists; the value there is
+        the jerk just after the step.
         """
         s, points, moving, third = self._read(times)
         along, across = _jerk(points, s[1], s[2], third)
@@ -82,7 +82,7 @@ class TimedPath:
     def peak_ratios(self, limits: MotionLimits) -> PeakRatios:
         """Return the largest speed, acceleration and jerk as shares of ``limits``, each (1,).
 
-        They are read on both sides of every border and between them every 0.05 ms or 100 times.
+        The peaks are read on both sides of every interval's border, and between them every 0.05 ms or 100 times.
         """
         steps = int(np.clip(np.ceil(self.progress.durations.max() / CHECK_STEP), *CHECK_STEPS))
         course = self.progress.course(np.linspace(0.0, 1.0, steps + 1))
@@ -94,7 +94,7 @@ class TimedPath:
         return PeakRatios(*(np.array([p.max() / most]) for p, most in zip(peaks, limits.numbers(), strict=True)))
 
     def slower(self, factor: float) -> TimedPath:
-        """Return the same motion in ``factor`` times the time."""
+        """Return the same motion slowed down to ``factor`` times its time."""
         p = self.progress
         scaled = Progress(
             p.s, p.speed / factor, p.acceleration / factor**2, p.durations * factor, p.jerks / factor**3, p.pieces
@@ -107,7 +107,7 @@ class TimedPath:
         return self.path.vectors(points.tangent), self.path.vectors(left)
 
     def _read(self, times: ArrayLike) -> tuple[tuple[Floats, Floats, Floats], CurvePoints, Floats, Floats]:
-        """Arc length, speed and acceleration along it; the points there; 1 while moving, else 0; s'''."""
+        """Arc length, speed and acceleration along the path; points; 1 while moving, else 0; s''', each (M, ...)."""
         time = np.asarray(times, dtype=np.float64)
         if time.ndim not in (1, 2) or (time.ndim == 2 and time.shape[0] != 1):
             raise PlanningError(f"times must have shape (M,) or (1, M), got {time.shape}")
@@ -127,18 +127,18 @@ def time_path(
 ) -> TimedPath:
     """Return the quickest motion along ``path`` from rest to rest.
 
-    The hand stops at corners. Where only the curvature jumps it stops too under the strict rule, which keeps the
-    acceleration continuous; under the relaxed one it runs through and its normal acceleration steps.
+    The hand stops at corners. Where only the curvature jumps, the hand stops too under the strict rule, which keeps
+    the acceleration continuous. Under the relaxed rule the hand passes, and its normal acceleration steps.
 
     Args:
-        path: where to move.
+        path: path of the hand.
         limits: largest lengths of velocity, acceleration and jerk, one set.
         joints: "strict" or "relaxed".
-        intervals: of constant s''' in each curved run, at least 20.
+        intervals: number of intervals of constant s''' in each curved run, at least 20.
 
     Raises:
-        PntGymError: (a ValueError) if CasADi is missing, no timing is found, or the one found cannot be made to
-            keep the limits.
+        PntGymError: (a ValueError) if CasADi is missing, IPOPT finds no timing, or the timing cannot be slowed down
+            to keep the limits.
         ValueError: if the rule is unknown, there are too few intervals, or limits hold more than one set.
     """
     if joints not in ("strict", "relaxed"):
@@ -151,7 +151,7 @@ def time_path(
 
 
 def _runs(path: PlanePath, joints: JointRule) -> Iterator[tuple[int, int]]:
-    """First and one past the last piece of each part that is run through without a stop."""
+    """First piece of each part that the hand passes without a stop, and the piece after its last."""
     first = 0
     for k, joint in enumerate(path.joints, start=1):
         if joint is Joint.CORNER or (joint is Joint.TANGENT and joints == "strict"):
@@ -171,7 +171,7 @@ def _run(path: SpacePath, run: tuple[int, int], limits: MotionLimits, intervals:
 
 
 def _needed(motion: TimedPath, limits: MotionLimits) -> float:
-    """How many times slower the motion must be to keep its limits; below 1 where it could be quicker."""
+    """Factor of time at which the motion just keeps its limits; below 1 the motion could be quicker."""
     ratios = motion.peak_ratios(limits)
     roots = float(ratios.velocity[0]), float(ratios.acceleration[0]) ** 0.5, float(ratios.jerk[0]) ** (1.0 / 3.0)
     return max(roots)
@@ -186,7 +186,7 @@ def _straight(path: PlanePath, piece: int, limits: MotionLimits) -> Progress:
 
 
 def _joined(runs: list[Progress]) -> Progress:
-    """All runs as one; each ends and starts at rest, so that the shared borders agree."""
+    """All runs as one motion; each run starts and ends at rest, so that the shared borders agree."""
     later = [run._replace(s=run.s[1:], speed=run.speed[1:], acceleration=run.acceleration[1:]) for run in runs[1:]]
     return joined([runs[0], *later])
 

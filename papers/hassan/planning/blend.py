@@ -1,8 +1,8 @@
-"""Straight moves joined into one path, each one starting while the one before it still comes to rest.
+"""Straight moves joined into one path, where each move may start while the previous move comes to rest.
 
-A move is seven segments of constant jerk along a line (Hassan et al. 2022, Eq. 1): up to speed in three, a
-cruise, back to rest in three. Two moves that overlap are added up; the sum has constant jerk between the
-merged segment borders, so it is again a ``JerkTrajectory`` and nothing is sampled or approximated.
+A move is seven segments of constant jerk along a straight line (Hassan et al. 2022, Eq. 1): three segments to gain
+speed, a cruise, and three segments to come to rest. Overlapping moves are added up. The sum has constant jerk between
+the merged segment borders, so the sum is an exact ``JerkTrajectory`` without sampling.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from pnt_gym.planning.motion.scurve import accelerate, brake, speed_at
 from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
 
 Overlap: TypeAlias = Literal["none", "jerk", "ramp"]
-"""How far a move may reach into the one before it: not at all, by one jerk phase, by one whole ramp."""
+"""Overlap of a move with the previous move: none, one jerk phase, or one whole ramp."""
 
 MOVE_SEGMENTS = 7
 """Segments of a move: three up to speed, one cruise, three back to rest."""
@@ -28,8 +28,9 @@ MOVE_SEGMENTS = 7
 RELEASE_SEGMENTS = 4
 """Segments of a throw up to its release."""
 
+# Number of segments of a move that may overlap the next move.
 _OVERLAPPING = {"none": 0, "jerk": 1, "ramp": 3}
-# Borders of two moves that should coincide differ by rounding; no segment of a robot's motion is this short [s].
+# Greatest difference of two coinciding borders by rounding [s]; no segment of a robot's motion is this short.
 _SAME_TIME = 1e-12
 
 
@@ -47,15 +48,15 @@ def throw_move(direction: Floats, distance: Floats, limits: MotionLimits) -> Seg
 
 
 def begin_times(moves: Sequence[Segments], overlap: Overlap, stops: Collection[int] = ()) -> Floats:
-    """Return when each of M moves begins, (N, M) [s].
+    """Return the begin time of each of M moves, (N, M) [s].
 
-    Two moves overlap by the shorter of the first one's way down and the second one's way up: whole ramps for
-    "ramp", the outermost jerk phases for "jerk".
+    Two moves overlap by the shorter of two times: the first move's deceleration and the second move's acceleration.
+    These are whole ramps for "ramp" and the outermost jerk phases for "jerk".
 
     Args:
         moves: M moves of seven segments, N rows each.
-        overlap: the rule.
-        stops: indices of the moves that come to rest before the next one begins.
+        overlap: overlap of neighbouring moves.
+        stops: indices of the moves that come to rest before the next move begins.
 
     Raises:
         ValueError: if there is no move, a move has not seven segments, or the rule is unknown.
@@ -73,7 +74,7 @@ def begin_times(moves: Sequence[Segments], overlap: Overlap, stops: Collection[i
 
 
 def blend(start: Floats, moves: Sequence[Segments], begins: Floats) -> JerkTrajectory:
-    """Return the sum of moves that begin at ``begins`` (N, M) [s] after the path's start at ``start`` (N, 3) [m]."""
+    """Return the sum of M moves as one path from ``start`` (N, 3) [m]; the moves begin at ``begins`` (N, M) [s]."""
     borders = [
         begins[:, m, None] + np.concatenate([np.zeros((len(start), 1)), np.cumsum(move.durations, axis=1)], axis=1)
         for m, move in enumerate(moves)
@@ -89,7 +90,7 @@ def blend(start: Floats, moves: Sequence[Segments], begins: Floats) -> JerkTraje
 
 
 def _merged(times: Floats) -> Floats:
-    """Pull sorted times (N, B) that differ by rounding onto the first of them."""
+    """Sorted times (N, B) in which times that differ by rounding are replaced by the earliest of them."""
     apart = np.diff(times, axis=1, prepend=-np.inf) > _SAME_TIME
     return np.maximum.accumulate(np.where(apart, times, -np.inf), axis=1)
 

@@ -1,8 +1,8 @@
 """Whole cycles from one pick to the next: pick-and-place, horizontal throw, minimum-time throw.
 
-The three motions that Hassan et al. 2022 compare (section IV-B), N at a time, each as one path of the hand from rest
-at a pick to rest at the next one. The paper leaves the lift height, the vertical approach, the overlap of moves and
-the place where the hand turns back open; ``CycleRules`` names them.
+The module plans the three motions that Hassan et al. 2022 compare (section IV-B), N rows at a time, each as one path of
+the hand from rest at a pick to rest at the next pick. The paper leaves open the lift height, the vertical approach, the
+overlap of moves and the place where the hand turns back: ``CycleRules`` sets them.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from .blend import Overlap, throw_move
 from .outline import Outline, fastest_return, straight_return
 
 Return: TypeAlias = Literal["straight", "fastest"]
-"""How the hand comes back: by straight moves, or by the fastest motion that keeps the limits."""
+"""Motion of the hand after the release: straight moves, or the fastest motion within the limits."""
 
 SAMPLE_RATE = 2500.0
 """Samples per second: the control rate of the T3KR (Hassan et al. 2022, section IV-A) [Hz]."""
@@ -34,16 +34,16 @@ SAMPLE_RATE = 2500.0
 @final
 @dataclass(frozen=True)
 class CycleRules:
-    """What a cycle is besides its points and limits.
+    """Rules of a cycle besides its points and limits.
 
     Attributes:
         lift: height of the vertical moves of pick-and-place and of the horizontal throw [m].
         rise: greatest height of a release above its pick [m]; None for no bound.
         approach: vertical way down to the next pick after a minimum-time throw, Z_off [m].
-        tolerance: half width delta of the box around the target that counts as hit [m] (Eqs. 16-17).
-        overlap: how far straight moves reach into each other; never across the place or the next pick.
+        tolerance: half width delta of the box around the target in which a landing is a hit [m] (Eqs. 16-17).
+        overlap: overlap of neighbouring straight moves; never across the place or the next pick.
         returning: "straight": brake on the line of the throw, go straight back; "fastest": after the release or the
-            place the fastest motion found within the limits, with the same vertical parts (needs casadi).
+            place the fastest motion within the limits, with the same vertical parts (needs casadi).
 
     Raises:
         ValueError: if a length is negative or not finite, or a rule is unknown.
@@ -69,7 +69,7 @@ class CycleRules:
 
 
 class CycleSamples(NamedTuple):
-    """Motion of N cycles at M times: all (N, M, 3) but time [s] (N, M) and grip, which is False once released."""
+    """Motion of N cycles at M times, each (N, M, 3); time [s] and grip, True before the release, are (N, M)."""
 
     time: Floats
     position: Floats
@@ -85,14 +85,14 @@ class Cycle:
     """N cycles of the hand, each from rest at a pick to rest at the next pick.
 
     Attributes:
-        path: the motion of the hand; a row without a plan rests at its pick.
+        path: the motion of the hand; in an infeasible row the hand rests at its pick.
         phases: names of the P phases.
-        phase_ends: when each phase ends (N, P) [s]; a phase that overlaps begins before the one before it ends.
-        release_time: when the object is let go (N,) [s].
-        release_position: where (N, 3) [m].
-        release_velocity: how fast (N, 3) [m/s].
-        feasible: whether the row holds a plan (N,); times, release and duration are NaN where it does not.
-        reason: ``Reason`` codes (N,), 0 where feasible; WORKSPACE also where the hand would leave it to stop.
+        phase_ends: end time of each phase (N, P) [s]; an overlapping phase begins before the previous phase ends.
+        release_time: time of the release (N,) [s].
+        release_position: position of the hand at the release (N, 3) [m].
+        release_velocity: velocity of the hand at the release (N, 3) [m/s].
+        feasible: whether the row holds a plan (N,); times, release and duration are NaN in infeasible rows.
+        reason: ``Reason`` codes (N,), 0 where feasible; WORKSPACE also where the hand's stop lies outside.
     """
 
     path: JerkTrajectory
@@ -109,14 +109,14 @@ class Cycle:
 
     @property
     def duration(self) -> Floats:
-        """Time from pick to pick (N,) [s], NaN in rows without a plan."""
+        """Time from pick to pick (N,) [s], NaN in infeasible rows."""
         return np.where(self.feasible, self.path.duration, np.nan)
 
     def require(self) -> Cycle:
-        """Return the cycles if every row holds a plan.
+        """Return the cycles if every row is feasible.
 
         Raises:
-            InfeasibleThrow: if one does not, with the reason of the first.
+            InfeasibleThrow: if a row is infeasible, with the reason of the first such row.
         """
         if not self.feasible.all():
             row = int(np.argmin(self.feasible))
@@ -126,7 +126,7 @@ class Cycle:
         return self
 
     def sample(self, times: ArrayLike | None = None, rate: float = SAMPLE_RATE) -> CycleSamples:
-        """Return the motion at ``times`` [s], (M,) or (N, M); without them at ``rate`` [Hz] until all cycles end.
+        """Return the motion at ``times`` [s], (M,) or (N, M); without times at ``rate`` [Hz] until all cycles end.
 
         Raises:
             ValueError: if the rate is not positive and finite, or the shape of ``times`` does not fit.
@@ -140,21 +140,21 @@ class Cycle:
         return CycleSamples(time, *motion, jerk, time < self.release_time[:, None])
 
     def peak_ratios(self, limits: MotionLimits) -> PeakRatios:
-        """Return each cycle's largest speed, acceleration and jerk as shares of ``limits``, NaN without a plan."""
+        """Return each cycle's largest speed, acceleration and jerk as shares of ``limits``, NaN in infeasible rows."""
         gap = np.where(self.feasible, 0.0, np.nan)
         return PeakRatios(*(ratio + gap for ratio in self.path.peak_ratios(limits)))
 
 
 class CycleTask(NamedTuple):
-    """What N cycles have to do.
+    """Points, limits and rules of N cycles to plan.
 
     Attributes:
         picks: starts of the hand at rest (N, 3) [m].
-        targets: where the objects are placed or come down (N, 3) [m].
-        next_picks: where the cycles end (N, 3) [m].
+        targets: points at which the objects are placed or land (N, 3) [m].
+        next_picks: ends of the cycles (N, 3) [m].
         limits: largest speed, acceleration and jerk; one set or one per row.
         rules: lift height, overlap and return.
-        workspace: where the hand may be; None for no bound.
+        workspace: region in which the hand stays; None for no bound.
     """
 
     picks: Floats
@@ -174,7 +174,7 @@ class CycleTask(NamedTuple):
         rules: CycleRules | None = None,
         workspace: EllipticWorkspace | None = None,
     ) -> CycleTask:
-        """Check the inputs; the rules are the paper's defaults when not given.
+        """Return the task of checked inputs; without ``rules`` the paper's defaults hold.
 
         Raises:
             ValueError: if an input is not finite, shapes disagree, or a pick lies outside the workspace.
@@ -197,7 +197,7 @@ class CycleTask(NamedTuple):
         return kept
 
     def move(self, way: Floats, reason: Ints) -> Segments:
-        """Return the move along ``way`` (N, 3) or (3,) [m]; rows without a plan rest."""
+        """Return the straight move along ``way`` (N, 3) or (3,) [m]; infeasible rows rest."""
         return rest_to_rest(np.where(_planned(reason)[:, None], way, 0.0), self.limits)
 
 
@@ -229,9 +229,9 @@ def pick_and_place(task: CycleTask) -> Cycle:
 def horizontal_throw(task: CycleTask) -> Cycle:
     """Return cycles that lift, throw horizontally and return at the same height (sections IV-B2 and [12] there).
 
-    The object leaves at the first point of the horizontal move from where it hits the target: P_h + V_S(P_h) t = X
+    The release is the first point of the horizontal move from which the object hits the target: P_h + V_S(P_h) t = X
     with t the time to fall to the target and X shortened by the tolerance. A row is infeasible where the target is
-    not below the lifted hand or within the tolerance of the pick, the lift exceeds the greatest rise, or the hand
+    not below the lifted hand or is within the tolerance of the pick, the lift exceeds the greatest rise, or the hand
     would leave the workspace.
     """
     up = np.array([0.0, 0.0, task.rules.lift])
@@ -244,9 +244,8 @@ def horizontal_throw(task: CycleTask) -> Cycle:
 def min_time_throw(task: CycleTask) -> Cycle:
     """Return cycles that throw on a straight line from the pick in minimum time and return (section IV-B3).
 
-    The hand brakes on the line of the throw right after the release; it does not go on to the middle of the stroke's
-    mirror image, 2 P_r, which for far targets lies beyond the target. A row is infeasible where no throw exists or
-    the hand would leave the workspace.
+    The hand brakes on the line of the throw right after the release. The hand does not run the whole stroke 2 P_r,
+    whose end lies beyond far targets. A row is infeasible where no throw exists or the hand would leave the workspace.
     """
     roof = None if task.rules.rise is None else task.picks[:, 2] + task.rules.rise
     release = plan_release_batch(task.picks, task.targets, task.limits, roof, task.rules.tolerance, task.workspace)
@@ -258,19 +257,19 @@ def _planned(reason: Ints) -> Bools:
 
 
 def _level_release(task: CycleTask, lifted: Floats) -> ReleaseBatch:
-    """Release of the horizontal throw from ``lifted`` (N, 3), the target drawn in by the tolerance."""
+    """Release of the horizontal throw from ``lifted`` (N, 3) [m], the target moved closer by the tolerance."""
     way = task.targets - lifted
     full = np.sqrt(way[:, 0] * way[:, 0] + way[:, 1] * way[:, 1])
     unit = np.where(full > 0.0, 1.0 / np.where(full > 0.0, full, 1.0), 0.0)[:, None] * way * np.array([1.0, 1.0, 0.0])
     widest = np.maximum(np.abs(unit[:, 0]), np.abs(unit[:, 1]))
     shorter = task.rules.tolerance / np.where(widest > 0.0, widest, 1.0)
-    # A target within its own tolerance is hit without a throw; drawn in no further than to the pick it has no reach.
+    # A target within the tolerance of the pick needs no throw: its reach becomes 0, which is infeasible.
     shorter = np.where(full - shorter > MIN_REACH, shorter, full)
     return release_at_elevation(lifted, task.targets - shorter[:, None] * unit, task.limits, 0.0)
 
 
 def _thrown(task: CycleTask, release: ReleaseBatch, reason: Ints, *, lift: float, approach: float) -> Cycle:
-    """Lift (if any), throw, brake on the line, go back above the next pick, descend."""
+    """Cycles that lift (if at all), throw, brake on the line, return to above the next pick, and descend."""
     stop = release.position + brake_distance(np.nan_to_num(release.speed), task.limits)[:, None] * release.direction
     held = task.inside(release.position, stop if task.rules.returning == "straight" else release.position)
     reason = np.where(_planned(reason) & ~held, int(Reason.WORKSPACE), reason)

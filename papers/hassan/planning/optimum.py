@@ -1,8 +1,8 @@
 """The minimum-time throw in a free direction, planned as one motion from pick to next pick.
 
-Five legs are optimised together: throw, window, clearing (until the hand is clear of the falling object), return, and
-vertical approach. Release point, release velocity and flight time are unknowns like the motion itself. The straight
-throw of Hassan et al. 2022 is one of the motions this programme may choose from.
+One programme optimises five legs: throw, window, clearing (until hand and falling object are apart), return, and
+vertical approach. Release point, release velocity and flight time are unknowns like the motion. The straight throw of
+Hassan et al. 2022 is one of the programme's feasible motions.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from ...common.fastest import ROUNDING, NoMotionFound
 from ...common.legs import Leg, add_leg, hermite, inside, join, rest, set_guess, solved
 
 INTERVALS: Final = {"throw": 28, "clearing": 16, "return": 30, "approach": 10}
-"""Pieces of constant jerk per leg; twice as many of them gain less than 0.5 %."""
+"""Intervals of constant jerk per leg; twice as many intervals gain less than 0.5 %."""
 ITERATIONS: Final = 300
 """Most iterations of a solve."""
 STARTS: Final = ((0.62, 1.0), (0.74, 1.0), (0.35, 0.9))
@@ -39,10 +39,10 @@ class FreeThrow:
 
     Attributes:
         path: the motion of the hand, one row.
-        release_time: when the object is let go [s].
-        position: where (3,) [m].
-        velocity: with which velocity (3,) [m/s].
-        flight_time: from the release to the target [s].
+        release_time: time of the release [s].
+        position: release point (3,) [m].
+        velocity: release velocity (3,) [m/s].
+        flight_time: time from the release to the target [s].
         legs: duration of each leg by name [s].
     """
 
@@ -82,22 +82,22 @@ def fastest_throw(
     tolerance: float = 0.0,
     rules: HandRules | None = None,
 ) -> FreeThrow:
-    """Return the fastest throw found that keeps limits and rules at all times.
+    """Return the fastest throw that IPOPT finds within limits and rules at all times.
 
     Args:
-        pick: where the hand rests with the object (3,) [m].
-        target: where the object has to come down (3,) [m].
-        next_pick: where the hand comes to rest (3,) [m].
+        pick: point at which the hand rests with the object (3,) [m].
+        target: point at which the object has to land (3,) [m].
+        next_pick: point at which the hand comes to rest (3,) [m].
         limits: one set of limits, kept as norms.
         ceiling: greatest height of the release [m], above the pick. After the release the hand stays above the top
-            of the approach, or above the middle between pick and ceiling where that is lower.
-        tolerance: delta of Hassan et al. 2022, Eqs. 16-17: the throw is aimed that much short of the target [m].
-        rules: what binds the hand; the defaults when not given.
+            of the approach, or above the middle between pick and ceiling where the middle is lower.
+        tolerance: delta of Hassan et al. 2022, Eqs. 16-17 [m]: the throw is aimed short of the target by delta.
+        rules: rules that bind the hand; the defaults when not given.
 
     Raises:
         ValueError: an input is not finite, the pick is not below the ceiling, the next pick or the top of its approach
-            is above the greatest height of the hand, or one of the three is outside the workspace.
-        NoMotionFound: the solver found nothing that keeps every bound.
+            is above the greatest height of the hand, or one of these points is outside the workspace.
+        NoMotionFound: the solver found no throw within all bounds.
         PntGymError: casadi is not installed.
     """
     task = _checked(pick, target, next_pick, limits, ceiling, tolerance, rules or HandRules())
@@ -161,7 +161,7 @@ def _solve(task: _ThrowTask, elevation: float, share: float) -> FreeThrow | None
 
 
 def _ends(opti: Any, task: _ThrowTask, legs: dict[str, Leg]) -> None:
-    """Rest at both picks, the joints, and the borders of the vertical approach."""
+    """Let the hand rest at both picks, join the legs, and fix the heights of the vertical approach."""
     throw, clearing, back, down = (legs[name] for name in INTERVALS)
     opti.subject_to(throw.position[:, 0] == task.pick)
     rest(opti, throw, 0)
@@ -178,7 +178,7 @@ def _ends(opti: Any, task: _ThrowTask, legs: dict[str, Leg]) -> None:
 
 
 def _release(opti: Any, task: _ThrowTask, legs: dict[str, Leg], flight: Any) -> None:
-    """The flight from the release ends at the aim (Hassan et al. 2022, Eq. 8), coming down."""
+    """Let the flight from the release end at the aim (Hassan et al. 2022, Eq. 8), with the object falling."""
     throw = legs["throw"]
     start, velocity = throw.position[:, -1], throw.velocity[:, -1]
     fall = np.array([0.0, 0.0, -0.5 * GRAVITY])
@@ -189,9 +189,10 @@ def _release(opti: Any, task: _ThrowTask, legs: dict[str, Leg], flight: Any) -> 
 
 
 def _clearing(opti: Any, task: _ThrowTask, legs: dict[str, Leg]) -> None:
-    """The hand stays above the falling object by the margin until it is clear sideways.
+    """Let the hand stay above the falling object by the margin until both are apart sideways.
 
-    The gap is a cubic in every interval; its Bernstein coefficients are bounded.
+    The gap z_hand - z_0 - v_z t + (1 - margin) g t^2 / 2 is a cubic in every interval, and its Bernstein coefficients
+    are bounded.
     """
     ca = load_casadi()
     throw, clearing, back = legs["throw"], legs["clearing"], legs["return"]
@@ -209,10 +210,10 @@ def _clearing(opti: Any, task: _ThrowTask, legs: dict[str, Leg]) -> None:
 
 
 def _heights(opti: Any, task: _ThrowTask, legs: dict[str, Leg]) -> None:
-    """Floor before the release and after it, roof everywhere, workspace.
+    """Bound the hand by a floor before and a floor after the release, by the roof and by the workspace.
 
-    The floor after the release is the top of the approach, or the middle between pick and ceiling where that is lower:
-    a hand that lets go below the top of the approach could not be above it at once.
+    The floor after the release is the top of the approach, or the middle between pick and ceiling where the middle is
+    lower: a hand that releases below the top of the approach could not be above that top at once.
     """
     opti.subject_to(task.pick[2] <= legs["throw"].control_points(2)[:, 1:].T)
     top, middle = task.following[2] + task.rules.approach, 0.5 * (task.pick[2] + task.ceiling)
@@ -227,7 +228,7 @@ def _heights(opti: Any, task: _ThrowTask, legs: dict[str, Leg]) -> None:
 
 
 def _start(opti: Any, task: _ThrowTask, legs: dict[str, Leg], elevation: float, share: float) -> float:
-    """Set the first guess: a release at the ceiling, cubics in between; return its flight time [s]."""
+    """Set the first guess, cubics over a release at the ceiling, and return the flight time of that release [s]."""
     way = task.aim[:2] - task.pick[:2]
     reach = float(np.sqrt(way @ way))
     height = task.ceiling - task.aim[2]

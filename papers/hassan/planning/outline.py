@@ -1,4 +1,4 @@
-"""From the moves of a cycle to its path and clock."""
+"""Paths and phase times of cycles, from the moves of each cycle."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from .blend import RELEASE_SEGMENTS, Overlap, begin_times, blend
 
 
 class Outline(NamedTuple):
-    """N cycles before they are timed.
+    """Moves of N cycles before the moves are timed.
 
     Attributes:
-        picks: where the cycles begin (N, 3) [m].
-        next_picks: where they end (N, 3) [m].
-        own: the moves by name up to the one that ends with the place or contains the release.
-        back: the moves by name after it.
-        thrown: whether the last of ``own`` is a throw; else it ends in a place.
-        position: where the objects are let go (N, 3) [m].
-        velocity: how fast (N, 3) [m/s].
+        picks: starts of the cycles (N, 3) [m].
+        next_picks: ends of the cycles (N, 3) [m].
+        own: the moves by name up to and including the place or the throw.
+        back: the moves by name after the place or the throw.
+        thrown: whether the last of ``own`` is a throw; otherwise the last move ends in a place.
+        position: release points (N, 3) [m].
+        velocity: release velocities (N, 3) [m/s].
         lift: vertical part right after the place [m].
         drop: vertical part at the end [m].
-        feasible: whether the row holds a plan (N,); the moves of other rows take no time.
+        feasible: whether the row holds a plan (N,); the moves of infeasible rows take no time.
     """
 
     picks: Floats
@@ -43,7 +43,7 @@ class Outline(NamedTuple):
 
 
 class Timed(NamedTuple):
-    """Path of N cycles, names and ends (N, P) [s] of their phases, and when the objects are let go (N,) [s]."""
+    """Path of N cycles, names and end times (N, P) [s] of their phases, and release times (N,) [s]."""
 
     path: JerkTrajectory
     phases: tuple[str, ...]
@@ -52,7 +52,7 @@ class Timed(NamedTuple):
 
 
 def straight_return(outline: Outline, overlap: Overlap) -> Timed:
-    """Run through all moves; the hand rests at the place and at the next pick, elsewhere moves may overlap."""
+    """Cycles of straight moves alone: the hand rests at the place and at the next pick, elsewhere moves may overlap."""
     moves = [*outline.own.values(), *outline.back.values()]
     last = len(outline.own) - 1
     begins = begin_times(moves, overlap, () if outline.thrown else (last,))
@@ -67,7 +67,7 @@ def straight_return(outline: Outline, overlap: Overlap) -> Timed:
 
 
 def fastest_return(outline: Outline, limits: MotionLimits, workspace: EllipticWorkspace | None) -> Timed:
-    """Stop after every move up to the release or the place, then take the fastest motion found."""
+    """Cycles that stop after every move up to the release or the place, and return by the fastest motion."""
     parts = list(outline.own.values())
     if outline.thrown:
         throw = parts.pop()
@@ -93,7 +93,7 @@ def _return(outline: Outline, row: int, limits: MotionLimits, workspace: Ellipti
 
 
 def _stacked(rows: list[Segments], feasible: Bools) -> Segments:
-    """Segments of single rows as one batch: shorter ones are filled up with segments of no time."""
+    """Segments of single rows as one batch, shorter rows padded with segments of no time; infeasible rows rest."""
     columns = max((row.durations.shape[1] for row in rows), default=1)
     nothing = Segments(np.zeros((len(feasible), columns)), np.zeros((len(feasible), columns, 3)))
     return replaced(nothing, feasible, joined([row.padded(columns) for row in rows])) if rows else nothing

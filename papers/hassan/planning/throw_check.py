@@ -1,4 +1,4 @@
-"""Whether a free throw keeps its rules: fine samples, by arithmetic that shares nothing with the planners."""
+"""A check that free throws keep their rules, on fine samples and with arithmetic independent of the planners."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from pnt_gym.planning.motion.limits import Limits
 from pnt_gym.planning.motion.trajectory import HandPath
 
 SAMPLE_RATE: Final = 10_000.0
-"""Samples of the check [1/s]."""
+"""Samples of the check per second [Hz]."""
 
 
 class ThrowCheck(NamedTuple):
-    """How N motions keep to limits and rules; negative excesses are room to spare.
+    """Peaks and margins of N motions against limits and rules; a negative excess is room to spare.
 
     Attributes:
         velocity: largest |v| / V (N,).
         acceleration: largest |a| / A (N,).
         jerk: largest |j| / J (N,).
-        gap: least height of the hand over the object beyond the margin, until it is clear sideways (N,) [m].
-        height: how far the hand rises above ceiling and cap (N,) [m].
-        outside: how far it leaves the workspace (N,) [m]; -inf without one.
+        gap: least height of the hand over the object beyond the margin, until both are apart sideways (N,) [m].
+        height: excess of the hand's height over ceiling and cap (N,) [m].
+        outside: greatest distance of the hand outside the workspace (N,) [m]; -inf without a workspace.
         landing: distance of the drag-free landing from the target (N,) [m].
     """
 
@@ -39,7 +39,7 @@ class ThrowCheck(NamedTuple):
     landing: Floats
 
     def good(self, landing: float = TOLERANCE) -> Bools:
-        """Which motions keep everything (N,); the landing to within `landing` [m]."""
+        """Whether each motion keeps all limits and rules and lands within `landing` [m] of its target (N,)."""
         kept: Bools = np.asarray(np.maximum(np.maximum(self.velocity, self.acceleration), self.jerk) <= 1.0 + TOLERANCE)
         return (
             kept
@@ -62,11 +62,11 @@ def check_throw(
 
     Args:
         path: N motions of the hand from pick to next pick.
-        release_time: when the object is let go (N,) [s].
-        targets: where it has to come down (N, 3) [m].
+        release_time: times of the release (N,) [s].
+        targets: points at which the objects have to land (N, 3) [m].
         limits: speed, acceleration and jerk.
         ceiling: greatest height of the release [m], one number or (N,).
-        rules: what binds the hand.
+        rules: rules that bind the hand.
     """
     count = len(release_time)
     times = np.arange(0.0, float(path.duration.max()) + 1.0 / SAMPLE_RATE, 1.0 / SAMPLE_RATE)
@@ -89,10 +89,10 @@ def check_throw(
 
 
 def least_gap(position: Floats, since: Floats, start: Floats, velocity: Floats, rules: HandRules) -> Floats:
-    """Least height (N,) [m] of the hand over the object beyond the margin, until it is clear sideways.
+    """Least height (N,) [m] of the hand over the object beyond the margin, until both are apart sideways.
 
     Args:
-        position: of the hand (N, M, 3) [m].
+        position: positions of the hand (N, M, 3) [m].
         since: time since the release (N, M) [s]; negative times do not count.
         start: release points (N, 3) [m].
         velocity: release velocities (N, 3) [m/s].
@@ -107,9 +107,9 @@ def least_gap(position: Floats, since: Floats, start: Floats, velocity: Floats, 
 
 
 def miss(start: Floats, velocity: Floats, targets: Floats) -> Floats:
-    """Horizontal distance (N,) [m] of the drag-free landing from the target; inf where it never comes down there.
+    """Horizontal distance (N,) [m] of the drag-free landing from the target; inf where the object never lands.
 
-    From below the target's height an object that rises comes down through it, one that falls never does.
+    An object that starts below the target's height lands only if it rises above that height.
     """
     drop = start[:, 2] - targets[:, 2]
     square = velocity[:, 2] ** 2 + 2.0 * GRAVITY * drop

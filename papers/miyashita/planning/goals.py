@@ -1,4 +1,4 @@
-"""Random goals that the arm can throw to, and the virtual goal that learning moves."""
+"""Random goals within reach of the arm's throws, and the update of virtual goals in learning."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from pnt_gym.planning.one_joint.flight import land
 from pnt_gym.planning.one_joint.parameters import Arm, Block
 
 ROUNDS: Final = 1000
-"""Draws of a whole batch after which `random_goals` gives up."""
+"""Number of random batches after which `random_goals` gives up."""
 HALVINGS: Final = 20
-"""Of the way back to the last goal that had a throw."""
+"""Number of bisections of the line back to the last goal that had a throw."""
 
 
 class GoalBatch(NamedTuple):
@@ -32,20 +32,20 @@ class GoalBatch(NamedTuple):
 @final
 @dataclass(frozen=True)
 class ReleaseBox:
-    """Ranges from which releases are drawn; arm and block cut off what they cannot do.
+    """Ranges of random releases, of which releases beyond the limits of arm and block are left out.
 
     Raises:
         ValueError: a range is empty, or a speed, radius or flight time is not positive.
     """
 
     angle: tuple[float, float] = (-0.5, 1.3)
-    """theta_t [rad]. Further down, most releases ask for more run-up than there is below."""
+    """Angle theta_t [rad]. At lower angles, most releases need more run-up than the arm's range has below."""
     speed: tuple[float, float] = (4.0, 12.0)
-    """omega_t [rad/s]"""
+    """Speed omega_t [rad/s]."""
     radius: tuple[float, float] = (0.12, 0.28)
-    """r along the arm [m]"""
+    """Radius r along the arm [m]."""
     flight: tuple[float, float] = (0.12, 0.5)
-    """t_f [s]"""
+    """Flight time t_f [s]."""
 
     def __post_init__(self) -> None:
         for name, (low, high) in self.ranges().items():
@@ -74,13 +74,12 @@ def random_goals(
     block: Block | None = None,
     box: ReleaseBox | None = None,
 ) -> GoalBatch:
-    """Return ``count`` goals whose release keeps the limits of arm, motor and grasp.
+    """Return ``count`` random goals whose releases keep the limits of arm, motor and grasp.
 
-    The acceleration window at the release is not empty; whether a motion from rest leads there is for a planner to
-    say.
+    The acceleration window at each release is not empty. A motion from rest to the release need not exist.
 
     Raises:
-        ValueError: the count is negative, or the box holds (almost) no release that arm and block can do.
+        ValueError: the count is negative, or the box holds (almost) no release within the limits of arm and block.
     """
     if count < 0:
         raise PlanningError(f"count is {count}; it must be at least 0")
@@ -99,9 +98,9 @@ def next_virtual_goal(virtual: Floats, goal: Floats, measured: Floats, gain: Arr
     """Return the virtual goals (N, 4) of the next throws: virtual + K (goal - measured) (Eqs. 33, 34).
 
     Args:
-        virtual: goals that were planned for (N, 4).
-        goal: goals that are meant (N, 4).
-        measured: where the throws arrived (N, 4).
+        virtual: virtual goals of the last plans (N, 4).
+        goal: true goals (N, 4).
+        measured: measured states of the last throws (N, 4).
         gain: diagonal of K, one number or (4,).
 
     Raises:
@@ -115,15 +114,15 @@ def next_virtual_goal(virtual: Floats, goal: Floats, measured: Floats, gain: Arr
 
 
 def pull_back(last: Floats, proposed: Floats, feasible: Callable[[Floats], Bools]) -> tuple[Floats, Bools]:
-    """Return the proposed goals, or the nearest ones to them on the lines to ``last`` that have a throw.
+    """Return the proposed goals, or the nearest goals with a throw on the lines from them to ``last``.
 
     Args:
         last: goals (N, 4) that have a throw.
-        proposed: goals (N, 4) that may have none.
-        feasible: which of some goals (N, 4) have a throw (N,).
+        proposed: goals (N, 4) that may have no throw.
+        feasible: function that returns whether each of its goals (M, 4) has a throw (M,).
 
     Returns:
-        The goals (N, 4), each of which has a throw if its ``last`` one has, and which rows were pulled back (N,).
+        The goals (N, 4), which have a throw wherever ``last`` has a throw, and whether each was pulled back (N,).
     """
     _one_shape(last=last, proposed=proposed)
     outside = ~feasible(proposed)

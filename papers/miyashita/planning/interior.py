@@ -1,7 +1,7 @@
-"""The same programme for the interior-point solver IPOPT, in the paper's own variables.
+"""The programme of a throw for the interior-point solver IPOPT, in the paper's variables.
 
-Here the unknowns are the spline's control points, Delta t and the margins, and the ends of the motion are equations,
-as Miyashita et al. 2010 write them in Eqs. 15-32. casadi is an optional dependency.
+The unknowns are the spline's control points, Delta t and the margins, and the ends of the motion are equations, as in
+Eqs. 15-32 of Miyashita et al. 2010. casadi is an optional dependency.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ def solve_interior(programme: Programme, start: Floats) -> tuple[Floats, float, 
     """Solve a programme by IPOPT.
 
     Args:
-        programme: what to solve.
+        programme: programme to solve.
         start: first guess (K,), as the programme's x.
 
     Returns:
-        x (K,), its cost, whether it is a solution, iterations, and IPOPT's words.
+        x (K,), cost of x, whether x is a solution, number of iterations, and IPOPT's message.
 
     Raises:
         PntGymError: casadi is not installed.
@@ -72,7 +72,7 @@ def solve_interior(programme: Programme, start: Floats) -> tuple[Floats, float, 
 
 
 def _equations(programme: Programme, knots: Any, step: Any) -> Any:
-    """What must vanish: angle and speed at the release, and the speed at the start (Eqs. 29, 32)."""
+    """Values that must be zero: errors of angle and speed at the release, and speed at the start (Eqs. 29, 32)."""
     throw, end = programme.throw, INTERVALS + 2
     return load_casadi().vertcat(
         (knots[end - 2] + 4.0 * knots[end - 1] + knots[end]) / 6.0 - throw.angle,
@@ -82,7 +82,7 @@ def _equations(programme: Programme, knots: Any, step: Any) -> Any:
 
 
 def _inequalities(programme: Programme, knots: Any, step: Any, margins: Any) -> Any:
-    """What must not be negative (Eqs. 15-20), at the places that the programme looks at."""
+    """Values that must not be negative (Eqs. 15-20), at `per_interval` places of every interval."""
     ca, arm, block = load_casadi(), programme.arm, programme.block
     angle, speed, rate = _spline(knots, step, programme.per_interval)
     bend = Bend.of(programme.throw.radius, arm, block)

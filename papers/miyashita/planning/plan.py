@@ -1,4 +1,4 @@
-"""The plan of one throw as the best motion of the spline (Miyashita et al. 2010, section 4)."""
+"""The plan of one throw as the spline motion with the largest margins (Miyashita et al. 2010, section 4)."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ Solver = Literal["slsqp", "ipopt"]
 Guesses = Literal["family", "random"]
 
 PLACES: Final = (2, 5, 5, 12)
-"""Places per interval at which limits are kept; the next number where a solution breaks one at 1 kHz."""
+"""Places per interval at which limits are kept; the next number where a solution violates a limit at 1 kHz."""
 FEW: Final = 2
-"""At more places than this the margins are also raised by what a solution lacked between them."""
+"""Number of places above which a retry also raises the least margin by the violation between the places."""
 MORE_STARTS: Final = 12
-"""First guesses that are added while none has led to a motion."""
+"""Number of further first guesses while no guess has led to a motion."""
 SWING: Final = 30.0
-"""Most that a random first guess swings back with [rad/s2]."""
+"""Greatest acceleration of a random first guess's swing backwards [rad/s2]."""
 ITERATIONS: Final = 150
 PRECISION: Final = 1e-7
 
@@ -61,15 +61,15 @@ class ThrowPlan:
         goal: landing state (4,) = x, y [m], phi [rad], dy [m/s].
         u: release (4,) = theta_t [rad], omega_t [rad/s], l_t [m], t_f [s].
         radius: r of the block along the arm [m].
-        motion: of the arm, one row.
+        motion: motion of the arm, one row.
         margins: smallest margins at 1 kHz (6,), as shares.
-        delta: the same in [N, N m, N m, rad, rad/s, N m], with Delta M_A negative (Eq. 27).
-        cost: what the solver minimised.
-        solver: which one.
-        starts: first guesses tried.
-        solved: how many of them led to a motion that keeps every limit.
-        iterations: of the solver, over all first guesses.
-        message: the solver's words about the motion that was taken.
+        delta: smallest margins in [N, N m, N m, rad, rad/s, N m], with Delta M_A negative (Eq. 27).
+        cost: value that the solver minimised.
+        solver: name of the solver.
+        starts: number of first guesses.
+        solved: number of first guesses that led to a motion within every limit.
+        iterations: iterations of the solver over all first guesses.
+        message: the solver's message on the returned motion.
     """
 
     goal: Floats
@@ -102,25 +102,25 @@ def plan_throw(
     """Return the throw to a goal whose motion keeps the largest margins.
 
     The objective is not concave, so a solver finds the best motion near its first guess. The first guesses are the
-    best motions of the family in `batch` for the objective asked for and for the smallest margin, then random ones;
-    the best motion is returned. While none is found, more random ones are tried.
+    best motions of the family in `batch`, for the given objective and for the smallest margin, and then random
+    motions. The best solution is returned. Without a solution, further random guesses follow.
 
     Args:
-        goal: x, y [m], phi [rad], dy [m/s].
-        arm: the paper's when not given.
-        block: the paper's when not given.
+        goal: landing state x, y [m], phi [rad], dy [m/s].
+        arm: the arm; the paper's arm when not given.
+        block: the block; the paper's block when not given.
         weights: a name or six numbers, for the objective "squares" (Eq. 28).
-        objective: "max_min" maximises the smallest margin of grasp and torque instead.
+        objective: "squares", or "max_min" to maximise the smallest margin of grasp and torque.
         solver: SLSQP, a sequential quadratic programme as in the paper, or IPOPT, which needs casadi.
         static_start: whether the block must rest by itself before the throw.
         guesses: "random" leaves the family out, as the paper does.
-        starts: first guesses.
-        seed: of the random ones.
+        starts: number of first guesses.
+        seed: seed of the random guesses.
 
     Raises:
-        UnreachableGoal: no release reaches the goal, or no motion from rest leads to it.
-        ValueError: the goal is not four finite numbers, or an option is not known.
-        PntGymError: IPOPT is asked for and casadi is not installed.
+        UnreachableGoal: no release reaches the goal, or no motion from rest leads to a release.
+        ValueError: the goal is not four finite numbers, or an option is unknown.
+        PntGymError: the solver is IPOPT and casadi is not installed.
     """
     target = four(goal, "goal")
     if target.shape != (4,):
@@ -147,7 +147,7 @@ def plan_throw(
 def _solutions(
     guesses: Iterator[Floats], attempt: Callable[[Floats], tuple[_Solution | None, int]], starts: int
 ) -> tuple[list[_Solution], int, int]:
-    """What a solver makes of the first guesses, how many were tried, and its iterations; more while none succeeds."""
+    """Solutions from ``starts`` first guesses (more while none succeeds), number of guesses, and solver iterations."""
     found: list[_Solution] = []
     tried = iterations = 0
     for accelerations in guesses:
@@ -172,10 +172,10 @@ def _check_options(solver: str, objective: str, guesses: str, starts: int) -> No
 
 
 def _release(goal: Floats, arm: Arm, block: Block) -> Floats:
-    """The feasible release that makes no extra turn (Eq. 29).
+    """The feasible release without an extra turn (Eq. 29).
 
     Raises:
-        UnreachableGoal: there is none; the reasons are those of every release without extra turns.
+        UnreachableGoal: no such release exists; the reasons belong to the releases without extra turns.
     """
     found = release_states_batch(goal[None], arm=arm, block=block)
     if found.feasible[0]:
@@ -196,7 +196,7 @@ def _family(u: Floats, arm: Arm, block: Block, weighing: Weighing, static_start:
 
 
 def _random(arm: Arm, seed: int) -> Iterator[Floats]:
-    """Random accelerations at the borders (n + 1,), every other time with a swing back at first."""
+    """Random accelerations at the borders (n + 1,), half of them with a swing backwards at first."""
     generator = np.random.default_rng(seed)
     strongest = arm.torque / arm.inertia
     while True:
@@ -207,14 +207,15 @@ def _random(arm: Arm, seed: int) -> Iterator[Floats]:
 
 
 def _accelerations(motion: ArmMotion) -> Floats:
+    """Accelerations at the borders (n + 1,): second differences of the control points over Delta t^2."""
     return np.diff(motion.knots[0], 2) / motion.time_step[0] ** 2
 
 
 def _attempt(stated: Callable[..., Programme], solver: Solver, accelerations: Floats) -> tuple[_Solution | None, int]:
-    """Solve from one first guess, and again with limits kept at more places and by more while the check at 1 kHz fails.
+    """Solve from a first guess, with limits at more places and larger margins while the check at 1 kHz fails.
 
     Returns:
-        The motion, if there is one, and the solver's iterations.
+        The motion, or None, and the solver's iterations.
     """
     iterations, least = 0, LEAST
     for places in PLACES:
@@ -236,7 +237,7 @@ def _attempt(stated: Callable[..., Programme], solver: Solver, accelerations: Fl
 def _slsqp(programme: Programme, start: Floats) -> tuple[Floats, float, bool, int, str]:
     optimize: ModuleType = importlib.import_module("scipy.optimize")
 
-    # Values and Jacobian are asked for one after the other at the same place.
+    # scipy calls the values and the Jacobian of the constraints in turn at the same x, so the last pair is kept.
     @lru_cache(maxsize=1)
     def constraints(place: bytes) -> tuple[Floats, Floats]:
         return programme.constraints(np.frombuffer(place))

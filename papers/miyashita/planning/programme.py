@@ -1,13 +1,13 @@
 """The arm's motion to one release as a nonlinear programme (Miyashita et al. 2010, Eqs. 15-32, corrected).
 
-The release is fixed by Eq. 29 beforehand, so the programme only chooses the motion. Its variables are the
-accelerations at the borders of the spline's n intervals and the six margins: with angle and speed given at the
-release and rest at the start, they fix Delta t and the angles, and so every control point of Eq. 13.
+Eq. 29 fixes the release beforehand, so the programme only chooses the motion. Its variables are the accelerations at
+the borders of the spline's n intervals, and the six margins. Angle and speed at the release and rest at the start then
+fix Delta t and the angles, and so every control point of Eq. 13.
 
-Against the printed form: t_n = n Delta t is the release time t_t (Eq. 23 prints t_f); each margin has the sign of its
-limit (Eq. 16 and 28 leave that of M_A open); the torque limit falls with the speed at hand (Eq. 10); the block may
-have to rest by itself on the standing arm; and limits are kept between the knots too, at `per_interval` places of
-every interval.
+The programme differs from the printed form in five points. t_n = n Delta t is the release time t_t (Eq. 23 prints t_f).
+Each margin has the sign of its limit (Eqs. 16 and 28 leave the sign of M_A open). The torque limit falls with the
+current speed (Eq. 10). The block may have to rest by itself on the standing arm. Limits are kept between the knots too,
+at `per_interval` places of every interval.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ from pnt_gym.planning.one_joint.shapes import INTERVALS, Shapes
 ACCELERATION: Final = 100.0
 """Unit of the accelerations [rad/s2]."""
 LEAST: Final = 1e-5
-"""Smallest margin that a solution may have, as a share: the limits are strict."""
+"""Smallest margin of a solution, as a share: the limits are strict."""
 OTHERS: Final = 1e-3
-"""What the sum of all margins counts beside the smallest one in the max-min objective."""
+"""Weight of the sum of all margins in the max-min objective, where the smallest margin has the weight 1."""
 
 
 class Throw(NamedTuple):
-    """One release: theta_t [rad], omega_t [rad/s], and r of the block [m]."""
+    """A release: angle theta_t [rad], speed omega_t [rad/s], and radius r of the block [m]."""
 
     angle: float
     speed: float
@@ -42,16 +42,16 @@ class Throw(NamedTuple):
 
 
 class Weighing(NamedTuple):
-    """What is maximised: the margins' weights, or the smallest margin of grasp and torque."""
+    """Objective to maximise (weighted squares of margins, or the smallest margin of grasp and torque), and weights."""
 
     objective: Objective
     weights: Floats
 
 
 class Bend(NamedTuple):
-    """Forces as shares of their units: a * acceleration + w * speed^2 + c * cos + s * sin, each (4, 1).
+    """Coefficients (4, 1) of forces as shares of their units: a acceleration + w speed^2 + c cos + s sin.
 
-    The rows are N, -M_A, M_B and the torque.
+    The rows are N, -M_A, M_B and the torque (Eqs. 1-3 and 21).
     """
 
     a: Floats
@@ -77,16 +77,16 @@ class Bend(NamedTuple):
 
 @final
 class Programme:
-    """The programme for one throw; all its functions take x (K,): accelerations, margins, and for max-min the least.
+    """The programme for one throw in x (K,): accelerations, margins, and for max-min the smallest margin.
 
     Args:
         throw: the release.
-        arm: whose limits count.
-        block: what is held.
+        arm: the arm, whose limits the motion keeps.
+        block: the block on the arm.
         weighing: the objective.
         static_start: whether the block must rest by itself before the throw.
         per_interval: places in each interval at which the limits are kept.
-        least: smallest margin there, as a share.
+        least: smallest margin at these places, as a share.
     """
 
     def __init__(
@@ -103,7 +103,7 @@ class Programme:
         self.throw, self.arm, self.block, self.weighing = throw, arm, block, weighing
         self.static_start, self.per_interval, self.least = static_start, per_interval, least
         unit = Shapes(np.eye(INTERVALS + 1), per_interval)
-        # Columns: what a unit acceleration at one border adds at the samples, for a time step of 1.
+        # Columns: effect of a unit acceleration at one border on the samples, for a time step of 1.
         self._rate = ACCELERATION * unit.accelerations.T
         self._speed = ACCELERATION * INTERVALS * unit.speeds.T
         self._way = ACCELERATION * INTERVALS**2 * (unit.angles[:, -1:] - unit.angles).T
@@ -111,7 +111,7 @@ class Programme:
         self.size = INTERVALS + 7 + (weighing.objective == "max_min")
 
     def start(self, accelerations: Floats) -> Floats:
-        """Return x (K,) for accelerations at the borders (n + 1,) [rad/s2], with the margins that they have."""
+        """Return x (K,) for accelerations at the borders (n + 1,) [rad/s2], with the margins of that motion."""
         x = np.zeros(self.size)
         x[: INTERVALS + 1] = accelerations / ACCELERATION
         rows = self._rows(x)[0]
@@ -123,7 +123,7 @@ class Programme:
         return x
 
     def bounds(self) -> list[tuple[float, float]]:
-        """Lower and upper bounds of x; the margins of speed and angle are at most those of the release."""
+        """Lower and upper bounds of x; the margins of speed and angle are at most the margins at the release."""
         arm, throw = self.arm, self.throw
         half = 0.5 * (arm.angle[1] - arm.angle[0])
         side = min(throw.angle - arm.angle[0], arm.angle[1] - throw.angle) / half
@@ -133,7 +133,7 @@ class Programme:
         return [*free * (INTERVALS + 1), *margins, *(free if self.weighing.objective == "max_min" else [])]
 
     def cost(self, x: Floats) -> tuple[float, Floats]:
-        """Return what is minimised and its gradient (K,): Eq. 28 with its sign turned, or minus the least margin."""
+        """Return the cost and its gradient (K,): minus the objective of Eq. 28, or minus the smallest margin."""
         gradient = np.zeros(self.size)
         margins = x[INTERVALS + 1 : INTERVALS + 7]
         if self.weighing.objective == "max_min":
@@ -144,7 +144,7 @@ class Programme:
         return float(-0.5 * (self.weighing.weights * margins * margins).sum()), gradient
 
     def constraints(self, x: Floats) -> tuple[Floats, Floats]:
-        """Return what must not be negative (C,) and its Jacobian (C, K)."""
+        """Return values that must not be negative (C,), and their Jacobian (C, K)."""
         rows, partial, chain = self._rows(x)
         margin = x[INTERVALS + 1 : INTERVALS + 7]
         owner = np.array([0, 1, 2, 3, 3, 4, 4, 5, 5, 5, 5])
@@ -164,7 +164,7 @@ class Programme:
         """Return the spline of x."""
         accelerations = ACCELERATION * x[: INTERVALS + 1]
         step = self._time_step(x)
-        # That of the release, but for an x that keeps no bounds.
+        # The speed at the release; it differs from the throw's speed only where x violates its bounds.
         speed = step * float(self._speed[-1] @ x[: INTERVALS + 1])
         start = self.throw.angle - step**2 * float(self._way[0] @ x[: INTERVALS + 1])
         return ArmMotion.from_accelerations(
@@ -175,7 +175,7 @@ class Programme:
         )
 
     def _time_step(self, x: Floats) -> float:
-        """Delta t that reaches the speed of the release; where none does, a long one that breaks the bounds."""
+        """Delta t that reaches the release's speed; where none exists, a long Delta t that violates the bounds."""
         gain = float(self._speed[-1] @ x[: INTERVALS + 1])
         return self.throw.speed / max(gain, 0.05 * self.throw.speed / self.arm.time_step)
 
@@ -219,7 +219,7 @@ class Programme:
         return np.stack(rows), partial, chain
 
     def _single(self, x: Floats, start_slope: Floats) -> list[tuple[float, Floats]]:
-        """Constraints that stand alone: Delta t, the resting block, and the least margin."""
+        """Constraints without samples: bound of Delta t, resting block, and smallest margin; each with its gradient."""
         most = self.throw.speed / self.arm.time_step
         found = [(float(self._speed[-1] @ x[: INTERVALS + 1]) / most - 1.0, self._whole(self._speed[-1] / most))]
         if self.static_start:
@@ -237,6 +237,7 @@ class Programme:
         return found
 
     def _whole(self, slope: Floats) -> Floats:
+        """Gradient (K,) by x from a gradient (n + 1,) by the accelerations."""
         whole = np.zeros(self.size)
         whole[: INTERVALS + 1] = slope
         return whole

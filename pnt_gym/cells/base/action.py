@@ -1,4 +1,4 @@
-"""Actions: their meaning for a robot, their feasible plans, and their meaning for a learner."""
+"""Actions: how a robot reads an action, how the action becomes a feasible plan, and how it moves a throw's errors."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ from pnt_gym.errors import ActionError, ConfigError, PlanningError, one_sentence
 from pnt_gym.planning.motion.roots import bisect
 
 _HALVINGS: Final = 12
-"""Bisection of a residual that must shrink: to 1/4096 of its length."""
+"""Bisection steps of a residual without a feasible plan: resolution 1/4096 of the residual's length."""
 
 Buckets: TypeAlias = Callable[[NDArray[np.float32], Ints], list[tuple[str, str]]]
-"""Observations (N, D) and kinds (N,) to a name of the thing thrown and of the place it is thrown to, per throw."""
+"""Function from observations (N, D) and kinds (N,) to a name of the item and a name of the target area, per throw."""
 Possible: TypeAlias = Callable[[NDArray[np.float32], int, Floats], Bools]
-"""Observation (D,) and kind of one throw, and shifts (M, E) of it in actions: which of them have a plan (M,)."""
+"""Function from observation (D,) and kind of one throw, and offsets (M, E) in units of actions, to whether each offset
+has a feasible plan (M,)."""
 
 
 class Plans(Protocol):
@@ -27,7 +28,7 @@ class Plans(Protocol):
 
     @property
     def feasible(self) -> Bools:
-        """Which of them the robot can carry out (N,)."""
+        """Which plans the robot can carry out (N,)."""
         ...
 
 
@@ -42,12 +43,12 @@ class ActionMode(Generic[PlannerT, ContextT, PlansT]):
     """One way to read an action in [-1, 1] as a residual on the nominal plan; zero is the nominal plan itself.
 
     Attributes:
-        name: for level and command line.
-        numbers: what each of its A numbers moves, for people.
-        scale: a cell's config to what 1 is worth in each number (A,).
-        plan: planner, coming throws and residual (N, A) in units to plans, feasible or not; a row's plan does not
-            depend on the other rows.
-        errors: the measured errors of a throw that the numbers shift one to one; none where they do not.
+        name: name in levels and command lines.
+        numbers: meaning of each of the A numbers of an action, for people.
+        scale: function from a cell's config to the residual (A,) of an action of 1, in the numbers' units.
+        plan: function from planner, coming throws and residual (N, A) in the numbers' units to plans, feasible or not;
+            a row's plan does not depend on the other rows.
+        errors: the measured errors of a throw that the numbers move one to one; empty where the numbers do not.
     """
 
     name: str
@@ -62,15 +63,15 @@ Modes: TypeAlias = Mapping[str, ActionMode[Any, Any, Any]]
 
 
 def by_name(*modes: ActionMode[Any, Any, Any]) -> Modes:
-    """Action modes by their names."""
+    """Action modes in a mapping by their names."""
     return {mode.name: mode for mode in modes}
 
 
 def mode_of(modes: Modes, name: str) -> ActionMode[Any, Any, Any]:
-    """The action mode of a name.
+    """The action mode with a name.
 
     Raises:
-        ConfigError: there is none.
+        ConfigError: no action mode has this name.
     """
     if not isinstance(name, str) or name not in modes:  # pyright: ignore[reportUnnecessaryIsInstance] - users' values
         raise ConfigError(f"action_mode is {one_sentence(repr(name), 80)}; it must be one of {', '.join(modes)}")
@@ -80,17 +81,17 @@ def mode_of(modes: Modes, name: str) -> ActionMode[Any, Any, Any]:
 def corrected(
     mode: ActionMode[PlannerT, ContextT, PlansT], planner: PlannerT, context: ContextT, actions: Floats, scale: Floats
 ) -> tuple[PlansT, Bools]:
-    """Feasible plans for actions, and a mask of the residuals that had to be shortened (N,).
+    """Feasible plans for actions, and which actions' residuals were shortened for that (N,).
 
-    A residual without a feasible plan is shortened to the longest part that has one, by bisection; the nominal plan is
-    feasible by construction, so shortening towards it ends at a feasible plan.
+    A residual without a feasible plan is shortened by bisection to its longest part with a feasible plan. The nominal
+    plan is feasible by construction, so the bisection always ends at a feasible plan.
 
     Args:
         mode: how the actions are read.
-        planner: the robot's.
+        planner: the robot's planner.
         context: the coming throws.
         actions: (N, A) within [-1, 1].
-        scale: what an action of 1 is worth (A,).
+        scale: residual of an action of 1, in the numbers' units (A,).
     """
     plans = mode.plan(planner, context, actions * scale)
     clipped = ~plans.feasible
@@ -109,10 +110,10 @@ def corrected(
 @final
 @dataclass(frozen=True)
 class Correction:
-    """How the E numbers of an action shift the E errors of a throw.
+    """How the E numbers of an action move the E errors of a throw.
 
-    Each number of an action shifts one measured error one to one. So one throw shows the right offset: the offset of
-    its action minus its error.
+    Where each number of an action moves one measured error one to one, one throw suffices to learn: the right offset
+    was the throw's offset minus the measured error.
     """
 
     errors: tuple[str, ...]
@@ -122,22 +123,22 @@ class Correction:
     exploration: Floats
     """Standard deviation of the offsets that a learner adds in practice (E,), in the errors' units."""
     tolerance: Floats
-    """Errors of equal weight (E,), in their units; the size of an error is its length in these units."""
+    """Equally bad errors (E,), in the errors' units: the size of an error is its length relative to these."""
     buckets: Buckets
-    """Which bucket of a table each throw belongs to."""
+    """Function that names the row of a table to which each throw belongs."""
     possible: Possible | None = None
-    """Offsets that the robot can carry out; None where only a throw shows that, by `residual_clipped`."""
+    """Function that says which offsets have a feasible plan; None where only a shortened throw shows this."""
     seen: tuple[str, ...] = ()
-    """Keys of a step's info that tell of the errors, NaN where nothing is known; where there are none, `errors` are."""
+    """Info keys with the measured errors, NaN where nothing was measured; if empty, `errors` are the keys."""
 
     @property
     def told(self) -> tuple[str, ...]:
-        """Keys of a step's info under which a learner finds the errors, each (N,)."""
+        """Keys of a step's info with the errors from which a learner learns, (N,) each."""
         return self.seen or self.errors
 
     @property
     def count(self) -> int:
-        """The number of coordinates E."""
+        """Number of errors E."""
         return len(self.errors)
 
 
@@ -145,7 +146,7 @@ def limited_actions(actions: object, count: int, size: int, mode: str) -> Floats
     """Actions as a float64 array (count, size), clipped to [-1, 1].
 
     Args:
-        actions: what the caller gave.
+        actions: the caller's actions.
         count: number of cells.
         size: numbers in one action.
         mode: name of the action mode, for the error.
@@ -157,7 +158,7 @@ def limited_actions(actions: object, count: int, size: int, mode: str) -> Floats
         array = np.asarray(actions)
     except ValueError:  # rows of different lengths
         array = np.empty(0, dtype=object)
-    # Booleans, texts, dates and masked or complex numbers would be taken for numbers that nobody meant.
+    # numpy would convert booleans, texts, dates and masked or complex numbers to numbers that the caller did not mean.
     if array.dtype.kind not in "iuf" or np.ma.isMA(actions):
         raise ActionError(f"action is {one_sentence(repr(actions), 80)}; it must be an array of real numbers")
     expected = (count, size)
@@ -172,28 +173,28 @@ def limited_actions(actions: object, count: int, size: int, mode: str) -> Floats
 
 
 def padded(residual: Floats, size: int) -> Floats:
-    """Residuals (N, A) with zeros for the numbers that their mode leaves out, (N, size)."""
+    """Residuals (N, size) from residuals (N, A), with zeros for the numbers that an action mode leaves out."""
     return np.concatenate([residual, np.zeros((len(residual), size - residual.shape[1]))], axis=1)
 
 
 def quarters(x: Floats, y: Floats, middle: Sequence[float], names: tuple[str, str]) -> list[str]:
-    """Names of the quarters of an area that points (N,) lie in.
+    """Names of the quarters of an area in which points (N,) lie.
 
     Args:
-        x: of the points.
-        y: of the points.
+        x: x of the points (N,).
+        y: y of the points (N,).
         middle: x, y of the area's middle.
-        names: of its far and its near half along y.
+        names: names of the area's far and near half along y.
     """
     right, far = x > middle[0], y > middle[1]
     return [f"{'right' if r else 'left'}-{names[0] if f else names[1]}" for r, f in zip(right, far, strict=True)]
 
 
 def require_feasible(plans: Plans) -> None:
-    """Make sure that every cell has a plan that it can carry out.
+    """Make sure that the plans of all cells are feasible.
 
     Raises:
-        PlanningError: one has not.
+        PlanningError: the plan of a cell is not feasible.
     """
     if not plans.feasible.all():
         row = int(np.flatnonzero(~plans.feasible)[0])

@@ -1,4 +1,4 @@
-"""Free objects on a batch: what differs between simulations, and how they fly and fall without the robot."""
+"""Free objects on a batch: the properties of each simulation's object, and flight and fall without the robot."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from pnt_gym.cells.base.plant import check_warnings
 from pnt_gym.constants import GRAVITY
 
 DECIDE: Final = 0.032
-"""Whether the objects are at rest for good is looked at this often [s]."""
+"""Interval between two checks whether an object can still leave its bin [s]."""
 
 
 def write_object(
     batch: Any, rows: Ints, body: int, geom: int, shape: Ints, size: Floats, mass: Floats, drag: Floats
 ) -> None:
-    """Give the free objects of some simulations shape (N,), extents (N, 3) [m], mass (N,) [kg] and drag (N,)."""
+    """Write shape (N,), extents (N, 3) [m], mass (N,) [kg] and drag (N,) of some simulations' free objects."""
     full = lying_size(shape, size)
     placed = geom_placement(shape, full)
     batch.expand("body_mass")[rows, body] = mass
@@ -36,27 +36,27 @@ def write_object(
 @final
 @dataclass(frozen=True)
 class Fall:
-    """N objects on their own, K steps each; a step's values are those of its start, but the attitude's of its end."""
+    """Flights of N objects without the robot, K steps each; sensors at the start of a step, attitudes at its end."""
 
     sensors: Floats
     """(N, K, columns)"""
     attitude: Floats
     """Quaternions, w first (N, K, 4)."""
     steps: Ints
-    """Of each object that count (N,)."""
+    """Number of steps that count, for each object (N,)."""
 
 
 def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats) -> Fall:
-    """Let objects fly and fall until it is certain for each whether it stays in its bin.
+    """Simulate flying objects until each has too little energy to cross the rim of its bin.
 
-    An object whose energy does not lift it to the rim any more stays inside the walls, or outside. It is looked for
-    at the same moments in every row, so a row's result does not depend on the others.
+    An object with too little energy to reach the rim stays inside the walls, or outside. Every row is checked at the
+    same moments, so the result of a row does not depend on the other rows.
 
     Args:
-        batch: simulations of nothing but a free object and what it may fall on, each in its first state.
-        rows: N of them.
-        body: the object.
-        steps: of each simulation at most (N,).
+        batch: simulations of a free object and its surroundings without the robot, each in its first state.
+        rows: the N simulations.
+        body: id of the object's body.
+        steps: largest number of steps of each simulation (N,).
         rim: height of the bins' rims (N,) [m].
 
     Raises:
@@ -86,11 +86,12 @@ def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats) -> Fall:
 
 
 def _energy_height(sensors: Floats, turning: Floats) -> Floats:
-    """How high objects could rise (N,) [m].
+    """Heights (N,) [m] to which the whole energy of the objects could lift them.
 
     Args:
-        sensors: of one moment: position and velocity in the first six columns (N, 6+).
+        sensors: position and velocity at one moment in the first six columns (N, 6+).
         turning: twice the energy of rotation over the mass (N,) [m2/s2].
     """
+    # z + (v^2 + I w^2 / m) / (2 g): energy over weight.
     x, y, z = sensors[:, 3], sensors[:, 4], sensors[:, 5]
     return sensors[:, 2] + (x * x + y * y + z * z + turning) / (2.0 * GRAVITY)

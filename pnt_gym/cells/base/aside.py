@@ -1,4 +1,4 @@
-"""Random numbers beside a row's own: what a level switches on draws from them, and every other draw stays as it is."""
+"""Side generators of a row: effects that a level switches on draw from them, so that all other draws stay the same."""
 
 from __future__ import annotations
 
@@ -8,30 +8,30 @@ from typing import Any, Final, final
 import numpy as np
 
 APART: Final = 8192
-"""Jumps between two purposes; requests look at fewer from where a generator is (`cells.base.request`)."""
+"""Jumps of the bit generator between two purposes; requests jump fewer times (`cells.base.request`)."""
 
 
 @final
 class Purpose(IntEnum):
-    """What is drawn."""
+    """Purposes that have a separate side generator."""
 
     PICK = 1
     """Whether a cup seals."""
     CLASS = 2
-    """As what an object is seen."""
+    """The item that the classifier sees in an object."""
     FILL = 3
     """How much lies in bins."""
     SHIFT = 4
-    """What changes during a shift, and what is seen of it."""
+    """How a cell drifts during a shift of picks, and what the sensors measure of the drift."""
     ARRIVAL = 5
     """Where objects lie on a line's belt, and what each is worth."""
 
 
 def aside(generator: np.random.Generator, purpose: Purpose) -> np.random.Generator:
-    """A generator far ahead in the sequence of a row's, which stays where it is.
+    """A generator far ahead in the sequence of a row's generator, which does not advance.
 
-    So it is a function of where the row's generator stands: a row gives the same alone and in a batch, and a copy of
-    an environment needs nothing but that one.
+    The side generator is a function of the state of the row's generator. So a row draws the same alone and in a batch,
+    and a copy of an environment needs only the row's generator.
     """
     bits: Any = generator.bit_generator
     return np.random.default_rng(bits.jumped(APART * purpose))

@@ -1,4 +1,4 @@
-"""Where pictures are drawn: offscreen, or in a window; and shapes that are drawn and not simulated."""
+"""Offscreen and window rendering, and markers: shapes that are drawn and not simulated."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ FPS: Final = 30
 SIZE: Final = (720, 1280)
 """Height and width of a frame [pixels]."""
 LARGEST: Final = (1080, 1920)
-"""Height and width that scenes have room for [pixels]."""
+"""Largest height and width of a frame [pixels]."""
 _LIBRARIES: Final = (
     "rendering needs an OpenGL library: install EGL (Debian and Ubuntu: apt-get install libegl1 libgl1-mesa-dri), "
     "or set MUJOCO_GL=osmesa with libosmesa6"
 )
 _BOUND: Final = ("mujoco.cgl",)
-"""MuJoCo's OpenGL libraries that lock a context for the thread that draws first, until it is freed."""
+"""MuJoCo's OpenGL libraries that lock a context for the thread that draws first, until the context is freed."""
 DRAWING: Final = threading.RLock()
-"""Held while something is drawn, opened for it or closed: threads that draw at the same time wait for each other."""
+"""Lock around drawing, opening and closing a renderer: threads that draw at the same time wait for each other."""
 
 
 @final
 class Viewpoint(Section):
-    """What is changed of a cell's standard camera; None leaves it."""
+    """Changes of a cell's standard camera; None keeps the standard value."""
 
     lookat: tuple[Finite, Finite, Finite] | None = Field(default=None, description="Point in the middle [m].")
     distance: Positive | None = Field(default=None, description="From there [m].")
@@ -49,7 +49,7 @@ class Viewpoint(Section):
 
 @final
 class Picture(Section):
-    """How a cell is pictured."""
+    """Size and camera of a cell's pictures."""
 
     width: int = Field(default=SIZE[1], ge=1, le=LARGEST[1], strict=True, description="Of a frame [pixels].")
     height: int = Field(default=SIZE[0], ge=1, le=LARGEST[0], strict=True, description="Of a frame [pixels].")
@@ -57,10 +57,10 @@ class Picture(Section):
 
     @classmethod
     def of(cls, width: int, height: int, camera: Mapping[str, Any] | None) -> Self:
-        """A picture from what a user says of it.
+        """A picture from a user's values.
 
         Raises:
-            ConfigError: a value out of its range, or no such thing of a camera.
+            ConfigError: a value out of its range, or an unknown key of the camera.
         """
         try:
             return cls.model_validate({"width": width, "height": height, "camera": {} if camera is None else camera})
@@ -68,7 +68,7 @@ class Picture(Section):
             raise ConfigError(first_problem(error)) from None
 
     def aim(self, camera: Any) -> None:
-        """Change MuJoCo's camera."""
+        """Write the changes into MuJoCo's camera."""
         for name, value in self.camera.model_dump(exclude_none=True).items():
             setattr(camera, name, value)
 
@@ -91,11 +91,11 @@ class Marker:
         return cls(int(mujoco.mjtGeom.mjGEOM_SPHERE.value), np.full(3, radius), position, np.eye(3).ravel(), rgba)
 
     def write(self, geom: Any) -> None:
-        """Make MuJoCo's abstract geom this shape."""
+        """Write this shape into one of MuJoCo's abstract geoms."""
         mujoco.mjv_initGeom(geom, self.type, self.size, self.position, self.frame, self.rgba.astype(np.float32))
 
     def add_to(self, scene: Any) -> None:
-        """Add the shape to a scene that has room for it."""
+        """Add the shape to a scene, if the scene has room for another shape."""
         if scene.ngeom < scene.maxgeom:
             self.write(scene.geoms[scene.ngeom])
             scene.ngeom += 1
@@ -118,10 +118,10 @@ class Canvas:
         """Identifier of the thread that opened the renderer."""
 
     def draw(self, model: MjModel, data: MjData, markers: Iterable[Marker]) -> Frame:
-        """A picture (height, width, 3).
+        """Draw a picture (height, width, 3) of a model and markers.
 
         Raises:
-            ConfigError: no OpenGL library could be loaded, or the one there is draws in another thread only.
+            ConfigError: no OpenGL library could be loaded, or the library draws in another thread only.
         """
         with DRAWING:
             renderer = self._opened(model)
@@ -135,7 +135,7 @@ class Canvas:
         """Free the renderer; safe to call twice.
 
         Raises:
-            ConfigError: the OpenGL library closes it in another thread only.
+            ConfigError: the OpenGL library closes the renderer in another thread only.
         """
         with DRAWING:
             if self._renderer is not None:
@@ -144,7 +144,7 @@ class Canvas:
                 self._renderer = None
 
     def _opened(self, model: MjModel) -> Any:
-        """The renderer for this model; every simulation's model has the same layout and is drawn by the same one."""
+        """The renderer, set to this model; one renderer draws all models, because all have the same layout."""
         if self._renderer is None:
             self._renderer, self._thread = _new_renderer(model, self.size), threading.get_ident()
             self._renderer._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = 0
@@ -153,7 +153,11 @@ class Canvas:
         return self._renderer
 
     def _check_thread(self) -> None:
-        """Make sure that this thread can use the renderer."""
+        """Make sure that this thread can use the renderer.
+
+        Raises:
+            ConfigError: the OpenGL library is bound to another thread.
+        """
         library = mujoco.GLContext.__module__
         if library in _BOUND and threading.get_ident() != self._thread:
             raise ConfigError(f"{library} draws and closes pictures only in the thread that asked for the first one")
@@ -164,8 +168,8 @@ class Window:
     """MuJoCo's interactive window on one model.
 
     Args:
-        model: shown, and changed by `play`.
-        data: as it stands.
+        model: the model that the window shows and that `play` changes.
+        data: the state that the window shows first.
 
     Raises:
         ConfigError: there is no display.
@@ -178,11 +182,11 @@ class Window:
         self._model, self._data = model, data
 
     def play(self, states: Iterable[MjData], write_model: Callable[[MjModel], object]) -> None:
-        """Show states that are 1 / `FPS` seconds apart in real time.
+        """Show states, 1 / `FPS` seconds apart, in real time.
 
         Args:
-            states: of the simulation shown.
-            write_model: writes the simulation's model into the given one.
+            states: states of the simulation.
+            write_model: writes the simulation's model into a given model.
         """
         for state in states:
             started = time.perf_counter()
@@ -194,14 +198,14 @@ class Window:
             time.sleep(max(1.0 / FPS - (time.perf_counter() - started), 0.0))
 
     def close(self) -> None:
-        """Close it, and wait for its threads."""
+        """Close the window, and wait for the window's threads."""
         self._window.close()
-        for thread in self._threads:  # one that still draws when Python ends crashes the process
+        for thread in self._threads:  # a thread that still draws when Python ends crashes the process
             thread.join(timeout=5.0)
 
 
 def rendering_problem() -> str | None:
-    """Why this machine cannot draw, in one sentence; None if it can."""
+    """Why this machine cannot render, in one sentence; None if the machine can."""
     try:
         _new_renderer(mujoco.MjSpec().compile(), (8, 8)).close()
     except ConfigError as error:
@@ -224,10 +228,10 @@ def _new_renderer(model: MjModel, size: tuple[int, int]) -> Any:
 
 
 def _idle(make: Callable[[], Any]) -> Any:
-    """What a function makes, and in this thread the same OpenGL context current as before, or none."""
+    """Return the result of `make`, and leave the OpenGL context of this thread as it was before, or without one."""
     other = mujoco.GLContext(1, 1)
     try:
-        with other.as_current():  # at its end MuJoCo makes current what was before, whichever is current by then
+        with other.as_current():  # at its end MuJoCo restores the context from before, whichever is current by then
             return make()
     finally:
         other.free()

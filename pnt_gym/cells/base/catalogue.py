@@ -1,7 +1,7 @@
-"""The catalogue of items, as the file `items.yaml` beside this one has it, and configs of cells that draw from it.
+"""The catalogue of items in the file `items.yaml` beside this module, and configs of cells that use the catalogue.
 
-Levels draw from sets of names (`PAPER_ITEMS`, `SEEN_ITEMS`, `HELD_OUT_ITEMS`, `LIGHT_ITEMS`, `CLAW_ITEMS`) and may add
-their own.
+Levels name items of the sets `PAPER_ITEMS`, `SEEN_ITEMS`, `HELD_OUT_ITEMS`, `LIGHT_ITEMS` and `CLAW_ITEMS`, and may add
+new items.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pnt_gym.reading import yaml_of
 
 
 def _groups(file: Path) -> dict[str, tuple[Item, ...]]:
-    """The items of a file, group by group."""
+    """The items in a file, by the names of their groups."""
     data: dict[str, Any] = yaml_of(file)
     materials, rolling = data.pop("materials"), data.pop("rolling_friction")
 
@@ -41,7 +41,7 @@ CLAW_ITEMS: Final[tuple[str, ...]] = ("cork", *(item.name for item in _GROUPS["c
 
 
 class ItemsConfig(LevelConfig):
-    """Abstract: the config of a cell whose robot picks items of the catalogue, and a user's own."""
+    """Abstract: the config of a cell whose robot picks items of the catalogue and items that a level adds."""
 
     items: tuple[str, ...] = Field(min_length=1)
     extra_items: tuple[Item, ...] = Field(default=(), description="A user's own items, usable in `items` by name.")
@@ -55,7 +55,7 @@ class ItemsConfig(LevelConfig):
         return self
 
     def item_definitions(self) -> Mapping[str, Item]:
-        """The catalogue together with this cell's own items, by name."""
+        """The items of the catalogue and of `extra_items`, by name."""
         return {**CATALOGUE, **{item.name: item for item in self.extra_items}}
 
     def item_list(self) -> tuple[Item, ...]:

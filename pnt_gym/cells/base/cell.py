@@ -1,6 +1,6 @@
-"""The abstract cell: a robot in its surroundings, as the core behind an environment sees it, and its records.
+"""The abstract cell, the interface between a robot and the environments, and the records that a cell returns.
 
-A robot is one subclass of `Cell`.
+Each robot is one subclass of `Cell`.
 """
 
 from __future__ import annotations
@@ -33,34 +33,37 @@ class Throws(Protocol):
 
     @property
     def kind(self) -> Ints:
-        """Seen class of the objects to throw: index into `Cell.item_names` (N,)."""
+        """Item that the cell's classifier sees in each object: index into `Cell.item_names` (N,)."""
         ...
 
 
 class Verdict(Protocol):
-    """The outcome of N throws: a record of arrays, computed once and complete."""
+    """Outcome of N throws: a record of arrays, built once and complete."""
 
     @property
     def is_success(self) -> Bools:
-        """The object crossed its target's opening and lies at rest in it; without a bin: it passed the goal (N,)."""
+        """Whether the object crossed its target's opening and lies at rest in the target (N,).
+
+        Without a bin: whether the object passed its goal.
+        """
         ...
 
     @property
     def landing_error(self) -> Floats:
-        """Distance from the target (N,) [m]."""
+        """Distance of the landing from the target (N,) [m]."""
         ...
 
     @property
     def cycle_time(self) -> Floats:
-        """From one throw to the next, dwell included (N,) [s]."""
+        """Time from one throw to the next, dwell included (N,) [s]."""
         ...
 
 
 def whole_number(name: str, value: object, most: int) -> None:
-    """Make sure that what a user gave is a whole number from 1 on.
+    """Make sure that a user's value is a whole number, at least 1.
 
     Raises:
-        ConfigError: it is not, or greater than `most`.
+        ConfigError: the value is not, or is greater than `most`.
     """
     if isinstance(value, bool) or not isinstance(value, Integral) or not 1 <= int(value) <= most:
         raise ConfigError(f"{name} is {one_sentence(repr(value), 80)}; it must be a whole number from 1 to {most}")
@@ -73,10 +76,10 @@ VerdictT = TypeVar("VerdictT", bound=Verdict)
 
 
 class Cell(ABC, Generic[ConfigT, ThrowsT, PlansT, VerdictT]):
-    """Abstract: N robots in their surroundings, throwing in step.
+    """Abstract: N robots in their surroundings that throw at the same time.
 
     Args:
-        config: the cell.
+        config: description of the cell.
         count: number of cells N.
         threads: worker threads of the physics; results do not depend on it.
 
@@ -85,26 +88,26 @@ class Cell(ABC, Generic[ConfigT, ThrowsT, PlansT, VerdictT]):
     """
 
     modes: Modes
-    """Its action modes, the default first."""
+    """Action modes of the cell, the default first."""
     reward_terms: ClassVar[tuple[str, ...]]
     """Names of the reward's terms."""
     hidden: Sequence[Quantity] = ()
-    """Hidden values of a throw, which no observation contains, for datasets and studies."""
+    """Hidden values of a throw, which no observation has; datasets contain them."""
 
     table: FeatureTable
-    """Features of an observation; a cell with other observations overrides `features` and `observe`."""
+    """Features of an observation; a cell with another kind of observation overrides `features` and `observe`."""
     item_names: Sequence[str]
-    """Names of the items; `kind` and `item` of the info are indices into them."""
+    """Names of the items; `kind` and `item` of the info are indices into this sequence."""
     target_names: Sequence[str] = ()
-    """Names of the targets that a reset can ask for; empty where each throw draws its own target."""
+    """Targets that a reset can request for the first throw; empty where every throw has a new target."""
     dwell: float = 0.0
     """Part of the cycle time in which the hand holds still to grip [s]."""
     episode: int = 1
     """Throws in an episode."""
     terminates: bool = True
-    """Whether the end of an episode is a termination; if not, it is a truncation."""
+    """Whether an episode ends as terminated, because its task is done or lost, and not as truncated."""
     planner: Any
-    """The planner of the action modes."""
+    """Planner that is passed to the action modes."""
     context: ThrowsT
     """The coming throws."""
 
@@ -114,10 +117,10 @@ class Cell(ABC, Generic[ConfigT, ThrowsT, PlansT, VerdictT]):
         self.config = config
         self.count = count
         self.generators: Generators = [np.random.default_rng(0) for _ in range(count)]
-        """Each row draws from its own, so it gives the same alone and in a batch."""
+        """One generator per row, so a row draws the same alone and in a batch."""
 
     def reset(self, rows: Ints, generators: Generators) -> None:
-        """Begin anew in some rows, each with its own generator."""
+        """Begin new episodes in some rows, with one generator per row."""
         for row, generator in zip(rows, generators, strict=True):
             self.generators[int(row)] = generator
         self.context = replaced(self.context, rows, self.first(rows))
@@ -127,20 +130,20 @@ class Cell(ABC, Generic[ConfigT, ThrowsT, PlansT, VerdictT]):
         """The first throws of an episode in some rows."""
 
     def target_of(self, throws: ThrowsT) -> Ints:
-        """Index into `target_names` of the target of each throw (N,); by default each kind has a target of its own."""
+        """Index of each throw's target in `target_names` (N,); by default every kind has a target of the same index."""
         return throws.kind
 
     def scout(self, generators: Generators) -> Self:
-        """This cell with other rows, one per generator, to see which first throws they draw: it cannot throw.
+        """A copy of this cell with one row per generator, to see which first throws the generators draw.
 
-        A cell whose `first` keeps anything beside what it returns gives the scout a place of its own for that.
+        The copy cannot throw. A cell whose `first` changes the cell's state must give the copy a separate state.
         """
         scout = copy.copy(self)
         scout.generators = generators
         return scout
 
     def following(self, outcome: VerdictT) -> ThrowsT:
-        """The throws after these; new ones where none depends on the one before."""
+        """The next throws after an outcome; by default new throws that do not depend on the outcome."""
         return self.first(np.arange(self.count))
 
     @property
@@ -153,18 +156,18 @@ class Cell(ABC, Generic[ConfigT, ThrowsT, PlansT, VerdictT]):
         return self.table.encode(self.context)
 
     def throw(self, plans: PlansT) -> VerdictT:
-        """Carry out feasible plans, one per cell, and move on to the next throws."""
+        """Simulate feasible plans, one per cell, and advance to the next throws."""
         outcome = self.preview(plans, jitter=True)
         self.context = self.following(outcome)
         return outcome
 
     @abstractmethod
     def preview(self, plans: PlansT, jitter: bool = False) -> VerdictT:
-        """The outcome that the coming throws would have, without moving on.
+        """Simulated outcome of the coming throws, without advancing to the next throws.
 
         Args:
             plans: feasible plans, one per cell.
-            jitter: whether the scatter of the release is included, with the draws that `throw` will use.
+            jitter: whether the values that differ from throw to throw of one object are included, as in `throw`.
         """
 
     @abstractmethod
@@ -173,28 +176,28 @@ class Cell(ABC, Generic[ConfigT, ThrowsT, PlansT, VerdictT]):
 
     @abstractmethod
     def info(self, outcome: VerdictT, thrown: ThrowsT) -> dict[str, NDArray[Any]]:
-        """Entries of the info in addition to `COMMON_INFO`, (N,) each."""
+        """Info of throws beyond `COMMON_INFO`, (N,) each."""
 
     def correction(self, mode: str) -> Correction | None:
-        """How an action of a mode shifts the errors of a throw; None where it does not shift them one to one."""
+        """How an action of a mode moves the errors, for controllers that learn from errors; None if not one to one."""
         return None
 
     def ended(self, outcome: VerdictT, thrown: ThrowsT) -> Bools | None:
-        """Episodes that these throws end before their length (N,); None for none."""
+        """Which episodes these throws end before their length (N,); None: no episode."""
         return None
 
     def view(self) -> ThrowView:
-        """Pictures of the cells, or what has the same methods; row 0 is recorded from now on.
+        """View that draws the cells; row 0 is recorded from now on.
 
         Raises:
-            ConfigError: nothing of this cell can be drawn.
+            ConfigError: the cell has no pictures.
         """
         raise ConfigError(f"{type(self).__name__} has no pictures; it does not say how it is drawn")
 
     def markers(self, row: int) -> list[Marker]:
-        """What is drawn beside the simulation before the coming throw; nothing unless a cell says otherwise."""
+        """Shapes that are drawn beside the simulation before the coming throw; none by default."""
         return []
 
     def markers_at(self, time: float) -> list[Marker]:
-        """The same in the recorded throw, after a time [s]."""
+        """Shapes that are drawn beside the simulation in the recorded throw, after a time [s]; none by default."""
         return []

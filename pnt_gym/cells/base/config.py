@@ -1,8 +1,8 @@
-"""The base of all configs: frozen sections, and levels as differences from other levels.
+"""Base classes of all cell configs: frozen sections, and levels that state only their differences from another level.
 
-A level is its `base` plus differences; without a `base` it differs from the level `nominal` of its family, whose own
-values are the defaults of the config. Shipped levels are YAML files in a folder that bears the robot's name, a user's
-own is a file or a mapping of the same form.
+A level is its `base` plus differences. A level without a `base` differs from the level `nominal` of its family, and the
+values of `nominal` are the defaults of the config. Shipped levels are YAML files in a folder with the robot's name; a
+user's level is a file or a mapping of the same form.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ from pnt_gym.errors import ConfigError, PntGymError, one_sentence
 from pnt_gym.reading import ReadError, number_of, yaml_of
 
 MOST: Final = 1e6
-"""Every number of a cell is smaller, in SI units or degrees; `lt`, which no field takes for a bound of its own."""
+"""Bound of every number in a cell, in SI units or degrees; given as `lt`, which no single field uses for its bound."""
 Positive = Annotated[float, Field(gt=0, lt=MOST, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, lt=MOST, allow_inf_nan=False)]
 Duration = Annotated[float, Field(ge=0, le=10, allow_inf_nan=False)]
-"""Seconds that are simulated."""
+"""Simulated time [s]."""
 Finite = Annotated[float, Field(gt=-MOST, lt=MOST, allow_inf_nan=False)]
 Share = Annotated[float, Field(gt=0, le=1)]
 Range = tuple[Finite, Finite]
 LONGEST: Final = 100
-"""Characters in a name."""
+"""Largest number of characters in a name."""
 
 
 def check_printable(name: str) -> str:
-    """Refuse what breaks a line of a table, or runs backwards.
+    """Return a name, after refusing characters that would break a line of a table or reverse the text.
 
     Raises:
         PydanticCustomError: a character that is not printable.
@@ -45,7 +45,7 @@ def check_printable(name: str) -> str:
 
 
 def check_file_name(name: str) -> str:
-    """Refuse what would lie elsewhere if a file were called so.
+    """Return a name, after refusing names whose file would lie in another folder or be hidden.
 
     Raises:
         PydanticCustomError: a separator of paths, or a point at the beginning.
@@ -56,11 +56,11 @@ def check_file_name(name: str) -> str:
 
 
 Label = Annotated[str, Field(min_length=1, max_length=LONGEST), AfterValidator(check_printable)]
-"""What people call something; it may stand in a table."""
+"""A name for people; the name may stand in a table."""
 FileName = Annotated[Label, AfterValidator(check_file_name)]
-"""What people call something that files are called after."""
+"""A name for people that is also the name of files."""
 Level: TypeAlias = str | Path | BaseModel | Mapping[str, Any]
-"""A shipped level's name, a YAML file, a mapping in the file's form, or a config as it is."""
+"""A shipped level's name, a YAML file, a mapping in the file's form, or a config."""
 
 
 ROOT: Final = "nominal"
@@ -68,7 +68,7 @@ ROOT: Final = "nominal"
 
 
 def _types(annotation: object) -> list[object]:
-    """All types that an annotation names, and literals; of the keys of a mapping none."""
+    """All types and literals that an annotation names, without the types of a mapping's keys."""
     parts = get_args(annotation)
     if isinstance(origin := get_origin(annotation), type) and issubclass(origin, Mapping):
         parts = parts[1:]
@@ -85,7 +85,7 @@ def _leaves(value: object) -> list[object]:
 
 
 def _is_number(text: str) -> bool:
-    """Whether pydantic would take a text for a number."""
+    """Whether pydantic would read a text as a number."""
     try:
         float(text)
     except ValueError:
@@ -94,12 +94,12 @@ def _is_number(text: str) -> bool:
 
 
 def _is_open(kinds: Sequence[object]) -> bool:
-    """Whether a field of such types holds sections, which check themselves, or whatever there is."""
+    """Whether a field of these types holds sections, which check their own values, or values of any type."""
     return any(kind is Any or (isinstance(kind, type) and issubclass(kind, BaseModel)) for kind in kinds)
 
 
 def _takes_text(kinds: Sequence[object]) -> bool:
-    """Whether text may stand in a field of such types."""
+    """Whether text may stand in a field of these types."""
     return any(kind is str or kind is Path or isinstance(kind, str) for kind in kinds)
 
 
@@ -111,7 +111,7 @@ class Section(BaseModel):
     @field_validator("*", mode="before")
     @classmethod
     def _numbers_are_numbers(cls, value: object, info: ValidationInfo) -> object:
-        """Refuse true where 1 would be meant, and '1' in quotes, also in lists."""
+        """Refuse `true` instead of 1, and '1' in quotes, also in lists."""
         kinds = _types(cls.model_fields[str(info.field_name)].annotation)
         leaves = [value] if _is_open(kinds) else _leaves(value)
         if bool not in kinds and any(isinstance(leaf, bool) for leaf in leaves):
@@ -124,7 +124,7 @@ class Section(BaseModel):
 
 
 def quotes_hint(text: str) -> str:
-    """What to write instead of a number in quotes, as the end of a sentence; nothing for other text."""
+    """Advice against quotes around a number, as the end of a sentence; empty for other text."""
     return "" if number_of(text.strip()) is None else f"; write {text.strip()} without quotes"
 
 
@@ -133,8 +133,8 @@ def ordered(section: Section, where: str, *names: str) -> None:
 
     Args:
         section: the section.
-        where: its name in the level, for the error.
-        names: of fields that are a `Range`.
+        where: name of the section in the level, for the error.
+        names: names of fields that are a `Range`.
 
     Raises:
         ValueError: a range whose first value is larger.
@@ -149,11 +149,11 @@ class LevelConfig(Section):
     """Abstract: everything that describes a cell. Subclasses name the folder of their shipped levels."""
 
     folder: ClassVar[str | Path]
-    """Name of the robot, and so of the folder of its shipped levels; a path where the levels are a user's own."""
+    """Name of the robot and of the folder with the robot's shipped levels; a path for a user's levels."""
     alternatives: ClassVar[Mapping[str, tuple[str, ...]]] = {}
-    """Keys of a section that exclude each other: a level that gives one of them drops those of its base."""
+    """Keys of a section that exclude each other: a level with one of these keys drops the others of its base."""
     trial: ClassVar[str] = "throws"
-    """The trial that judges controllers: "throws", "work_shifts", or MODULE:CLASS of a trial of your own."""
+    """Trial that judges controllers: "throws", "work_shifts", or MODULE:CLASS of a trial of your own."""
 
     name: FileName = Field(default="custom", description="Name of the level; run folders are named after it.")
     mismatch: Annotated[float, Field(ge=0, le=3)] = Field(
@@ -195,11 +195,11 @@ class LevelConfig(Section):
         return _shipped(cls.folder) / f"{name}.yaml"
 
     def ships(self) -> bool:
-        """Whether it is a shipped level, unchanged."""
+        """Whether the config is a shipped level, unchanged."""
         return self.name in self.level_names() and self == self.load(self.name)
 
     def files(self) -> tuple[Path, ...]:
-        """Files that the level names, on whose contents results depend."""
+        """Files that the level names and that change its results."""
         return ()
 
     @classmethod
@@ -209,7 +209,7 @@ class LevelConfig(Section):
 
     @classmethod
     def _from_file(cls, level: str | Path, above: tuple[str, ...]) -> dict[str, Any]:
-        """A level and all that it differs from, as one mapping; `above` are the files that named it as their base."""
+        """A level merged with all its bases into one mapping; `above` are the files whose `base` leads to it."""
         names = cls.level_names()
         if level == ROOT and ROOT not in names:  # a family without shipped levels has its defaults
             return {"name": ROOT}
@@ -227,7 +227,7 @@ class LevelConfig(Section):
 
     @classmethod
     def _complete(cls, data: Mapping[str, Any], above: tuple[str, ...]) -> dict[str, Any]:
-        """Differences on top of what they differ from."""
+        """A level's differences merged into its base."""
         own = dict(data)
         base = own.pop("base", ROOT)
         if not isinstance(base, str | Path):
@@ -237,10 +237,10 @@ class LevelConfig(Section):
 
 @contextmanager
 def describes_a_cell() -> Generator[None, None, None]:
-    """Turns errors of a block that builds a cell into a ConfigError: numbers may be valid alone and not together.
+    """Context in which a cell is built from a level: each number may be possible alone, and all of them not together.
 
     Raises:
-        ConfigError: engine, memory or arithmetic refuse them.
+        ConfigError: engine, memory or arithmetic refuse the numbers.
     """
     try:
         with np.errstate(over="raise", divide="raise", invalid="raise"):
@@ -253,7 +253,7 @@ def describes_a_cell() -> Generator[None, None, None]:
 
 
 def written(level: Level) -> str | dict[str, Any]:
-    """A level as JSON can hold it: a name or path as text, a mapping or a config in the form of a level file."""
+    """A level in JSON types: a name or path as text, a mapping or a config in the form of a level file."""
     if isinstance(level, str | Path):
         return str(level)
     if isinstance(level, BaseModel):
@@ -262,7 +262,10 @@ def written(level: Level) -> str | dict[str, Any]:
 
 
 def _merged(below: dict[str, Any], above: Mapping[str, Any], alternatives: Mapping[str, Any]) -> dict[str, Any]:
-    """Mappings merge key by key, anything else replaces what lies below; a section given as an object is complete."""
+    """Values of `above` merged into those of `below`: mappings key by key, other values replace the value below.
+
+    A section that is given as an object is complete and is not merged.
+    """
     merged = dict(below)
     for key, value in above.items():
         under = merged.get(key)
@@ -278,7 +281,7 @@ def _merged(below: dict[str, Any], above: Mapping[str, Any], alternatives: Mappi
 
 
 def _shipped(folder: str | Path) -> Path:
-    """A folder of shipped levels: inside an installed wheel, or beside the package in a checkout."""
+    """Path of a folder of shipped levels: inside an installed wheel, or beside the package in a checkout."""
     if isinstance(folder, Path):
         return folder
     package = Path(__file__).resolve().parents[2]
@@ -293,7 +296,7 @@ def _find(folder: str | Path, level: str | Path, names: tuple[str, ...]) -> Path
     path = Path(level)
     if not path.suffix:
         raise ConfigError(f"unknown level {text!r}; shipped levels are {', '.join(names)}, or give a YAML file")
-    if not os.path.isfile(path):  # which is False for a name that no file can have
+    if not os.path.isfile(path):  # False, without an error, for a name that no file can have
         raise ConfigError(f"level file {text!r} does not exist")
     return path
 

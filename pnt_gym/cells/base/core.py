@@ -1,6 +1,6 @@
-"""The core behind every environment: N robots that throw in step, actions in, observations and rewards out.
+"""The batched simulation behind every environment: takes actions, returns observations, rewards and infos of N cells.
 
-Environments, evaluation, training and benchmark know only `Core`.
+Environments, evaluation, training and benchmark use cells only through `Core`.
 """
 
 from __future__ import annotations
@@ -24,28 +24,28 @@ from pnt_gym.engine import unheard
 from pnt_gym.errors import ConfigError, PhysicsError
 
 COMMON_INFO: Final = ("is_success", "landing_error", "cycle_time", "residual_clipped", "item", "kind")
-"""Entries of the info that every cell has; a cell adds the errors of its `Correction` and entries of its own."""
+"""Info keys that every cell reports of a throw; a cell adds the errors of its `Correction` and further keys."""
 
 
 @final
 @dataclass(frozen=True)
 class Step:
-    """The result of one throw in every cell."""
+    """Results of one throw in every cell."""
 
     observation: NDArray[np.float32]
-    """Of the next throws (N, D)."""
+    """Observations of the next throws (N, D)."""
     reward: Floats
-    """(N,)"""
+    """Sum of the reward terms (N,)."""
     ended: Bools
-    """Episodes that are over (N,)."""
+    """Whether the cells' episodes are over (N,)."""
     info: dict[str, NDArray[Any]]
-    """Named results, (N,) each: `COMMON_INFO`, the reward's terms, and what the cell adds."""
+    """Named results, (N,) each: `COMMON_INFO`, the reward's terms, and the cell's further keys."""
     partial: Mapping[str, Bools] = field(default_factory=dict[str, Bools])
-    """Of results that only some rows have, by name: which rows these are (N,). All rows have every other result."""
+    """Rows (N,) that have a result, by the result's name; a result that is not named here exists in all rows."""
 
 
 class Drawing(Protocol):
-    """A cell of N rows, each of which draws from a generator of its own."""
+    """A cell of N rows with one random generator per row."""
 
     context: Any
     """The coming throws (N,)."""
@@ -54,11 +54,11 @@ class Drawing(Protocol):
 
 @contextmanager
 def restoring(cell: Drawing, waiting: Bools) -> Generator[None]:
-    """At the end of the block, give rows that wait the coming throws and the random numbers of its begin.
+    """Context that restores the coming throws and the generators of waiting rows at its end.
 
     Args:
-        cell: steps in the block.
-        waiting: these rows (N,).
+        cell: the cell that steps in the context.
+        waiting: the waiting rows (N,).
     """
     context, generators = cell.context, [cell.generators[row] for row in np.flatnonzero(waiting)]
     states = [generator.bit_generator.state for generator in generators]
@@ -70,12 +70,12 @@ def restoring(cell: Drawing, waiting: Bools) -> Generator[None]:
 
 @final
 class Episodes:
-    """Counts the throws of N cells, and knows which of them need a new draw when their episode begins.
+    """Counts the throws of N cells, and marks the cells that need a new draw when their episode begins.
 
     Args:
         count: number of cells N.
         length: throws in an episode.
-        drawn: whether the cell draws the next episode's first throw by itself after the last one of an episode.
+        drawn: whether the cell itself draws the next episode's first throw after the last throw of an episode.
     """
 
     def __init__(self, count: int, length: int, drawn: bool) -> None:
@@ -84,18 +84,23 @@ class Episodes:
         self._fresh = np.zeros(count, dtype=np.bool_)
 
     def begin(self, rows: Ints, seeded: Bools | bool) -> Ints:
-        """Begin new episodes in some rows, seeded or not; returns the positions in `rows` that must be drawn anew."""
+        """Begin new episodes in some rows; returns the positions in `rows` whose first throw must be drawn.
+
+        Args:
+            rows: the cells.
+            seeded: which of these cells, or whether all, have a new generator.
+        """
         self._throws[rows] = 0
         draw = seeded | ~self._fresh[rows]
         self._fresh[rows] = False
         return np.flatnonzero(draw)
 
     def thrown(self, early: Bools | None = None, waiting: Bools | None = None) -> Bools:
-        """Count one throw in every cell; returns the episodes that are over (N,).
+        """Count one throw in every cell; returns which episodes are over (N,).
 
         Args:
-            early: episodes that this throw ends before their length (N,); None for none.
-            waiting: cells whose throw does not count (N,); None for none.
+            early: which episodes this throw ends before their length (N,); None: no episode.
+            waiting: which cells' throws do not count (N,); None: no cell's.
         """
         counted = np.ones_like(self._fresh) if waiting is None else ~waiting
         self._throws += counted
@@ -108,14 +113,14 @@ class Episodes:
 
 @final
 class Core:
-    """A cell behind the environments: actions in, observations, rewards and infos out.
+    """Steps a cell for the environments: takes actions, returns observations, rewards and infos; row i is cell i.
 
     Args:
-        cell: N robots that throw in step.
+        cell: N robots that throw at the same time.
         action_mode: how an action is read; None for the cell's default.
 
     Raises:
-        ConfigError: an unknown action mode, or a level of the user's in which a throw gives no numbers.
+        ConfigError: an unknown action mode, or a user's level in which a throw gives NaN or infinite results.
     """
 
     def __init__(self, cell: Cell[Any, Any, Any, Any], action_mode: str | None = None) -> None:
@@ -135,7 +140,11 @@ class Core:
             self._try()
 
     def _try(self) -> None:
-        """Throw once, without moving on."""
+        """Throw once in a user's level, without changing the state of the cell.
+
+        Raises:
+            ConfigError: the level cannot be simulated, or its results are not finite.
+        """
         try:
             with unheard():
                 outcome = self.preview(np.zeros((self.count, *self.action_space.shape)), jitter=True)
@@ -155,13 +164,14 @@ class Core:
         """Begin new episodes in some rows.
 
         Args:
-            rows: which cells.
-            generators: one per row; the row keeps drawing from it.
-            seeded: which generators are new (rows,), or whether all are; of others a throw already drawn is kept.
-            request: what the first throws have to be; none that is already drawn is kept then.
+            rows: the cells.
+            generators: one generator per row; the row draws from this generator from now on.
+            seeded: which generators are new (rows,), or whether all are; rows with an old generator keep a first throw
+                that is already drawn.
+            request: item and target that the first throws must have; a non-empty request draws every first throw anew.
 
         Raises:
-            ConfigError: a row does not come to what is asked for; everything is as it was.
+            ConfigError: a row never draws the requested throw; the cell and all generators are unchanged.
         """
         if request:
             lead(self.cell, generators, request)
@@ -174,16 +184,16 @@ class Core:
         return self.cell.observe()
 
     def kinds(self) -> dict[str, NDArray[Any]]:
-        """`kind`: seen class of the coming objects, index into `item_names`, (N,)."""
+        """`kind`: item that the cell's classifier sees in each coming throw, index into `item_names` (N,)."""
         return {"kind": self.cell.context.kind.copy()}
 
     def hidden(self) -> dict[str, Floats]:
-        """Hidden values of the coming throws, by the names of the cell's `hidden`, (N,) each."""
+        """Values of the coming throws that no observation has, by the names of the cell's `hidden`, (N,) each."""
         context = self.cell.context
         return {one.name: np.array(one.value(context), dtype=np.float64) for one in self.cell.hidden}
 
     def plan(self, actions: object) -> tuple[Any, Bools]:
-        """Feasible plans nearest to the actions (N, A), and a mask of the actions that had to be shortened (N,).
+        """Feasible plans nearest to the residuals of actions (N, A), and which residuals were shortened (N,).
 
         Raises:
             ActionError: wrong shape, NaN or infinite values.
@@ -197,8 +207,8 @@ class Core:
 
         Args:
             actions: (N, A) within [-1, 1]; values outside are clipped.
-            waiting: cells that only fill the batch (N,): the step takes their throws back, and their results mean
-                nothing; None for none.
+            waiting: which cells only fill the batch (N,): the step undoes the throws of these cells, and their results
+                mean nothing; None: no cell.
 
         Raises:
             ActionError: wrong shape, NaN or infinite values.
@@ -223,13 +233,13 @@ class Core:
             return Step(cell.observe(), sum(terms.values(), np.zeros(self.count)), ended, info)
 
     def preview(self, actions: object, jitter: bool = False) -> Any:
-        """The outcome that actions would have for the coming throws, hidden values included, without advancing.
+        """Simulated outcome of the coming throws under actions, without advancing the cell.
 
-        This is privileged: the oracle uses it, and figures do.
+        The preview uses hidden values, so only the oracle and figures may call it.
 
         Args:
-            actions: (N, A).
-            jitter: whether the scatter of the release is included.
+            actions: residuals (N, A).
+            jitter: whether the values that differ from throw to throw of one object are included.
 
         Returns:
             An outcome with the errors of `correction` among its attributes, (N,) each.

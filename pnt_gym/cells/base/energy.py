@@ -1,7 +1,7 @@
-"""What motors spend on a cycle: their positive mechanical work, torque times joint speed.
+"""Energy of the motors in a cycle: their positive mechanical work, torque times joint speed.
 
-Each motor counts for itself, and what it brakes it gives nothing back (no recuperation, no common link between the
-drives). Heat in the windings, friction in the gears and what holding still takes are not in it: a datasheet has those.
+Each motor counts separately, and a braking motor returns nothing (no recuperation, no common link between the drives).
+Heat in the windings, friction in the gears and holding torque at rest are left out: datasheets give those losses.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ def work_of_steps(torque: Floats, speed: Floats, steps: Ints, step: float) -> Fl
 
     Args:
         torque: of each motor in each step (N, M, J) [N m].
-        speed: of its joint after the step (N, M, J) [rad/s]. The engine's steps are a leapfrog: the torque acts from
-            the middle of the step before to the middle of its own, to which the two speeds belong.
-        steps: of each simulation that count (N,).
-        step: length of one [s].
+        speed: of the motor's joint after the step (N, M, J) [rad/s]. The engine's steps are a leapfrog: a torque acts
+            from the middle of the step before to the middle of its step, and the two speeds belong to those moments.
+        steps: number of steps that count, for each simulation (N,).
+        step: length of a step [s].
     """
     counts = np.arange(torque.shape[1], dtype=np.int64) < steps[:, None]
     before = np.concatenate([speed[:, :1], speed[:, :-1]], axis=1)
@@ -28,7 +28,8 @@ def work_of_steps(torque: Floats, speed: Floats, steps: Ints, step: float) -> Fl
 
 
 def work_between(torque: Floats, speed: Floats, times: Floats) -> Floats:
-    """Positive work of a planned motion (N,) [J], from torque and speed (N, K, J) at times (N, K) [s] that grow."""
+    """Positive work of planned motions (N,) [J], from torque and speed (N, K, J) at increasing times (N, K) [s]."""
+    # Trapezoidal rule over power.
     power = np.maximum(torque * speed, 0.0).sum(axis=-1)
     return _total((power[:, 1:] + power[:, :-1]) / 2.0 * np.diff(times, axis=1))
 

@@ -1,6 +1,6 @@
-"""Tables of features: every number of an observation with its unit, centre and scale, encoded and decoded.
+"""Tables of features: every number of an observation with unit, centre and scale, and their encoding and decoding.
 
-Hidden values have their names and units here too.
+Hidden values of a throw, which no observation has, are described here too, by name and unit.
 """
 
 from __future__ import annotations
@@ -30,23 +30,23 @@ class Feature:
     scale: float
     meaning: str
     value: Callable[[Any], Floats]
-    """Its physical value (N,) from the coming throws."""
+    """Function from the coming throws to the physical values (N,)."""
 
 
 @final
 @dataclass(frozen=True)
 class Quantity:
-    """One hidden value of a coming throw, which no observation contains."""
+    """One hidden value of a coming throw: a true number that no observation has."""
 
     name: str
     unit: str
     meaning: str
     value: Callable[[Any], Floats]
-    """Its value (N,) from the coming throws."""
+    """Function from the coming throws to the values (N,)."""
 
 
 def numbered(quantities: Sequence[Quantity]) -> list[Quantity]:
-    """Quantities as a table lists them: those whose names differ in a last number alone once, with K for the number."""
+    """Quantities as a table lists them: names that differ only in a last number become one, with K for the number."""
     listed: dict[str, Quantity] = {}
     for quantity in quantities:
         name = re.sub(r"_\d+$", "_K", quantity.name)
@@ -59,7 +59,7 @@ class FeatureTable:
     """The entries of one kind of observation.
 
     Args:
-        features: in the order of the observation.
+        features: the entries in the order of the observation.
     """
 
     def __init__(self, features: Sequence[Feature]) -> None:
@@ -72,7 +72,7 @@ class FeatureTable:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the entries."""
+        """Names of the entries."""
         return tuple(feature.name for feature in self._features)
 
     def encode(self, throws: Any) -> NDArray[np.float32]:

@@ -1,7 +1,7 @@
-"""MuJoCo's ellipsoid fluid model as arrays: what its compiler would write for N different objects at once.
+"""MuJoCo's ellipsoid fluid model as arrays: the values that MuJoCo's compiler would write, for N different objects.
 
-A model is compiled for one object; the cell gives every simulation its own by writing these arrays into the
-per-simulation fields `geom_fluid`, `geom_type`, `geom_size`, `geom_quat`, `geom_rbound`, `geom_aabb` and
+A model is compiled for one object; the cell gives every simulation a different object by writing these arrays into
+the per-simulation fields `geom_fluid`, `geom_type`, `geom_size`, `geom_quat`, `geom_rbound`, `geom_aabb` and
 `body_inertia`. Extents are (L, W, H) along the body's x, y and z. MuJoCo's cylinder has its axis along the
 geom's z, so a lying cylinder's geom is turned and its coefficients are in the turned frame.
 
@@ -58,14 +58,14 @@ class GeomPlacement(NamedTuple):
 
 
 def lying_size(shape_index: ArrayLike, size: ArrayLike) -> Floats:
-    """Extents an object has once modelled, which is what the other functions here want.
+    """Extents of the N modelled bodies, the `size` of the other functions of this module.
 
     Args:
         shape_index: (N,) index in `items.SHAPES`.
         size: (N, 3) full extents (L, W, H) in m.
 
     Returns:
-        (N, 3) full extents in m: a cylinder gets the mean of W and H as its one diameter, others keep theirs.
+        (N, 3) full extents in m: the diameter of a cylinder is the mean of W and H, other shapes keep their extents.
 
     Raises:
         ConfigError: the arrays do not fit, an index is unknown or an extent is not positive and finite.
@@ -87,7 +87,7 @@ def lying_size(shape_index: ArrayLike, size: ArrayLike) -> Floats:
 
 
 def geom_placement(shape: Ints, size: Floats) -> GeomPlacement:
-    """Type, size, attitude and bounds of the geoms that stand for N objects.
+    """Type, size, attitude and bounds of the geoms of N objects.
 
     Args:
         shape: (N,) index in `items.SHAPES`.
@@ -133,7 +133,7 @@ def fluid_coefficients(shape: Ints, size: Floats, drag: Floats) -> Floats:
 
 
 def solid_shell_inertia(mass: Floats, size: Floats, shape: Ints) -> Floats:
-    """Principal inertias of N objects that are neither solid nor empty shells.
+    """Principal inertias of N objects between a solid body and an empty shell.
 
     Args:
         mass: (N,) kg.
@@ -156,7 +156,11 @@ def _semi_axes(index: Ints, full: Floats) -> Floats:
 
 
 def _added_mass(semi: Floats) -> Floats:
-    """(N, 6) virtual mass and virtual inertia per unit density of ellipsoids with (N, 3) semi-axes."""
+    """(N, 6) virtual mass and virtual inertia per unit density of ellipsoids with (N, 3) semi-axes.
+
+    Lamb's factors k / (2 - k), with k = xyz int_0^inf ds / ((x^2 + s) sqrt((x^2 + s)(y^2 + s)(z^2 + s))) and so on, are
+    Carlson's integrals R_D times 2 xyz / 3.
+    """
     from scipy.special import elliprd  # noqa: PLC0415  (heavy import)
 
     x, y, z = semi[:, 0], semi[:, 1], semi[:, 2]
@@ -174,7 +178,8 @@ def _added_mass(semi: Floats) -> Floats:
 
 
 def _added_inertia(bb: Floats, cc: Floats, kb: Floats, kc: Floats) -> Floats:
-    """Virtual inertia over volume / 5 about the axis normal to b and c; a round body moves no fluid."""
+    """Virtual inertia over volume / 5 about the axis normal to b and c; a body that is round there moves no fluid."""
+    # Lamb: (b^2 - c^2)^2 (k_c - k_b) / (2 (b^2 - c^2) + (b^2 + c^2) (k_b - k_c)).
     gap = bb - cc
     below = np.where(gap == 0.0, 1.0, 2.0 * gap + (bb + cc) * (kb - kc))
     return np.where(gap == 0.0, 0.0, gap * gap * (kc - kb) / below)

@@ -1,9 +1,9 @@
-"""Objects in the air in machine code, free or swinging under a hand: MuJoCo's fluid model and its Euler steps.
+"""Compiled motion of objects in the air, free or swinging under a hand: MuJoCo's fluid model and its Euler steps.
 
 The forces are those of MuJoCo's manual (computation, fluid forces, ellipsoid model) without added mass times
-acceleration, which the engine leaves out too. Velocities are stepped before positions, as the engine does, so a flight
-equals the engine's to rounding; a test holds it to that. A swing is that of a body on a pivot, so it equals the
-engine's as far as constraints are rigid there.
+acceleration, which the engine leaves out too. Velocities are stepped before positions, as in the engine, so a flight
+equals the engine's to rounding, and a test compares the two. A swinging object is a rigid body on a pivot: its motion
+equals the engine's as far as the engine's constraints are rigid.
 """
 
 from __future__ import annotations
@@ -15,9 +15,11 @@ from pnt_gym.compiled import compiled, part
 from pnt_gym.constants import AIR_DENSITY, AIR_VISCOSITY, GRAVITY
 
 STATE = 13
-"""Position [m], attitude (w first), velocity in the world [m/s], angular velocity in the body [rad/s]."""
+"""Numbers in a state: position [m] (3), attitude (4, w first), world velocity [m/s] (3), body angular velocity [rad/s]
+(3)."""
 BODY = 24
-"""Mass, inertia (3), height of the geom in the body, and the geom's attitude (4), semi-axes (3), fluid (12)."""
+"""Numbers of a body: mass [kg], inertia [kg m2] (3), height of the geom in the body [m], and the geom's attitude (4),
+semi-axes [m] (3) and `geom_fluid` (12)."""
 
 
 @part
@@ -31,7 +33,7 @@ def _turned(w: float, x: float, y: float, z: float, a: float, b: float, c: float
 def _air(
     body: Floats, air: float, vx: float, vy: float, vz: float, wx: float, wy: float, wz: float
 ) -> tuple[float, float, float, float, float, float]:
-    """Force [N] and torque [N m] on a geom with a velocity and an angular velocity, all in its own axes."""
+    """Air force [N] and torque [N m] on a geom with a velocity and an angular velocity, all in the geom's axes."""
     rx, ry, rz = body[9], body[10], body[11]
     density, viscosity = air * AIR_DENSITY, air * AIR_VISCOSITY
     blunt, slender, angular, kutta, magnus = body[13], body[14], body[15], body[16], body[17]
@@ -48,7 +50,7 @@ def _air(
     fx += lift * (wy * vz - wz * vy)
     fy += lift * (wz * vx - wx * vz)
     fz += lift * (wx * vy - wy * vx)
-    # Kutta lift and drag, by the area that the flow meets.
+    # Kutta lift, by the ellipsoid's area across the flow.
     largest, smallest = max(rx, ry, rz), min(rx, ry, rz)
     widest = math.pi * largest * (rx + ry + rz - largest - smallest)
     nx, ny, nz = (ry * rz) ** 2 * vx, (rz * rx) ** 2 * vy, (rx * ry) ** 2 * vz
@@ -62,8 +64,10 @@ def _air(
         fx += share * (cy * vz - cz * vy)
         fy += share * (cz * vx - cx * vz)
         fz += share * (cx * vy - cy * vx)
+    # Viscous drag of a sphere of the mean diameter (Stokes), and pressure drag of the area across and along the flow.
     ball = 2.0 / 3.0 * (rx + ry + rz)
     drag = 3.0 * math.pi * viscosity * ball + density * speed * (blunt * met + slender * (widest - met))
+    # Drag against rotation, by the areas' moments.
     ix = 8.0 / 15.0 * math.pi * rx * max(ry, rz) ** 4
     iy = 8.0 / 15.0 * math.pi * ry * max(rz, rx) ** 4
     iz = 8.0 / 15.0 * math.pi * rz * max(rx, ry) ** 4
@@ -79,7 +83,7 @@ def _air(
 def _wind(
     body: Floats, air: float, vx: float, vy: float, vz: float, ox: float, oy: float, oz: float
 ) -> tuple[float, float, float, float, float, float]:
-    """Force [N] and torque [N m] about the centre of mass of an object by its velocities, all in its own axes."""
+    """Air force [N] and torque [N m] about the centre of mass of an object with velocities, all in the body's axes."""
     a, b, c, d, up = body[5], body[6], body[7], body[8], body[4]
     # Velocity of the geom's middle, in the body's axes and then in the geom's.
     ux, uy, uz = _turned(a, -b, -c, -d, vx + oy * up, vy - ox * up, vz)
@@ -92,7 +96,7 @@ def _wind(
 
 @part
 def _step(state: Floats, body: Floats, wind: Floats, air: float, step: float) -> None:
-    """One step of an object in a wind (2,), in place."""
+    """Advance the state of a free object in a wind (2,) by one Euler step, in place."""
     w, x, y, z = state[3], state[4], state[5], state[6]
     mass, ix, iy, iz = body[0], body[1], body[2], body[3]
     ox, oy, oz = state[10], state[11], state[12]
@@ -117,7 +121,7 @@ def _step(state: Floats, body: Floats, wind: Floats, air: float, step: float) ->
 
 @part
 def _turn(state: Floats, step: float) -> None:
-    """Turn an object by its angular velocity, in place."""
+    """Turn an object's attitude by its angular velocity for one step, in place."""
     w, x, y, z = state[3], state[4], state[5], state[6]
     ox, oy, oz = state[10], state[11], state[12]
     rate = math.sqrt(ox * ox + oy * oy + oz * oz)
@@ -151,19 +155,19 @@ def fly_down(
     seen: Floats,
     steps: Ints,
 ) -> None:
-    """Let objects fly until each is below a height and sinks, in place.
+    """Simulate free objects until each is below a height and sinks, in place.
 
     Args:
-        state: N objects (N, STATE), at the end where each has just passed its height.
-        body: what they are (N, BODY).
-        wind: level velocity of the air around each (N, 2) [m/s].
+        state: states of N objects (N, STATE); at the end those just below the objects' heights.
+        body: constants of the objects (N, BODY).
+        wind: horizontal velocity of the air around each object (N, 2) [m/s].
         floor: the heights (N,) [m].
         air: share of the air's density and viscosity.
-        step: of the physics [s].
+        step: length of a physics step [s].
         stride: steps between two records.
-        seen: filled with each object's states every `stride` steps, the first one first, and then its last one
-            (N, K, STATE); no object flies longer than that.
-        steps: filled with the steps that each flew (N,).
+        seen: filled with the objects' states every `stride` steps from the first state on, and then with the last
+            state (N, K, STATE); a flight ends after (K - 1) `stride` steps at the latest.
+        steps: filled with the number of steps of each flight (N,).
     """
     for row in range(state.shape[0]):
         one, last = state[row], (seen.shape[1] - 1) * stride
@@ -180,15 +184,15 @@ def fly_down(
 
 @part
 def _swing(state: Floats, body: Floats, pivot: Floats, air: float, step: float, hand: Floats) -> None:
-    """One step of an object under a hand with an acceleration and a velocity (6,), in place.
+    """Advance an object that swings under a hand with an acceleration and a velocity (6,) by one step, in place.
 
-    Attitude and hand are seen in the axes in which the object hung at rest.
+    Attitude, acceleration and velocity are in the axes in which the object hung at rest.
     """
     w, x, y, z = state[3], state[4], state[5], state[6]
     ox, oy, oz = state[10], state[11], state[12]
     rx, ry, rz = pivot[0], pivot[1], pivot[2]
     mass, ix, iy, iz = body[0], body[1], body[2], body[3]
-    # The spring: turned so far about the axes of the hand, and how fast.
+    # The lip as a spring and damper: rotation vector and angular velocity in the axes of the hand.
     sine = math.sqrt(x * x + y * y + z * z)
     angle = 2.0 * math.atan2(sine, w) / sine if sine > 1e-12 else 2.0
     px, py, pz = _turned(w, x, y, z, ox, oy, oz)
@@ -232,20 +236,20 @@ def swing_down(
     stride: int,
     seen: Floats,
 ) -> None:
-    """Let objects swing under their hands until each is let go, in place.
+    """Simulate objects that swing under their hands until each is released, in place.
 
     Args:
-        state: N objects (N, STATE), of which only attitude and angular velocity are looked at and changed.
-        body: what they are (N, BODY).
+        state: states of N objects (N, STATE); only attitude and angular velocity are read and changed.
+        body: constants of the objects (N, BODY).
         pivot: centre of mass from the lip in the object's axes [m], stiffness [N m/rad] and damping [N m s/rad] of the
             lip about each of the axes in which the object hangs at rest (N, 9).
         air: share of the air's density and viscosity.
-        step: of the physics [s].
-        hand: acceleration [m/s2] and velocity [m/s] at the beginning of each step, the latter
-            against the air, in the same axes (N, K, 6).
-        steps: how many are made (N,), at most K.
+        step: length of a physics step [s].
+        hand: acceleration [m/s2] of the hand and velocity [m/s] of the hand against the air at the beginning of each
+            step, in the axes in which the object hangs at rest (N, K, 6).
+        steps: number of steps until each object's release (N,), at most K.
         stride: steps between two records.
-        seen: filled with the attitudes every `stride` steps, the first one first, and then the last (N, L, 4).
+        seen: filled with the attitudes every `stride` steps from the first on, and then with the last one (N, L, 4).
     """
     for row in range(state.shape[0]):
         one = state[row]

@@ -1,10 +1,10 @@
-"""What a suction cup can hold: statics of a rigid object under it, and of what its hand may ask.
+"""Holding force of a suction cup: statics of a rigid object under the cup of an accelerated hand.
 
-The vacuum presses object and lip together with a force F0. Under way it has to carry the weight and the inertia of the
-object: it slips once friction cannot take what is sideways, F0 < m (g + a_z) + m a_h / mu, and peels off once the
-moment about the edge of the lip exceeds the vacuum's, F0 r < m a_h z + m (g + a_z) (e + r). This is the theoretical
-holding force of a maker's handbook (Schmalz, "Theoretical holding force of a suction cup", load case II, to which the
-moment is added), and what it advises to divide by stands in `SURFACES`.
+The vacuum presses object and lip together with a force F0. In motion this force carries the weight and the inertia of
+the object. The object slips once friction cannot carry the sideways load, F0 < m (g + a_z) + m a_h / mu, and peels off
+once the moment about the edge of the lip exceeds the vacuum's, F0 r < m a_h z + m (g + a_z) (e + r). The formula for
+slip is the theoretical holding force of a maker's handbook (Schmalz, "Theoretical holding force of a suction cup", load
+case II); the moment is added here. The safety factors that the handbook advises stand in `SURFACES`.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ Surface: TypeAlias = Literal["smooth", "rough", "wet"]
 
 
 class Contact(NamedTuple):
-    """Of a cup's lip and a surface."""
+    """Constants of the contact between a cup's lip and a surface."""
 
     friction: float
     safety: float
-    """What a holding force should be divided by, at least."""
+    """Smallest factor by which a holding force should be divided."""
 
 
 SURFACES: Final[dict[str, Contact]] = {
@@ -38,31 +38,31 @@ SURFACES: Final[dict[str, Contact]] = {
 """Schmalz, same source: friction 0.5 on wood, metal, glass and stone, 0.6 on rough, 0.2 to 0.3 on wet ones; safety at
 least 1.5 on smooth and dense workpieces, 2 on others."""
 _LIGHTEST: Final = 1e-9
-"""A load that is no load any more: the hand falls faster than the object [N]."""
+"""Smallest load in a quotient [N]; the load is negative where the hand falls faster than the object."""
 
 
 @final
 @dataclass(frozen=True)
 class Hold:
-    """N objects under their cups, as they are or as they are measured."""
+    """N objects under their suction cups, with true or with measured values."""
 
     force: Floats
-    """Of the vacuum, F0 (N,) [N]."""
+    """Force of the vacuum, F0 (N,) [N]."""
     mass: Floats
     """(N,) [kg]"""
     friction: Floats
-    """Between lip and object (N,)."""
+    """Friction coefficient mu between lip and object (N,)."""
     depth: Floats
     """Centre of mass below the lip, z (N,) [m]."""
     offset: Floats
     """Centre of mass from the cup's axis, e (N,) [m]."""
     radius: Floats
-    """Of the lip, r (N,) [m]."""
+    """Radius of the lip, r (N,) [m]."""
 
     def margin(self, acceleration: Floats) -> Floats:
-        """How many times the load the cup could hold (N, K), for accelerations of the hand (N, K, 3) [m/s2].
+        """Holding force over load (N, K), for accelerations of the hand (N, K, 3) [m/s2].
 
-        The lesser one of slip and peel; below 1 the object leaves the cup.
+        The load is the larger of those against slip and peel; below 1 the object leaves the cup.
         """
         mass, force = self.mass[:, None], self.force[:, None]
         sideways = mass * np.sqrt(acceleration[..., 0] ** 2 + acceleration[..., 1] ** 2)
@@ -73,7 +73,8 @@ class Hold:
         return force / np.maximum(np.maximum(slip, peel), _LIGHTEST)
 
     def least_margin(self, acceleration: Floats) -> Floats:
-        """The margin under an acceleration (N,) [m/s2] in the worst direction (N,); the inverse of `acceleration`."""
+        """The margin (N,) under an acceleration (N,) [m/s2] in the worst direction; the inverse of `acceleration`."""
+        # The worst direction of a: slip g + a sqrt(1 + 1/mu^2), peel (g (e + r) + a sqrt(z^2 + (e + r)^2)) / r.
         slip = GRAVITY + acceleration * np.sqrt(1.0 + self.friction**-2.0)
         arm = self.offset + self.radius
         peel = (GRAVITY * arm + acceleration * np.sqrt(self.depth**2 + arm**2)) / self.radius
@@ -82,7 +83,7 @@ class Hold:
     def acceleration(self, safety: float | Floats) -> Floats:
         """Largest acceleration in any direction at which the margin stays above a safety (N,) [m/s2].
 
-        Not positive where the object cannot even be held at rest with it.
+        The value is not positive where the cup cannot even hold the object at rest with this safety.
         """
         free = self.force / (np.asarray(safety) * self.mass)
         slip = (free - GRAVITY) / np.sqrt(1.0 + self.friction**-2.0)
@@ -92,6 +93,6 @@ class Hold:
 
 
 def first_below(margin: Floats, counts: Bools) -> Ints:
-    """First step at which margins (N, K) are below 1, of those that count (N, K): (N,); -1 where none is."""
+    """First step (N,) that counts (N, K) and whose margin (N, K) is below 1; -1 where no step is."""
     low = (margin < 1.0) & counts
     return np.where(low.any(axis=1), low.argmax(axis=1), -1)

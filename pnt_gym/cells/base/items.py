@@ -1,4 +1,4 @@
-"""What an item is: size, mass, drag, seal, grip and contact; and items stacked into arrays to draw from."""
+"""Items: size, mass, drag, seal, grip and contact of each kind of object; and tables of items as arrays."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _Scalar = TypeVar("_Scalar", bound=np.generic)
 
 _Extent = Annotated[float, Field(gt=0.0, le=1.0)]
 _CUP_SHARE: Final = 0.8
-"""Width of a cup over that of an item which is too small for the common one."""
+"""Width of a suction cup over the width of its item, where the item is too small for the standard cup."""
 _Line = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, pattern=r"^[^\n\r]*$")]
 
 
@@ -52,21 +52,21 @@ class Item(Section):
         drag: drag coefficient Cd on the area facing the flow.
         com_depth: depth of the centre of mass below the top, as a share of the height.
         seal_force: holding force F0 of the suction cup on this surface in N, greater than the weight; None where no cup
-            holds it.
-        container: whether the item may carry a residue.
+            holds the item.
+        container: the item may carry a residue.
         friction: sliding friction coefficient.
         rolling_friction: longest arm in m at which a contact can oppose rolling (MuJoCo's rolling friction).
         restitution: rebound speed over impact speed, 0 to 1.
-        upright: whether claws take the item with its first axis up; if not, the first axis lies across the claws.
-        pad_friction: friction against the pads of claws; None: as `friction`.
-        opening_delay: delay of the opening of claws that hold the item, at m = 1, in s.
-        oversize: share by which the item is larger than the planner of the claws assumes, at m = 1.
-        cup_radius: radius of the item's suction cup, in m; no wider than the item. None: 0.018, or four fifths of the
-            item's width where that is less.
-        pick_chance: chance that a suction cup well inside the outline seals, where picks may fail.
-        clings: additional release delay of a wet or sticky face, at m = 1, in s.
-        surface: surface under a suction cup, which gives friction and advised safety, see `grip.SURFACES`.
-        source: one line: the source of the numbers, or the assumptions and their reasons.
+        upright: whether claws grip the item with its first axis vertical instead of across the claws.
+        pad_friction: friction against the pads of claws; None: the same as `friction`.
+        opening_delay: delay of the claws' opening while they hold the item, at m = 1, in s.
+        oversize: share by which the item is larger than in the planner of the claws, at m = 1.
+        cup_radius: radius in m of the suction cup for this item; the cup is not wider than the item is across. None:
+            0.018, or four fifths of the item's width where that is less.
+        pick_chance: probability that a suction cup well inside the item's outline seals, where picks may fail.
+        clings: delay with which a wet or sticky face leaves the suction cup after the vacuum's release, at m = 1, in s.
+        surface: surface under a suction cup; gives the friction and the safety factor of a grip, see `grip.SURFACES`.
+        source: one line: where the numbers come from, or which are assumed and why.
     """
 
     model_config = ConfigDict(allow_inf_nan=False)
@@ -94,17 +94,17 @@ class Item(Section):
 
     @property
     def height(self) -> float:
-        """Extent upwards as claws take it [m]."""
+        """Vertical extent of the item between claws [m]."""
         return self.size[0] if self.upright else self.size[2]
 
     @property
     def width(self) -> float:
-        """Smaller extent as seen from above [m]."""
+        """Smaller extent in top view [m]."""
         return min(self.size[:2])
 
     @property
     def fitted_radius(self) -> float:
-        """Of the suction cup that is made for it [m]."""
+        """Radius of the suction cup for this item [m]."""
         return min(CUP_RADIUS, _CUP_SHARE * self.width / 2.0) if self.cup_radius is None else self.cup_radius
 
     @model_validator(mode="after")
@@ -126,7 +126,7 @@ class Item(Section):
 @final
 @dataclass(frozen=True)
 class ItemTable:
-    """K items as read-only arrays, to be drawn from by index; the meaning of a column is that of `Item`.
+    """K items as read-only arrays, from which cells draw by index; `Item` explains the columns.
 
     Attributes:
         names: K names.
@@ -135,16 +135,16 @@ class ItemTable:
         mass: (K,) kg.
         drag: (K,).
         com_depth: (K,) share of the height.
-        seal_force: (K,) N; NaN where no cup holds it.
+        seal_force: (K,) N; NaN where no cup holds the item.
         container: (K,) bool.
         friction: (K,).
         rolling_friction: (K,) m.
-        solref: (K, 2) of contacts that rebound so, see `contact_solref`.
-        cup_friction: (K,) against a suction cup's lip.
-        cup_radius: (K,) m, of the suction cup made for it.
-        safety: (K,) that a suction cup should have, see `SURFACES`.
-        pick_chance: (K,) that it seals.
-        clings: (K,) s, to a suction cup.
+        solref: (K, 2) of contacts with the item's restitution, see `contact_solref`.
+        cup_friction: (K,) friction against a suction cup's lip.
+        cup_radius: (K,) m, radius of the suction cup for the item.
+        safety: (K,) safety factor of a suction cup's grip, see `SURFACES`.
+        pick_chance: (K,) probability that a suction cup seals.
+        clings: (K,) s, delay of leaving a suction cup.
     """
 
     names: tuple[str, ...]
@@ -212,12 +212,12 @@ def contact_solref(restitution: ArrayLike) -> Floats:
 
     A contact is a spring and damper with damping ratio zeta = cos(phi) that pushes but never pulls, so the
     body leaves when the force, not the depth, is back at zero. That makes e = exp(-2 phi / tan(phi))
-    (Schwager and Poeschel 2007, "Coefficient of restitution and linear-dashpot model revisited"), while the
-    more familiar exp(-pi zeta / sqrt(1 - zeta^2)) would rebound up to 0.15 too high. The stiffness rises with
+    (Schwager and Poeschel 2007, "Coefficient of restitution and linear-dashpot model revisited"); the more
+    familiar exp(-pi zeta / sqrt(1 - zeta^2)) would rebound up to 0.15 too high. The stiffness rises with
     sqrt(e) so that every impact goes as deep as the critically damped one, 1.1 mm per m/s: even a 12 mm plate
     does not pass a 10 mm wall at 9 m/s. Half a period lasts 3.4 ms or more. Damping cannot bring the rebound
-    below exp(-2), which is 0.135: up to there the result is (0.003, 1). At restitution 1 the damping ratio is
-    0.005.
+    below exp(-2) = 0.135: for lower restitutions the result is (0.003, 1). At restitution 1 the damping ratio
+    is 0.005.
 
     MuJoCo averages the solref of two geoms of equal priority: give the item's geom the higher priority.
 

@@ -1,4 +1,4 @@
-"""The physics of N throws on one batch: rollout, the free object, its flight and landing, a throw for pictures."""
+"""The physics of N throws on one batch: rollout, flight and landing of the free object, recording of a throw."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ STAGES: Final = (0.25, 0.5, 0.75, 1.0)
 REWARD_TERMS: Final = ("landing", "success", "time")
 """Names of the reward terms of a throw into an opening."""
 LONGEST: Final = 60.0
-"""No throw takes longer [s]."""
+"""Longest duration of a simulated throw [s]."""
 SUNK: Final = 0.003
-"""Contacts are soft: flat objects lie this far below a surface at most [m]."""
+"""Largest depth at which flat objects rest below a surface, because contacts are soft [m]."""
 TOUCH: Final = 1e-5
-"""A contact counts when the surfaces are closer than this [m]; predicted contacts of fast objects are farther."""
+"""Distance of two surfaces below which a contact counts [m]; predicted contacts of fast objects are farther apart."""
 ThrowsT = TypeVar("ThrowsT")
 PlansT = TypeVar("PlansT")
 FlightT = TypeVar("FlightT")
@@ -35,15 +35,15 @@ _INPUTS = int(mujoco.mjtState.mjSTATE_CTRL.value) | int(mujoco.mjtState.mjSTATE_
 @final
 @dataclass(frozen=True)
 class Recording:
-    """One simulated throw, kept for pictures: enough to step through it again, with the robot to the end.
+    """One simulated throw for pictures: the state and the controls with which the throw can be simulated again.
 
     Attributes:
-        model: the simulation's own model (its object and bin).
-        body: id of what is thrown.
+        model: the model of the simulation, with its object and bin.
+        body: id of the thrown body.
         state: integration state before the first step.
         control: controls and equality bits of every step (M, nu + neq).
         plan: the planned flight (K, 3) [m].
-        target: where it should go (3,) [m].
+        target: centre of the throw's target (3,) [m].
     """
 
     model: MjModel
@@ -54,7 +54,7 @@ class Recording:
     target: Floats
 
     def play(self, interval: float) -> Iterator[tuple[MjData, Floats]]:
-        """Step through the throw, pausing about every `interval` [s]: the simulation and the trail so far (K, 3)."""
+        """Simulate the throw again; about every `interval` [s] yields the data and the object's trail so far (K, 3)."""
         data = mujoco.MjData(self.model)
         mujoco.mj_setState(self.model, data, self.state, int(mujoco.mjtState.mjSTATE_INTEGRATION.value))
         nu, trail, next_pause = int(self.model.nu), list[Floats](), 0.0
@@ -72,13 +72,13 @@ class Recording:
 class Plant(ABC, Generic[ThrowsT, PlansT, FlightT]):
     """Abstract: N copies of a cell's physics on one `mujoco.batch.Batch`.
 
-    A throw is a pure function of the values that the subclass writes before it: the same alone, in a batch, and again
-    later. So a plant has no state worth keeping; copies and pickles of it are made anew from what it was made of,
-    and nobody watches them yet.
+    The result of a throw is a pure function of the values that the subclass writes before the throw: the same alone, in
+    a batch, and at any later time. So a plant has no state of its own: copies and pickles build a new plant from the
+    constructor's arguments, and no simulation of the copy is recorded.
 
     Args:
-        config: the cell, for a copy.
-        model: compiled from it.
+        config: the cell's config, for copies of the plant.
+        model: the model compiled from the config.
         count: simulations N.
         threads: worker threads; results do not depend on it.
     """
@@ -87,7 +87,7 @@ class Plant(ABC, Generic[ThrowsT, PlansT, FlightT]):
         self.batch = Batch(model, nsim=count, nthread=threads)
         self._made_of = (config, count, threads)
         self.record_row: int | None = None
-        """The simulation whose throws are kept in `recording`, for pictures; None keeps nothing."""
+        """The simulation whose last throw is kept in `recording`, for pictures; None: no simulation."""
         self.recording: Recording | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -99,22 +99,26 @@ class Plant(ABC, Generic[ThrowsT, PlansT, FlightT]):
 
         Args:
             thrown: the N coming throws.
-            plans: what is done, one per simulation.
+            plans: one plan per simulation.
 
         Raises:
             PhysicsError: the engine warned, or stopped a simulation.
         """
 
     def stand(self, row: int) -> tuple[MjModel, MjData]:
-        """Model and data of one simulation as it stands, for a picture."""
+        """Model and data of one simulation in its current state, for a picture."""
         model, data = self.batch.get_model(row), self.batch.get_data(row)
         mujoco.mj_forward(model, data)
         return model, data
 
     def keep(self, body: int, control: Floats, plan: tuple[Floats, Floats, float], target: Floats) -> None:
-        """Keep the throw of `record_row` that is about to be rolled out.
+        """Keep a `Recording` of the throw of `record_row` that is rolled out next.
 
-        It is a `Recording` with these; `plan` is start (3,) [m], velocity (3,) [m/s] and time [s] of a planned flight.
+        Args:
+            body: id of the thrown body.
+            control: controls and equality bits of every step (M, nu + neq).
+            plan: start (3,) [m], velocity (3,) [m/s] and time [s] of the planned flight.
+            target: centre of the throw's target (3,) [m].
         """
         row, (start, velocity, time) = self.record_row or 0, plan
         self.recording = Recording(
@@ -128,7 +132,7 @@ class Plant(ABC, Generic[ThrowsT, PlansT, FlightT]):
 
 
 def step_counts(seconds: Floats, step: float) -> Ints:
-    """Physics steps of a length [s] in which throws of a duration (N,) [s] are over (N,).
+    """Numbers of physics steps (N,) of a length `step` [s] that cover throws of durations (N,) [s].
 
     Raises:
         PhysicsError: a throw takes longer than `LONGEST`.
@@ -141,20 +145,21 @@ def step_counts(seconds: Floats, step: float) -> Ints:
 def staged_rollout(
     batch: Any, control: Floats, steps: Ints, names: Sequence[str], ids: Ints | None = None
 ) -> dict[str, Floats]:
-    """Roll out every simulation for its own number of steps; its record has zeros after them.
+    """Roll out every simulation for a separate number of steps; records have zeros after the last step.
 
-    The batch runs in stages, each with the throws that are not over yet, which saves steps. A throw that is over
-    before its stage is simulated on with the others, but not recorded: a record does not depend on other throws.
+    The batch runs in stages, each with the throws that are not over yet, which saves steps. A throw that ends within a
+    stage is simulated to the end of the stage, and these further steps are not recorded: the record of a simulation
+    does not depend on the other simulations.
 
     Args:
         batch: N simulations.
         control: controls and equality bits of every step (N, M, nu + neq).
-        steps: of each simulation (N,).
-        names: what is recorded.
+        steps: number of steps of each simulation (N,).
+        names: names of the recorded fields.
         ids: the simulations; None for all.
 
     Returns:
-        The records by name, (N, M, columns) each.
+        The recorded fields by name, (N, M, columns) each.
 
     Raises:
         PhysicsError: the engine warned, or stopped a simulation.
@@ -182,7 +187,7 @@ def check_warnings(batch: Any) -> None:
     """Make sure that the engine gave no warning in a batch.
 
     Raises:
-        PhysicsError: it did; the sentence is of the first one.
+        PhysicsError: the engine gave a warning; the sentence names the first one.
     """
     if not batch.warning.any():
         return
@@ -192,20 +197,20 @@ def check_warnings(batch: Any) -> None:
 
 
 def touching(contact: Floats) -> Bools:
-    """Which sensed contacts (..., 2), number found and smallest distance, are more than predicted (...,)."""
+    """Which sensed contacts (..., 2), number and smallest distance [m], are real and not only predicted (...,)."""
     return np.asarray((contact[..., 0] > 0.0) & (contact[..., 1] < TOUCH))
 
 
 @dataclass(frozen=True)
 class Landed:
-    """Abstract: N throws into openings as they ended; every field has shape (N,) unless noted."""
+    """Abstract: outcome of N throws into openings; every field has shape (N,) unless noted."""
 
     landing: Floats
     """Where the free flight crosses the rim plane, x, y (N, 2) [m]; see `ObjectFlight.landing`."""
     landing_along: Floats
-    """Landing from the target, along the throw [m]."""
+    """Landing relative to the target, along the throw [m]."""
     landing_across: Floats
-    """Landing from the target, to the left of the throw [m]."""
+    """Landing relative to the target, to the left of the throw [m]."""
     landing_error: Floats
     """Distance of the landing from the target [m]."""
     in_opening: Bools
@@ -213,15 +218,15 @@ class Landed:
     in_bin: Bools
     """At the end the object lies in its bin: inside the walls, below the rim, too slow to leave."""
     is_success: Bools
-    """In the opening and in the bin."""
+    """The landing lies in the opening and the object in the bin."""
     rim: Bools
-    """In the opening but not in the bin: hanging on the rim or bounced out."""
+    """The landing lies in the opening but the object not in the bin: it hangs on the rim or bounced out."""
     recontact: Bools
     """The hand touched the object after the release."""
     final: Floats
     """Position of the object at the end (N, 3) [m]."""
     cycle_time: Floats
-    """From one throw to the next, as the robot's own outcome says [s]."""
+    """Time from one throw to the next, as the robot's subclass defines it [s]."""
     peak_torque: Floats
     """Largest motor torque [N m]."""
 
@@ -236,16 +241,16 @@ class Landed:
 @final
 @dataclass(frozen=True)
 class ObjectFlight:
-    """N recorded throws, M steps each, cut to what decides where the object goes."""
+    """Motion and contacts of N thrown objects, M steps each."""
 
     position: Floats
-    """Object (N, M, 3) at the start of each step [m]."""
+    """Position of the object at the start of each step (N, M, 3) [m]."""
     velocity: Floats
-    """Object (N, M, 3) [m/s]."""
+    """Velocity of the object at the start of each step (N, M, 3) [m/s]."""
     hand_touch: Bools
-    """Whether the hand touches it (N, M)."""
+    """Whether the hand touches the object (N, M)."""
     any_touch: Bools
-    """Whether anything does (N, M)."""
+    """Whether any body touches the object (N, M)."""
     release_step: Ints
     """First step without grip (N,)."""
     last_step: Ints
@@ -262,10 +267,10 @@ class ObjectFlight:
         return np.asarray((self.hand_touch & self.free).any(axis=1))
 
     def landing(self, plane_z: Floats) -> Floats:
-        """Where the free flight crosses height plane_z (N,), going down: x, y (N, 2) [m].
+        """Points x, y (N, 2) [m] at which the free flights cross the height plane_z (N,) [m], going down.
 
-        An object that first touches a rim, a wall or the belt is carried on ballistically from that moment, so this
-        measures the throw and not the bin.
+        The flight of an object that first touches a rim, a wall or the belt is continued ballistically from that
+        moment, so the landing measures the throw and not the bin.
         """
         rows = np.arange(len(self.position))
         free, height = self.free, self.position[..., 2] - plane_z[:, None]
@@ -276,7 +281,7 @@ class ObjectFlight:
         before = np.maximum(event - 1, 0)
         start = self.position[rows, before]
         crossing = landing_point(start, self.velocity[rows, before], plane_z)
-        # Never above the plane after the release: it fell short, and counts where it lies.
+        # An object that is never above the plane after the release fell short; its last position counts.
         end = self.position[rows, self.last_step, :2]
         return np.where(np.isfinite(crossing[:, :1]), crossing[:, :2], end)
 
@@ -286,34 +291,34 @@ class ObjectFlight:
         return self.position[rows, self.last_step], self.velocity[rows, self.last_step]
 
     def touchdown(self, plane_z: Floats) -> Touchdown:
-        """Landings of the objects, through a plane at a height (N,) [m]."""
+        """Landing on a plane at a height (N,) [m], and last state of the objects."""
         return Touchdown(self.landing(plane_z), *self.final(), self.recontact())
 
 
 @final
 @dataclass(frozen=True)
 class Touchdown:
-    """Landings and final states of N thrown objects."""
+    """Landing and last state of N thrown objects."""
 
     landing: Floats
     """Where the free flight crosses the rim plane, x, y (N, 2) [m]; see `ObjectFlight.landing`."""
     position: Floats
-    """At the end (N, 3) [m]."""
+    """Last position (N, 3) [m]."""
     velocity: Floats
-    """At the end (N, 3) [m/s]."""
+    """Last velocity (N, 3) [m/s]."""
     recontact: Bools
     """The hand touched the object after the release (N,)."""
 
     def lies_in(self, centre: Floats, opening: Floats, rim: Floats, bottom: Floats) -> Bools:
         """Whether the objects lie in their bins for good at the end (N,).
 
-        An object inside the walls, below the rim, whose upward speed does not lift it to the rim any more will stay.
+        An object inside the walls and below the rim stays if its upward speed does not lift the object to the rim.
 
         Args:
-            centre: of the opening (N, 2) [m].
+            centre: centre of the opening (N, 2) [m].
             opening: inner size (N, 2) [m].
             rim: height of the rim (N,) [m].
-            bottom: height of the inner bottom (N,) [m]; what lies on it may have sunk in by `SUNK`.
+            bottom: height of the inner bottom (N,) [m]; an object on the bottom may lie up to `SUNK` below this height.
         """
         position, velocity = self.position, self.velocity
         offset = np.abs(position[:, :2] - centre)
@@ -322,12 +327,12 @@ class Touchdown:
         return inside & (reach < rim) & (position[:, 2] > bottom - SUNK)
 
     def landed(self, target: Floats, opening: Floats, depth: float | Floats, along: Floats) -> dict[str, Any]:
-        """The fields of `Landed` that the flights tell, by name: all but error, cycle time and torque.
+        """Fields of `Landed` that follow from the flights, by name: all except error, cycle time and torque.
 
         Args:
             target: centre of each opening (N, 3) [m].
             opening: inner size along x and y (N, 2) [m].
-            depth: of the bins below the opening, one or (N,) [m].
+            depth: depth of the bins below the opening, one number or (N,) [m].
             along: horizontal unit vectors of the throws (N, 2+).
         """
         miss = self.landing - target[:, :2]

@@ -1,4 +1,4 @@
-"""A throw that is asked for: what options of a reset say of it, and where in a row's random numbers it comes."""
+"""Requests of a first throw: options of a reset name item and target, and a search finds generators that draw them."""
 
 from __future__ import annotations
 
@@ -14,23 +14,24 @@ from pnt_gym.cells.base.cell import Cell, Generators
 from pnt_gym.errors import ConfigError, one_sentence
 
 Request = Mapping[str, str]
-"""A name each for those of `ASKED` that are asked for."""
+"""Requested names by the options in `ASKED`; options without a request are absent."""
 ANYTHING: Final[Request] = MappingProxyType({})
 ASKED: Final = ("item", "target")
 MOST_DRAWS: Final = 4096
-"""Throws looked at before one is said not to come: what comes once in 300 is missed once in a million requests."""
+"""Draws per row before a request fails: a throw of probability 1/300 is missed once in a million requests."""
 AT_FIRST: Final = 16
-"""So many are looked at together, then twice as many as before: a hundred take hardly longer than ten."""
+"""Draws per row in the first batch; each batch doubles the number so far, as a hundred draws cost little more than ten.
+"""
 AT_ONCE: Final = 1024
-"""Throws of all rows that are drawn together, at most."""
+"""Largest number of draws in a batch, over all rows."""
 
 
 def requested(cell: Cell[Any, Any, Any, Any], options: Mapping[str, Any]) -> Request:
-    """What options ask for, by name or index.
+    """The request in options of a reset, with names instead of indices.
 
     Args:
-        cell: where it is to be found.
-        options: only those in `ASKED`.
+        cell: the cell with the names of items and targets.
+        options: names or indices by the keys in `ASKED`.
 
     Raises:
         ConfigError: the cell has no such item or target.
@@ -39,12 +40,13 @@ def requested(cell: Cell[Any, Any, Any, Any], options: Mapping[str, Any]) -> Req
 
 
 def lead(cell: Cell[Any, Any, Any, Any], generators: Generators, request: Request) -> None:
-    """Set generators to where the first throw that each draws is what is asked for; the cell stays as it is.
+    """Advance generators to states from which the first throw fulfils a request; the cell does not change.
 
-    A generator jumps within its own sequence until that is so. Which jump is taken depends on nothing else.
+    A generator jumps ahead in its sequence until the next draw fulfils the request. The number of jumps depends only
+    on the generator, the cell's config and the request.
 
     Raises:
-        ConfigError: one of them does not come to it; all are as they were.
+        ConfigError: a generator does not draw the requested throw; all generators are unchanged.
     """
     jumps, tried = np.full(len(generators), -1), 0
     while (pending := np.flatnonzero(jumps < 0)).size > 0:
@@ -61,13 +63,13 @@ def lead(cell: Cell[Any, Any, Any, Any], generators: Generators, request: Reques
 
 
 def _jumped(generator: np.random.Generator, jumps: int) -> np.random.Generator:
-    """A generator of the same sequence, far ahead of this one."""
+    """A generator in the same sequence, a number of jumps ahead of the given one."""
     bits: Any = generator.bit_generator
     return np.random.default_rng(bits.jumped(jumps))
 
 
 def _fits(scout: Cell[Any, Any, Any, Any], request: Request) -> Bools:
-    """Which rows of a cell that is only drawn from begin with what is asked for."""
+    """Which rows of a scout draw a first throw that fulfils the request (N,)."""
     drawn = scout.first(np.arange(len(scout.generators)))
     found = {"item": drawn.kind, "target": scout.target_of(drawn)}
     fits = [np.array(_names(scout, what))[found[what]] == name for what, name in request.items()]

@@ -1,6 +1,6 @@
 """Rotations of N bodies: about the vertical by a yaw, and in general by unit quaternions with w first.
 
-Compiled functions have a rotation of their own, for a file of machine code holds all that it computes with.
+Compiled functions do not use this module: a file that is compiled contains every function that its code calls.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ def upright(yaw: Floats) -> Floats:
 
 
 def rotated(attitude: Floats, vector: Floats) -> Floats:
-    """Vectors (N, 3) of bodies, turned by their attitudes (N, 4)."""
+    """World vectors (N, 3) of vectors (N, 3) in the axes of bodies with attitudes (N, 4)."""
     w, axis = attitude[:, :1], attitude[:, 1:]
     across = 2.0 * np.cross(axis, vector)
     return vector + w * across + np.cross(axis, across)
 
 
 def product(first: Floats, second: Floats) -> Floats:
-    """The second of two rotations (N, 4), in the axes of the first."""
+    """Hamilton product (N, 4) of two unit quaternions: the second rotation, in the axes of the first."""
     w, v, a, u = first[:, :1], first[:, 1:], second[:, :1], second[:, 1:]
     return np.concatenate([w * a - dot(v, u)[:, None], w * u + a * v + np.cross(v, u)], axis=1)
 
@@ -56,7 +56,7 @@ def vertical_of_spinning(attitude: Floats, spin: Floats, since: Floats) -> Float
     Args:
         attitude: at time 0 (N, 4).
         spin: angular velocity in the body's axes (N, 3) [rad/s].
-        since: times (K,) [s].
+        since: times (K,) after time 0 [s].
     """
     first = vertical(attitude)[:, None]
     rate = np.sqrt(spin[:, 0] ** 2 + spin[:, 1] ** 2 + spin[:, 2] ** 2)[:, None]

@@ -1,6 +1,6 @@
-"""A sorting line without its robot: items that ride a belt past bins, how well they are seen, what a throw is worth.
+"""Config sections of sorting from a belt into bins, without the robot: belt, bins, spread, sensor noise, reward.
 
-Two robots sort on it: the conveyor cell is one, and the gripper robot's cell can take over belt, items and bins of one.
+The conveyor cell uses them, and the gripper robot's cell can take belt, items and bins from a conveyor level.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class Bin(Section):
 
 
 class RandomBins(Section):
-    """One square bin per throw, drawn anew: a cell with very many bins."""
+    """One square bin per throw, drawn at random for every throw: a cell with very many bins."""
 
     x: Range = Field(default=(-0.50, 0.50), description="Centre of the opening along x, uniform [m].")
     y: Range = Field(default=(0.25, 0.75), description="Centre of the opening along y, uniform [m].")
@@ -123,7 +123,7 @@ class Bins(Section):
 
 
 class Spread(Section):
-    """How much throws of one item differ (hidden values; assumed unless noted)."""
+    """How much throws of one item differ in their hidden values (assumed unless noted)."""
 
     mass: NonNegative = Field(default=0.22, le=1, description="Mass, lognormal.")
     size: NonNegative = Field(default=0.08, le=0.5, description="Size, lognormal, common to the three axes.")
@@ -149,7 +149,7 @@ class Spread(Section):
 
 
 class Noise(Section):
-    """What the cell's sensors add to a measured value (one standard deviation)."""
+    """Noise of the cell's sensors (one standard deviation)."""
 
     size: NonNegative = Field(default=0.003, description="Camera outline and height [m].")
     mass: NonNegative = Field(default=0.10, description="Measured mass, relative.")
@@ -169,7 +169,7 @@ class SortingReward(Section):
 
 
 class SortingLine(ItemsConfig):
-    """Abstract: what a level says of belt, items, bins and sensors."""
+    """Abstract: the part of a level that describes belt, items, bins and sensors."""
 
     folder: ClassVar[str | Path] = "conveyor"
     alternatives: ClassVar[Mapping[str, tuple[str, ...]]] = {"bins": ("fixed", "random")}
@@ -208,7 +208,7 @@ class SortingLine(ItemsConfig):
         return self
 
     def acceptance(self) -> Bools:
-        """Which fixed bin (columns) takes which item (rows)."""
+        """Whether each fixed bin (columns) accepts each item (rows)."""
         fixed = self.bins.fixed
         return np.array([[not b.accepts or name in b.accepts for b in fixed] for name in self.items], dtype=np.bool_)
 
@@ -222,7 +222,7 @@ class SortingLine(ItemsConfig):
 
 
 def _overlap(a: Bin, b: Bin, wall: float) -> bool:
-    """Whether two bins stand in each other; neighbours may share a wall."""
+    """Whether two bins overlap; neighbours may share a wall."""
     return (
         abs(a.x - b.x) < (a.size[0] + b.size[0]) / 2 + wall - 1e-9
         and abs(a.y - b.y) < (a.size[1] + b.size[1]) / 2 + wall - 1e-9

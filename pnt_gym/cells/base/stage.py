@@ -1,4 +1,4 @@
-"""What the scenes of all cells are built from: light, colours, a free object, and sensors of contact."""
+"""Parts of all cells' scenes: light, colours, floor, a free object, and sensors."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pnt_gym.engine import MjsBody, MjSpec, mujoco
 Rgba = tuple[float, float, float, float]
 
 SURROUNDINGS_SOLREF: Final = (0.004, 1.0)
-"""Time constant [s] and damping ratio of contacts with what stands around."""
+"""Time constant [s] and damping ratio of contacts with fixed surroundings."""
 FLOOR_RGBA: Final[Rgba] = (0.82, 0.83, 0.84, 1.0)
 BELT_RGBA: Final[Rgba] = (0.20, 0.22, 0.24, 1.0)
 BIN_RGBA: Final[Sequence[Rgba]] = (
@@ -23,25 +23,25 @@ BIN_RGBA: Final[Sequence[Rgba]] = (
     (0.46, 0.34, 0.58, 1.0),
     (0.58, 0.36, 0.26, 1.0),
 )
-"""Of bin by bin, and again from the first."""
+"""Colours of the bins in their order; a fifth bin has the first colour again."""
 ITEM_RGBA: Final = np.array([(*hsv_to_rgb((0.13 + 0.618 * kind) % 1.0, 0.62, 0.93), 1.0) for kind in range(64)])
-"""Of kind by kind (64, 4): hues a golden section apart, so that no two neighbours look alike."""
+"""Colours of the item kinds (64, 4): hues a golden section apart, so that no two neighbours look alike."""
 HAND_RGBA: Final[Rgba] = (0.95, 0.47, 0.09, 1.0)
 LIP_RGBA: Final[Rgba] = (0.25, 0.25, 0.27, 1.0)
-"""Of the lip of a cup that yields: rubber."""
+"""Colour of a compliant cup's rubber lip."""
 BELT_THICKNESS: Final = 0.04
-"""Of a belt's plate [m]."""
+"""Thickness of a belt's plate [m]."""
 
 
 def light_stage(spec: MjSpec, ambient: float = 0.38, diffuse: float = 0.42) -> None:
     """Set size and shadows of pictures, the light at the camera, and a plain bright sky.
 
-    MuJoCo's black default hides carbon rods.
+    MuJoCo's black default background hides carbon rods.
 
     Args:
         spec: a mujoco.MjSpec.
-        ambient: of the light at the camera, the same in every direction.
-        diffuse: of the light at the camera.
+        ambient: intensity of the camera light's ambient part, the same in every direction.
+        diffuse: intensity of the camera light's diffuse part.
     """
     visual = spec.visual
     visual.global_.offheight, visual.global_.offwidth = LARGEST
@@ -59,13 +59,13 @@ def light_stage(spec: MjSpec, ambient: float = 0.38, diffuse: float = 0.42) -> N
 
 
 def add_floor(spec: MjSpec, height: float, half: float, **more: Any) -> None:
-    """A plane that a camera sees and objects may fall on.
+    """Add a plane that pictures show and on which objects may fall.
 
     Args:
         spec: a mujoco.MjSpec.
         height: z of the plane [m].
-        half: half of its side as it is drawn [m].
-        more: attributes of the geom.
+        half: half of the plane's side in pictures [m].
+        more: further attributes of the geom.
     """
     plane = mujoco.mjtGeom.mjGEOM_PLANE
     spec.worldbody.add_geom(
@@ -74,14 +74,14 @@ def add_floor(spec: MjSpec, height: float, half: float, **more: Any) -> None:
 
 
 def add_free_object(spec: MjSpec, mass: float, inertia: float, half: float, **geom: Any) -> MjsBody:
-    """A free body `object` whose frame is at its centre of mass, with one geom `object` of any shape.
+    """Add a free body `object` whose frame is at its centre of mass, with one geom `object` of any shape.
 
     The plant overwrites mass, inertia, shape and size in every simulation.
 
     Args:
         spec: a mujoco.MjSpec.
-        mass: at compile time [kg].
-        inertia: at compile time, about every axis [kg m2].
+        mass: mass at compile time [kg].
+        inertia: inertia at compile time, about every axis [kg m2].
         half: half extent at compile time [m].
         geom: further attributes of the geom.
     """
@@ -95,24 +95,24 @@ def add_free_object(spec: MjSpec, mass: float, inertia: float, half: float, **ge
 
 
 def add_motion_sensors(spec: MjSpec) -> None:
-    """Position and velocity of the free object: three columns each."""
+    """Add sensors of the free object's position and velocity: three columns each."""
     for kind in (mujoco.mjtSensor.mjSENS_FRAMEPOS, mujoco.mjtSensor.mjSENS_FRAMELINVEL):
         spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_XBODY, objname="object")
 
 
 def add_place_sensor(spec: MjSpec, site: str) -> None:
-    """Position of a site: three columns."""
+    """Add a sensor of a site's position: three columns."""
     spec.add_sensor(type=mujoco.mjtSensor.mjSENS_FRAMEPOS, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=site)
 
 
 def add_contact_sensor(spec: MjSpec, kind: Any, name: str, other: str | None = None) -> None:
-    """Two columns: how many contacts there are, and the smallest distance [m].
+    """Add a sensor of contacts, two columns: number of contacts and smallest distance [m].
 
     Args:
         spec: a mujoco.MjSpec.
-        kind: mujoco.mjtObj of both.
-        name: whose contacts.
-        other: with what; None for anything.
+        kind: mujoco.mjtObj type of both objects.
+        name: name of the object whose contacts count.
+        other: name of the object that is touched; None for any.
     """
     found_and_distance, nearest, one = 0b1001, 1, 1
     pair = {} if other is None else {"reftype": kind, "refname": other}
@@ -126,6 +126,6 @@ def add_contact_sensor(spec: MjSpec, kind: Any, name: str, other: str | None = N
 
 
 def add_torque_sensors(spec: MjSpec, motors: Iterable[str]) -> None:
-    """One column a motor: its torque [N m]."""
+    """Add one sensor column per motor: the motor's torque [N m]."""
     for motor in motors:
         spec.add_sensor(type=mujoco.mjtSensor.mjSENS_ACTUATORFRC, objtype=mujoco.mjtObj.mjOBJ_ACTUATOR, objname=motor)

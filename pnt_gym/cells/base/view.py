@@ -1,4 +1,4 @@
-"""Pictures of a cell, a throw of it in a window, and videos."""
+"""Pictures of a cell, playback of a throw in a window, and videos."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from pnt_gym.engine import MjData, MjModel
 from pnt_gym.errors import ConfigError
 
 Scene = tuple[MjModel, MjData, list[Marker]]
-"""Model, state, and what is drawn beside them."""
+"""Model, state, and markers that are drawn beside them."""
 _PLANNED: Final = np.array([0.10, 0.45, 0.90, 0.9])
 _GOAL: Final = np.array([0.20, 0.70, 0.35, 0.9])
 FLOWN: Final = np.array([0.95, 0.35, 0.10, 1.0])
-"""Of the dots of a flown flight."""
+"""Colour of the dots along a simulated flight."""
 
 
 class Filmed(Protocol):
@@ -29,34 +29,34 @@ class Filmed(Protocol):
 
     @property
     def plant(self) -> Plant[Any, Any, Any]:
-        """Its physics."""
+        """The physics of the cell."""
         ...
 
     def pose(self, row: int) -> tuple[MjModel, MjData]:
-        """Model and data of one simulation as it stands before the coming throw."""
+        """Model and data of one simulation before the coming throw."""
         ...
 
     def target(self, row: int) -> Floats:
-        """Where the coming throw should go (3,) [m]."""
+        """Target point of the coming throw (3,) [m]."""
         ...
 
     def markers(self, row: int) -> list[Marker]:
-        """What is drawn beside the simulation before the coming throw."""
+        """Shapes that are drawn beside the simulation before the coming throw."""
         ...
 
     def markers_at(self, time: float) -> list[Marker]:
-        """What is drawn beside the simulation in the recorded throw, after a time [s]."""
+        """Shapes that are drawn beside the simulation in the recorded throw, after a time [s]."""
         ...
 
 
 class View(Protocol):
-    """The pictures that an environment and a film need."""
+    """Pictures of a cell, as environments and films use them."""
 
     def aim(self, picture: Picture) -> None:
-        """Picture otherwise from now on."""
+        """Set size and camera of all pictures from now on."""
 
     def frame(self, row: int = 0) -> Frame:
-        """What is coming in one row, (height, width, 3)."""
+        """Picture of one row before the coming step (height, width, 3)."""
         ...
 
     def last_throw(self, fps: int = FPS) -> list[Frame]:
@@ -64,18 +64,18 @@ class View(Protocol):
         ...
 
     def at(self, moment: float, fps: int = FPS) -> Frame:
-        """What is shown at a moment of it [s]."""
+        """Frame at a moment [s] of the last step of row 0."""
         ...
 
     def render(self, mode: str) -> Frame | list[Frame]:
-        """What Gymnasium's `render` returns for rgb_array and rgb_array_list."""
+        """Result of Gymnasium's `render` for rgb_array and rgb_array_list."""
         ...
 
     def show(self) -> None:
         """Play the last step in a window in real time."""
 
     def close(self) -> None:
-        """Free what draws; safe to call twice."""
+        """Free all resources of rendering; safe to call twice."""
 
 
 @final
@@ -98,13 +98,13 @@ class ThrowView:
         cell.plant.record_row = 0
 
     def aim(self, picture: Picture) -> None:
-        """Picture the cell otherwise from now on."""
+        """Set size and camera of all pictures from now on."""
         self._canvas.close()
         self._canvas.size = (picture.height, picture.width)
         picture.aim(self._canvas.camera)
 
     def frame(self, row: int = 0) -> Frame:
-        """The coming throw of one cell, (height, width, 3).
+        """Picture of one cell before the coming throw (height, width, 3).
 
         Raises:
             ConfigError: no OpenGL library could be loaded.
@@ -117,9 +117,9 @@ class ThrowView:
         return [self._canvas.draw(*scene) for scene in self.scenes(fps)]
 
     def at(self, moment: float, fps: int = FPS) -> Frame:
-        """The frame of the last throw of row 0 that is shown at a moment [s]; its last one if that is later.
+        """Frame at a moment [s] of the last throw of row 0; the last frame if the moment is after the throw.
 
-        Only this one is drawn: drawing takes far longer than stepping through the throw twice.
+        Only this frame is drawn: drawing takes far longer than simulating the throw twice.
 
         Raises:
             ConfigError: nothing was thrown yet, or no OpenGL library could be loaded.
@@ -132,7 +132,7 @@ class ThrowView:
         return self._canvas.draw(*next(islice(self.scenes(fps), shown, None)))
 
     def render(self, mode: str) -> Frame | list[Frame]:
-        """What Gymnasium's `render` returns for rgb_array and rgb_array_list."""
+        """Result of Gymnasium's `render` for rgb_array and rgb_array_list."""
         return self.frame() if mode == "rgb_array" else self.last_throw()
 
     def show(self) -> None:
@@ -164,7 +164,7 @@ class ThrowView:
         return self._canvas.camera
 
     def scenes(self, fps: int = FPS) -> Iterator[Scene]:
-        """What frames of the last throw of row 0 show, undrawn; each holds until the next one is asked for."""
+        """Model, state and markers of every frame of the last throw of row 0; each is valid until the next is taken."""
         recording = self._cell.plant.recording
         if recording is None:
             return
@@ -186,7 +186,7 @@ def record_video(view: View, throws: Iterable[object], path: str | Path, fps: in
         throws: an iterable that carries out one throw per item, e.g. a generator that steps an environment.
         path: the .mp4 file.
         fps: frames per second.
-        slow: factor by which the video is slowed down.
+        slow: factor by which the video is slower than real time.
 
     Raises:
         ConfigError: no OpenGL library, or imageio with ffmpeg is not installed.
@@ -202,7 +202,7 @@ def record_video(view: View, throws: Iterable[object], path: str | Path, fps: in
 
 
 def check_video() -> None:
-    """Make sure before anything is filmed that a video can be written.
+    """Make sure that a video can be written, before the first frame is drawn.
 
     Raises:
         ConfigError: imageio with ffmpeg is not installed.

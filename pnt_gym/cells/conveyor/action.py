@@ -2,15 +2,15 @@
 
 Modes, all on the same planner:
 
-* `release_point` (2 numbers): the release point moves along the throw line and sideways at the planned elevation,
-  by what moves the drag-free landing `action x (along, across)`. Well conditioned: one action unit is the same
-  shift of the landing wherever the throw goes.
+* `release_point` (2 numbers): the release point moves along the throw line and sideways at the planned elevation, so
+  that the drag-free landing moves by `action x (along, across)`. Well conditioned: one action unit is the same offset
+  of the landing for every target.
 * `release_xyz` (3 numbers): the release point moves by raw metres along, sideways and up. The same centimetre may move
   the landing by one centimetre or by ten.
 * `virtual_goal` (2 numbers): the target is moved and the throw planned from scratch, as in Miyashita et al. 2010.
   The minimum-time plan can jump between its flat and its steep branch when the goal moves a little.
 * `throw_or_place` (3 numbers, where the planner is `auto`): as `release_point`, and a third number above 1/2 puts the
-  object down where the rule would throw it, or throws it where the rule would not.
+  object down where the rule would throw it, or throws the object where the rule would put it down.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ from pnt_gym.planning.straight.plan import ReleaseBatch
 
 ERRORS: Final = ("landing_along", "landing_across")
 CHOICE: Final = 0.5
-"""A choice of more than this is one."""
+"""Value of the third number above which throw and place are swapped."""
 EXPLORATION: Final = (0.015, 0.0075)
-"""Standard deviation of the shift that a learner adds in practice, along and across [m]."""
+"""Standard deviation of the offset that a learner adds in practice, along and across [m]."""
 
 
 def _aimed(planner: PickPlanner, context: Context, residual: Floats) -> ReleaseBatch:
@@ -104,9 +104,12 @@ def modes_of(config: ConveyorConfig) -> Modes:
 
 
 def correction(config: ConveyorConfig, mode: str, seen: tuple[str, ...] = ()) -> Correction | None:
-    """How an action shifts the landing along and across the throw; None where it has no such meaning.
+    """How an action moves the landing along and across the throw; None where the mode's numbers do not one to one.
 
-    `seen` are the keys of the info that tell of the errors, where they are not the true ones.
+    Args:
+        config: the cell.
+        mode: name of the action mode.
+        seen: info keys of measured landing errors; empty: the true errors.
     """
     if not modes_of(config)[mode].errors:
         return None
@@ -121,7 +124,7 @@ def correction(config: ConveyorConfig, mode: str, seen: tuple[str, ...] = ()) ->
 
 
 def _buckets(config: ConveyorConfig, features: NDArray[np.float32], kind: Ints) -> list[tuple[str, str]]:
-    """Item and bin of each throw: the bin's name, or the quarter that a random bin is drawn in."""
+    """Item and bin of each throw: the bin's name, or the quarter of the area in which a random bin stands."""
     seen = decode(features)
     x, y = seen["target_x"], seen["target_y"]
     if config.bins.random is not None:

@@ -1,4 +1,4 @@
-"""The conveyor cell: N robots at N belts, throwing in step."""
+"""The conveyor cell: N robots at N belts that throw at the same time."""
 
 from __future__ import annotations
 
@@ -40,22 +40,22 @@ RESULTS: Final = (
     "landing_along", "landing_across", "wait_time", "in_opening", "in_bin", "rim", "recontact", "picked", "dropped",
     "disturbed", "grip_margin", "passed", "placed", "peak_torque", "energy", "ended_in", "belongs", "sorted",
 )  # fmt: skip
-"""What the info tells of an outcome, by the names that it has there."""
+"""Fields of an outcome that the info contains, under the same names."""
 
 
 @final
 class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
-    """N cells in step: `context` holds the coming picks, `throw` carries them out and brings the next.
+    """N cells that throw at the same time: `context` has the coming picks, `throw` simulates them and draws the next.
 
     Args:
-        config: the cell.
+        config: description of the cell.
         count: number of cells N.
         picks: "belt" for a stream of objects on the moving belt, "independent" for unrelated picks.
         threads: worker threads of the physics; results do not depend on it.
-        feedback: whether a camera over the bins tells of each throw for those that follow, on the belt.
+        feedback: whether a camera over the bins measures each landing for the next observation, on the belt.
 
     Raises:
-        ConfigError: a level that drifts without that camera, or a shift of one pick with it.
+        ConfigError: a level that drifts without the camera, or a shift of one pick with the camera.
     """
 
     modes = MODES
@@ -79,39 +79,39 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         self._set_up(self.generators)
         self.context = self.first(np.arange(count))
         self.upstream: tuple[Objects, Floats] | None = None
-        """What was on the belt when the recorded throw began; for pictures."""
+        """Objects on the belt when the recorded throw began, and their centres (K, 3) [m]; for pictures."""
 
     def _set_up(self, generators: Generators) -> None:
-        """Belts, bins and shifts of rows that draw from generators, as they are before the first episode."""
+        """Set up belts, bins and drift of rows that draw from generators, as before the first episode."""
         self._drift = drift_of(self.config, generators, self._feedback)
         self.table, self.hidden = self._drift.table, self._drift.hidden
         self._source: PickSource = (IndependentPicks if self.terminates else BeltPicks)(self.planner, generators)
         self._bins = bins_of_cells(self.config, len(generators), carried=not self.terminates)
 
     def first(self, rows: Ints) -> Context:
-        """First picks of an episode for some rows; where bins are carried along, they are empty."""
+        """First picks of an episode for some rows; bins whose contents carry over are empty."""
         picks = self._drift.begin(rows, [self.generators[row] for row in rows], self._source.first(rows))
         return replace(picks, depth=self._bins.begin(rows, picks.depth))
 
     def target_of(self, throws: Context) -> Ints:
-        """Which fixed bin throws are for (N,)."""
+        """Index of the fixed bin that is each throw's target (N,)."""
         return throws.bin
 
     def scout(self, generators: Generators) -> Self:
-        """This cell with other rows, to see which first picks they draw from an empty belt of their own."""
+        """A copy of this cell with one row per generator and empty belts, to see which first picks they draw."""
         scout = super().scout(generators)
         scout._set_up(generators)
         return scout
 
     def throw(self, plans: ReleaseBatch) -> Outcome:
-        """Throw in every cell and move on to the next picks."""
+        """Simulate the throws of all cells and advance to the next picks."""
         context = self.context
         motion, held = self._motion(context, plans)
         if self.plant.record_row is not None:
             self.upstream = self._source.waiting(self.plant.record_row)
         passed, met = self._source.passed.copy(), self._source.swept(context, motion, held)
         self._source.knock(met)
-        # Where the hand returns to without a belt belongs to the present pick's draw.
+        # Without a belt, the present pick's draws say where the next object waits.
         following = self._source.following(motion, context.limits, context.objects.draws.place[:, 1:3])
         told = Told(following.wait, passed, motion.placed, np.asarray(met.any(axis=1)))
         outcome = self._flown(context, plans, motion, following.back, held, told)
@@ -120,7 +120,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         return outcome
 
     def preview(self, plans: ReleaseBatch, jitter: bool = False) -> Outcome:
-        """What the coming throws would do; the hand returns to its own pick, `jitter` is that of the release time."""
+        """Simulated outcome of the coming throws, with a return to the same pick; `jitter` is of the release time."""
         context = self.context if jitter else self.context.expected()
         motion, held = self._motion(context, plans)
         back = self.planner.mover.back(motion, context.pick, context.limits)
@@ -133,7 +133,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         return outcome.rewards(self.config.reward)
 
     def info(self, outcome: Outcome, thrown: Context) -> dict[str, NDArray[Any]]:
-        """What the belt cell tells of throws, (N,) each."""
+        """Info of throws beyond `COMMON_INFO`, (N,) each."""
         return {
             **dict(zip(RESULTS, attrgetter(*RESULTS)(outcome), strict=True)),
             "slip": slip(thrown, self.config),
@@ -146,7 +146,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         }
 
     def correction(self, mode: str) -> Correction | None:
-        """How an action shifts the landing along and across the throw; None where it has no such meaning."""
+        """How an action moves the landing along and across the throw; None where not one to one."""
         return correction(self.config, mode, self._drift.seen)
 
     def view(self) -> ThrowView:
@@ -154,20 +154,20 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         return ThrowView(self, camera())
 
     def pose(self, row: int) -> tuple[MjModel, MjData]:
-        """Model and data of one simulation as it stands before the coming throw."""
+        """Model and data of one simulation before the coming throw."""
         self.plant.write(self.context)
         return self.plant.stand(row)
 
     def target(self, row: int) -> Floats:
-        """Where the coming throw should go (3,) [m]."""
+        """Target point of the coming throw (3,) [m]."""
         return self.context.target[row]
 
     def markers(self, row: int) -> list[Marker]:
-        """The objects upstream, which the physics does not simulate before they are picked."""
+        """Markers of the objects on the belt, which the physics does not simulate before they are picked."""
         return objects_on_belt(self._source.waiting(row), self.config.belt, 0.0)
 
     def markers_at(self, time: float) -> list[Marker]:
-        """The same, a time [s] after the recorded throw began."""
+        """Markers of the objects on the belt, a time [s] after the recorded throw began."""
         return objects_on_belt(self.upstream, self.config.belt, time)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -178,7 +178,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         self.table, self.hidden = self._drift.table, self._drift.hidden
 
     def _motion(self, context: Context, plans: ReleaseBatch) -> tuple[ThrowMotion, Grips]:
-        """The throws and how the cups hold; a hand with nothing stays where it is, or stops at once, to go on then."""
+        """Motions and grips of throws; a hand whose pick failed stays at the pick, or stops at once if it rides."""
         motion = self.planner.mover.throw(context.pick, plans, context.throw_limits, context.ceiling)
         held, belt = picked(context, self.config), self.config.belt
         empty = partial(left_empty, belt=belt, columns=motion.segments.durations.shape[1])
@@ -188,7 +188,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
     def _flown(
         self, context: Context, plans: ReleaseBatch, motion: ThrowMotion, back: Segments, held: Grips, told: Told
     ) -> Outcome:
-        """The outcome of throws and returns, one after the other."""
+        """Simulate throws and returns, and judge them."""
         begin = motion.pick_velocity
         path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back], begin, rides=begin is not None)
         flown = self.plant.fly(context, HandCycle(plans, motion.release_time, path, held))

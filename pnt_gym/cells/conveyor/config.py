@@ -1,6 +1,6 @@
-"""Every number that describes a conveyor cell, once, with its unit and its reason.
+"""Config of a conveyor cell: every number once, with its unit and its reason.
 
-Belt, items, bins and sensors are those of any sorting line (`cells.base.sorting`); here stands what its robot adds.
+Belt, items, bins and sensors are sections of any sorting cell (`cells.base.sorting`); this module adds the robot's.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.riding import fastest_belt
 
 SUM_TOLERANCE: Final = 1e-6
-"""Shares that sum to 1 do so within this."""
+"""Tolerance of shares that must sum to 1."""
 LIP_GAP: Final = 0.0005
-"""The object hangs this far below the rigid part of the cup, so that holding it is not a contact [m]."""
+"""Gap between a held object and the rigid part of the cup, so that holding the object is not a contact [m]."""
 LIP_LENGTH: Final = 0.010
-"""Of a lip that yields, below the solid part of its cup; an object can tilt until it meets that [m]."""
+"""Length of a compliant lip below the solid part of its cup; an object can tilt until it touches the solid part [m]."""
 
 
 class Limits(Section):
@@ -36,7 +36,7 @@ class Limits(Section):
 
 
 class FollowThrough(Section):
-    """What the hand does after the release: it buys success with cycle time."""
+    """Motion of the hand after the release: a longer follow-through gives more success and a longer cycle."""
 
     window: NonNegative = Field(
         default=0.080,
@@ -61,7 +61,7 @@ class FollowThrough(Section):
 
 
 class Placing(Section):
-    """How `pick_and_place` and `ellipse` bring an object to its bin."""
+    """Rules of `pick_and_place` and `ellipse`, which put an object down in its bin."""
 
     over_rim: Finite = Field(
         default=0.01,
@@ -82,7 +82,7 @@ class Placing(Section):
 
 
 class Motion(Section):
-    """One pick from lift to lift."""
+    """Motion of the hand in one cycle, from lift to lift."""
 
     ceiling: Positive = Field(
         default=0.10,
@@ -106,7 +106,7 @@ class Motion(Section):
 
 
 class Suction(Section):
-    """Release happens late: valve delay + decay of the vacuum + jitter.
+    """Delay of the release after the command: valve delay + decay of the vacuum + jitter.
 
     delay = valve + tau_e ln(F0 / (m g)), tau_e = tau / (1 + leak (F_ref / F0 - 1)) for F0 below F_ref: a porous
     seal vents through its leak as well.
@@ -120,7 +120,7 @@ class Suction(Section):
 
 
 class Grip(Section):
-    """What the cup can hold on the way to the release, slip and peel (`cells.base.grip`)."""
+    """Holding limit of the cup until the release, by slip and peel (`cells.base.grip`)."""
 
     limit: bool = Field(
         default=True,
@@ -136,7 +136,7 @@ class Grip(Section):
 
 
 class Throwable(Section):
-    """What is thrown; the rest rides on, or is placed where the planner is `auto`. null: no bound."""
+    """Bounds of thrown objects; others stay on the belt, or are put down by the planner `auto`. null: no bound."""
 
     drag_area: Positive | None = Field(
         default=None,
@@ -153,7 +153,7 @@ class Throwable(Section):
 
 
 class Cup(Section):
-    """The cup's lip: how it yields while it holds, and what it does to an object that it lets go."""
+    """The cup's lip: how it bends while it holds an object, and the spin that it gives the object at the release."""
 
     stiffness: Annotated[float, Field(ge=0.05, le=100)] | None = Field(
         default=1.0,
@@ -181,7 +181,7 @@ class Cup(Section):
 
 
 class Pick(Section):
-    """Whether the cup holds its object when the dwell is over (`cells.conveyor.cup.hold`)."""
+    """Whether the cup has sealed on its object at the end of the dwell (`cells.conveyor.cup.hold`)."""
 
     fails: bool = Field(
         default=True,
@@ -192,7 +192,7 @@ class Pick(Section):
 
 
 class Classifier(Section):
-    """As what the cell sees objects, which chooses their bins."""
+    """The classifier of objects, which decides their bins."""
 
     confusion: dict[str, dict[str, Annotated[float, Field(ge=0, le=1)]]] = Field(
         default={},
@@ -202,7 +202,7 @@ class Classifier(Section):
 
 
 class ActionScale(Section):
-    """What an action of 1 means in each action mode."""
+    """Residual of an action of 1 in each action mode."""
 
     along: Positive = Field(default=0.20, description="Drag-free landing shift along the throw [m].")
     across: Positive = Field(default=0.06, description="Drag-free landing shift across the throw [m].")
@@ -281,7 +281,7 @@ class ConveyorConfig(SortingLine):
 
     @property
     def lift_x(self) -> Range:
-        """Where objects are lifted along x [m]: the window, less what a hand rides in it before."""
+        """Range along x in which objects are lifted [m]: the pick window, less the hand's ride before the lift."""
         low, high = self.belt.pick_x
         return (low + self.belt.speed * self.motion.dwell if self.belt.tracking else low), high
 
@@ -301,26 +301,26 @@ class ConveyorConfig(SortingLine):
 
     @property
     def swings(self) -> bool:
-        """Whether objects swing under their cups; in the planner's own world they do not."""
+        """Whether objects swing under their cups; at mismatch 0 they do not."""
         return self.cup.stiffness is not None and self.mismatch > 0.0
 
     @property
     def lip_length(self) -> float:
-        """How far the tip of a cup is below its solid part [m]."""
+        """Length of the lip between the tip of a cup and its solid part [m]."""
         return LIP_LENGTH if self.swings else 0.0
 
     @property
     def pushes(self) -> bool:
-        """Whether air blows objects off their cups."""
+        """Whether blown air pushes objects off their cups."""
         return self.cup.blow_off > 0.0 and self.mismatch > 0.0
 
     def shares(self) -> Floats:
-        """Share of each item among those that come (K,)."""
+        """Share of each item among the objects on the belt (K,)."""
         wanted = np.array([self.mix.get(name, 0.0) if self.mix else 1.0 for name in self.items])
         return wanted / wanted.sum()
 
     def confusion(self) -> Floats:
-        """Share of each item (rows) that is seen as each item (columns); errors scale with the mismatch."""
+        """Probability that an item (rows) is classified as an item (columns); errors scale with the mismatch."""
         shares = np.eye(len(self.items))
         for true, row in self.classifier.confusion.items():
             index = self.items.index(true)

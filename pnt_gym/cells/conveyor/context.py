@@ -1,4 +1,4 @@
-"""A pick as it stands before the throw: object, pick, target, limits and the nominal plan."""
+"""Picks before their throws: object, pick point, target, limits and nominal plan."""
 
 from __future__ import annotations
 
@@ -17,41 +17,41 @@ from pnt_gym.planning.straight.plan import ReleaseBatch
 
 @final
 class Drifted(NamedTuple):
-    """What is off in N cells at a pick, and no sensor tells."""
+    """Hidden drift of N cells at a pick, which no sensor measures."""
 
     delay: Floats
-    """Release later by this than the object alone explains (N,) [s]."""
+    """Release delay beyond that of the object (N,) [s]."""
     camera: Floats
-    """Objects are off by this from where the camera takes them to be, along x, y (N, 2) [m]."""
+    """True position of an object minus the camera's, along x, y (N, 2) [m]."""
     encoder: Floats
-    """Relative error of the belt speed that nothing measures (N,)."""
+    """True belt speed over the encoder's, minus 1 (N,)."""
     draught: Floats
     """Velocity of the air along x, y (N, 2) [m/s]."""
 
     @classmethod
     def nothing(cls, count: int) -> Self:
-        """Cells as they were on the day they were set up."""
+        """No drift in `count` cells."""
         return cls(np.zeros(count), np.zeros((count, 2)), np.zeros(count), np.zeros((count, 2)))
 
 
 @final
 class Before(NamedTuple):
-    """What N cells know of the throws before, of the same shift."""
+    """Measurements of the previous throws of N cells, in the same shift of picks."""
 
     seen: Bools
-    """The bin's camera saw the landing (N,)."""
+    """Whether the bin's camera saw the landing (N,)."""
     error: Floats
-    """What it says of the landing against the target, along and left of that throw; 0 where unseen (N, 2) [m]."""
+    """Measured landing minus target, along and left of the previous throw; 0 where unseen (N, 2) [m]."""
     shift: Floats
-    """Where that throw was sent against its nominal plan, drag-free, in the same frame (N, 2) [m]."""
+    """Offset of the previous throw's landing from its nominal plan, without drag, in the same frame (N, 2) [m]."""
     direction: Floats
-    """Horizontal unit vector of that throw (N, 2); 0 where there is none."""
+    """Horizontal unit vector of the previous throw (N, 2); 0 before the first throw."""
     gone: Floats
     """Share of the shift that is over (N,)."""
 
     @classmethod
     def nothing(cls, count: int) -> Self:
-        """A shift begins."""
+        """No previous throw in `count` cells: their shifts begin."""
         nowhere = np.zeros((count, 2))
         return cls(np.zeros(count, dtype=np.bool_), nowhere, nowhere.copy(), nowhere.copy(), np.zeros(count))
 
@@ -61,12 +61,12 @@ class Before(NamedTuple):
 class Context:
     """N picks, each with the object under the cup.
 
-    Positions are of the planner's point mass. At mismatch 1 that is the cup tip, at 0 the centre of mass.
+    Positions are those of the planner's point mass: the cup tip at mismatch 1, the centre of mass at mismatch 0.
     """
 
     objects: Objects
     pick: Floats
-    """(N, 3) [m]"""
+    """Position of the pick (N, 3) [m]."""
     target: Floats
     """Centre of the opening at the rim plane, (N, 3) [m]."""
     opening: Floats
@@ -74,24 +74,24 @@ class Context:
     bin: Ints
     """Index of the fixed bin, or 0 where the bin is drawn per throw, (N,)."""
     depth: Floats
-    """Of all fixed bins, or of the one that is drawn per throw, above what lies in them (N, B) [m]."""
+    """Free depth above the content of all fixed bins, or of the one that is drawn per throw (N, B) [m]."""
     limits: LimitRows
-    """Of the hand, by each object's own speed setting."""
+    """Limits of the hand, by each object's speed setting."""
     throw_limits: LimitRows
-    """The same for the way to the release and on until the hand stops, where the grip may ask for less."""
+    """Limits of the hand from the pick until it stops after the release; lower where a grip needs less acceleration."""
     plan: ReleaseBatch
-    """The analytic planner's release: object as a point at the cup."""
+    """The analytic planner's release, with the object as a point at the cup."""
     belt_speed: float
     ceiling: Floats
     """Highest release z of the nominal plan (N,) [m]."""
     belt_shift: Floats
     """Grasp offset along x that the belt-speed error adds (N,) [m]."""
     drift: Drifted
-    """What has changed since the cell was set up."""
+    """Hidden drift of the cells."""
     unseen: Floats
-    """Grasp offset that the drift adds, which no sensor tells (N, 2) [m]."""
+    """Grasp offset that the drift adds, which no sensor measures (N, 2) [m]."""
     before: Before
-    """What is known of the throws before."""
+    """Measurements of the previous throws."""
 
     @classmethod
     def new(
@@ -108,7 +108,7 @@ class Context:
         ceiling: Floats,
         belt: Belt,
     ) -> Context:
-        """Picks of cells that have not drifted, and that know of no throw before."""
+        """Picks of cells without drift and without a previous throw."""
         nothing = np.zeros((len(pick), 2))
         return cls(
             objects=objects,
@@ -130,7 +130,7 @@ class Context:
 
     @property
     def kind(self) -> Ints:
-        """What the cell's classifier says of each object: index into its items (N,)."""
+        """Item that the classifier sees in each object: index into the cell's items (N,)."""
         return self.objects.measured.kind
 
     @cached_property
@@ -157,38 +157,38 @@ class Context:
 
     @cached_property
     def visible_grasp(self) -> Floats:
-        """What the sensors could tell of the grasp, but for their noise (N, 2) [m]."""
+        """Grasp offset that the sensors would measure without noise (N, 2) [m]."""
         return self.objects.grasp + np.stack([self.belt_shift, np.zeros_like(self.belt_shift)], axis=-1)
 
     @cached_property
     def grasp(self) -> Floats:
-        """True centre of mass from the cup axis along x, y (N, 2) [m]."""
+        """True centre of mass relative to the cup axis, along x, y (N, 2) [m]."""
         return self.visible_grasp + self.unseen
 
     @cached_property
     def cup_offset(self) -> Floats:
-        """Cup tip from the planner's point (N, 3) [m]."""
+        """Cup tip relative to the planner's point (N, 3) [m]."""
         zero = np.zeros_like(self.objects.known_depth)
         return np.stack([zero, zero, self.objects.known_depth], axis=-1)
 
     @property
     def measured(self) -> Measured:
-        """What the sensors say of the objects."""
+        """Measurements of the objects."""
         return self.objects.measured
 
     @cached_property
     def measured_grasp(self) -> Floats:
-        """What they say of the centre of mass from the cup axis along world x, y (N, 2) [m]."""
+        """Measured centre of mass relative to the cup axis, along world x, y (N, 2) [m]."""
         return self.visible_grasp + self.measured.grasp_noise
 
     def expected(self) -> Context:
-        """The same picks without what differs from throw to throw of one object."""
+        """The same picks without the values that differ from throw to throw of one object: jitter and failed picks."""
         objects = self.objects
         held = np.ones_like(objects.pick_draw)
         return replace(self, objects=replace(objects, delay=objects.delay - objects.jitter, pick_draw=held))
 
     def lost(self, rows: Bools) -> Context:
-        """The same picks, of which some are lost (N,): nothing sets those spinning."""
+        """The same picks with zero spin where the object is lost (N,)."""
         objects = self.objects
         return replace(self, objects=replace(objects, spin=np.where(rows[:, None], 0.0, objects.spin)))
 
@@ -198,7 +198,7 @@ class Context:
         return vector[:, 0] * ex + vector[:, 1] * ey, vector[:, 1] * ex - vector[:, 0] * ey
 
     def from_throw_frame(self, along: Floats, across: Floats) -> Floats:
-        """Level vectors (N, 3) given along and left of the throw, in the world."""
+        """World vectors (N, 3), horizontal, of components along the throw and to its left, (N,) each."""
         ex, ey = self.direction[:, 0], self.direction[:, 1]
         return np.stack([along * ex - across * ey, along * ey + across * ex, np.zeros_like(ex)], axis=-1)
 

@@ -1,7 +1,7 @@
-"""What changes in a cell during a shift and no sensor tells, as a level says it: valve, camera, encoder and draught.
+"""Config sections of hidden drift during a shift of picks: valve, camera, encoder and draught.
 
-Values are assumed, of the size that maintenance reports of such cells speak of; every one is centred at zero, so that
-nothing that does not adapt can gain by their mean.
+Values are assumed, of the size in maintenance reports of such cells. Every drift is centred at zero, so that a
+controller without adaptation cannot gain from its mean.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from pnt_gym.cells.base.config import Section
 
 
 class Wander(Section):
-    """Abstract: how one thing that nobody sees changes; the parts add up, and the sum stays within `most`."""
+    """Abstract: how one hidden value changes during a shift; its parts add up, and the sum stays within `most`."""
 
     key: ClassVar[str]
     unit: ClassVar[str]
     bound: ClassVar[float]
-    """What none of its numbers may exceed."""
+    """Bound of all numbers of this section."""
 
     even: float = Field(default=0.0, description="Constant in a shift, uniform within +- this.")
     normal: float = Field(default=0.0, description="Constant in a shift, normal with this standard deviation.")
@@ -44,11 +44,11 @@ class Wander(Section):
 
     @property
     def moves(self) -> bool:
-        """Whether it is ever anything but zero."""
+        """Whether the drift is ever different from zero."""
         return self.most > 0.0 and any((self.even, self.normal, self.step, self.walk, self.ramp))
 
     def path(self, random: np.random.Generator, picks: int, steps_every: int) -> Floats:
-        """Its values at the picks of a shift (P,); the same number of draws whatever the level says."""
+        """Values at the picks of a shift (P,); the number of draws does not depend on the level."""
         even, ramp, level = random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.standard_normal()
         steps = random.uniform(-1.0, 1.0, picks)[np.arange(picks) // steps_every]
         walk = np.concatenate([[0.0], np.cumsum(random.standard_normal(picks)[1:])])
@@ -59,7 +59,7 @@ class Wander(Section):
 
 @final
 class Valve(Wander):
-    """Release later than the vacuum alone explains [s]: supply pressure, temperature, a film on the cup."""
+    """Release delay beyond that of the vacuum [s]: supply pressure, temperature, a film on the cup."""
 
     key, unit, bound = "delay", "s", 0.03
 
@@ -74,11 +74,11 @@ class Valve(Wander):
 
     @property
     def moves(self) -> bool:
-        """Whether it is ever anything but zero."""
+        """Whether the drift is ever different from zero."""
         return super().moves or (self.most > 0.0 and self.film > 0.0)
 
     def path(self, random: np.random.Generator, picks: int, steps_every: int) -> Floats:
-        """Its values at the picks of a shift (P,) [s]."""
+        """Values at the picks of a shift (P,) [s]."""
         others = super().path(random, picks, steps_every)
         since = (random.integers(self.cleaned) + np.arange(picks)) % self.cleaned
         return np.clip(others + self.film * (since / (self.cleaned - 1) - 0.5), -self.most, self.most)
@@ -86,7 +86,7 @@ class Valve(Wander):
 
 @final
 class CameraOffset(Wander):
-    """Where the camera takes objects to be, against where they are, along x and along y [m]: each on its own."""
+    """Error of the camera's object positions, along x and along y, independent of each other [m]."""
 
     key, unit, bound = "camera", "m", 0.05
 
@@ -95,7 +95,7 @@ class CameraOffset(Wander):
 
 @final
 class Encoder(Wander):
-    """Relative error of the belt's encoder; what it adds up to grows from the camera on."""
+    """Relative error of the belt's encoder; the position error grows with the distance from the camera."""
 
     key, unit, bound = "encoder", "of the speed", 0.05
 
@@ -104,7 +104,7 @@ class Encoder(Wander):
 
 @final
 class Draught(Wander):
-    """Air that moves through the cell along x and along y, each on its own [m/s]."""
+    """Velocity of air through the cell, along x and along y, independent of each other [m/s]."""
 
     key, unit, bound = "draught", "m/s", 3.0
 
@@ -113,7 +113,7 @@ class Draught(Wander):
 
 @final
 class Drift(Section):
-    """What changes during a shift; it scales with the mismatch, and by default nothing does."""
+    """Drift during a shift; every drift scales with the mismatch, and by default there is none."""
 
     delay: Valve = Valve()
     camera: CameraOffset = CameraOffset()
@@ -125,13 +125,13 @@ class Drift(Section):
 
     @property
     def moves(self) -> bool:
-        """Whether anything ever changes."""
+        """Whether any drift is ever different from zero."""
         return any(one.moves for one in (self.delay, self.camera, self.encoder, self.draught))
 
 
 @final
 class Feedback(Section):
-    """What the camera over a bin tells of the throw before: of `PnTAdapt-v0`."""
+    """The camera over a bin that measures the landing of the previous throw, in `PnTAdapt-v0`."""
 
     noise: Annotated[float, Field(ge=0, le=0.1)] = Field(
         default=0.005, description="Standard deviation of the landing it sees, along and across [m]."

@@ -1,4 +1,4 @@
-"""N objects without the robot: in the engine, with what they fall on, and in the air alone, without the engine."""
+"""N objects without the robot: in the engine with bins and belt, and in the air alone without the engine."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from pnt_gym.engine import Batch
 from pnt_gym.planning.motion.ballistics import landing_point
 
 NEAR: Final = 0.02
-"""An object whose middle misses an opening by more does not come to lie in that bin [m]."""
+"""Distance from an opening beyond which an object's landing cannot end in that bin [m]."""
 
 
 def write_models(batch: Any, rows: Ints, scene: Surroundings, context: Context, config: ConveyorConfig) -> None:
-    """Give some simulations the objects of N throws, the draught and, where they are drawn per throw, the bins."""
+    """Write the objects of N throws, the draught and bins that are drawn per throw into some simulations."""
     o, geom, bins = context.objects, scene.object_geom, config.bins
     if config.drift.draught.moves:
         batch.expand("opt.wind")[rows, :2] = context.drift.draught
@@ -59,7 +59,7 @@ def _place_bin(batch: Any, rows: Ints, scene: Surroundings, context: Context, bi
 
 
 def _raise_bottoms(batch: Any, rows: Ints, scene: Surroundings, context: Context, bins: Bins) -> None:
-    """Where what lies in the bins ends, there their bottoms are; below, a bin is hollow."""
+    """Move the bottoms of bins to the top of their contents; below its bottom a bin is hollow."""
     place = batch.expand("geom_pos")
     for index, body in enumerate(scene.bin_bodies):
         place[rows, scene.model.body_geomadr[body] + BOTTOM, 2] = -context.depth[:, index] - bins.wall / 2
@@ -71,7 +71,7 @@ class FreeObjects:
 
     Args:
         config: the cell.
-        count: N.
+        count: number of simulations N.
         threads: worker threads; results do not depend on it.
     """
 
@@ -81,7 +81,7 @@ class FreeObjects:
         self.batch = Batch(self._scene.model, nsim=count, nthread=threads)
 
     def fall(self, rows: Ints, thrown: Context, qpos: Floats, qvel: Floats, steps: Ints) -> Fall:
-        """What N objects do in the engine, in some of the simulations, from a state (N, 7) and (N, 6).
+        """Simulate N objects in the engine, in some of the simulations, from states qpos (N, 7) and qvel (N, 6).
 
         Raises:
             PhysicsError: the engine warned, or stopped a simulation.
@@ -94,10 +94,10 @@ class FreeObjects:
         return fall(batch, rows, self._scene.object_body, steps, thrown.target[:, 2])
 
     def foretold(self, thrown: Context, clock: ThrowClock) -> tuple[Touchdown, Bools]:
-        """Where N objects come to that the hand lets go as planned, and which of them it may touch again.
+        """Landings of N objects after planned releases, and which objects the cup touches again (N,).
 
-        An object that crosses the rim's height near an opening is simulated from before it could touch the rim, one
-        that misses all counts as lying where it does.
+        An object that crosses the rim's height near an opening is simulated in the engine from before it could touch
+        the rim. An object that misses all openings counts as lying where it crosses that height.
 
         Raises:
             PhysicsError: the engine warned, or stopped a simulation.
@@ -132,7 +132,7 @@ class FreeObjects:
 
 
 def _last_above(thrown: Context, height: Floats) -> Ints:
-    """Last moments (N,) at which nothing of objects in heights (N, K) [m] is below their rims."""
+    """Last moments (N,) at which objects at heights (N, K) [m] are entirely above their rims."""
     full, depth = lying_size(thrown.objects.shape, thrown.objects.size), thrown.objects.com_depth
     radius = length(full) / 2.0 + np.abs(depth - full[:, 2] / 2.0)
     below = height < (thrown.target[:, 2] + radius)[:, None]
@@ -140,7 +140,7 @@ def _last_above(thrown: Context, height: Floats) -> Ints:
 
 
 def _let_go(clock: ThrowClock) -> Floats:
-    """States of objects when their planned hands let them go (N, 13)."""
+    """States of objects at their release from the planned hands (N, STATE)."""
     # The engine's velocities belong to the middle of the step before.
     times, parting = clock.free_at[:, None] - np.array([0.0, clock.step / 2.0]), clock.parting
     hand = clock.path.sample(times)

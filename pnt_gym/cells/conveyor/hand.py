@@ -1,4 +1,4 @@
-"""What N hands do in a throw, in physics steps: when they let go, where they are, and when the objects are clear."""
+"""Motion of N hands in a throw, in physics steps: release, hand positions, and when the objects are clear of cups."""
 
 from __future__ import annotations
 
@@ -20,62 +20,62 @@ from pnt_gym.planning.motion.trajectory import HandPath, Samples
 from pnt_gym.planning.straight.plan import ReleaseBatch
 
 SETTLE: Final = 0.35
-"""Simulated after the planned landing, so that the object comes to lie [s]."""
+"""Simulated time after the planned landing, in which the object comes to rest [s]."""
 LATEST_FLIGHT: Final = 1.25
-"""A late release may lengthen the flight by this factor."""
+"""Factor by which a late release may lengthen the flight."""
 KNOT_SPACING: Final = 0.004
-"""The hand is looked at this often, and interpolated in between [s]."""
+"""Interval between samples of the hand's path, which is interpolated in between [s]."""
 PARTING: Final = 0.010
-"""While an object leaves the cup, a touch is none [s]."""
+"""Time after the release in which contacts with the cup do not count, because the object is leaving it [s]."""
 
 
 @final
 @dataclass(frozen=True)
 class HandCycle:
-    """What N hands do: throw, follow through, and go to their next picks."""
+    """Motion of N hands in a cycle: throw, follow-through, and return to the next pick."""
 
     release: ReleaseBatch
     """The planned releases."""
     release_time: Floats
-    """When the valve is commanded (N,) [s]."""
+    """Time of the valve's command (N,) [s]."""
     path: HandPath
-    """From lift to lift."""
+    """Path of the hand from lift to lift."""
     grips: Grips | None = None
-    """How the cups hold on the way; None where nobody has looked."""
+    """Grips of the cups until the release; None where they are not computed yet."""
 
 
 @final
 @dataclass(frozen=True)
 class ThrowClock:
-    """N throws on the clock of the physics: its steps, and the way of the cup's tip."""
+    """N throws in physics steps: step of the release, last step, and positions of the cup's tip at steps."""
 
     path: HandPath
-    """Of the planner's points."""
+    """Path of the planner's points."""
     offset: Floats
-    """Of the cup's tips from them (N, 3) [m]."""
+    """Cup tips relative to the planner's points (N, 3) [m]."""
     free_at: Floats
-    """When the objects are let go, on the clock of their paths (N,) [s]."""
+    """Times at which the objects are released, on the clock of their paths (N,) [s]."""
     shift: Floats
-    """Paths begin this much later than the physics (N,) [s]: less than a step, so that the release falls on a step."""
+    """Delay of the paths after the physics (N,) [s]: less than a step, so that the release falls on a step."""
     release: Ints
     """First step without grip (N,)."""
     end: Ints
     """First step after the throw (N,)."""
     step: float
-    """Of the physics [s]."""
+    """Length of a physics step [s]."""
     grips: Grips
-    """Which objects are lost before they are let go, and which were never held: those are free from the first."""
+    """Grips until the release; objects whose pick failed are free from the first step on."""
     parting: Parting
-    """How the objects leave their cups."""
+    """State of the objects at their release."""
     lip: float
-    """Length of a lip that yields and touches nothing, above the tip [m]."""
+    """Length of a compliant lip above the tip, which collides with nothing [m]."""
 
     @classmethod
     def of(cls, thrown: Context, plans: HandCycle, config: ConveyorConfig) -> ThrowClock:
-        """The throws of N objects; one that is lost on the way is let go there.
+        """The throws of N objects in steps; an object that its cup drops is released at that moment.
 
         Raises:
-            PhysicsError: a throw takes longer than any that is simulated.
+            PhysicsError: a throw takes longer than the longest simulated throw.
         """
         step = config.timestep
         held = plans.grips or grips(thrown, picked(thrown, config), plans.path, plans.release_time, config)
@@ -95,12 +95,12 @@ class ThrowClock:
 
     @property
     def stride(self) -> int:
-        """Steps between two looks at the hand."""
+        """Steps between two samples of the hand's path."""
         return max(round(KNOT_SPACING / self.step), 1)
 
     @property
     def _solid(self) -> Floats:
-        """Where the solid part of the cup begins, from its tip (3,) [m]."""
+        """Lower end of the cup's solid part, relative to the cup's tip (3,) [m]."""
         return np.array([0.0, 0.0, self.lip])
 
     def hand(self, steps: Ints) -> Samples:
@@ -109,27 +109,27 @@ class ThrowClock:
         return motion._replace(position=motion.position + self.offset[:, None])
 
     def clear(self, thrown: Context) -> Ints:
-        """First steps (N,) from which on no object should meet its cup any more, at the latest the last one."""
+        """First steps (N,) from which on objects cannot touch their cups, by geometry; at most the last step."""
         steps = np.arange(0, int((self.end - self.release).max()), self.stride, dtype=np.int64)
         hand, since = self.hand(self.release[:, None] + steps), np.asarray(steps * self.step, dtype=np.float64)
         passage = foreseen(self.parting, (hand.position, hand.velocity), since)
         passage = replace(passage, apart=passage.apart - self._solid)
         possible = passage.may_touch(thrown.objects, self.stride * self.step, FORESIGHT)
-        possible[:, 0] = True  # it is let go there, clear or not of the solid part above a lip
+        possible[:, 0] = True  # the step of the release, whether clear or not of the solid part above a lip
         last = possible.shape[1] - np.argmax(possible[:, ::-1], axis=1)
         return np.asarray(np.minimum(self.release + last * self.stride, self.end - 1))
 
     def may_meet(
         self, thrown: Context, seen: tuple[Floats, Floats, Floats], first: Ints, count: Ints, margin: float = MARGIN
     ) -> Bools:
-        """Whether cups may touch objects that were seen flying (N,).
+        """Whether cups may touch flying objects (N,), by geometry and on the safe side.
 
         Args:
-            thrown: the N objects.
-            seen: their positions [m], velocities [m/s] (N, K, 3) and attitudes (N, K, 4), every `stride` steps.
-            first: steps at which that begins (N,).
-            count: steps that count (N,).
-            margin: more room than geometry asks for [m].
+            thrown: the N picks.
+            seen: positions [m], velocities [m/s] (N, K, 3) and attitudes (N, K, 4) of the objects every `stride` steps.
+            first: steps of the first of these states (N,).
+            count: number of steps that count (N,).
+            margin: gap below which a touch is possible [m].
         """
         position, velocity, attitude = seen
         steps = np.arange(position.shape[1], dtype=np.int64) * self.stride
@@ -139,9 +139,9 @@ class ThrowClock:
         return np.asarray((possible & (steps < count[:, None])).any(axis=1))
 
     def meets(self, thrown: Context, seen: tuple[Floats, Floats, Floats], count: Ints) -> Bools:
-        """Whether cups touch objects that were seen flying from their release on (N,); see `may_meet`.
+        """Whether cups touch flying objects after the release (N,); arguments as in `may_meet`.
 
-        What touches while it leaves the cup, is none.
+        Contacts while the object leaves the cup do not count.
         """
         met = self.may_meet(thrown, seen, self.release, count, 0.0)
         rows = np.flatnonzero(met)

@@ -1,7 +1,7 @@
-"""What the agent sees of a pick: measured values, the nominal plan, and the ratios that matter; and what it does not.
+"""Observation of a pick: measured values, the nominal plan and the ratios that matter; and the list of hidden values.
 
-One table names every feature with its unit, scale and value; the environments' docs, their spaces and `decode` are all
-made from it. Nothing hidden enters: `Context` hands over measurements only.
+One table names every feature with its unit, scale and value; the environments' docs, their spaces and `decode` are
+generated from the table. No feature reads a hidden value: all read measurements in `Context`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pnt_gym.constants import GRAVITY
 
 
 def _frontal(context: Context) -> Floats:
-    """Area that faces the throw (N,) [m2]."""
+    """Measured area that faces the throw (N,) [m2]."""
     length, width, height = context.measured.size.T
     turned = context.relative_yaw
     return height * (length * np.abs(np.sin(turned)) + width * np.abs(np.cos(turned)))
@@ -109,7 +109,7 @@ FEEDBACK: Final = (
         lambda c: c.before.gone,
     ),
 )  # fmt: skip
-"""What a cell with a camera over its bins knows beside."""
+"""Further features of a cell with a camera over its bins."""
 SHIFT_TABLE: Final = FeatureTable((*FEATURES, *FEEDBACK))
 HIDDEN: Final = (
     Quantity("length", "m", "true extent along the object", lambda c: c.objects.size[:, 0]),
@@ -131,7 +131,7 @@ HIDDEN: Final = (
     Quantity("spin_y", "rad/s", "angular velocity gained at the release", lambda c: c.objects.spin[:, 1]),
     Quantity("spin_z", "rad/s", "angular velocity gained at the release", lambda c: c.objects.spin[:, 2]),
 )
-"""What it does not see."""
+"""Hidden values, which no observation has."""
 DRIFT: Final = (
     Quantity("drift_delay", "s", "part of the delay that drifts", lambda c: c.drift.delay),
     Quantity("camera_x", "m", "true place against the camera's, along the belt", lambda c: c.drift.camera[:, 0]),
@@ -140,11 +140,11 @@ DRIFT: Final = (
     Quantity("draught_x", "m/s", "velocity of the air along the belt", lambda c: c.drift.draught[:, 0]),
     Quantity("draught_y", "m/s", "velocity of the air across the belt", lambda c: c.drift.draught[:, 1]),
 )
-"""What it does not see of a cell that drifts."""
+"""Further hidden values of a cell that drifts."""
 
 
 def decode(observation: NDArray[np.floating]) -> dict[str, Floats]:
-    """Physical values by feature name from observations (..., 26), or (..., 34) with what is known of the throw before.
+    """Physical values by feature name from observations (..., 26), or (..., 34) with measurements of the last throw.
 
     Clipped entries stay clipped.
     """

@@ -1,4 +1,4 @@
-"""What became of throws at the conveyor, and whether they did what they should."""
+"""Outcomes of throws at the conveyor: landing, effort, grip, and whether the object was sorted."""
 
 from __future__ import annotations
 
@@ -17,48 +17,48 @@ from pnt_gym.cells.conveyor.cup.hold import Grips
 @final
 @dataclass(frozen=True)
 class Effort:
-    """What N motions ask of the motors: as simulated, and as planned where the robot is not."""
+    """Load of the motors in N motions: simulated, or planned where the robot is not simulated."""
 
     torque: Floats
-    """The largest of any motor (N,) [N m]."""
+    """Largest torque of any motor (N,) [N m]."""
     energy: Floats
     """Positive mechanical work of all motors (N,) [J], see `cells.base.energy`."""
 
     def then(self, other: Effort) -> Effort:
-        """Of two motions, one after the other."""
+        """Effort of this motion followed by another."""
         return Effort(np.maximum(self.torque, other.torque), self.energy + other.energy)
 
 
 @final
 @dataclass(frozen=True)
 class Flown:
-    """N throws as the simulator ran them, before they are judged."""
+    """Simulated results of N throws, before they are judged."""
 
     touchdown: Touchdown
     tracking_error: Floats
     """Distance of the hand from its reference at the moment of release (N,) [m]."""
     effort: Effort
-    """What the motors did."""
+    """Load of the motors."""
     grips: Grips
-    """How the cups held."""
+    """Grips of the cups until the release."""
 
 
 @dataclass(frozen=True)
 class Told:
-    """What is known of N throws without simulating them."""
+    """Results of N throws that follow from plans and belt, without simulation."""
 
     wait_time: Floats
     """Part of the cycle spent waiting for the next object (N,) [s]."""
     passed: Ints
-    """Objects that were let go since the throw before (N,)."""
+    """Number of objects that left unpicked since the previous throw (N,)."""
     placed: Bools
     """The object is put down at its bin, not thrown (N,)."""
     disturbed: Bools
-    """The object sweeps through another one on the belt (N,)."""
+    """The object sweeps through another object on the belt (N,)."""
 
     @classmethod
     def alone(cls, count: int) -> Self:
-        """Throws without a wait and without a belt."""
+        """Results of throws without a wait and without a belt."""
         never = np.zeros(count, dtype=np.bool_)
         return cls(np.zeros(count), np.zeros(count, dtype=np.int64), never, never)
 
@@ -66,45 +66,45 @@ class Told:
 @final
 @dataclass(frozen=True)
 class Outcome(Landed, Told):
-    """N throws as the simulator measured them; the cycle is from lift to lift, dwell included."""
+    """Outcome of N throws; the cycle lasts from lift to lift, dwell included."""
 
     tracking_error: Floats
     """Distance of the hand from its reference at the moment of release (N,) [m]."""
     picked: Bools
-    """The cup sealed; else the object rides on, and nothing is known of its landing (N,)."""
+    """The cup sealed; otherwise the object stays on the belt and has no landing (N,)."""
     dropped: Bools
-    """The object was lost on the way to its release (N,)."""
+    """The object left the cup before its release (N,)."""
     grip_margin: Floats
-    """How many times the load the cup could hold, at the worst moment until its release (N,)."""
+    """Smallest holding force over load of the cup until the release (N,)."""
     energy: Floats
     """Positive mechanical work of the motors in the cycle (N,) [J], see `cells.base.energy`."""
     ended_in: Ints
-    """Index of the bin in which the object lies at the end, 0 for one that is drawn per throw; -1 in none (N,)."""
+    """Index of the bin in which the object lies at the end, 0 for a bin that is drawn per throw; -1: no bin (N,)."""
     belongs: Bools
-    """That bin takes what the object is (N,)."""
+    """The bin in which the object lies accepts the object's true item (N,)."""
 
     @property
     def sorted(self) -> Bools:
-        """A success, and in a bin that takes what the object is (N,)."""
+        """Whether a throw is a success into a bin that accepts the object's true item (N,)."""
         return self.is_success & self.belongs
 
 
 def judge(
     flown: Flown, context: Context, config: ConveyorConfig, accepts: Bools, cycle_time: Floats, told: Told
 ) -> Outcome:
-    """What became of N throws.
+    """Outcome of N throws.
 
     Args:
-        flown: the throws.
-        context: the picks that were thrown.
+        flown: simulated results of the throws.
+        context: the picks of the throws.
         config: the cell.
-        accepts: which kinds of objects (rows) its fixed bins (columns) take, as `config.acceptance()`.
-        cycle_time: from lift to lift, dwell included (N,) [s].
-        told: what is known without simulating them.
+        accepts: whether fixed bins (columns) accept items (rows), as `config.acceptance()`.
+        cycle_time: time from lift to lift, dwell included (N,) [s].
+        told: results that need no simulation.
     """
     landed = flown.touchdown.landed(context.target, context.opening, context.bin_depth, context.direction)
     ended_in, objects = bins_of(flown.touchdown, context, config, landed["in_bin"]), context.objects
-    # A bin that is drawn for a throw takes what was seen.
+    # A bin that is drawn for a throw accepts the item that the classifier saw.
     fits = accepts[objects.kind, ended_in] if config.bins.fixed else objects.kind == objects.measured.kind
     return Outcome(
         **landed,
@@ -123,7 +123,7 @@ def judge(
 
 
 def bins_of(touchdown: Touchdown, context: Context, config: ConveyorConfig, in_bin: Bools) -> Ints:
-    """In which bins objects lie at the end (N,), -1 for none; `in_bin` (N,) says whether in that of the throw."""
+    """Indices of the bins in which objects lie at the end (N,), -1 for none; `in_bin` (N,): in the throw's own bin."""
     found, bins = np.where(in_bin, context.bin, -1), config.bins
     rim = np.full(len(found), bins.rim)
     for index, fixed in enumerate(bins.fixed):

@@ -1,4 +1,4 @@
-"""Which throws a cell takes on: a bin for an object, and whether the throw leaves room for a correction."""
+"""The planner of picks: chooses a bin for an object, plans the throw, and checks that corrections stay feasible."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.robots.t3kr.geometry import T3KR
 
 TRIALS: Final = 50
-"""Throws at a bin before it is said to be out of reach."""
+"""Number of trial throws at a bin before a warning that the bin is out of reach."""
 _MOVERS: dict[str, Callable[[ConveyorConfig, EllipticWorkspace], Mover]] = {
     "straight": StraightMover,
     "free_direction": FreeMover,
@@ -44,8 +44,8 @@ _MOVERS: dict[str, Callable[[ConveyorConfig, EllipticWorkspace], Mover]] = {
 class PickPlanner:
     """Chooses a bin for an object and plans its throw.
 
-    A throw is taken on if it stays inside the workspace for its target and for the target moved by the mover's reserve
-    along the throw, so that every residual within that range has a feasible plan.
+    A throw is accepted if it stays inside the workspace for its target and for the target moved by the mover's reserve
+    along the throw. So every residual within that range has a feasible plan.
     """
 
     def __init__(self, config: ConveyorConfig) -> None:
@@ -57,9 +57,9 @@ class PickPlanner:
         self._centres = np.array([(b.x, b.y) for b in fixed]).reshape(-1, 2)
         self._openings = np.array([b.size for b in fixed]).reshape(-1, 2)
         self.areas = fixed_areas(config)
-        """Of the fixed bins' openings (B,) [m2]."""
+        """Areas of the fixed bins' openings (B,) [m2]."""
         self.accepts = config.acceptance()
-        """Which items (rows) fixed bins (columns) take."""
+        """Whether fixed bins (columns) accept items (rows)."""
         self._picky = config.throwable != Throwable()
         self._table = item_arrays(config.item_list())
         self._volumes = mean_volumes(config, self._table)
@@ -69,10 +69,10 @@ class PickPlanner:
             (config.bins.emptied, Purpose.FILL, "fill"),
         )
         self._beside = [(purpose, column) for asked, purpose, column in wanted if asked]
-        """What the level asks objects to draw beside their own, and the columns of `Apart` that hold it."""
+        """Purposes of the side generators that the level uses, and the fields of `Apart` for their draws."""
 
     def draw(self, generators: list[np.random.Generator], rows: Ints, count: int) -> Objects:
-        """`count` new objects from the generators of some rows, shape (len(rows), count)."""
+        """Draw `count` new objects from the generators of some rows, shape (len(rows), count)."""
         normals, uniforms = np.empty((len(rows), count, NORMALS)), np.empty((len(rows), count, UNIFORMS))
         apart = Apart.none(self.config, len(rows), count)
         for place, row in enumerate(rows):
@@ -84,36 +84,36 @@ class PickPlanner:
         return objects_from_draws(normals, uniforms, self.config, self._table, apart)
 
     def draw_picks(self, generators: list[np.random.Generator], rows: Ints) -> tuple[Objects, Floats]:
-        """A new object from the generator of each row, and where it is picked: anywhere in the window, (N, 3) [m]."""
+        """Draw an object from the generator of each row, and its pick point anywhere in the window (N, 3) [m]."""
         objects = take(self.draw(generators, rows, 1), np.s_[:, 0])
         low, high = self.config.lift_x
         return objects, self.pick_point(objects, low + (high - low) * objects.draws.place[:, 0])
 
     def pick_point(self, objects: Objects, x: Floats) -> Floats:
-        """Where the planner takes objects at belt coordinate x (N,) to be: (N, 3) [m].
+        """The planner's points (N, 3) [m] of objects at belt coordinate x (N,) [m].
 
-        That is the cup tip on the object, lowered by what the planner knows of the centre of mass.
+        The point is the cup tip on the object, lowered by the known depth of the centre of mass.
         """
         height = self.height(objects.size, objects.known_depth)
         return np.stack([x, objects.draws.lane_y, height], axis=-1)
 
     def height(self, size: Floats, depth: Floats) -> Floats:
-        """The height at which objects S are picked [m].
+        """Heights of the planner's points at picks of objects, S [m].
 
         Args:
-            size: their extents, S + (3,) [m].
-            depth: what is known of their centre of mass below the cup, S [m].
+            size: extents of the objects, S + (3,) [m].
+            depth: known depth of the centre of mass below the cup, S [m].
         """
         return self.config.belt.height + size[..., 2] + LIP_GAP - depth
 
     def checked(self, context: Context, release: ReleaseBatch) -> ReleaseBatch:
-        """The releases, of which only those that the robot can execute are called feasible."""
+        """The releases, with `feasible` true only where the robot can execute them."""
         return replace(release, feasible=self.mover.is_feasible(context.pick, release, context.throw_limits))
 
     def plan(self, objects: Objects, pick: Floats) -> tuple[Context, Bools]:
-        """Contexts for objects at their picks, and which of them can be thrown (N,).
+        """Contexts for objects at their picks, and which throws are accepted (N,).
 
-        Bins are tried in the order of the object's own draws; rows without any feasible throw hold the last try.
+        Bins are tried in the order of the object's draws; rows without an accepted throw hold the last attempt.
         """
         context, good = self._into(objects, pick, *self._bin(objects, 0))
         for attempt in range(1, len(self._centres) or TARGET_DRAWS):
@@ -126,7 +126,7 @@ class PickPlanner:
         return context, good
 
     def plan_into(self, objects: Objects, pick: Floats, bins: Ints) -> tuple[Context, Bools]:
-        """As `plan`, for fixed bins (N,) that somebody else has chosen."""
+        """Contexts as `plan`, for given fixed bins (N,)."""
         rim = np.full((len(bins), 1), self.config.bins.rim)
         target = np.concatenate([self._centres[bins], rim], axis=1)
         return self._into(objects, pick, target, self._openings[bins], bins)
@@ -134,7 +134,7 @@ class PickPlanner:
     def _into(
         self, objects: Objects, pick: Floats, target: Floats, opening: Floats, index: Ints
     ) -> tuple[Context, Bools]:
-        """Contexts for objects at their picks and the bins they go to, and which of them can be thrown (N,)."""
+        """Contexts for objects at their picks with given bins, and which throws are accepted (N,)."""
         ceiling = pick[:, 2] + self.config.motion.ceiling
         throw_limits, good = self._careful(objects, pick)
         context = Context.new(
@@ -157,7 +157,7 @@ class PickPlanner:
         return context, good
 
     def replanned(self, context: Context, goal: Floats, swapped: bool = False) -> ReleaseBatch:
-        """Plans to goals (N, 3) [m] from scratch, thrown or put down as the nominal ones; `swapped`, the other way."""
+        """New plans to goals (N, 3) [m]: thrown or put down like the nominal plans, or the other way if `swapped`."""
         given = context.pick, goal, context.throw_limits, context.ceiling
         plans = self.mover.plan(*given)
         if self._puts is None:
@@ -165,7 +165,7 @@ class PickPlanner:
         return made_anew(plans, placed(context.plan) ^ swapped, self._puts.plan, *given)
 
     def warn_of_reach(self) -> None:
-        """Warn of fixed bins that no throw gets into: they stay empty, and others take their items."""
+        """Warn of fixed bins that no throw reaches: they stay empty, and other bins get their items."""
         objects, pick = self.draw_picks([np.random.default_rng(0)], np.zeros(TRIALS, dtype=np.int64))
         limits, ceiling = LimitRows.t3kr(objects.percent), pick[:, 2] + self.config.motion.ceiling
         for fixed in self.config.bins.fixed:
@@ -178,7 +178,7 @@ class PickPlanner:
                 )
 
     def _depth(self, objects: Objects, opening: Floats) -> Floats:
-        """Depth of all fixed bins, or of one with an opening (N, 2) that is drawn, by the objects' draws (N, B) [m]."""
+        """Free depths (N, B) [m] from the objects' draws: of all fixed bins, or of a drawn bin with opening (N, 2)."""
         emptied = self.config.bins.emptied
         if emptied is None:
             return np.full(objects.draws.fill.shape, self.config.bins.depth)
@@ -192,7 +192,7 @@ class PickPlanner:
         return mover(self.config, self.workspace)
 
     def _decided(self, context: Context) -> tuple[Context, Bools]:
-        """The same picks, of which those that are not to be thrown are put down, and which are taken on at all (N,)."""
+        """The picks with plans to put down objects that the rule does not throw, and which picks are accepted (N,)."""
         every = np.full(len(context.pick), True)
         thrown = throwable(context, self.config.throwable, self._table) if self._picky else every
         if self._puts is None:
@@ -201,7 +201,7 @@ class PickPlanner:
         return replace(context, plan=made_anew(context.plan, ~thrown, self._puts.plan, *given)), every
 
     def _careful(self, objects: Objects, pick: Floats) -> tuple[LimitRows, Bools]:
-        """Limits at which measured objects stay under the cup, and which of them can be held at all (N,)."""
+        """Limits at which measured objects stay under the cup, and which objects the cup can hold (N,)."""
         safety, limits = self.config.grip.safety, LimitRows.t3kr(objects.percent)
         if safety is None:
             return limits, np.full(len(objects.measured.kind), True)
@@ -211,7 +211,7 @@ class PickPlanner:
         return limits._replace(acceleration=slow), most >= LEAST_ACCELERATION
 
     def _has_reserve(self, context: Context, along: Floats) -> Bools:
-        """Whether throws are feasible too with their targets moved along them (N,) [m]."""
+        """Whether throws stay feasible with their targets moved along the throw (N,) [m]."""
         shift = np.zeros_like(context.target)
         shift[:, :2] = along[:, None] * context.direction
         release = self.mover.aimed(context, context.target + shift, np.inf)
@@ -236,7 +236,7 @@ class PickPlanner:
         return np.concatenate([centre, rim[:, None]], axis=1), opening, index
 
     def _fixed_bin(self, objects: Objects, attempt: int) -> Ints:
-        """Accepting bins in turn, starting at a random one."""
+        """Index (N,) of an accepting fixed bin: the bins in turn, starting at a random one."""
         choices = self.accepts[objects.measured.kind]
         count = choices.sum(axis=1)
         start = np.minimum((objects.draws.bin[:, 0, 0] * count).astype(np.int64), count - 1)

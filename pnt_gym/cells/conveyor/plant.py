@@ -1,10 +1,10 @@
-"""The physics of N throws: per-simulation objects and bins, references, rollouts, and what came of it.
+"""The physics of N throws: objects and bins of each simulation, references, rollouts and their results.
 
-Each throw starts with the robot exactly closed at the pick and the object under the cup, at rest or with the belt, so
-its outcome is a pure function of the pick and the release: the same alone, in a batch, and again later.
+Each throw starts with the robot's loops exactly closed at the pick and the object under the cup, at rest or with the
+belt. So the result of a throw is a pure function of the pick and the release: the same alone, in a batch, and later.
 
-A throw is simulated with the whole robot until the object has fallen clear of the cup, and then without it: what the
-hand does on its way back no longer matters to the object. Where geometry cannot rule out that the cup meets the object
+A throw is simulated with the whole robot until the object has fallen clear of the cup, and then without the robot: the
+hand's way back does not change the flight of the object. Where geometry cannot rule out that the cup touches the object
 again, the whole throw is simulated with the robot.
 """
 
@@ -43,12 +43,12 @@ class Followed:
     hand: Floats
     """Cup tip (N, M, 3) at the start of each step [m]."""
     start: Floats
-    """Time on the path's own clock at the first step (N,) [s]."""
+    """Time on the path's clock at the first step (N,) [s]."""
 
 
 @final
 class ConveyorPlant(Plant[Context, HandCycle, Flown]):
-    """N copies of the conveyor cell's physics; the models are the config's."""
+    """N simulations of the conveyor cell, with models built from its config."""
 
     def __init__(self, config: ConveyorConfig, count: int, threads: int = 1) -> None:
         self.config = config
@@ -62,7 +62,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         self._controls = int(model.nu) + int(model.neq)
 
     def fly(self, thrown: Context, plans: HandCycle) -> Flown:
-        """Simulate one throw in every simulation: the N picks, and what the hands do."""
+        """Simulate one throw in every simulation, for N picks and the motions of the hands."""
         clock = ThrowClock.of(thrown, plans, self.config)
         thrown = thrown.lost(clock.grips.unthrown)
         if self.record_row is not None:
@@ -71,19 +71,19 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         return either(clock.grips.picked, self._thrown, self._left_lying, rows, thrown, clock)
 
     def follow(self, thrown: Context, plans: HandCycle) -> Followed:
-        """As `fly`, with the robot simulated to the end and its hand recorded."""
+        """Simulate throws as `fly`, with the robot to the end and with the hand's positions recorded."""
         clock, rows = ThrowClock.of(thrown, plans, self.config), np.arange(len(thrown.pick))
         thrown = thrown.lost(clock.grips.unthrown)
         self.write(thrown, rows, clock)
         return self._followed(rows, thrown, clock)
 
     def write(self, context: Context, rows: Ints | None = None, clock: ThrowClock | None = None) -> None:
-        """Set simulations up for N throws: robot closed at the pick, object under the cup.
+        """Set up simulations for N throws: robot with closed loops at the pick, object under the cup.
 
         Args:
-            context: the N throws.
-            rows: their simulations; None for all.
-            clock: their paths, which may begin in motion; None for hands at rest at the picks.
+            context: the N picks.
+            rows: the simulations of the picks; None for all.
+            clock: paths of the throws, which may begin in motion; None for hands at rest at the picks.
         """
         batch, scene, o = self.batch, self.scene, context.objects
         rows = np.arange(len(context.pick)) if rows is None else rows
@@ -102,7 +102,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         batch.bind("eq_active")[rows] = 1.0
 
     def _write_motion(self, rows: Ints, clock: ThrowClock) -> Floats:
-        """Set hands and objects of some rows in motion along their paths; where the cups are (N, 3) [m]."""
+        """Write the first velocities of hands and objects of some rows; returns the cups' positions (N, 3) [m]."""
         scene, first = self.scene, clock.hand(np.zeros(1, dtype=np.int64))
         cup, velocity = first.position[:, 0], first.velocity[:, 0]
         qvel = np.zeros((len(rows), scene.model.nv))
@@ -112,19 +112,19 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         return cup
 
     def _thrown(self, rows: Ints, thrown: Context, clock: ThrowClock) -> Flown:
-        """The throws of some rows."""
+        """Simulate the throws of some rows at the config's fidelity."""
         if self.config.fidelity == "full":
             return self._simulated(rows, thrown, clock)
-        # What is unsure because of a swing is mostly let go as any other.
+        # Objects that may have touched something in a swing need the robot; most still fall clear, so not to the end.
         return either(clock.parting.unsure, self._simulated, self._in_the_air, rows, thrown, clock)
 
     def _simulated(self, rows: Ints, thrown: Context, clock: ThrowClock) -> Flown:
-        """The throws of some rows, with the robot for as long as it may meet the object."""
+        """Simulate the throws of some rows, with the robot for as long as the cup may touch the object."""
         flown, unsure = self._in_two_stages(rows, thrown, clock)
         return made_anew(flown, unsure, self._to_the_end, rows, thrown, clock)
 
     def _left_lying(self, rows: Ints, thrown: Context, clock: ThrowClock) -> Flown:
-        """Hands that go on with nothing: not simulated, and where the object rides on, nothing is measured."""
+        """Results of failed picks: NaN landings, because the object stays on the belt, and planned efforts."""
         count = len(rows)
         nowhere, no = np.full((count, 3), np.nan), np.full(count, False)
         touchdown = Touchdown(nowhere[:, :2].copy(), nowhere, nowhere.copy(), no)
@@ -132,7 +132,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         return Flown(touchdown, np.zeros(count), effort, clock.grips)
 
     def _in_two_stages(self, rows: Ints, thrown: Context, clock: ThrowClock) -> tuple[Flown, Bools]:
-        """The throws with the robot until the objects are clear, then without; and which may meet the cup again."""
+        """Simulate throws with the robot until objects are clear, then without; says which may touch the cup again."""
         self.write(thrown, rows, clock)
         clear, scene = clock.clear(thrown), self.scene
         held = self._with_robot(rows, thrown, clock, clear)
@@ -150,19 +150,19 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         return Flown(flight.touchdown(thrown.target[:, 2]), astray, effort, clock.grips), unsure
 
     def _in_the_air(self, rows: Ints, thrown: Context, clock: ThrowClock) -> Flown:
-        """The throws of hands that move as planned, without any robot where the cup does not meet the object again."""
+        """Simulate flights after planned hand motions, and with the robot where the cup touches the object again."""
         touchdown, met = self.free.foretold(thrown, clock)
         effort = self._effort_ahead(clock, np.zeros_like(rows))
         flown = Flown(touchdown, np.zeros(len(rows)), effort, clock.grips)
         return made_anew(flown, met, self._to_the_end, rows, thrown, clock)
 
     def _to_the_end(self, rows: Ints, thrown: Context, clock: ThrowClock) -> Flown:
-        """Throws of some rows with the robot to the end."""
+        """Set up and simulate the throws of some rows with the robot to the end."""
         self.write(thrown, rows, clock)
         return self._followed(rows, thrown, clock).flown
 
     def _keep_throw(self, row: Ints, thrown: Context, plans: ReleaseBatch, clock: ThrowClock) -> None:
-        """Keep the throw of one row (1,) for its recording."""
+        """Keep a recording of the throw of one row (1,)."""
         thrown, plan, clock = take(thrown, row), take(plans, row), take(clock, row)
         self.write(thrown, row, clock)
         control = self._references(row, thrown, clock, int(clock.end[0]))
@@ -170,12 +170,12 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         self.keep(self.scene.object_body, control[0], flight, thrown.target[0])
 
     def _with_robot(self, rows: Ints, thrown: Context, clock: ThrowClock, until: Ints) -> dict[str, Floats]:
-        """Records of some rows up to a step of each."""
+        """Roll out some rows with the robot up to a step of each (N,); returns the recorded fields."""
         control = self._references(rows, thrown, clock, int(until.max()))
         return staged_rollout(self.batch, control, until, ("sensordata", "qpos", "qvel"), rows)
 
     def _followed(self, rows: Ints, thrown: Context, clock: ThrowClock) -> Followed:
-        """Throws of some rows, set up as they are, with the robot to the end."""
+        """Simulate the throws of some rows, which are already set up, with the robot to the end."""
         record = self._with_robot(rows, thrown, clock, clock.end)
         sensors = record["sensordata"]
         flight = ObjectFlight(
@@ -191,14 +191,14 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         return Followed(flown, flight, sensors[..., SENSORS["hand_position"]], -clock.shift)
 
     def _effort(self, record: dict[str, Floats], end: Ints, step: float) -> Effort:
-        """Of the motors in records (N, M, columns), up to a step of each (N,)."""
+        """Effort of the motors in recorded fields (N, M, columns), up to a step of each (N,)."""
         torque, speed = record["sensordata"][..., SENSORS["torque"]], record["qvel"][..., self._motors]
         counts = np.arange(torque.shape[1], dtype=np.int64) < end[:, None]
         largest = np.where(counts, np.abs(torque).max(axis=2), 0.0).max(axis=1)
         return Effort(largest, work_of_steps(torque, speed, end, step))
 
     def _effort_ahead(self, clock: ThrowClock, clear: Ints) -> Effort:
-        """What the planned motion asks of the motors from a step of each on (N,), without the object's mass."""
+        """Effort of the motors in the planned motions from a step of each on (N,), without the object's mass."""
         ahead = clock.end - clear
         last = -(-int(ahead.max()) // clock.stride) * clock.stride
         steps = np.minimum(np.arange(0, last + 1, clock.stride, dtype=np.int64), ahead[:, None])
@@ -222,7 +222,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         control[..., grip] = np.arange(steps, dtype=np.int64) < clock.release[:, None]
         inertia = self.batch.expand("body_inertia")[rows, self.scene.object_body]
         torque = inertia * in_body_axes(thrown.objects.spin, thrown.objects.yaw) / clock.step
-        # The object gets its spin in the one step in which it is let go.
+        # The object gets its spin in the step of its release: torque = inertia x spin / step.
         control[np.arange(len(rows)), clock.release, self.scene.spin_controls] = torque
         control[..., self.scene.swing_controls] = control[..., grip, None]
         push = thrown.objects.mass * clock.parting.push / clock.step
@@ -230,14 +230,14 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         return control
 
     def _knots(self, clock: ThrowClock, steps: Ints) -> JointMotion:
-        """What the motors should do at steps (K,), after each throw's end what they do just behind it."""
-        # A hand that rides with the belt would ride on for as long as the longest throw takes, out of reach. What lies
-        # between two looks needs the one behind the end, too.
+        """References of the motors at steps (K,); after the end of a throw the reference stays constant."""
+        # Without the limit a hand that rides with the belt would ride on until the longest throw ends, out of reach.
+        # Interpolation up to the end needs one more knot behind it.
         position, velocity, acceleration = clock.hand(np.minimum(steps, clock.end[:, None] + clock.stride))
         return joint_knots(position, velocity, acceleration, geometry=self.scene.robot.geometry)
 
     def _write_grip_point(self, rows: Ints, context: Context) -> None:
-        """Where the objects of some rows hang under the cup, and the lip and radius of each."""
+        """Write the grip points of some rows' objects, and the lips and radii of their cups."""
         batch, site, o = self.batch, self.scene.grip_site, context.objects
         grip = np.concatenate([-context.grasp, o.com_depth[:, None]], axis=1)
         batch.expand("site_pos")[rows, site] = in_body_axes(grip, o.yaw)
@@ -249,7 +249,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
             _widen(batch, rows, geom, o.cup_radius)
 
     def _write_springs(self, rows: Ints, context: Context) -> None:
-        """The lips of some rows, whose axes are those of the objects as they hang at rest."""
+        """Write the lips' springs of some rows, about the axes of the objects that hang at rest."""
         batch, spring = self.batch, springs(context, self.config)
         batch.expand("site_quat")[rows, self.scene.tcp_site] = upright(context.objects.yaw)
         gains = batch.expand("actuator_gainprm")
@@ -257,7 +257,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
 
 
 def _widen(batch: Any, rows: Ints, geom: int, radius: Floats) -> None:
-    """Give a cylinder of some simulations another radius (N,) [m]."""
+    """Write the radius (N,) [m] of a cylinder in some simulations."""
     size, aabb = batch.expand("geom_size"), batch.expand("geom_aabb")
     size[rows, geom, 0] = radius
     batch.expand("geom_rbound")[rows, geom] = np.hypot(radius, size[rows, geom, 1])
@@ -266,7 +266,7 @@ def _widen(batch: Any, rows: Ints, geom: int, radius: Floats) -> None:
 
 
 def _one_after_the_other(clock: ThrowClock, clear: Ints, held: Floats, fallen: Fall) -> ObjectFlight:
-    """Flights recorded with the robot up to a step of each (N,), and then without it."""
+    """Flights joined from records with the robot, up to a step of each (N,), and records without the robot."""
     sensors = np.zeros((len(held), max(int(clock.end.max()), held.shape[1]), fallen.sensors.shape[2]))
     sensors[:, : held.shape[1]] = held[..., : sensors.shape[2]]
     for row, (first, steps) in enumerate(zip(clear, fallen.steps, strict=True)):
@@ -285,6 +285,6 @@ def _one_after_the_other(clock: ThrowClock, clear: Ints, held: Floats, fallen: F
 
 
 def _astray(sensors: Floats, clock: ThrowClock) -> Floats:
-    """Distance of recorded hands (N, M, columns) from their references at the moment of release (N,) [m]."""
+    """Distance of the recorded hands (N, M, columns) from their references at the moment of release (N,) [m]."""
     planned = clock.path.sample(clock.free_at[:, None]).position[:, 0] + clock.offset
     return length(sensors[np.arange(len(planned)), clock.release][:, SENSORS["hand_position"]] - planned)

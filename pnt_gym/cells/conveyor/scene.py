@@ -1,7 +1,7 @@
-"""The conveyor cell as MuJoCo models: belt, bins and the object being thrown, with the robot and its cup or without.
+"""The conveyor cell as MuJoCo models: belt, bins and the thrown object, with the robot and its cup or without.
 
-Everything that differs between throws (the object's shape, size, mass and drag, a bin drawn per throw) is a field
-that the plant overwrites per simulation; the models are compiled once.
+All values that differ between throws (the object's shape, size, mass and drag, a bin drawn per throw) are fields of the
+model that the plant overwrites per simulation; the models are compiled once.
 """
 
 from __future__ import annotations
@@ -37,10 +37,10 @@ from pnt_gym.robots.t3kr.model import T3krHandles, add_t3kr
 
 CUP_LENGTH: Final = 0.050
 FLOOR_DROP: Final = 0.02
-"""The floor lies this far below the bins' bottoms [m]."""
+"""Distance of the floor below the bins' bottoms [m]."""
 
 BOTTOM: Final = 4
-"""Place of the bottom among the panels of a bin."""
+"""Index of the bottom among the panels of a bin."""
 
 _OBJECT_BIT, _CUP_BIT = 1, 2
 
@@ -52,12 +52,12 @@ SENSORS: Final = {
     "cup_contact": slice(11, 13),
     "torque": slice(13, 17),
 }
-"""Columns of sensordata; without the robot, the object's. A contact is (number found, smallest distance [m])."""
+"""Columns of sensordata; without the robot only the object's. A contact is (number, smallest distance [m])."""
 
 
 @dataclass(frozen=True)
 class Surroundings:
-    """A compiled cell, with its robot or without, and the ids of the object and of what it falls on."""
+    """A compiled cell, with the robot or without, and the ids of the object and of the bins."""
 
     model: MjModel
     object_body: int
@@ -70,24 +70,24 @@ class Surroundings:
 @final
 @dataclass(frozen=True)
 class Scene(Surroundings):
-    """The cell, and the ids of what holds the object."""
+    """A compiled cell with the robot, and the ids of the grip, of the cup and of their actuators."""
 
     robot: T3krHandles
     grip_site: int
     grip_equality: int
     spin_controls: slice
     cup_geoms: tuple[int, ...]
-    """Its solid part, and a lip that yields."""
+    """Solid part of the cup, and the lip if it is compliant."""
     tcp_site: int
     swing: slice
-    """Actuators that are the lip's spring, about three axes; empty where it is rigid."""
+    """Actuators that act as the lip's spring about three axes; empty for a rigid lip."""
     swing_controls: slice
     push_controls: slice
-    """Of what blows objects down; empty where nothing does."""
+    """Controls of the actuator that stands for blown air; empty without blown air."""
 
 
 def build_scene(config: ConveyorConfig, rods: str = "four") -> Scene:
-    """Compile the cell.
+    """Compile the cell with its robot.
 
     Args:
         config: the cell.
@@ -117,13 +117,13 @@ def build_scene(config: ConveyorConfig, rods: str = "four") -> Scene:
 
 
 def _actuators(model: MjModel, first: str, count: int) -> slice:
-    """So many actuators from a named one on, which need not be there for none."""
+    """Indices of `count` actuators from the one named `first` on; for 0 the name need not exist."""
     start = int(model.actuator(first).id) if count > 0 else 0
     return slice(start, start + count)
 
 
 def _controls(model: MjModel, actuators: slice) -> slice:
-    """Columns of actuators that have one control each."""
+    """Columns of the controls of actuators with one control each."""
     start = int(model.actuator_ctrladr[actuators.start])
     return slice(start, start + actuators.stop - actuators.start)
 
@@ -170,7 +170,7 @@ def _bin_places(config: ConveyorConfig) -> list[tuple[float, float, tuple[float,
 
 
 def _empty_stage(config: ConveyorConfig) -> MjSpec:
-    """Air, light, floor and belt."""
+    """A model with air, light, floor and belt, without object and bins."""
     spec = mujoco.MjSpec()
     set_options(spec, config.timestep, density=AIR_DENSITY * config.mismatch, viscosity=AIR_VISCOSITY * config.mismatch)
     light_stage(spec, ambient=0.35, diffuse=0.45)
@@ -180,7 +180,7 @@ def _empty_stage(config: ConveyorConfig) -> MjSpec:
 
 
 def _add_object_and_bins(spec: MjSpec, config: ConveyorConfig) -> None:
-    """Bins, and a free body whose frame is at its centre of mass, with one geom of any shape."""
+    """Add the bins, and a free body whose frame is at its centre of mass, with one geom of any shape."""
     add_free_object(
         spec,
         0.02,
@@ -189,7 +189,7 @@ def _add_object_and_bins(spec: MjSpec, config: ConveyorConfig) -> None:
         contype=_OBJECT_BIT,
         conaffinity=_OBJECT_BIT | _CUP_BIT,
         condim=6,  # without rolling friction a round object rolls off anything
-        priority=1,  # the item's own friction and rebound decide
+        priority=1,  # the item's friction and rebound count, not those of the surroundings
     )
     add_bins(spec, config)
 
@@ -208,7 +208,7 @@ def _ids(model: MjModel, config: ConveyorConfig) -> dict[str, Any]:
 
 
 def add_ground(spec: MjSpec, config: ConveyorConfig, half: float) -> None:
-    """Belt and floor; the floor is drawn `half` [m] to every side."""
+    """Add belt and floor; the floor is drawn `half` [m] to every side."""
     ground = config.bins.rim - config.bins.depth - config.bins.wall - FLOOR_DROP
     add_floor(spec, min(ground, config.belt.height - 0.3), half, solref=SURROUNDINGS_SOLREF)
     belt = config.belt
@@ -224,9 +224,9 @@ def add_ground(spec: MjSpec, config: ConveyorConfig, half: float) -> None:
 
 
 def add_cup(spec: MjSpec, lip: float) -> None:
-    """The cup stays solid after the release: an object that is touched again is really touched.
+    """Add the cup, which collides with the object after the release, too.
 
-    A lip of some length [m] that yields touches nothing, and is only seen.
+    A compliant lip of a length `lip` [m] collides with nothing and is only drawn.
     """
     parts = [("cup", lip, CUP_LENGTH, _CUP_BIT, HAND_RGBA)]
     if lip > 0.0:
@@ -246,7 +246,7 @@ def add_cup(spec: MjSpec, lip: float) -> None:
 
 
 def _add_grip(spec: MjSpec, config: ConveyorConfig) -> None:
-    """What holds the object under the cup, rigidly or at the lip alone, and turns and pushes it when it is let go."""
+    """Add the constraint that holds the object, rigidly or at the lip, and the actuators for spin and push."""
     spec.body("object").add_site(name="grip", size=[0.004, 0.004, 0.004], group=4)
     spec.add_equality(
         name="grip",
@@ -270,10 +270,10 @@ def _add_grip(spec: MjSpec, config: ConveyorConfig) -> None:
 
 
 def _add_spring(spec: MjSpec) -> None:
-    """The lip as a spring and damper about three axes of the hand.
+    """Add the lip as a spring and damper about three axes of the hand.
 
-    Its torque is control x (gain_1 turn + gain_2 rate): the control is 1 while the object is held and 0 afterwards, the
-    plant writes the gains of every simulation.
+    The torque is control x (gain_1 angle + gain_2 rate). The control is 1 while the cup holds the object and 0
+    afterwards; the plant writes the gains of every simulation.
     """
     for axis, gear in (("x", 3), ("y", 4), ("z", 5)):
         spring = spec.add_actuator(
@@ -289,7 +289,7 @@ def _add_spring(spec: MjSpec) -> None:
 
 
 def add_bins(spec: MjSpec, config: ConveyorConfig) -> None:
-    """Bodies `bin_0` and on, each with the panels of `bin_panels`."""
+    """Add the bodies `bin_0`, `bin_1` and so on, each with the panels of `bin_panels`."""
     for index, (x, y, size) in enumerate(_bin_places(config)):
         _add_bin(spec, index, (x, y), size, config.bins)
 
@@ -309,13 +309,13 @@ def _add_bin(spec: MjSpec, index: int, centre: tuple[float, float], size: tuple[
 
 
 def _add_object_sensors(spec: MjSpec) -> None:
-    """Those that do without the robot, in the order and widths of `SENSORS`."""
+    """Add the sensors of the object, in the order and widths of `SENSORS`."""
     add_motion_sensors(spec)
     add_contact_sensor(spec, mujoco.mjtObj.mjOBJ_GEOM, "object")
 
 
 def _add_hand_sensors(spec: MjSpec, robot: T3krHandles) -> None:
-    """The others."""
+    """Add the sensors of the hand, in the order and widths of `SENSORS`."""
     add_place_sensor(spec, robot.tcp)
     add_contact_sensor(spec, mujoco.mjtObj.mjOBJ_GEOM, "object", "cup")
     add_torque_sensors(spec, robot.actuators)

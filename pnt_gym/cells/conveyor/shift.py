@@ -1,4 +1,4 @@
-"""The shifts of N cells: how each drifts from pick to pick, and what a camera over the bins tells of every throw."""
+"""Shifts of picks of N cells: drift from pick to pick, and measurements of a camera over the bins."""
 
 from __future__ import annotations
 
@@ -22,58 +22,58 @@ from pnt_gym.planning.motion.ballistics import landing_point
 from pnt_gym.planning.straight.plan import ReleaseBatch
 
 SEEN: Final = ("seen_along", "seen_across")
-"""Landing errors as a camera over the bins tells them."""
+"""Info keys of the landing errors that the camera over the bins measures."""
 FEWEST_PICKS: Final = 2
-"""In a shift from whose throws something can be learned."""
+"""Smallest number of picks in a shift with feedback: one throw must follow another."""
 MOST_PICKS: Final = 100_000
-"""In a shift that is drawn whole when it begins."""
+"""Largest number of picks in a shift with feedback: the drift of the whole shift is drawn when it begins."""
 
 
 @final
 @dataclass(frozen=True)
 class Shift:
-    """N shifts of P picks, drawn whole when they begin."""
+    """Drift schedules of N shifts of P picks, drawn whole when the shifts begin."""
 
     delay: Floats
-    """(N, P) [s], and so on as in `Drifted`."""
+    """Release delay at every pick (N, P) [s]; this and the next three fields as in `Drifted`."""
     camera: Floats
     encoder: Floats
     draught: Floats
     noise: Floats
-    """Standard normal, what the bin's camera adds along and across (N, P, 2)."""
+    """Standard normal draws of the bin camera's noise, along and across (N, P, 2)."""
     chance: Floats
-    """Uniform, whether it sees the landing (N, P)."""
+    """Uniform draws whether the bin's camera sees the landing (N, P)."""
     at: Ints
-    """The pick that comes, the first being 0 (N,)."""
+    """Number of the coming pick in the shift, from 0 (N,)."""
 
     @classmethod
     def drawn(cls, generators: list[np.random.Generator], config: ConveyorConfig) -> Self:
-        """Shifts that begin, one for each generator, which stays where it is."""
+        """Draw new shifts from side generators, one shift per generator; the generators do not advance."""
         picks = config.picks_per_shift
         columns = [_drawn(aside(generator, Purpose.SHIFT), picks, config) for generator in generators]
         fields = [np.stack(values) for values in zip(*columns, strict=True)]
         return cls(*fields, at=np.zeros(len(generators), dtype=np.int64))
 
     def now(self) -> Drifted:
-        """How things stand at the coming picks; behind the end of a shift as at its last one."""
+        """Drift at the coming picks; after the end of a shift that of its last pick."""
         here = np.arange(len(self.at)), np.minimum(self.at, self.delay.shape[1] - 1)
         return Drifted(self.delay[here], self.camera[here], self.encoder[here], self.draught[here])
 
     def told(self, outcome: Outcome, config: ConveyorConfig) -> tuple[Bools, Floats]:
-        """Which landings of the present throws the bin's camera sees (N,), and what it says of them (N, 2) [m]."""
+        """Which landings of the present throws the bin's camera sees (N,), and the measured errors (N, 2) [m]."""
         here = np.arange(len(self.at)), np.minimum(self.at, self.delay.shape[1] - 1)
         true = np.stack([outcome.landing_along, outcome.landing_across], axis=1)
-        far = ~(np.hypot(true[:, 0], true[:, 1]) <= config.feedback.view)  # one that is nowhere, too
+        far = ~(np.hypot(true[:, 0], true[:, 1]) <= config.feedback.view)  # a landing of NaN is far, too
         seen = ~(far | outcome.dropped | (self.chance[here] < config.feedback.unseen))
         return seen, np.where(seen[:, None], true + config.feedback.noise * self.noise[here], 0.0)
 
     def thrown(self) -> Self:
-        """One throw later."""
+        """The shifts after one more throw."""
         return replace(self, at=self.at + 1)
 
 
 def _drawn(spare: np.random.Generator, picks: int, config: ConveyorConfig) -> tuple[Floats, ...]:
-    """The columns of one shift, from a generator of its own."""
+    """Draw the columns of one shift from a side generator."""
     random, drift, m = np.random.default_rng(spare.integers(2**63, size=4)), config.drift, config.mismatch
 
     def level(*names: Any) -> Floats:
@@ -85,38 +85,38 @@ def _drawn(spare: np.random.Generator, picks: int, config: ConveyorConfig) -> tu
 
 
 class Steady:
-    """N cells that stay as they are, without a camera over their bins: nothing is told of throws."""
+    """N cells without drift and without a camera over their bins, so observations have no previous landing."""
 
     seen: tuple[str, ...] = ()
-    """Keys of the info that tell of the landing errors, where they are not the true ones."""
+    """Info keys of measured landing errors; empty where the info has only the true errors."""
     table: FeatureTable = TABLE
-    """What is seen of the coming throws."""
+    """Features of an observation."""
     hidden: tuple[Quantity, ...] = HIDDEN
-    """What is not."""
+    """Hidden values, which no observation has."""
 
     def begin(self, rows: Ints, generators: Generators, picks: Context) -> Context:
-        """First picks of new shifts in some rows, each with its own generator."""
+        """First picks of new shifts in some rows, with one generator per row."""
         return picks
 
     def after(self, thrown: Context, plans: ReleaseBatch, outcome: Outcome, picks: Context) -> Context:
-        """The picks that follow throws, with what is known of these."""
+        """The picks that follow throws, with the measurements of those throws and the drift by now."""
         return picks
 
     def feedback(self, before: Before) -> dict[str, NDArray[Any]]:
-        """What the info tells of the throws before, (N,) each."""
+        """Info of the previous throws, (N,) each."""
         return {}
 
 
 @final
 class Drifting(Steady):
-    """N cells that drift, with a camera over their bins that tells of each throw for those that follow.
+    """N cells that drift, with a camera over their bins whose measurements are in the next observation.
 
     Args:
         config: the cell.
         generators: one per row.
 
     Raises:
-        ConfigError: a shift in which no throw tells anything for another, or too long to be drawn whole.
+        ConfigError: a shift of one pick, or of too many picks to be drawn whole.
     """
 
     seen = SEEN
@@ -133,33 +133,33 @@ class Drifting(Steady):
         self._shift = Shift.drawn(generators, config)
 
     def begin(self, rows: Ints, generators: Generators, picks: Context) -> Context:
-        """First picks of shifts that are drawn now."""
+        """First picks of new shifts, whose drift is drawn here."""
         shift = Shift.drawn(generators, self._config)
         self._shift = replaced(self._shift, rows, shift)
         return self._off(picks, shift)
 
     def after(self, thrown: Context, plans: ReleaseBatch, outcome: Outcome, picks: Context) -> Context:
-        """The next picks in cells that have drifted on, with what the camera saw."""
+        """The next picks in cells that have drifted further, with the camera's measurements of these throws."""
         seen, error = self._shift.told(outcome, self._config)
         self._shift = self._shift.thrown()
         before = known(thrown, plans, seen, error, self._shift.at / self._config.picks_per_shift)
         return replace(self._off(picks, self._shift), before=before)
 
     def feedback(self, before: Before) -> dict[str, NDArray[Any]]:
-        """What the camera tells of the landings, NaN where it saw nothing, and at which pick of the shift that was."""
+        """Landing errors that the camera measured, NaN where it saw nothing, and the throw's number in the shift."""
         error = np.where(before.seen[:, None], before.error, np.nan)
         return {**dict(zip(SEEN, error.T.copy(), strict=True)), "pick_in_shift": self._shift.at - 1}
 
     def _off(self, picks: Context, shift: Shift) -> Context:
-        """Picks as they come in cells that are off by now."""
+        """Picks with the drift of the shift at this moment."""
         return drifted(picks, shift.now(), self._config) if self._config.drift.moves else picks
 
 
 def drift_of(config: ConveyorConfig, generators: Generators, feedback: bool) -> Steady:
-    """How cells drift, with a camera over their bins or without.
+    """The drift of cells, with a camera over their bins (`feedback`) or without.
 
     Raises:
-        ConfigError: a level that drifts without that camera, or a shift that is too short or too long with it.
+        ConfigError: a level with drift and without the camera, or a shift that is too short or too long for the camera.
     """
     if feedback:
         return Drifting(config, generators)
@@ -172,7 +172,7 @@ def drift_of(config: ConveyorConfig, generators: Generators, feedback: bool) -> 
 
 
 def drifted(context: Context, now: Drifted, config: ConveyorConfig) -> Context:
-    """Picks of cells that are off by so much, which no sensor tells."""
+    """Picks with hidden drift: release delay, spin and grasp offset change, measurements do not."""
     objects, offset = context.objects, now.camera.copy()
     offset[:, 0] += now.encoder * (context.pick[:, 0] - config.belt.camera_x)
     delay = np.maximum(objects.delay + now.delay, 0.0)
@@ -181,13 +181,13 @@ def drifted(context: Context, now: Drifted, config: ConveyorConfig) -> Context:
 
 
 def known(thrown: Context, plans: ReleaseBatch, seen: Bools, error: Floats, gone: Floats) -> Before:
-    """What is known of throws for those that follow.
+    """Measurements of throws, as the next observation has them.
 
     Args:
         thrown: the N picks.
-        plans: how they were thrown.
-        seen: which landings were seen (N,).
-        error: what was seen of them (N, 2) [m].
+        plans: the plans of their throws.
+        seen: which landings the camera saw (N,).
+        error: the measured landing errors (N, 2) [m].
         gone: share of the shift that is over (N,).
     """
     rim = thrown.target[:, 2]

@@ -1,4 +1,4 @@
-"""Which objects are thrown at all, by what the sensors say of them: air carries some away, the cup loses others."""
+"""Rules which objects may be thrown, by their measurements: air carries some away, the cup loses others."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ def drag_area(context: Context, table: ItemTable) -> Floats:
 
 
 def foreseen_shift(context: Context, table: ItemTable) -> Floats:
-    """How far air will move the landings of planned throws (N,) [m]; infinite where there is no plan."""
+    """Predicted displacement of landings by air drag, to first order (N,) [m]; infinite where there is no plan."""
     plan = context.plan
     shift = drag_shift(plan.position, plan.velocity, context.target[:, 2], drag_area(context, table))
     return np.nan_to_num(np.hypot(shift[:, 0], shift[:, 1]), nan=np.inf)
 
 
 def foreseen_margin(context: Context, table: ItemTable) -> Floats:
-    """How many times the throws' greatest load the cups could hold (N,), in the worst direction, as measured."""
+    """Measured holding force over load at the throws' largest acceleration in the worst direction (N,)."""
     return measured_hold(context.objects, context.belt_shift).least_margin(context.throw_limits.acceleration)
 
 
@@ -38,11 +38,11 @@ _FIGURES: Final[dict[str, tuple[Callable[[Context, ItemTable], Floats], float]]]
     "drag_shift": (foreseen_shift, 1.0),
     "margin": (foreseen_margin, -1.0),
 }
-"""What each key of `Throwable` bounds, and whether from above (1) or below (-1)."""
+"""Figure that each key of `Throwable` bounds, and whether from above (1) or below (-1)."""
 
 
 def throwable(context: Context, rule: Throwable, table: ItemTable) -> Bools:
-    """Which picks are to be thrown (N,)."""
+    """Which picks the rule allows to throw (N,)."""
     good = np.full(len(context.kind), True)
     for key, (figure, sign) in _FIGURES.items():
         bound: float | None = getattr(rule, key)

@@ -17,7 +17,7 @@ from pnt_gym.engine import mujoco
 
 
 def camera() -> Any:
-    """The standard view: belt, robot and bins from the front left."""
+    """MuJoCo's camera of the standard view: belt, robot and bins from the front left."""
     view = mujoco.MjvCamera()
     view.lookat[:] = [-0.02, 0.10, -0.38]
     view.distance, view.azimuth, view.elevation = 3.3, 146.0, -19.0
@@ -25,7 +25,7 @@ def camera() -> Any:
 
 
 def objects_on_belt(upstream: tuple[Objects, Floats] | None, belt: Belt, time: float) -> list[Marker]:
-    """Objects and their centres (K, 3) [m], carried on by the belt for a time [s]; nothing where there are none."""
+    """Markers of objects with centres (K, 3) [m], moved by the belt for a time [s]; none where `upstream` is None."""
     if upstream is None:
         return []
     objects, centre = upstream
@@ -35,7 +35,7 @@ def objects_on_belt(upstream: tuple[Objects, Floats] | None, belt: Belt, time: f
 
 
 def drawn(objects: Objects, centre: Floats, attitude: Floats) -> list[Marker]:
-    """Objects (K,) as they look, with the middles of their extents (K, 3) [m] and their attitudes (K, 4)."""
+    """Markers of objects (K,), for the centres of their extents (K, 3) [m] and their attitudes (K, 4)."""
     place = geom_placement(objects.shape, lying_size(objects.shape, objects.size))
     rgba = ITEM_RGBA.take(objects.kind, axis=0, mode="wrap")
     turned, frame = np.zeros(4), np.zeros(9)

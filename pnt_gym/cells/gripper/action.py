@@ -25,9 +25,9 @@ from pnt_gym.cells.gripper.planner import TossPlanner
 
 ERRORS: Final = ("landing_along", "landing_across", "release_delay")
 EXPLORATION: Final = 0.1
-"""Standard deviation of what a learner adds in practice, as a share of an action of 1."""
+"""Standard deviation of the noise that a learner adds in practice, as a share of an action of 1."""
 ALIKE: Final = (0.010, 0.010, 0.005)
-"""Errors that count alike: landing [m], moment of the release [s]."""
+"""Errors of equal weight: landing [m], moment of the release [s]."""
 NUMBERS: Final = (
     "release point along the throw",
     "release point to the left",
@@ -46,7 +46,7 @@ MODES: Final = by_name(
 
 
 def correction(config: GripperConfig, mode: str) -> Correction:
-    """How an action shifts the landing and, with three numbers, the moment of the release."""
+    """Meaning of an action as an offset of the landing and, with three numbers, of the moment of the release."""
     errors, scale = MODES[mode].errors, MODES[mode].scale(config)
     return Correction(
         errors=errors,
@@ -58,5 +58,5 @@ def correction(config: GripperConfig, mode: str) -> Correction:
 
 
 def _buckets(config: GripperConfig, features: NDArray[np.float32], kind: Ints) -> list[tuple[str, str]]:
-    """The kind of each object; each has its own compartment, so there is one place."""
+    """Kind of each object; each kind has its own compartment, so there is one place."""
     return [(config.items[int(k)], "tray") for k in kind]

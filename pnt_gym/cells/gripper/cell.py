@@ -1,4 +1,4 @@
-"""The gripper robot's cell: N robots, picking and tossing in step."""
+"""The cell of the gripper robot: N robots that pick and toss in step."""
 
 from __future__ import annotations
 
@@ -32,26 +32,26 @@ RESULTS: Final = (
     "landing_along", "landing_across", "release_delay", "in_opening", "in_bin", "rim", "picked", "slip", "recontact",
     "peak_torque", "energy",
 )  # fmt: skip
-"""What the info tells of an outcome, by the names that it has there."""
+"""Fields of an outcome that become infos of the same name."""
 
 
 @final
 class GripperCell(Cell[GripperConfig, Context, TossPlans, Outcome]):
-    """N cells in step: `context` holds the coming throws, `throw` carries them out and brings the next.
+    """N cells in step: `context` holds the coming throws, `throw` carries them out and draws the next ones.
 
     Args:
-        config: the cell.
+        config: level of the cell.
         count: number of cells N.
-        threads: worker threads of the physics; results do not depend on it.
+        threads: worker threads of the physics; results do not depend on their number.
 
     Raises:
-        ConfigError: some pick or compartment of the config is out of the robot's reach.
+        ConfigError: a pick or a compartment of the level is out of the robot's reach.
     """
 
     modes = MODES
     reward_terms: ClassVar[tuple[str, ...]] = REWARD_TERMS
     table = TABLE
-    """With the centres and scales of a cell that has none of its own; see `feature_table`."""
+    """Features with the default centres and scales; a level may set its own, see `feature_table`."""
     hidden = HIDDEN
 
     def __init__(self, config: GripperConfig, count: int, threads: int = 1) -> None:
@@ -65,11 +65,11 @@ class GripperCell(Cell[GripperConfig, Context, TossPlans, Outcome]):
         self.context = self.first(np.arange(count))
 
     def observe(self) -> NDArray[np.float32]:
-        """Observations of the coming throws (N, 15), by the config's own centres and scales."""
+        """Observations of the coming throws (N, 15), by the level's centres and scales."""
         return feature_table(self.config).encode(self.context)
 
     def preview(self, plans: TossPlans, jitter: bool = False) -> Outcome:
-        """What the coming throws would do; without `jitter` the objects are the average ones of their kind.
+        """Outcome of the coming throws; without `jitter` every object is the average one of its kind.
 
         Raises:
             PlanningError: a plan is not feasible.
@@ -85,12 +85,12 @@ class GripperCell(Cell[GripperConfig, Context, TossPlans, Outcome]):
         return outcome.rewards(self.config.reward)
 
     def info(self, outcome: Outcome, thrown: Context) -> dict[str, NDArray[Any]]:
-        """What the gripper robot's cell tells of throws, (N,) each."""
+        """Infos of throws that only the gripper robot's cell has, (N,) each."""
         target = {"target_x": thrown.target[:, 0].copy(), "target_y": thrown.target[:, 1].copy()}
         return {**dict(zip(RESULTS, attrgetter(*RESULTS)(outcome), strict=True)), **target}
 
     def correction(self, mode: str) -> Correction:
-        """How an action shifts the landing and, with three numbers, the moment of the release."""
+        """Meaning of an action as an offset of the landing and of the moment of the release."""
         return correction(self.config, mode)
 
     def view(self) -> ThrowView:
@@ -104,11 +104,11 @@ class GripperCell(Cell[GripperConfig, Context, TossPlans, Outcome]):
         return self.plant.stand(row)
 
     def target(self, row: int) -> Floats:
-        """Where the coming throw should go (3,) [m]."""
+        """Target of the coming throw (3,) [m]."""
         return self.context.target[row]
 
     def _check_reach(self) -> None:
-        """Every kind from a grid over the picks: between its points, reach is safe by far more than the spacing."""
+        """Check throws of every kind from a grid of picks; between grid points reach is safe by a wide margin."""
         table, items = self.config.table, self.config.items
         axes = np.linspace(*table.pick_x, _PROBES), np.linspace(*table.pick_y, _PROBES)
         place = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
@@ -125,7 +125,7 @@ class GripperCell(Cell[GripperConfig, Context, TossPlans, Outcome]):
             )
 
     def first(self, rows: Ints) -> Context:
-        """The coming throws of some rows; none depends on the one before."""
+        """Coming throws of some rows, independent of the previous throws."""
         generators, table = [self.generators[int(r)] for r in rows], self.config.table
         kind = np.array([g.integers(len(self.config.items)) for g in generators], dtype=np.int64)
         share = np.stack([g.random(2) for g in generators])

@@ -1,7 +1,7 @@
-"""Every number that describes a cell of the gripper robot, once, with its unit and its reason.
+"""Level of the gripper robot: every number of the cell, once, with its unit and its reason.
 
-The world's z = 0 is the plane of the robot's motor axes, as in Leveziel et al. Lengths do not grow with the robot: a
-level for a robot of another size says its own.
+The world's z = 0 is the plane of the robot's motor axes, as in Leveziel et al. The lengths here do not scale with the
+robot: a level for a robot of another size sets its own.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Task = Literal["toss", "drop"]
 
 
 class Table(Section):
-    """Where the objects lie."""
+    """Table or belt on which the objects lie."""
 
     height: Finite = Field(default=-0.321, description="z of the surface [m].")
     x: Range = Field(default=(-0.110, 0.030), description="Extent along x [m].")
@@ -74,7 +74,7 @@ class Tray(Section):
 
 
 class Grip(Section):
-    """How the claws take hold and let go."""
+    """Closing and opening of the claws."""
 
     open_deg: Finite = Field(default=-35.0, description="Angle of the halves above the object [deg].")
     squeeze_deg: Positive = Field(
@@ -92,7 +92,7 @@ class Grip(Section):
 
 
 class Motion(Section):
-    """From the grip to the end of the toss."""
+    """Motion from the grip to the end of the toss."""
 
     height: Finite = Field(default=-0.200, description="z of the platform at the release [m].")
     release_x: tuple[Finite, ...] = Field(
@@ -122,7 +122,7 @@ class Motion(Section):
 
 
 class Errors(Section):
-    """What the planner does not know, at m = 1; every value is scaled by the mismatch m. All assumed."""
+    """Effects that the planner does not know, at m = 1; every value is scaled by the mismatch m. All assumed."""
 
     width: NonNegative = Field(default=0.02, le=0.5, description="Standard deviation of the size, relative.")
     mass: NonNegative = Field(default=0.15, le=1, description="Lognormal.")
@@ -142,14 +142,14 @@ class Errors(Section):
 
 
 class Action(Section):
-    """What an action of 1 means."""
+    """Correction of the throw for an action of 1."""
 
     along: Positive = Field(default=0.030, description="Release point along the throw, and so the landing [m].")
     across: Positive = Field(default=0.015, description="Release point sideways [m].")
     opening: Positive = Field(default=0.050, description="Opening earlier or later [s].")
 
     def scale(self) -> Floats:
-        """The three as an array (3,) [m, m, s]."""
+        """Correction for an action of 1 as an array (3,) [m, m, s]."""
         return np.array([self.along, self.across, self.opening])
 
 
@@ -163,7 +163,7 @@ class Reward(SortingReward):
 
 @final
 class GripperConfig(ItemsConfig):
-    """A cell of the gripper robot. The defaults are the level `nominal` of the task `toss`."""
+    """Level of a gripper robot's cell. The defaults are the level `nominal` of the task `toss`."""
 
     folder: ClassVar[str | Path] = "gripper"
 
@@ -188,7 +188,7 @@ class GripperConfig(ItemsConfig):
     @model_validator(mode="before")
     @classmethod
     def _taken_over(cls, data: Any) -> Any:
-        """Take over what the conveyor cell says and this cell does not."""
+        """Fill in the values of the conveyor cell that this cell does not set."""
         given = cast("dict[str, Any]", data) if isinstance(data, dict) else {}
         if given.get("conveyor") is None:
             return cast(Any, data)
@@ -218,7 +218,7 @@ class GripperConfig(ItemsConfig):
         return self
 
     def _check_apart(self) -> None:
-        """The tray may stand lower than the table and beneath it, but not in it."""
+        """Check that the tray does not stand in the table; lower than the table and beneath it is allowed."""
         tray, table = self.tray, self.table
         long, wide = tray.opening[0] + 2.0 * tray.wall, len(self.items) * (tray.opening[1] + tray.wall) + tray.wall
         x, y = (tray.x - long / 2.0, tray.x + long / 2.0), (tray.y - wide / 2.0, tray.y + wide / 2.0)

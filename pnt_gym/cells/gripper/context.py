@@ -1,4 +1,4 @@
-"""Throws as they stand before they are carried out."""
+"""Coming throws of the gripper robot, before they are carried out."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ class Context:
     kind: Ints
     """Index into the cell's items (N,)."""
     place: Floats
-    """Where the object is seen on the table, on a belt where it is expected when the claws begin to close (N, 2)
+    """Observed place of the object on the table; on a belt, the expected place when the claws begin to close (N, 2)
     [m]."""
     measured: Floats
     """Extents along the object's axes as a camera measures them (N, 3) [m]."""
     plans: TossPlans
-    """The planner's throws."""
+    """Plans of the throws."""
     hidden: Hidden
-    """The objects as they are, and what else the planner does not know."""
+    """True objects, and the other values that the planner does not know."""
 
     @property
     def target(self) -> Floats:

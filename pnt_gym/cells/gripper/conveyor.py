@@ -1,4 +1,4 @@
-"""The belt, the waste and the bins of a conveyor cell, as the gripper robot's cell describes them.
+"""Belt, waste and bins of a conveyor cell, as values of the gripper robot's cell.
 
 The robot hangs beside the conveyor cell's origin, turned by a quarter: its x axis is the conveyor's y axis, across the
 belt towards the bins, and its y axis is the conveyor's -x axis, against the belt's travel. The claws close along the
@@ -22,16 +22,16 @@ _TRAVEL: Final = -90.0
 
 @final
 class ConveyorSite(SortingLine):
-    """A conveyor cell without its robot: whatever else its level says is that robot's business."""
+    """A conveyor cell without its robot: the other entries of its level are ignored."""
 
     model_config = ConfigDict(frozen=True, extra="ignore")
 
 
 @final
 class Conveyor(Section):
-    """Whose belt the robot sorts on, and where it hangs there.
+    """Conveyor cell on whose belt the robot sorts, and the robot's place there.
 
-    What a section of the gripper robot's cell says itself goes before what the conveyor cell says.
+    Values that a section of the gripper robot's cell sets itself take precedence over the conveyor cell's.
     """
 
     level: str = Field(
@@ -49,12 +49,12 @@ class Conveyor(Section):
         """The conveyor cell, without its robot.
 
         Raises:
-            ConfigError: no such level.
+            ConfigError: the level does not exist.
         """
         return ConveyorSite.load(self.level)
 
     def sections(self, site: ConveyorSite, items: Sequence[str]) -> dict[str, dict[str, Any]]:
-        """What the conveyor cell says of `table`, `tray` and `errors` for a robot that picks some of its items."""
+        """Sections `table`, `tray` and `errors` from the conveyor cell, for a robot that picks some of its items."""
         picked = [item for name, item in site.item_definitions().items() if name in items] or site.item_list()
         tray = self._tray(site, max(max(item.size) for item in picked))
         return {"table": self._table(site), "tray": tray, "errors": _errors(site)}
@@ -85,7 +85,7 @@ class Conveyor(Section):
 
 
 def _errors(cell: SortingLine) -> dict[str, float]:
-    """How much the conveyor's objects differ and what its camera misses."""
+    """Spread of the conveyor's objects, and errors of its camera and its feed-forward."""
     spread, noise = cell.spread, cell.noise
     return {
         "width": float(np.hypot(spread.size, spread.size_axis)),

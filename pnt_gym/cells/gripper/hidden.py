@@ -1,4 +1,4 @@
-"""What differs from throw to throw, drawn before the throw from each row's generator."""
+"""Hidden values that differ from throw to throw, drawn before the throw from each row's generator."""
 
 from __future__ import annotations
 
@@ -17,38 +17,38 @@ _DRAWS: Final = 11
 @final
 @dataclass(frozen=True)
 class Hidden:
-    """N objects as they are, and what else no planner is told."""
+    """N true objects, and the other values that no planner knows."""
 
     shape: Ints
     """Index in `items.SHAPES` (N,)."""
     size: Floats
     """Extents along the object's axes (N, 3) [m]."""
     mass: Floats
-    """(N,) [kg]"""
+    """Mass (N,) [kg]."""
     friction: Floats
-    """Against the pads (N,)."""
+    """Friction against the pads (N,)."""
     drag: Floats
-    """(N,)"""
+    """Drag coefficient (N,)."""
     offset: Floats
-    """Place on the table, true minus seen (N, 2) [m]."""
+    """True minus observed place on the table (N, 2) [m]."""
     yaw: Floats
-    """Direction about the vertical from that planned for (N,) [rad]."""
+    """True minus planned direction about the vertical (N,) [rad]."""
     delay: Floats
-    """Of the claws' opening (N,) [s]."""
+    """Delay of the claws' opening (N,) [s]."""
     belt_speed: Floats | None = None
-    """Of the belt (N,) [m/s]; None where nothing moves."""
+    """True speed of the belt (N,) [m/s]; None without a belt."""
 
 
 def draw_hidden(
     generators: list[np.random.Generator], kind: Ints, place: Floats, config: GripperConfig
 ) -> tuple[Hidden, Floats]:
-    """Hidden values of one throw per generator, each with the same number of draws, and what a camera sees of the size.
+    """Hidden values and measured sizes of one throw per generator, each with the same number of draws.
 
     Args:
         generators: one per row.
-        kind: which of the cell's items (N,).
-        place: where the objects are expected (N, 2) [m].
-        config: the cell.
+        kind: index of the cell's item (N,).
+        place: expected places of the objects (N, 2) [m].
+        config: level of the cell.
 
     Returns:
         The hidden values, and the measured extents (N, 3) [m].
@@ -75,13 +75,13 @@ def draw_hidden(
 
 
 def _on_belt(hidden: Hidden, place: Floats, draws: Floats, config: GripperConfig) -> Hidden:
-    """The belt runs at another speed than known, and objects are ahead or behind by what that makes since the camera.
+    """Hidden values with the belt's true speed, and the offsets that this speed causes since the camera.
 
     Args:
-        hidden: without it.
-        place: where the objects are expected (N, 2) [m].
+        hidden: hidden values without the belt's effect.
+        place: expected places of the objects (N, 2) [m].
         draws: standard normal (N,).
-        config: the cell.
+        config: level of the cell.
     """
     table, error = config.table, config.mismatch * config.errors.belt_speed * draws
     ridden = place[:, 0] * table.travel[0] + place[:, 1] * table.travel[1] - table.camera

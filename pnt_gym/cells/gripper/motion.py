@@ -1,7 +1,7 @@
-"""A pick and toss of the gripper robot as a function of time: grip, move, straight accelerated line, opening.
+"""Pick and toss of the gripper robot as a function of time: grip, move, straight accelerated line, opening.
 
-All of the robot's motion is smooth: positions have continuous accelerations, or on the straight line continuous speeds
-with an acceleration that rises and falls without a step.
+All motion is smooth: positions have continuous accelerations, or on the straight line continuous speeds with an
+acceleration that rises and falls without a step.
 """
 
 from __future__ import annotations
@@ -20,75 +20,75 @@ class TossPlans:
     """N planned throws; times count from the moment the claws begin to close over the object."""
 
     pick: Floats
-    """Platform when the claws begin to close (N, 3) [m]; until the lift it moves on with the belt."""
+    """Position of the platform when the claws begin to close (N, 3) [m]; until the lift it moves with the belt."""
     belt: Floats
-    """Velocity of what the object lies on (N, 3) [m/s]."""
+    """Velocity of the surface under the object (N, 3) [m/s]."""
     release: Floats
-    """Platform at the planned release (N, 3) [m]."""
+    """Position of the platform at the planned release (N, 3) [m]."""
     velocity: Floats
-    """Platform at the planned release (N, 3) [m/s]."""
+    """Velocity of the platform at the planned release (N, 3) [m/s]."""
     target: Floats
-    """Where the object shall pass the rim plane (N, 3) [m]."""
+    """Point at which the object should pass the rim plane (N, 3) [m]."""
     hang: Floats
-    """Object's middle below the platform (N,) [m]."""
+    """Distance of the object's middle below the platform (N,) [m]."""
     ramp: Floats
-    """Time to gather speed, and again to lose it (N,) [s]."""
+    """Time to accelerate, and again to brake (N,) [s]."""
     before: Floats
-    """Constant velocity before the planned release (N,) [s]."""
+    """Time at constant velocity before the planned release (N,) [s]."""
     after: Floats
-    """And after it (N,) [s]."""
+    """Time at constant velocity after the planned release (N,) [s]."""
     closing: Floats
-    """Time to close (N,) [s]."""
+    """Time to close the claws (N,) [s]."""
     grip_time: Floats
     """Time to close and to hold (N,) [s]."""
     move_time: Floats
-    """From the grip to the line's start (N,) [s]."""
+    """Time from the grip to the line's start (N,) [s]."""
     theta: Floats
-    """Halves above the object, gripping, first contact with the planned width, and released (N, 4) [rad]."""
+    """Angles of the halves: above the object, gripping, first contact with the planned width, released (N, 4) [rad]."""
     opening: Floats
-    """Time that opening takes (N,) [s]."""
+    """Time to open the claws (N,) [s]."""
     lead: Floats
-    """From the beginning of the opening to the planned release (N,) [s]."""
+    """Time from the beginning of the opening to the planned release (N,) [s]."""
     shift: Floats
-    """The opening begins this much later than planned (N,) [s]."""
+    """Time by which an action delays the opening (N,) [s]."""
     flight_time: Floats
-    """Planned, to the rim plane (N,) [s]."""
+    """Planned time of the flight to the rim plane (N,) [s]."""
     feasible: Bools
-    """Within reach, strokes and motor speeds (N,)."""
+    """Whether the plan is within reach, strokes and motor speeds (N,)."""
 
     @property
     def line_time(self) -> Floats:
-        """When the straight line begins (N,) [s]."""
+        """Time at which the straight line begins (N,) [s]."""
         return self.grip_time + self.move_time
 
     @property
     def followed(self) -> Floats:
-        """How far the platform goes with the belt until it has come off its velocity at the line's start (N, 3) [m]."""
+        """Displacement of the platform with the belt, until its velocity has faded at the line's start (N, 3) [m]."""
         return self.belt * (self.grip_time + 0.5 * self.move_time)[:, None]
 
     @property
     def release_time(self) -> Floats:
-        """When the object is planned to come free, without the shift (N,) [s]."""
+        """Time at which the object is planned to come free, without `shift` (N,) [s]."""
         return self.line_time + self.ramp + self.before
 
     @property
     def open_time(self) -> Floats:
-        """When the claws are told to open (N,) [s]."""
+        """Time of the command to open the claws (N,) [s]."""
         return self.release_time - self.lead + self.shift
 
     @property
     def stop_time(self) -> Floats:
-        """When the robot is at rest again and the claws are open (N,) [s]."""
+        """Time at which the robot is at rest again and the claws are open (N,) [s]."""
         return np.maximum(self.release_time + self.after + self.ramp, self.open_time + self.opening)
 
     @property
     def start(self) -> Floats:
-        """Platform where the line begins (N, 3) [m]."""
+        """Position of the platform where the line begins (N, 3) [m]."""
         return self.release - self.velocity * (0.5 * self.ramp + self.before)[:, None]
 
     @property
     def end(self) -> Floats:
-        """Platform where the line ends (N, 3) [m]."""
+        """Position of the platform where the line ends (N, 3) [m]."""
         return self.release + self.velocity * (0.5 * self.ramp + self.after)[:, None]
 
     @property
@@ -100,14 +100,15 @@ class TossPlans:
         return np.stack([np.where(moving, x, 1.0), y, np.zeros_like(x)], axis=-1)
 
     def pose(self, time: Floats, delay: Floats | None = None) -> Floats:
-        """Platform and halves at times.
+        """Poses of the platform and its halves at times.
 
         Args:
-            time: (S,) or (N, S) [s]; any times, at the belt's velocity before the start and at rest after the end.
-            delay: by which the claws open later than commanded (N,) [s]; none when not given.
+            time: times (S,) or (N, S) [s]; before the start the platform moves with the belt, after the end it
+                rests.
+            delay: delay of the claws' opening after its command (N,) [s]; none when not given.
 
         Returns:
-            (N, S, 4) x, y, z [m], theta [rad].
+            x, y, z [m], theta [rad] (N, S, 4).
         """
         late = np.zeros_like(self.ramp) if delay is None else delay
         t = np.broadcast_to(time, (len(self.ramp), np.shape(time)[-1]))
@@ -123,7 +124,7 @@ class TossPlans:
         return np.concatenate([position, theta[..., None]], axis=-1)
 
     def _gone(self, t: Floats) -> Floats:
-        """Time at full speed that the way on the line is worth (N, S) [s]."""
+        """Path length on the line at times, divided by the full speed (N, S) [s]."""
         ramp = np.maximum(self.ramp, 1e-9)[:, None]
         flat = (self.before + self.after)[:, None]
         up, down = np.clip(t / ramp, 0.0, 1.0), np.clip((t - flat) / ramp - 1.0, 0.0, 1.0)
@@ -132,23 +133,23 @@ class TossPlans:
 
 
 def eased(share: Floats) -> Floats:
-    """From 0 to 1 with no speed and no acceleration at the ends; the fastest speed is 1.875."""
+    """Quintic ease from 0 to 1, without speed and acceleration at both ends; the largest speed is 1.875."""
     s = np.clip(share, 0.0, 1.0)
     return s * s * s * (10.0 + s * (6.0 * s - 15.0))
 
 
 def faded(share: Floats) -> Floats:
-    """Way of a speed that falls from 1 to 0 as `eased` rises: 0 before, 1/2 at the end."""
+    """Path of a speed that falls from 1 to 0 as `1 - ease(s)`: 0 before, 1/2 at the end."""
     s = np.clip(share, 0.0, 1.0)
     return s - s**4 * (2.5 + s * (s - 3.0))
 
 
 def eased_share(value: float) -> float:
-    """The share of the time at which `eased` reaches a value."""
+    """Share of the time at which the quintic ease reaches a value."""
     share = np.linspace(0.0, 1.0, 2001)
     return float(np.interp(value, eased(share), share))
 
 
 def _ramped(s: Floats) -> Floats:
-    """Integral of 3 s^2 - 2 s^3: way of a ramp whose acceleration begins and ends at zero, 1/2 at the end."""
+    """Integral of 3 s^2 - 2 s^3: path of a ramp whose acceleration begins and ends at zero, 1/2 at the end."""
     return s * s * s * (1.0 - 0.5 * s)

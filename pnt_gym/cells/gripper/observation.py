@@ -1,8 +1,8 @@
-"""What the agent sees of a coming throw of the gripper robot: the object as a camera measures it, and the nominal plan.
+"""Observation of a coming throw of the gripper robot: the object as a camera measures it, and the nominal plan.
 
-One table names every feature; the environment's docs, its space and `decode` are all made from it. A cell of another
-size gives centres and scales of its own. Nothing hidden enters: true size, mass, friction, the belt's true speed and
-the delay of the opening are not among them.
+One table names every feature; the environment's docs, its space and `decode` use this table. A cell of another size
+sets its own centres and scales. Nothing hidden enters: true size, mass, friction, the belt's true speed and the delay
+of the opening are not among the features.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from pnt_gym.cells.gripper.context import Context
 from pnt_gym.errors import ConfigError
 
 MOST_KINDS: Final = 3
-"""Kinds of object that can be told apart."""
+"""Kinds of object that observations can distinguish."""
 
 
 def _elevation(context: Context) -> Floats:
@@ -69,14 +69,14 @@ HIDDEN: Final = (
     Quantity("delay", "s", "of the claws' opening", lambda c: c.hidden.delay),
     Quantity("belt_speed", "m/s", "true speed of the belt; 0 where nothing moves", _belt_speed),
 )
-"""What it does not see."""
+"""Hidden quantities."""
 
 
 def feature_table(config: GripperConfig) -> FeatureTable:
-    """The features of a cell, with its own centres and scales where it has some.
+    """Features of a cell, with the level's own centres and scales where given.
 
     Raises:
-        ConfigError: the cell names a feature that does not exist.
+        ConfigError: the level names a feature that does not exist.
     """
     own, known = config.observation, [feature.name for feature in FEATURES]
     for name in own:
@@ -90,7 +90,7 @@ def decode(observation: NDArray[np.floating], table: FeatureTable = TABLE) -> di
     """Physical values by feature name from observations (..., 15); clipped entries stay clipped.
 
     Args:
-        observation: of a cell.
-        table: that cell's own, see `feature_table`.
+        observation: observations of a cell.
+        table: the cell's table, see `feature_table`.
     """
     return table.decode(observation)

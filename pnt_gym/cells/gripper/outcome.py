@@ -1,4 +1,4 @@
-"""Throws of the gripper robot as the simulator ran them, and what became of them."""
+"""Recorded throws of the gripper robot, and their outcome."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from pnt_gym.cells.gripper.motion import TossPlans
 from pnt_gym.cells.gripper.scene import SENSORS
 
 BRUSHING: Final = 0.010
-"""An object is free when no pad touches it for this long: while the claws part, contacts come and go [s]."""
+"""Time without a touch of a pad after which an object is free; contacts come and go while the claws part [s]."""
 OFF_TABLE: Final = 0.002
-"""An object that has risen by this much is off the table [m]."""
+"""Rise above which an object is off the table [m]."""
 LIFT: Final = 0.5
-"""An object counts as picked that has been lifted by this share of the platform's own rise."""
+"""Least rise of a picked object, as a share of the platform's own rise."""
 
 
 @final
 @dataclass(frozen=True)
 class Flown:
-    """N recorded throws, M steps each, before they are judged. A step's values are those of its start."""
+    """N recorded throws, M steps each, before judging. A step's values are those of its start."""
 
     flight: ObjectFlight
-    """From the moment that no pad touches the object any more; then a touch of a pad is a recontact."""
+    """Flight from the moment at which no pad touches the object any more; a later touch of a pad is a recontact."""
     hand: Floats
     """Point midway between the relaxed pads (N, M, 3) [m]."""
     release_time: Floats
-    """When the object was free of the pads (N,) [s]; at the end for one that never was."""
+    """Time at which the object was free of the pads (N,) [s]; the end of the recording if it never was."""
     lifted: Floats
-    """How far the object was off the table's surface when the claws were told to open, against the start (N,) [m]."""
+    """Rise of the object between the start and the command to open the claws (N,) [m]."""
     slip: Floats
-    """How far the object moved along the pads, in x and z, from leaving the table until the claws were told to open
-    (N,) [m]. Along y it moves with the fingers, which give."""
+    """Motion of the object along the pads, in x and z, from leaving the table to the command to open (N,) [m]. Along y
+    the object moves with the compliant fingers."""
     peak_torque: Floats
     """Largest motor torque (N,) [N m]."""
     energy: Floats
@@ -45,12 +45,12 @@ class Flown:
 
     @classmethod
     def from_sensors(cls, sensordata: Floats, speed: Floats, plans: TossPlans, last_step: Ints, step: float) -> Self:
-        """From recorded sensordata (N, M, columns of `SENSORS`).
+        """Throws from recorded sensordata (N, M, columns of `SENSORS`).
 
         Args:
             sensordata: zero after each throw's last step.
-            speed: of the motors' joints at the end of each step (N, M, 4) [rad/s].
-            plans: what was thrown.
+            speed: speed of the motors' joints at the end of each step (N, M, 4) [rad/s].
+            plans: plans of the throws.
             last_step: last recorded step of each throw (N,).
             step: physics step [s].
         """
@@ -83,29 +83,29 @@ class Flown:
 @final
 @dataclass(frozen=True)
 class Outcome(Landed):
-    """N throws; the bin is a compartment, a drop is along x.
+    """Outcome of N throws; the bin is a compartment, and a drop points along x.
 
-    The cycle is from closing until the object has passed the rim plane and the robot is back above the pick.
+    The cycle lasts from closing until the object has passed the rim plane and the robot is back above the pick.
     """
 
     picked: Bools
-    """The claws still held the object, lifted, when they were told to open (N,)."""
+    """Whether the claws held the lifted object at the command to open (N,)."""
     slip: Floats
-    """How far the object moved along the pads from leaving the table until they were told to open (N,) [m]."""
+    """Motion of the object along the pads, from leaving the table to the command to open (N,) [m]."""
     release_delay: Floats
-    """When the object came free, after the planned moment of an uncorrected throw (N,) [s]."""
+    """Time at which the object came free, after the planned release of an uncorrected throw (N,) [s]."""
     energy: Floats
-    """Positive mechanical work of the motors (N,) [J], without the way back, of which only the time is planned."""
+    """Positive mechanical work of the motors (N,) [J], without the way back, whose time alone is planned."""
 
 
 def judge(flown: Flown, plans: TossPlans, config: GripperConfig, return_time: Floats) -> Outcome:
-    """What became of N throws.
+    """Outcome of N throws.
 
     Args:
-        flown: the throws.
-        plans: what was planned.
-        config: the cell.
-        return_time: from the end of the throw back above the pick (N,) [s].
+        flown: recorded throws.
+        plans: plans of the throws.
+        config: level of the cell.
+        return_time: time from the end of the throw back above the pick (N,) [s].
     """
     tray, arrival = config.tray, flown.release_time + plans.flight_time
     opening = np.broadcast_to(np.array(tray.opening), (len(arrival), 2))
@@ -123,14 +123,14 @@ def judge(flown: Flown, plans: TossPlans, config: GripperConfig, return_time: Fl
 
 
 def _cleared(height: Floats, gripped: Ints, told: Ints) -> Ints:
-    """First step after the grip with the object off the table (N,); the last one before opening for one that stays."""
+    """First step after the grip with the object off the table (N,); the opening's step if it stays on the table."""
     steps = np.arange(height.shape[1], dtype=np.int64)
     off = (height > height[:, :1] + OFF_TABLE) & (steps >= gripped[:, None]) & (steps < told[:, None])
     return np.where(off.any(axis=1), off.argmax(axis=1), told)
 
 
 def _freed(touch: Bools, gripped: Ints, last_step: Ints, window: int) -> Ints:
-    """First step after the grip from which no pad touches the object for a window of steps (N,)."""
+    """First step after the grip from which no pad touches the object for `window` steps (N,)."""
     steps = np.arange(touch.shape[1], dtype=np.int64)
     total = np.zeros((len(touch), touch.shape[1] + 1), dtype=np.int64)
     np.cumsum(touch, axis=1, out=total[:, 1:])

@@ -1,10 +1,10 @@
-"""What the gripper robot plans: where and how fast to let go by drag-free ballistics, and when to open the claws.
+"""Planner of the gripper robot: point and velocity of the release by drag-free ballistics, and time of the opening.
 
-On a belt the claws close while the platform moves along with the object; the velocity fades out during the lift.
+On a belt the claws close while the platform moves with the object; the belt's velocity fades out during the lift.
 
-A throw's straight line has to lie within the motors' strokes and their speeds. Of a small grid of release points and
-elevations, the throw that asks least of the fastest motor is taken. The claws are told to open early, by the nominal
-time until they no longer touch an object of the planned width.
+A throw's straight line must lie within the motors' strokes and speeds. Among a small grid of release points and
+elevations, the planner takes the throw with the lowest load on the fastest motor. The command to open comes early, by
+the nominal time until the claws no longer touch an object of the planned width.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ from pnt_gym.robots.gripper.motion import travel_time
 _MOVE_TIMES: Final = np.linspace(0.0, 1.0, 13)[1:-1]
 _MOVE_SHARES: Final = eased(_MOVE_TIMES)
 _MOVE_RATES: Final = 30.0 * (_MOVE_TIMES * (1.0 - _MOVE_TIMES)) ** 2
-"""Shares of the way of an eased motion, and its speeds over the mean one."""
+"""Shares of the path of an eased motion, and speeds over its mean speed."""
 _BEND: Final = 10.0 / 3.0**0.5
-"""Its largest acceleration over way / time^2."""
+"""Largest acceleration of an eased motion, over path / time^2."""
 _FADED: Final = faded(_MOVE_TIMES)
 _ROUNDS: Final = 8
-"""Times a move's duration is set anew while the belt is still followed in it."""
+"""Iterations of a move's duration while the platform still follows the belt."""
 _TOLERANCE: Final = 1.02
-"""A motor speed may exceed the allowed one by so much where that duration is not yet settled."""
+"""Factor by which a motor speed may exceed its limit where the iteration has not yet converged."""
 _SHORTEST_MOVE: Final = 0.05
 _SAMPLES: Final = 5
 
@@ -46,7 +46,7 @@ class TossPlanner:
     """Plans picks and tosses of one cell.
 
     Args:
-        config: the cell.
+        config: level of the cell.
     """
 
     def __init__(self, config: GripperConfig) -> None:
@@ -71,13 +71,13 @@ class TossPlanner:
         self._grid = [axis.ravel() for axis in grid]
 
     def plan(self, kind: Ints, place: Floats, correction: Floats | None = None) -> TossPlans:
-        """Plans for objects as they are seen.
+        """Plans for objects at their observed places.
 
         Args:
-            kind: which of the cell's items (N,).
-            place: where they lie, on a belt when the claws begin to close (N, 2) [m].
-            correction: release point along the throw and to its left [m], and opening later [s] (N, 3); none when not
-                given.
+            kind: index of the cell's item (N,).
+            place: places of the objects, on a belt when the claws begin to close (N, 2) [m].
+            correction: release point along the throw and to its left [m], and delay of the opening [s] (N, 3); none
+                when not given.
         """
         count, hang = len(kind), self.hang[kind]
         shift = np.zeros((count, 3)) if correction is None else np.asarray(correction, dtype=np.float64)
@@ -113,11 +113,11 @@ class TossPlanner:
         return replace(plans, feasible=~np.any(list(self._faults(plans).values()), axis=0))
 
     def fault(self, plans: TossPlans, row: int) -> str:
-        """Why the plan of a row is not feasible, in words."""
+        """Reason why the plan of a row is not feasible."""
         return next(words for words, bad in self._faults(plans).items() if bad[row])
 
     def return_time(self, plans: TossPlans) -> Floats:
-        """Time from the end of the line back above the pick at the motors' full speed, NaN out of reach (N,) [s]."""
+        """Time from the end of the line back above the pick at full motor speed, NaN out of reach (N,) [s]."""
         released = plans.theta[:, 3:]
         end, pick = np.hstack([plans.end, released]), np.hstack([plans.pick, plans.theta[:, :1]])
         return travel_time(end, pick, self.dimensions, speed=self.motor_speed)
@@ -136,7 +136,7 @@ class TossPlanner:
         return release, velocity, _fall(release[:, 2] - hang - target[:, 2], velocity[:, 2])
 
     def _candidates(self, target: Floats, hang: Floats) -> tuple[Floats, Floats]:
-        """Release points and velocities (N, G, 3) that lead to the targets."""
+        """Release points and velocities (N, G, 3) whose drag-free flights meet the targets."""
         x, elevation = self._grid
         motion, shape = self.config.motion, (len(target), x.size)
         release = np.empty((*shape, 3))
@@ -154,7 +154,7 @@ class TossPlanner:
         return release, velocity
 
     def _speed_share(self, kind: Ints, release: Floats, velocity: Floats) -> Floats:
-        """Largest motor speed on each candidate's line over the limit (N, G); infinite out of reach."""
+        """Largest motor speed on each candidate's line over its limit (N, G); infinite out of reach."""
         speed, motion = length(velocity), self.config.motion
         ramp = 0.75 * speed / motion.acceleration
         times = np.stack([-ramp - motion.before, np.zeros_like(ramp), ramp + motion.after], axis=-1)
@@ -164,16 +164,16 @@ class TossPlanner:
         return np.where(np.isnan(fastest), np.inf, fastest / self.motor_speed)
 
     def _move_time(self, plans: TossPlans) -> Floats:
-        """How long the move to the line takes at the allowed motor speed (N,) [s]; 1 out of reach."""
+        """Duration of the move to the line at the allowed motor speed (N,) [s]; 1 out of reach."""
         still = replace(plans, belt=np.zeros_like(plans.belt))
-        # Speeds go with 1 / time as long as no belt is followed, so that one round settles it.
+        # Without a belt, speeds are proportional to 1 / time, so one iteration is exact.
         time = self._set_anew(still, np.ones_like(plans.move_time))
         for _ in range(_ROUNDS if self._belt.any() else 0):
             time = self._set_anew(plans, time)
         return time
 
     def _set_anew(self, plans: TossPlans, time: Floats) -> Floats:
-        """A move's duration, from the speed and the way that it has with the present one (N,) [s]."""
+        """Next iterate of a move's duration, from motor speed and path at the present duration (N,) [s]."""
         motion = self.config.motion
         fastest = self._move_speed(plans, time)
         load = np.where(np.isnan(fastest), 1.0, fastest / (motion.speed_share * self.motor_speed))
@@ -184,7 +184,7 @@ class TossPlanner:
         return np.maximum(time * load, shortest)
 
     def _move_speed(self, plans: TossPlans, time: Floats) -> Floats:
-        """Fastest motor on the move to the line when it lasts so long (N,) [rad/s]; NaN out of reach."""
+        """Speed of the fastest motor on a move of given duration (N,) [rad/s]; NaN out of reach."""
         moved = replace(plans, move_time=time)
         way, long, belt = moved.start - moved.pick - moved.followed, time[:, None], plans.belt[:, None]
         points = plans.pick[:, None] + (plans.grip_time[:, None] + long * _FADED)[..., None] * belt
@@ -194,7 +194,7 @@ class TossPlanner:
         return self._speed(points, theta, rate)
 
     def _faults(self, plans: TossPlans) -> dict[str, Bools]:
-        """What may be wrong with plans, and in which of them it is (N,)."""
+        """Possible faults of plans, and whether each plan has them (N,)."""
         motion, most = self.config.motion, self.motor_speed
         move, line = self._move_speed(plans, plans.move_time), self._line_speed(plans)
         first, last = self._follow_speeds(plans)
@@ -210,7 +210,7 @@ class TossPlanner:
         }
 
     def _follow_speeds(self, plans: TossPlans) -> tuple[Floats, Floats]:
-        """Fastest motor, with claws open and closed, where they begin to close and where the lift begins.
+        """Speed of the fastest motor, claws open or closed, at the begin of closing and of the lift.
 
         (N,) each [rad/s]; NaN out of reach.
         """
@@ -219,7 +219,7 @@ class TossPlanner:
         return self._speed(points, plans.theta[:, :2, None], rate), self._speed(later, plans.theta[:, :2, None], rate)
 
     def _line_speed(self, plans: TossPlans) -> Floats:
-        """Fastest motor on the line with claws closed and open (N,) [rad/s]; NaN out of reach."""
+        """Speed of the fastest motor on the line, claws closed and open (N,) [rad/s]; NaN out of reach."""
         share = np.linspace(0.0, 1.0, _SAMPLES)[:, None]
         points = plans.start[:, None] + share * (plans.end - plans.start)[:, None]
         speeds = [
@@ -229,23 +229,23 @@ class TossPlanner:
         return np.maximum(*speeds)
 
     def _speed(self, points: Floats, theta: Floats, rate: Floats) -> Floats:
-        """Fastest motor over points (..., S, 3) with velocities (..., S or 1, 3) (...,) [rad/s]; NaN out of reach."""
+        """Fastest motor's speed (...,) [rad/s] at points (..., S, 3) of velocities (..., S or 1, 3), or NaN."""
         rate = np.concatenate([rate, np.zeros_like(rate[..., :1])], axis=-1)
         return _motor_speed(np.concatenate([points, theta], axis=-1), rate, self.dimensions).max(axis=-1)
 
 
 def _motor_speed(poses: Floats, rate: Floats, dimensions: Dimensions) -> Floats:
-    """Fastest motor (...,) [rad/s] in poses (..., 4) that move at a rate (..., 4); NaN out of reach."""
+    """Fastest motor's speed (...,) [rad/s] in poses (..., 4) that move at rates (..., 4); NaN out of reach."""
     q = inverse_kinematics(poses, dimensions, strokes=True)
     speeds = (inverse_jacobian(poses, dimensions) @ np.broadcast_to(rate, poses.shape)[..., None])[..., 0]
     return np.where(np.isnan(q[..., 0]), np.nan, np.abs(speeds).max(axis=-1))
 
 
 def _check_angles(config: GripperConfig, claws: Claws, dimensions: Dimensions) -> None:
-    """Make sure that the open claws ask for nothing outside the range of the platform's halves.
+    """Check that the open claws need no angle outside the range of the platform's halves.
 
     Raises:
-        ConfigError: they do.
+        ConfigError: an angle is out of range.
     """
     grip, (low, high) = config.grip, np.rad2deg(dimensions.theta)
     singular = float(np.rad2deg(singular_angle(dimensions.home[:3], dimensions)))
@@ -264,10 +264,10 @@ def _check_angles(config: GripperConfig, claws: Claws, dimensions: Dimensions) -
 
 
 def _check_widths(config: GripperConfig, claws: Claws, dimensions: Dimensions) -> None:
-    """Make sure that every thing fits between the open claws, and is wide enough for the closed ones.
+    """Check that every item fits between the open claws, and is wide enough for the closed ones.
 
     Raises:
-        ConfigError: it is not.
+        ConfigError: an item is too wide or too narrow.
     """
     grip = config.grip
     tightest = float(np.rad2deg(dimensions.theta[0]))
@@ -286,5 +286,6 @@ def _check_widths(config: GripperConfig, claws: Claws, dimensions: Dimensions) -
 
 
 def _fall(drop: Floats, up: Floats) -> Floats:
-    """Time to fall by `drop` [m] after starting upwards at `up` [m/s]; NaN when it never gets there [s]."""
+    """Time to fall by `drop` [m] after starting upwards at `up` [m/s]; the time of the apex if never so low [s]."""
+    # Root of up t - g t^2 / 2 = -drop.
     return (up + np.sqrt(np.maximum(up**2 + 2.0 * GRAVITY * drop, 0.0))) / GRAVITY

@@ -1,8 +1,8 @@
-"""The physics of N throws of the gripper robot: objects, references, one `Batch.rollout`, and what came of it.
+"""Physics of N throws of the gripper robot: objects, references, one `Batch.rollout`, and the recorded throws.
 
-Each throw starts with open claws around an object that lies on the table, at rest or, on a belt, with all of it at the
-belt's velocity; grip, lift, move, opening, flight and landing are all simulated. The outcome is a pure function of the
-plan and the hidden values: the same alone, in a batch, and again later.
+Each throw starts with open claws around an object on the table, at rest or, on a belt, with robot and object at the
+belt's velocity. Grip, lift, move, opening, flight and landing are all simulated. The outcome is a pure function of the
+plan and the hidden values: the same for a single throw, in a batch, and on repetition.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ from pnt_gym.robots.gripper.references import closed_pose, motor_references
 LATEST_FLIGHT: Final = 1.15
 """A late release may lengthen the flight by this factor."""
 _GAP = 1e-4
-"""Between the object and the table at the start, which is no contact [m]."""
+"""Gap between the object and the table at the start, so that they do not touch [m]."""
 _INSTANT = 1e-6
-"""Over which joint speeds are differences [s]."""
+"""Half the time over which joint speeds are differenced [s]."""
 
 
 @final
 class GripperPlant(Plant[Context, TossPlans, Flown]):
-    """N copies of the physics of the gripper robot's cell; the model is the config's."""
+    """N copies of the physics of the gripper robot's cell."""
 
     def __init__(self, config: GripperConfig, count: int, threads: int = 1) -> None:
         self.config = config
@@ -44,7 +44,7 @@ class GripperPlant(Plant[Context, TossPlans, Flown]):
         super().__init__(config, self.scene.model, count, threads)
         model = self.scene.model
         self.motors = np.array([int(model.joint(f"arm_{arm}").dofadr[0]) for arm in range(N_ARMS)])
-        """Columns of qvel."""
+        """Columns of qvel of the motors."""
         self._upright = np.array([item.upright for item in config.item_list()])
         self._mass = np.array([item.mass for item in config.item_list()])
 
@@ -64,7 +64,7 @@ class GripperPlant(Plant[Context, TossPlans, Flown]):
         return Flown.from_sensors(record["sensordata"], record["qvel"][..., self.motors], plans, steps - 1, step)
 
     def write(self, thrown: Context, plans: TossPlans) -> None:
-        """Set the simulations up: robot above its object, object on the table."""
+        """Set up the simulations: robot above its object, object on the table."""
         batch, scene, hidden = self.batch, self.scene, thrown.hidden
         upright = self._upright[thrown.kind]
         full = lying_size(hidden.shape, hidden.size)
@@ -84,7 +84,7 @@ class GripperPlant(Plant[Context, TossPlans, Flown]):
             self._set_in_motion(start, plans.belt, hidden.belt_speed)
 
     def _set_in_motion(self, start: Floats, velocity: Floats, speed: Floats) -> None:
-        """The belt and the object at the belt's true speed (N,), the robot at the planned velocity (N, 3)."""
+        """Set the true speed (N,) of belt and object, and the planned velocity (N, 3) of the robot."""
         batch, scene, travel = self.batch, self.scene, self.config.table.travel
         batch.expand("geom_surfacevel")[:, scene.table, :3] = speed[:, None] * travel
         rate = np.column_stack([velocity, np.zeros(len(speed))])
@@ -95,7 +95,7 @@ class GripperPlant(Plant[Context, TossPlans, Flown]):
         qvel[:, first : first + 3] = speed[:, None] * travel
 
     def _write_models(self, hidden: Hidden, full: Floats) -> None:
-        """Per-simulation object: shape, size, mass, drag and grip."""
+        """Set each simulation's object: shape, size, mass, drag and grip."""
         batch, scene = self.batch, self.scene
         write_object(
             batch,
@@ -128,7 +128,7 @@ class GripperPlant(Plant[Context, TossPlans, Flown]):
 
 
 def _attitude(yaw: Floats, upright: Floats) -> Floats:
-    """Quaternions (N, 4): turned about the vertical, and first, where upright, with the body's x axis up."""
+    """Quaternions (N, 4) of a turn about the vertical, for upright objects after turning the body's x axis up."""
     tilt = np.where(upright, -np.pi / 4.0, 0.0)
     cos, sin = np.cos(yaw / 2.0), np.sin(yaw / 2.0)
     c, s = np.cos(tilt), np.sin(tilt)

@@ -1,4 +1,4 @@
-"""Which robot stands in a cell: the prototype, a larger one of its form, or one with a user's own parts."""
+"""Robot of a cell: the prototype, a larger robot of its form, or a robot with a user's own parts."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _MASSES: Final = tuple(field.name for field in fields(Build) if field.name.endsw
 
 
 class Robot(Section):
-    """The robot's parts; what is not named is the prototype's, `scale` times as long.
+    """The robot's parts; parts that are not given are the prototype's, `scale` times as long.
 
     Masses grow with the square of the scale and the fingers' springs with its cube; the servos do not.
     """
@@ -36,15 +36,15 @@ class Robot(Section):
 
     @property
     def size(self) -> float:
-        """Over that of the prototype, by what its arms span."""
+        """Span of the arms over the prototype's."""
         dimensions, _ = self.parts()
         return (dimensions.r + dimensions.l) / (PROTOTYPE.r + PROTOTYPE.l)
 
     def parts(self) -> tuple[Dimensions, Build]:
-        """Lengths, and masses with servos and claws.
+        """Lengths of the robot, and its build: masses, servos and claws.
 
         Raises:
-            ConfigError: a name that is no part's, or a value that makes no robot.
+            ConfigError: a name belongs to no part, or the values describe no possible robot.
         """
         lengths = asdict(PROTOTYPE.scaled(self.scale)) | dict(self.dimensions)
         servo = replace(PROTOTYPE_BUILD.servo, **_known("servo", self.servo, _names(MotorServo)))
@@ -59,7 +59,7 @@ def _names(part: type[MotorServo] | type[Claws]) -> tuple[str, ...]:
 
 
 def _known(part: str, values: _Part, names: tuple[str, ...]) -> dict[str, Any]:
-    """The values as they are, if all of them have a known name and are numbers."""
+    """The values, if all of them have a known name and are numbers."""
     for name, value in values.items():
         if name not in names:
             raise ConfigError(f"robot.{part}: {name!r} is none of {', '.join(names)}")

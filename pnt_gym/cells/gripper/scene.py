@@ -1,7 +1,7 @@
-"""The gripper robot's cell as one MuJoCo model: robot, table, tray and the object that is picked and thrown.
+"""MuJoCo model of the gripper robot's cell: robot, table, tray and the object that is picked and thrown.
 
-What differs between throws (which object, how large, how heavy) is a field that the plant overwrites per simulation;
-the model is compiled once.
+Fields that differ between throws (shape, size and mass of the object) are overwritten per simulation by the plant; the
+model is compiled once.
 """
 
 from __future__ import annotations
@@ -41,28 +41,28 @@ SENSORS: Final = {
 """Columns of sensordata. A contact is (number found, smallest distance [m]); the pads have one each."""
 TABLE_THICKNESS: Final = 0.010
 FLOOR: Final = -0.52
-"""Height of what both stand on [m], or lower, below the bottom of the tray."""
+"""Height of the floor under table and tray [m]; lower for a deep tray."""
 
 _OBJECT_BIT = 1
 _TABLE_RGBA = (0.86, 0.80, 0.70, 1.0)
 _POST_RGBA = (0.55, 0.58, 0.62, 1.0)
 _LARGEST = 0.05
-"""Half extent of the object's geom at compile time, which no object exceeds; more where one is larger [m]."""
+"""Half extent of the object's geom at compile time, an upper bound of all objects; larger for larger items [m]."""
 _FLOOR_DROP = 0.03
-"""The floor lies at least this far below the tray [m]."""
+"""Least distance of the floor below the tray [m]."""
 _TOLERANCE = 1e-8
-"""Of the solver; a hundredth of it changes landings by micrometres."""
+"""Tolerance of the solver; a hundredth of this value changes landings by micrometres."""
 
 
 @final
 @dataclass(frozen=True)
 class Scene:
-    """The compiled cell and the ids the plant needs."""
+    """The compiled cell and the ids that the plant needs."""
 
     model: MjModel
     robot: Gripper4Handles
     table: int
-    """Geom, the belt's where there is one."""
+    """Geom of the table, or of the belt."""
     object_body: int
     object_geom: int
     object_qpos: int
@@ -71,10 +71,10 @@ class Scene:
 
 
 def build_scene(config: GripperConfig) -> Scene:
-    """Compile the cell.
+    """Compile the model of the cell.
 
     Args:
-        config: the cell.
+        config: level of the cell.
     """
     spec = mujoco.MjSpec()
     m = config.mismatch
@@ -117,7 +117,7 @@ def tray_panels(tray: Tray, count: int) -> tuple[Floats, Floats]:
 
 
 def _add_stage(spec: MjSpec, floor: float, size: float) -> None:
-    """Light, floor and sky for a robot of a size over the prototype's."""
+    """Add light, floor and sky for a robot of a size over the prototype's."""
     half = max(1.0, 0.6 * size)
     light_stage(spec)
     spec.visual.map.znear = 0.005
@@ -145,7 +145,7 @@ def _add_table(spec: MjSpec, config: GripperConfig, floor: float) -> None:
 
 
 def _add_post(spec: MjSpec, place: tuple[float, float], z: tuple[float, float], size: float) -> None:
-    """What something stands on, for the eye only."""
+    """Add a post under table or tray, for pictures only."""
     spec.worldbody.add_geom(
         type=mujoco.mjtGeom.mjGEOM_CYLINDER,
         fromto=[*place, z[0], *place, z[1]],
@@ -176,7 +176,7 @@ def _add_tray(spec: MjSpec, config: GripperConfig, floor: float) -> None:
 
 
 def _add_object(spec: MjSpec, half: float) -> None:
-    """A free body whose frame is at its centre of mass, with one geom of any shape."""
+    """Add a free body whose frame is at its centre of mass, with one geom of any shape."""
     add_free_object(
         spec,
         0.005,
@@ -192,7 +192,7 @@ def _add_object(spec: MjSpec, half: float) -> None:
 
 
 def _add_sensors(spec: MjSpec, robot: Gripper4Handles) -> None:
-    """In the order and widths of `SENSORS`."""
+    """Add sensors in the order and widths of `SENSORS`."""
     geom = mujoco.mjtObj.mjOBJ_GEOM
     add_motion_sensors(spec)
     add_place_sensor(spec, robot.grip)

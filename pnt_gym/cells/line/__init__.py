@@ -1,1 +1,1 @@
-"""Robots along one belt: who takes what next."""
+"""Robots along one belt: which object each robot takes next."""

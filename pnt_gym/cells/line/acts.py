@@ -1,8 +1,8 @@
-"""What the robots of one line do, kept for pictures: where hands and objects are at every moment of each cycle.
+"""Motion of hands and objects in every cycle of one line, recorded for pictures.
 
-Hands go to their objects as planned. A throw that was simulated is the one that is kept, stepped again; one that a
-table decided about is kept as it was planned: the hand's motion, and a flight without air from the planned release to
-the bin, where the object then lies if the table has it so, and is gone if not.
+Hands move to their objects as planned. A simulated throw is stepped again. A throw that a table decides is drawn as
+planned: the hand's motion, and a flight without air from the planned release to the bin. There the object lies if the
+table counts a hit; after a miss the object disappears.
 """
 
 from __future__ import annotations
@@ -25,23 +25,23 @@ from pnt_gym.planning.motion.ballistics import flight_state
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
 
 LOOK: Final = 0.004
-"""Hands and objects are looked at this often, and interpolated in between [s]."""
+"""Time between two recorded poses of hands and objects; poses in between are interpolated [s]."""
 
 
 MOST_SEEN: Final = 400
-"""Acts that are kept, the latest ones: in a long shift bins are emptied now and then."""
+"""Cycles that are kept at most, the latest ones; older objects disappear from pictures of a long shift."""
 
 
 class Track(NamedTuple):
-    """A way through space: K moments."""
+    """A path through space at K moments."""
 
     time: Floats
-    """Since the begin of the shift, not falling (K,) [s]."""
+    """Time since the begin of the shift, not decreasing (K,) [s]."""
     pose: Floats
-    """What is tracked, column by column (K, C)."""
+    """Pose at each time, column by column (K, C)."""
 
     def at(self, time: float) -> Floats:
-        """The pose at a time [s]; the first one before it all and the last one after it (C,)."""
+        """Pose (C,) at a time [s], interpolated; the first pose before the track begins, the last one after its end."""
         after = min(int(np.searchsorted(self.time, time)), len(self.time) - 1)
         before = max(after - 1, 0)
         span = max(float(self.time[after] - self.time[before]), 1e-12)
@@ -49,7 +49,7 @@ class Track(NamedTuple):
         return self.pose[before] + share * (self.pose[after] - self.pose[before])
 
     def onward(self, time: float) -> Self:
-        """What matters of it from a time [s] on."""
+        """Track from the last moment before a time [s] on."""
         first = min(max(int(np.searchsorted(self.time, time, "right")) - 1, 0), len(self.time) - 1)
         return type(self)(self.time[first:], self.pose[first:])
 
@@ -57,65 +57,66 @@ class Track(NamedTuple):
 @final
 @dataclass(frozen=True)
 class Act:
-    """One cycle of a robot; x from its base."""
+    """One cycle of a robot; x counts from the robot's base."""
 
     robot: int
     number: int
-    """Of the object in the stream."""
+    """Index of the object in the stream."""
     start: float
-    """When it was decided, since the begin of the shift [s]."""
+    """Time of the decision, since the begin of the shift [s]."""
     lift: float
-    """When the object is lifted, or would have been [s]."""
+    """Time at which the object is lifted, or would have been [s]."""
     end: float
-    """When the robot is free again [s]."""
+    """Time at which the robot is free again [s]."""
     hand: Track
-    """Tip of the cup (K, 3) [m]."""
+    """Position of the cup's tip (K, 3) [m]."""
     taken: float
-    """When the belt no longer carries the object; infinity where the cup does not seal [s]."""
+    """Time from which the belt no longer carries the object; infinity where the cup does not seal [s]."""
     thing: Track | None
-    """Middle of the object's extents and its attitude from the lift on (K, 7); None where the cup does not seal."""
+    """Middle of the object's extents and the object's attitude from the lift on (K, 7); None where the cup does not
+    seal."""
     lies: bool
-    """Whether it can be seen when its way is over; where that is unknown, it cannot."""
+    """Whether the object stays in the picture after its track ends; False where its place is unknown."""
 
     def seen(self, time: float) -> Floats | None:
-        """The object (7,) from its lift on; None before, without one, and where it is gone."""
+        """Pose of the object (7,); None before its lift, without an object, and after the object has disappeared."""
         if self.thing is None or time < self.lift or (not self.lies and time > self.thing.time[-1]):
             return None
         return self.thing.at(time)
 
     def onward(self, time: float) -> Act:
-        """What matters of it from a time [s] on."""
+        """The cycle with its tracks from a time [s] on."""
         thing = None if self.thing is None else self.thing.onward(time)
         return replace(self, hand=self.hand.onward(time), thing=thing)
 
 
 class Decision(NamedTuple):
-    """One decision that was carried out; each field is of one row."""
+    """One executed decision; each field is of one row."""
 
     robot: int
     number: int
     hand: Floats
-    """Where the hand stood, from the base (1, 3) [m]."""
+    """Position of the hand at the decision, from the base (1, 3) [m]."""
     place: Floats
-    """Where the planner would have had to pick the object at that moment (1, 3) [m]."""
+    """Place where the planner would have to pick the object at that moment (1, 3) [m]."""
     start: float
     lift: float
     end: float
     context: Context
     picked: bool
     lies: bool
-    """Lies in a bin."""
+    """Whether the object lies in a bin."""
 
 
 def act(decision: Decision, tip: Floats, cell: ConveyorConfig, mover: Mover, recording: Recording | None) -> Act:
-    """What is seen of a decision.
+    """Tracks of hand and object for an executed decision.
 
     Args:
-        decision: what was decided.
-        tip: of the cup from where the planner has the hand, before (3,) [m].
-        cell: the robot's.
-        mover: of its planner.
-        recording: its throw as it was simulated; None where it was not.
+        decision: the executed decision.
+        tip: tip of the cup relative to the planner's position of the hand, at the decision (3,) [m].
+        cell: level of the robot's cell.
+        mover: mover of the robot's planner.
+        recording: recording of the simulated throw; None where the throw was not simulated.
     """
     context = decision.context
     chase = _chase(decision, tip, mover)
@@ -147,12 +148,12 @@ def act(decision: Decision, tip: Floats, cell: ConveyorConfig, mover: Mover, rec
 
 
 def _moments(begin: float, end: float) -> Floats:
-    """Times from one to the other [s], both among them."""
+    """Times from `begin` to `end` [s], both included."""
     return np.linspace(begin, end, max(int(np.ceil((end - begin) / LOOK)), 1) + 1)
 
 
 def _chase(decision: Decision, tip: Floats, mover: Mover) -> Track:
-    """From where the hand stands to its object, and along with it until the lift."""
+    """Track of the hand to its object, and along with the object until the lift."""
     resting = ThrowMotion.resting(decision.hand)
     meeting = mover.meet(resting, decision.place, decision.context.limits)
     path = JerkTrajectory.concatenate(decision.hand, [meeting.back], rides=True)
@@ -163,14 +164,14 @@ def _chase(decision: Decision, tip: Floats, mover: Mover) -> Track:
 
 
 def _planned_hand(decision: Decision, motion: ThrowMotion) -> Track:
-    """As the planner has it after the lift."""
+    """Track of the hand after the lift, as planned."""
     path = JerkTrajectory.concatenate(motion.pick, [motion.segments], motion.pick_velocity)
     time = _moments(0.0, decision.end - decision.lift)
     return Track(decision.lift + time, path.sample(time).position[0] + decision.context.cup_offset[0])
 
 
 def _planned_thing(decision: Decision, motion: ThrowMotion) -> Track:
-    """Held until the planned release, without air to the middle of the opening, and down to the bottom of the bin."""
+    """Track of the object: held until the planned release, flight without air, fall to the bottom of the bin."""
     context, plan = decision.context, decision.context.plan
     path = JerkTrajectory.concatenate(motion.pick, [motion.segments], motion.pick_velocity)
     held = _moments(0.0, float(motion.release_time[0]))
@@ -181,6 +182,7 @@ def _planned_thing(decision: Decision, motion: ThrowMotion) -> Track:
     way = np.concatenate([path.sample(held).position[0], points]) + hangs
     time = np.concatenate([held, held[-1] + flying])
     if decision.lies:
+        # Free fall from the opening to the bottom of the bin: t = sqrt(2 h / g).
         sinks = max(way[-1, 2] - float(context.target[0, 2] - context.bin_depth[0]) - high / 2, 0.0)
         falling = _moments(0.0, np.sqrt(2.0 * sinks / GRAVITY))
         down = way[-1] - np.array([0.0, 0.0, 0.5 * GRAVITY]) * falling[:, None] ** 2
@@ -190,7 +192,7 @@ def _planned_thing(decision: Decision, motion: ThrowMotion) -> Track:
 
 
 def _simulated(decision: Decision, recording: Recording) -> tuple[Track, Track]:
-    """Hand and object as they were, stepped again."""
+    """Tracks of hand and object, from stepping the recorded throw again."""
     model = recording.model
     tip, geom, first = model.site("tcp").id, model.geom("object").id, int(model.joint("object").qposadr[0])
     time, hand, thing = list[float](), list[Floats](), list[Floats]()
@@ -206,17 +208,17 @@ def _simulated(decision: Decision, recording: Recording) -> tuple[Track, Track]:
 @final
 @dataclass(frozen=True)
 class Acts:
-    """What the robots of one line have done in a shift, as far as it can still be seen."""
+    """Recorded cycles of the robots of one line in a shift, as far as pictures still show their hands and objects."""
 
     rest: Floats
-    """Where tips of cups are that have done nothing yet (R, 3) [m]."""
+    """Cup tips of robots that have not moved yet (R, 3) [m]."""
     since: float = 0.0
-    """When the decision before the coming one was taken, since the begin of the shift [s]."""
+    """Time of the decision before the coming one, since the begin of the shift [s]."""
     made: tuple[Act, ...] = ()
-    """In the order in which they were decided."""
+    """Cycles in the order of their decisions."""
 
     def then(self, since: float, more: Act | None) -> Acts:
-        """The next decision comes; what was over before this one is kept as it ended."""
+        """History at the next decision; the tracks of earlier cycles before `since` are dropped."""
         kept = tuple(one.onward(since) for one in _latest(self.made))
         return replace(self, since=since, made=kept if more is None else (*kept, more))
 
@@ -230,7 +232,7 @@ class Acts:
 
 
 def _latest(acts: tuple[Act, ...]) -> tuple[Act, ...]:
-    """The acts that are kept: the latest ones, and the last one of every robot, where its hand is."""
+    """The latest cycles, and the last cycle of every robot, which holds the position of its hand."""
     if len(acts) <= MOST_SEEN:
         return acts
     last = {one.robot: number for number, one in enumerate(acts)}.values()

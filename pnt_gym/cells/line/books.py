@@ -1,4 +1,4 @@
-"""What has become of every object that comes along N lines, decision by decision."""
+"""Books of every object that comes along N lines: attempts, fate, robot and bin, decision by decision."""
 
 from __future__ import annotations
 
@@ -9,38 +9,39 @@ import numpy as np
 from pnt_gym.arrays import Floats, Ints, take
 
 NOBODY: Final = -1
-"""Robot that took what nobody took, and bin of what lies in none."""
+"""Robot index of an object that no robot took, and bin index of an object that lies in no bin."""
 
 
 class Accounts(NamedTuple):
-    """What is known of objects, S."""
+    """Entries of the books for objects, S."""
 
     since: Floats
-    """From when on an object may be taken; infinity for those that are gone [s]."""
+    """Time from which an object may be taken; infinity for objects that are gone [s]."""
     attempts: Ints
-    """How often each has been tried."""
+    """Number of attempts to pick each object."""
     fate: Ints
-    """See `Fate`."""
+    """Value of `Fate` of each object."""
     taker: Ints
-    """Robot that took each, -1 for none."""
+    """Robot that took each object; -1 for none."""
     ended_in: Ints
-    """Bin in which each lies, of the robot that took it; -1 for none."""
+    """Bin of the taker in which each object lies; -1 for none."""
 
     @classmethod
     def fresh(cls, count: int, objects: int) -> Self:
-        """Objects that nobody has touched (N, M)."""
+        """Entries of objects that no robot has touched (N, M)."""
         never, nobody = np.zeros((count, objects), dtype=np.int64), np.full((count, objects), NOBODY)
         return cls(np.zeros((count, objects)), never, never.copy(), nobody, nobody.copy())
 
 
 @final
 class Books:
-    """Accounts of N x M objects; books are values, and a change costs what it changes, however long the shift.
+    """Entries of N x M objects; books are immutable, and a write costs the same however long the shift is.
 
-    The latest books hold all entries. Earlier ones hold what the next ones wrote over, and cost a copy to read.
+    The latest books hold all entries. Earlier books hold the entries that later writes replaced; reading earlier books
+    costs a copy.
 
     Args:
-        entries: of all objects (N, M); nobody else may write there.
+        entries: entries of all objects (N, M); no other code may write to these arrays.
     """
 
     def __init__(self, entries: Accounts) -> None:
@@ -48,7 +49,7 @@ class Books:
         self._next: tuple[Books, Any, Accounts] | None = None
 
     def at(self, index: Any) -> Accounts:
-        """The entries of some objects.
+        """Entries of some objects.
 
         Args:
             index: arrays of lines, or of lines and objects.
@@ -56,7 +57,7 @@ class Books:
         return take(self._read(), index)
 
     def since(self, index: Any) -> Floats:
-        """From when on objects at any index of lines and numbers may be taken, S; to read only [s]."""
+        """Times from which objects may be taken, for any index of lines and objects, S; read only [s]."""
         return self._read().since[index]
 
     def whole(self) -> Accounts:
@@ -65,11 +66,11 @@ class Books:
         return entries if self._entries is None else _copy(entries)
 
     def write(self, index: Any, entries: Accounts) -> Books:
-        """Books in which some objects have other entries; these books stay as they are.
+        """Books with new entries for some objects; these books do not change.
 
         Args:
-            index: arrays of lines, or of lines and objects; none twice.
-            entries: of these objects.
+            index: arrays of lines, or of lines and objects; no object twice.
+            entries: the new entries of these objects.
         """
         latest = self._entries is not None
         columns = self._read()
@@ -80,10 +81,10 @@ class Books:
         return after
 
     def _read(self) -> Accounts:
-        """All entries (N, M): those that the latest books hold, or a copy in which they are as they were."""
+        """All entries (N, M): the arrays of the latest books, or a copy with every later write undone."""
         book, later = self, list[tuple[Any, Accounts]]()
         while book._entries is None:
-            assert book._next is not None  # who gave the entries away knows to whom
+            assert book._next is not None  # earlier books always refer to the books that hold their entries
             book, index, before = book._next
             later.append((index, before))
         columns = book._entries if book is self else _copy(book._entries)
@@ -92,7 +93,7 @@ class Books:
         return columns
 
     def __getstate__(self) -> dict[str, Any]:
-        """Copies and pickles stand alone."""
+        """State for copies and pickles, with all entries and without the later books."""
         return {"_entries": self.whole(), "_next": None}
 
 
@@ -101,6 +102,6 @@ def _copy(entries: Accounts) -> Accounts:
 
 
 def _put(columns: Accounts, index: Any, entries: Accounts) -> None:
-    """Write over some entries, in place."""
+    """Write entries at an index, in place."""
     for column, values in zip(columns, entries, strict=True):
         column[index] = values

@@ -1,4 +1,4 @@
-"""N lines of robots in step: each step is one decision of the robot in each line that is free first."""
+"""N lines of robots in step: in each step the next free robot of each line carries out one decision."""
 
 from __future__ import annotations
 
@@ -28,50 +28,50 @@ from pnt_gym.cells.line.turns import Turns
 from pnt_gym.errors import ConfigError, OrderError
 
 USUAL_CYCLE: Final = 0.9
-"""About what a decision takes a robot, from 0.75 by good planners to 1.4 at random on the shipped levels [s]."""
+"""Typical time of a decision: 0.75 s with good planners, 1.4 s with random choices on the shipped levels [s]."""
 MOST_OBJECTS: Final = 5_000_000
-"""Objects of all lines together at most: some 5 GB."""
+"""Objects of all lines together at most: about 5 GB."""
 
 
 @final
 @dataclass(frozen=True)
 class Taken:
-    """What N robots did, and what came of it."""
+    """Decisions of N robots that were carried out, with their results."""
 
     robot: Ints
-    """Who (N,)."""
+    """Robot that decided (N,)."""
     valid: Bools
-    """The choice was there; else the robot has stood still for `IDLE` (N,)."""
+    """Whether the chosen choice existed; otherwise the robot stood still for `IDLE_TIME` (N,)."""
     index: Ints
-    """Object of the stream (N,)."""
+    """Index of the object in the stream (N,)."""
     context: Context
-    """The picks and throws; of those that are not valid anybody's (N,)."""
+    """Picks and throws; arbitrary rows where `valid` is False (N,)."""
     made: Made
-    """What became of them."""
+    """Results of the throws."""
     start: Floats
-    """When it was decided, since the begin of the shift (N,) [s]."""
+    """Time of the decision, since the begin of the shift (N,) [s]."""
     end: Floats
-    """When the robot is free again (N,) [s]."""
+    """Time at which the robot is free again (N,) [s]."""
     wait: Floats
-    """Standstill above the belt (N,) [s]."""
+    """Standstill of the hand above the belt (N,) [s]."""
     value: Floats
-    """What was brought in; nothing by throws that end after the shift (N,)."""
+    """Value brought into bins; 0 for throws that end after the shift (N,)."""
     elapsed: Floats
-    """From this decision to the next one in the line (N,) [s]."""
+    """Time from this decision to the next decision of the line (N,) [s]."""
 
 
 @final
 class LineCell:
-    """N lines. `state` is where they are; `take` carries decisions out and moves on to the next.
+    """N lines. `state` holds their states; `take` carries decisions out and advances to the next ones.
 
     Args:
-        config: the line.
+        config: level of the line.
         count: number of lines N.
-        threads: of the physics; results do not depend on it.
+        threads: threads of the physics; results do not depend on their number.
 
     Raises:
-        ConfigError: throws by a table that nobody has made, robots that find nothing to do, or more objects than there
-            is memory for.
+        ConfigError: the table of throws is missing, the robots find nothing to take, or there is not enough memory
+            for the objects.
     """
 
     target_names: tuple[str, ...] = ()
@@ -88,11 +88,11 @@ class LineCell:
         self.throws: Thrower = _throws(config, cells, self.chances, count, threads)
         self.generators: Generators = [np.random.default_rng(0) for _ in range(count)]
         self.watched: Acts | None = None
-        """What the robots of the first line do, for pictures; None keeps nothing."""
+        """Recorded cycles of the first line's robots, for pictures; None records nothing."""
         self.stream = self.arriving.nothing(count)
-        """What comes along the belts in this shift."""
+        """Objects that come along the belts in this shift."""
         self.state = self._begun(count)
-        """Where the lines are."""
+        """States of the lines."""
         self.reset(np.arange(count), self.generators)
 
     def _begun(self, count: int) -> Shift:
@@ -111,21 +111,21 @@ class LineCell:
             self.watched = Acts(self._begun(1).hand[0])
 
     def watch(self) -> None:
-        """Keep what the robots of the first line do from now on, for pictures."""
+        """Record the cycles of the first line's robots from now on, for pictures."""
         self.throws.watched = True
         if self.watched is None:
             self.watched = Acts(self.state.hand[0].copy(), float(self.state.clock[0]))
 
     def unwatch(self) -> None:
-        """Keep nothing any more."""
+        """Stop recording cycles."""
         self.throws.watched, self.watched = False, None
 
     @property
     def acts(self) -> Acts:
-        """What they have done.
+        """Recorded cycles of the first line's robots.
 
         Raises:
-            OrderError: nobody watches.
+            OrderError: nothing was recorded.
         """
         if self.watched is None:
             raise OrderError("nobody watches this line; open a view of it first")
@@ -133,7 +133,7 @@ class LineCell:
 
     @property
     def context(self) -> Shift:
-        """The coming decisions, by the name that all cells have for what comes."""
+        """The states of the lines, under the name that every cell uses for its coming steps."""
         return self.state
 
     @context.setter
@@ -142,18 +142,18 @@ class LineCell:
 
     @property
     def episode(self) -> int:
-        """About as many decisions as a shift has: objects that come, or what the robots have time for."""
+        """Approximate number of decisions in a shift: by the objects that come, or by the robots' time."""
         config = self.config
         coming = config.arrivals.rate * config.duration
         return max(1, round(min(coming, len(config.robots) * config.duration / USUAL_CYCLE)))
 
     @property
     def hidden(self) -> Sequence[Quantity]:
-        """What no observation tells of the coming decisions, each as a value of `truth`."""
+        """Hidden quantities of the coming decisions, each a value of `truth`."""
         return BY_TABLE if isinstance(self.throws, TableThrows) else SIMULATED
 
     def truth(self) -> Truth:
-        """What the coming choices truly are, and what would become of each where a table tells."""
+        """True objects of the coming choices, and the results of their throws where a table decides."""
         state, stream, choices = self.state, self.stream, self.state.choices
         at = np.arange(self.count)[:, None], choices.index
         objects, worth = replace(take(stream.objects, at), percent=choices.percent), stream.worth[at]
@@ -168,14 +168,14 @@ class LineCell:
 
     @property
     def over(self) -> Bools:
-        """Whose shift is over (N,)."""
+        """Whether each line's shift is over (N,)."""
         return self.state.clock >= self.config.duration
 
     def take(self, choice: Ints) -> Taken:
-        """Let the robots whose turn it is do what they choose, and move on to the next decisions.
+        """Carry out the choice of each line's robot, and advance to the next decisions.
 
         Args:
-            choice: which of the choices, (N,) from 0 to `CHOICES` - 1.
+            choice: index of the choice (N,), from 0 to `CHOICES` - 1.
         """
         before = self.state
         taken = self._taken(choice)
@@ -185,7 +185,7 @@ class LineCell:
         return taken
 
     def _taken(self, choice: Ints) -> Taken:
-        """Decisions (N,) carried out."""
+        """Carry out N decisions."""
         state, rows = self.state, np.arange(self.count)
         choices, robot = state.choices, state.robot
         valid = choices.real[rows, choice]
@@ -228,7 +228,7 @@ class LineCell:
         )
 
     def _act(self, before: Shift, taken: Taken, choice: int) -> Act:
-        """What is seen of the first line's decision."""
+        """Tracks of the first line's decision, for pictures."""
         robot, start, one = int(taken.robot[0]), float(taken.start[0]), take(taken.context, np.zeros(1, dtype=np.int64))
         planner, index = self.chooser.robots_of(robot).planner, int(taken.index[0])
         x = self.stream.x[0, index] + self.config.cell.belt.speed * start - self.config.places()[robot]
@@ -248,7 +248,7 @@ class LineCell:
         return act(done, tip, planner.config, planner.mover, self.throws.recording)
 
     def _made(self, rows: Ints, context: Context, index: Ints) -> Made:
-        """What becomes of the throws of some lines, of N; nothing of the others."""
+        """Results of the throws of some lines, of N; no attempt in the other lines."""
         made = Made.nothing(self.count)
         if rows.size == 0:
             return made
@@ -259,7 +259,7 @@ class LineCell:
         return replaced(made, rows, self.throws.made(rows, self.state.robot[rows], thrown, luck))
 
     def _resting(self, context: Context) -> tuple[Floats, Floats]:
-        """How long hands that lift nothing take to stand still (N,) [s], and where they do (N, 3) [m]."""
+        """Time until empty hands stand still (N,) [s], and the place where they stop (N, 3) [m]."""
         belt = self.config.cell.belt
         if not belt.tracking:
             return np.zeros(self.count), context.pick
@@ -268,12 +268,12 @@ class LineCell:
 
 
 def tried_again(objects: Objects, attempt: Ints) -> Objects:
-    """Objects that were tried before, S: whether the cup seals is drawn anew."""
+    """Objects with new draws of whether the cup seals, by the number of earlier attempts, S."""
     return replace(objects, pick_draw=turned(objects.pick_draw, attempt))
 
 
 def _recorded(state: Shift, valid: Bools, index: Ints, made: Made, lift: Floats, in_time: Bools) -> Shift:
-    """What is known of objects after attempts to throw one in each line."""
+    """State with the books after one attempt in each line."""
     rows = np.flatnonzero(valid)
     at, picked, counts = (rows, index[rows]), made.picked[rows], (made.picked & in_time)[rows]
     before = state.books.at(at)

@@ -1,7 +1,7 @@
-"""What becomes of throws by a table: how often cups seal on each item, and how often its throws end in their bin.
+"""Table of throws: shares of cups that seal on each item, and shares of throws that end in their bin.
 
-A table is made with the full physics (`pnt-gym line calibrate`) and kept beside the levels, named by what it depends
-on: the cell and its robots' bins and speeds, and nothing of what comes along the belt or who takes it.
+A table is computed with the full physics (`pnt-gym line calibrate`) and stored beside the levels. Its name depends on
+the cell and the robots' bins and speeds, not on the arrivals or on the dispatcher.
 """
 
 from __future__ import annotations
@@ -21,30 +21,30 @@ from pnt_gym.errors import ConfigError
 from pnt_gym.reading import AccessError, json_of
 
 DISTANCES: Final = 4
-"""Classes of throws by distance, each with as many of the calibration's throws."""
+"""Classes of throws by distance, each with the same number of the calibration's throws."""
 PRIOR: Final = 10.0
-"""So many throws of an item's mean are added to what was counted in each class."""
+"""Throws with an item's mean share that are added to the counted throws of each class."""
 _UNCONCERNED: Final = {"name", "mix", "fidelity", "dispatch", "patience", "picks_per_shift", "reward", "timestep"}
-"""What a cell's throws do not depend on, or not in the table's sense."""
+"""Fields of a cell on which its table does not depend."""
 
 
 @final
 @dataclass(frozen=True)
 class Chances:
-    """Shares by item K, speed setting P and class of distance D."""
+    """Shares by item K, speed setting P and distance class D."""
 
     percent: Floats
-    """The speed settings (P,) [%]."""
+    """Speed settings (P,) [%]."""
     edges: Floats
-    """Between the classes of distance (D - 1,) [m]."""
+    """Borders between the distance classes (D - 1,) [m]."""
     picked: Floats
-    """How often the cup seals (K,)."""
+    """Share of picks in which the cup seals (K,)."""
     landed: Floats
-    """How often what is held crosses the opening and lies in its bin (K, P, D)."""
+    """Share of held objects that cross the opening and lie in their bin (K, P, D)."""
 
     @classmethod
     def certain(cls, config: ConveyorConfig) -> Self:
-        """Nothing ever fails."""
+        """Table in which no pick and no throw ever fails."""
         items = len(config.items)
         return cls(np.zeros(1), np.zeros(0), np.ones(items), np.ones((items, 1, 1)))
 
@@ -52,15 +52,15 @@ class Chances:
     def counted(
         cls, config: ConveyorConfig, kind: Ints, percent: Floats, distance: Floats, won: Bools, picked: Bools
     ) -> Self:
-        """Of throws (N,) that were made.
+        """Table from N simulated throws.
 
         Args:
-            config: the cell.
-            kind: what was thrown.
-            percent: at which speed setting [%].
-            distance: how far [m].
-            won: whether it crossed the opening and lies in its bin.
-            picked: whether the cup sealed.
+            config: level of the cell.
+            kind: index of the item (N,).
+            percent: speed setting (N,) [%].
+            distance: horizontal distance of the throw (N,) [m].
+            won: whether the object crossed the opening and lies in its bin (N,).
+            picked: whether the cup sealed (N,).
         """
         settings, items = np.unique(percent), len(config.items)
         edges = np.quantile(distance[picked], np.arange(1, DISTANCES) / DISTANCES)
@@ -68,6 +68,8 @@ class Chances:
         throws, hits = np.zeros((2, items, len(settings), DISTANCES))
         np.add.at(throws, (kind[picked], at[0][picked], at[1][picked]), 1.0)
         np.add.at(hits, (kind[won], at[0][won], at[1][won]), 1.0)
+        # Each class's share is shrunk towards its item's mean by PRIOR throws; Laplace's rule (h + 1) / (n + 2) keeps
+        # the mean off 0 and 1.
         mean = (hits.sum(axis=(1, 2)) + 1.0) / (throws.sum(axis=(1, 2)) + 2.0)
         landed = (hits + PRIOR * mean[:, None, None]) / (throws + PRIOR)
         tries = np.bincount(kind, minlength=items)
@@ -75,10 +77,10 @@ class Chances:
         return cls(settings, edges, np.where(config.pick.fails, sealed, 1.0), landed)
 
     def check(self, items: int) -> None:
-        """Make sure that these are shares of so many items.
+        """Check that the table holds shares of `items` items.
 
         Raises:
-            ValueError: shapes that do not fit each other, or numbers that are no shares.
+            ValueError: the shapes do not fit each other, or a number is not a share.
         """
         wanted = items, len(self.percent), len(self.edges) + 1
         shares = np.concatenate([self.picked.ravel(), self.landed.ravel()])
@@ -88,7 +90,7 @@ class Chances:
             raise ValueError("no settings or distances")
 
     def land(self, kind: Ints, percent: Floats, distance: Floats) -> Floats:
-        """Chance that what is held ends in its bin, S; of the table's next speed setting where it has not that one."""
+        """Chance that a held object ends in its bin, S; at the nearest speed setting of the table."""
         setting = np.abs(percent[..., None] - self.percent).argmin(axis=-1)
         return self.landed[kind, setting, np.searchsorted(self.edges, distance)]
 
@@ -98,22 +100,22 @@ class Chances:
 
 
 def digest(config: LineConfig) -> str:
-    """Name of the table of a line: what its throws depend on."""
+    """Name of a line's table: a digest of everything on which its throws depend."""
     cells = [config.cell_of(index).model_dump(mode="json", exclude=_UNCONCERNED) for index in range(len(config.robots))]
     different = sorted({json.dumps(cell, sort_keys=True) for cell in cells})
     return hashlib.sha256("\n".join(different).encode()).hexdigest()[:16]
 
 
 def place_of(config: LineConfig) -> Path:
-    """Where the table of a line is kept."""
+    """File of a line's table."""
     return LineConfig.file_of("nominal").parent / "chances" / f"{digest(config)}.json"
 
 
 def read(config: LineConfig) -> Chances | None:
-    """The table of a line; None where nobody has made it.
+    """The table of a line; None where the table has not been made.
 
     Raises:
-        ConfigError: the level names a file that is no table, or that of another line.
+        ConfigError: the level's file is not a table, or is the table of another line.
     """
     place = place_of(config) if config.chances is None else Path(config.chances)
     if config.chances is None and not place.is_file():
@@ -132,10 +134,10 @@ def read(config: LineConfig) -> Chances | None:
 
 
 def needed(config: LineConfig) -> Chances:
-    """The table of a line.
+    """The table of a line; shares of 1 where throws are simulated and no table exists.
 
     Raises:
-        ConfigError: its throws go by a table, and nobody has made it; or it is not its table.
+        ConfigError: the line's throws need a table that is missing or belongs to another line.
     """
     found = read(config)
     if found is not None:
@@ -149,7 +151,7 @@ def needed(config: LineConfig) -> Chances:
 
 
 def written(chances: Chances, **told: Any) -> str:
-    """A table as its file holds it, with what else is told of it."""
+    """Text of a table's file, with further entries."""
     columns: dict[str, Floats] = asdict(chances)
     rows = {name: np.round(value, 5).tolist() for name, value in columns.items()}
     return json.dumps({**told, **rows}, indent=1) + "\n"

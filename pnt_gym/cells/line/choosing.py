@@ -1,4 +1,4 @@
-"""What robots whose turn it is can choose between: the best of all that they could do, with what is known of each."""
+"""Choices of the robots that decide next: the best options of each robot, with their features."""
 
 from __future__ import annotations
 
@@ -20,25 +20,26 @@ from pnt_gym.cells.line.stream import Stream
 from pnt_gym.errors import ConfigError
 
 NEAR: Final = 0.25
-"""Objects this close along the belt to where a hand stops are near it [m]."""
+"""Objects within this distance along the belt from where a hand stops count as near it [m]."""
 IDLE: Final = 0.1
-"""A robot that can do nothing, or does nothing that it can, looks again after this time [s]."""
+"""Time after which a robot looks again if it has nothing to take or takes nothing [s]."""
 LONGEST: Final = 1.0
-"""It looks again after this time even if nothing is near: what another one has failed to pick comes unannounced [s]."""
+"""A robot looks again after this time even if nothing is near, since an object that another robot failed to pick comes
+unannounced [s]."""
 _TRIALS: Final = 200
 
 
 @final
 class Chooser:
-    """Finds choices.
+    """Finds the choices of robots.
 
     Args:
-        config: the line.
-        cells: its robots as conveyor cells.
-        chances: of their throws.
+        config: level of the line.
+        cells: the robots as conveyor cells.
+        chances: table of the robots' throws.
 
     Raises:
-        ConfigError: a robot that can do nothing.
+        ConfigError: a robot can take nothing.
     """
 
     def __init__(self, config: LineConfig, cells: list[ConveyorConfig], chances: Chances) -> None:
@@ -52,27 +53,28 @@ class Chooser:
 
     @property
     def planner(self) -> PickPlanner:
-        """Of the robot with the most bins; but for how full those are, all draw alike."""
+        """Planner of the robot with the most bins; apart from the fill of bins, all planners draw the same objects."""
         return max((kind.planner for kind in self._kinds), key=lambda planner: len(planner.areas))
 
     def robots_of(self, robot: int) -> Robots:
-        """Those that one is like."""
+        """The kind of robots to which a robot belongs."""
         return self._kinds[int(self._kind_of[robot])]
 
     def begin(self) -> Floats:
-        """Where hands stand when a shift begins (3,) [m]."""
+        """Position of hands when a shift begins (3,) [m]."""
         return self._kinds[0].begin()
 
     def nothing(self, count: int) -> Choices:
-        """No choice, in N lines."""
+        """Choices of N lines without any real choice."""
         return take(self._one, np.zeros((count, CHOICES), dtype=np.int64))
 
     def found(self, state: Shift, stream: Stream, sight: Sight) -> Choices:
-        """What the robots whose turn it is can do in the lines of a sight (K, CHOICES)."""
+        """Choices of the deciding robots in the lines of a sight (K, CHOICES)."""
         lines, robot = sight.line, state.robot[sight.line]
         options = self.options(stream.objects, sight, robot, state.hand[lines, robot])
         at = options.row, options.place
         worth, chance = stream.worth[lines[options.row], sight.which[at]], self.chance(sight, options)
+        # Options are ranked by expected value less the price of their time.
         place, kept = self._ranked(options.row, worth * chance - self._config.price_of_time * options.cycle)
         options, place = take(options, kept), place[kept]
         choices = _choices(
@@ -86,9 +88,10 @@ class Chooser:
         return replaced(self.nothing(len(lines)), (options.row, place), choices)
 
     def planned(self, robot: Ints, stream: Stream, choices: Choices) -> Context:
-        """The picks and throws of choices (N,), one in each line by a robot (N,); anybody's where they are not real.
+        """Picks and throws of choices (N,) of robots (N,), one in each line; arbitrary where not real.
 
-        What was planned to find them is planned again: it would be hundreds of numbers for each choice.
+        Each throw is planned a second time here, because storing the first plan would take hundreds of numbers for each
+        choice.
         """
         found = take(self._anybody, np.zeros(len(robot), dtype=np.int64))
         for index, kind in enumerate(self._kinds):
@@ -99,7 +102,7 @@ class Chooser:
         return found
 
     def sight(self, state: Shift, stream: Stream, lines: Ints) -> Sight:
-        """What is known of some lines (K,) now."""
+        """Objects that camera and encoder know in some lines (K,) now."""
         ride, ends = self._config.cell.belt.speed * state.clock[lines], np.empty((len(lines), 2), dtype=np.int64)
         # Objects stand in the order of x, so that those in sight follow each other.
         self._in_sight(stream.x, lines, ride, *self._config.reach, ends)
@@ -112,7 +115,7 @@ class Chooser:
         return Sight(lines, index, found, stream.objects.measured.kind[at])
 
     def pause(self, robot: Ints, sight: Sight) -> Floats:
-        """After what time robots (K,) that can do nothing look again (K,) [s]."""
+        """Time after which robots (K,) without options look again (K,) [s]."""
         belt = self._config.cell.belt
         own = sight.x - self._places[robot][:, None]
         coming = self._able[robot[:, None], sight.seen] & (own <= belt.pick_x[1])
@@ -121,7 +124,7 @@ class Chooser:
         return np.clip(way.min(axis=1) / belt.speed, IDLE, LONGEST)
 
     def options(self, objects: Objects, sight: Sight, robot: Ints, hand: Floats) -> Options:
-        """All that robots (K,) can do whose hands stand still at places (K, 3) [m], from their bases."""
+        """Options of robots (K,) whose hands stand still at places (K, 3) [m] from their bases."""
         turn = Turn(sight._replace(x=self._own(sight, robot)), hand)
         if len(self._kinds) == 1:
             return self._kinds[0].options(turn, objects)
@@ -133,32 +136,32 @@ class Chooser:
         return of_all(parts)
 
     def tempted(self, sight: Sight, robot: Ints) -> Bools:
-        """Whether there is anything near robots (K,) that they take (K,); nothing else is worth planning for."""
+        """Whether an object that the robot takes is near it (K,); only then is planning worthwhile."""
         return np.any(self._kinds[0].near(self._own(sight, robot)), axis=1)
 
     def _own(self, sight: Sight, robot: Ints) -> Floats:
-        """Where what robots (K,) take is along the belt, from their bases (K, W) [m]."""
+        """Places of objects from the robots' bases (K, W) [m]; `UNAVAILABLE_X` where robots (K,) cannot take one."""
         return np.where(self._able[robot[:, None], sight.seen], sight.x - self._places[robot][:, None], AWAY)
 
     def chance(self, sight: Sight, options: Options) -> Floats:
-        """Chance that each of the options brings its object into its bin (C,)."""
+        """Chance that each option brings its object into its bin (C,)."""
         seen = sight.seen[options.row, options.place]
         distance = np.sqrt(options.away[:, 0] ** 2 + options.away[:, 1] ** 2)
         return self._chances.success(seen, options.percent, distance)
 
     def heirs(self, robot: Ints, kind: Ints) -> Bools:
-        """Which robots downstream of some (C,) take objects seen as kinds (C,), (C, R)."""
+        """Robots downstream of each robot (C,) that take objects classified as kinds (C,), (C, R)."""
         return self._able[:, kind].T & (np.arange(len(self._places)) > robot[:, None])
 
     def coming(self, state: Shift, stream: Stream) -> Floats:
-        """Objects that each robot whose turn it is takes, from the camera to the end of its window (N,)."""
+        """Objects that each deciding robot takes, from the camera to the end of its window (N,)."""
         sight, robot = self.sight(state, stream, np.arange(len(state.clock))), state.robot
         end = self._places[robot] + self._config.cell.belt.pick_x[1]
         own = self._able[robot[:, None], sight.seen] & (sight.x <= end[:, None])
         return own.sum(axis=1).astype(np.float64)
 
     def _ranked(self, row: Ints, worth: Floats) -> tuple[Ints, Ints]:
-        """Places of options (C,) among those of their line, the best first, and which of them have one."""
+        """Ranks of options (C,) in their line, the best first, and indices of those that become choices."""
         order = np.lexsort((-worth, row))
         first = np.searchsorted(row[order], row[order])
         place = np.empty(len(row), dtype=np.int64)
@@ -166,7 +169,7 @@ class Chooser:
         return place, np.flatnonzero(place < CHOICES)
 
     def _told(self, options: Options, sight: Sight, robot: Ints) -> dict[str, Floats]:
-        """What else is known of options (C,), of their robots' lines each."""
+        """Further features of options (C,), from the sights of their robots' lines."""
         speed, (low, _) = self._config.cell.belt.speed, self._config.cell.belt.pick_x
         rows = np.arange(len(robot))
         own, kind = sight.x[rows, options.place], sight.seen[rows, options.place]
@@ -185,7 +188,7 @@ class Chooser:
         }
 
     def _any_choice(self) -> tuple[Choices, Context]:
-        """Some pick and throw (1,), to stand where there is no choice."""
+        """An arbitrary pick and throw (1,), which fills rows without a choice."""
         generator, kind = np.random.default_rng(0), self._kinds[0]
         objects = self.planner.draw([generator], np.zeros(1, dtype=np.int64), _TRIALS)
         low, high = self._config.cell.belt.pick_x
@@ -205,5 +208,5 @@ class Chooser:
 
 
 def _choices(options: Options, **more: Any) -> Choices:
-    """Options as choices, with what else is known of them by the names of `Choices`."""
+    """Choices from options, with further features by the names of `Choices`."""
     return Choices(**{part.name: getattr(options, part.name) for part in fields(PicksAndThrows)}, **more)

@@ -1,4 +1,4 @@
-"""What a level says of a line: its robots, what comes along their belt, what that is worth, and how throws are made."""
+"""Level of a line: its robots, the objects that come along their belt, their value, and how throws are computed."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from pnt_gym.errors import ConfigError
 
 MOST_ROBOTS: Final = 4
 FULLEST: Final = 0.5
-"""Share of the belt's lanes that objects may cover; poured more densely they would lie on each other."""
+"""Share of the belt's lanes that objects may cover; denser arrivals would lie on each other."""
 SPARE: Final = 6.0
-"""As many standard deviations of the objects' number are drawn beyond the mean, so that no belt runs empty."""
+"""Standard deviations of the number of objects that are drawn beyond the mean, so that no belt runs empty."""
 MOST_OBJECTS: Final = 400_000
 """Objects that are drawn for a shift at most: four hours of 20 a second are 300,000, some 250 MB."""
 FARTHEST: Final = 2e5
-"""Robots stand no farther from the origin along the belt, where doubles still tell 3e-11 m apart [m]."""
+"""Robots stand no farther from the origin along the belt, where doubles still resolve 3e-11 m [m]."""
 Percents = tuple[Annotated[float, Field(ge=1, le=100)], ...]
 
 
@@ -49,7 +49,7 @@ class Robot(Section):
 
 @final
 class Arrivals(Section):
-    """What comes along the belt."""
+    """Arrival of objects along the belt."""
 
     rate: Annotated[float, Field(gt=0, le=20)] = Field(default=1.5, description="Objects a second.")
     regularity: Annotated[float, Field(ge=0.1, le=100)] = Field(
@@ -64,7 +64,7 @@ class Arrivals(Section):
 
 @final
 class Value(Section):
-    """What it is worth to bring an object into a bin that takes it."""
+    """Value of an object in a bin that takes the object."""
 
     of: dict[str, NonNegative] = Field(default={}, description="Value by item; an item that is not listed is worth 1.")
     spread: Annotated[float, Field(ge=0, le=2)] = Field(
@@ -84,7 +84,7 @@ class Down(Section):
 
 
 def _random(level: object) -> str:
-    """Why no line has bins that are drawn."""
+    """Error sentence for a line with random bins."""
     return (
         f"level {level!r} of a line has cell.bins.random, which draws a bin for every throw; its robots have bins that "
         "are fixed: leave random out and list them in cell.bins.fixed, or in the bins of each robot"
@@ -95,8 +95,8 @@ def _random(level: object) -> str:
 class LineConfig(LevelConfig):
     """A line of robots along one belt.
 
-    What every robot is, its belt, its items and its bins is a conveyor cell, `cell`, in the form of the conveyor's
-    levels; x counts from each robot's base there.
+    Robots, belt, items and bins are given by a conveyor cell, `cell`, in the form of the conveyor's levels; x counts
+    from each robot's base there.
     """
 
     folder: ClassVar[str | Path] = "line"
@@ -136,7 +136,7 @@ class LineConfig(LevelConfig):
     @field_validator("cell", mode="before")
     @classmethod
     def _a_conveyor(cls, given: object, info: ValidationInfo) -> object:
-        """The conveyor's level that differences make."""
+        """The conveyor level that the differences in `cell` describe."""
         if not isinstance(given, dict):
             return given
         bins: object = cast("dict[str, Any]", given).get("bins")
@@ -233,7 +233,7 @@ class LineConfig(LevelConfig):
             raise ValueError(f"{where} tells of {name!r}, which is not among the cell's items {self.cell.items}")
 
     def files(self) -> tuple[Path, ...]:
-        """The table of throws, if the level names one."""
+        """File of the table of throws, if the level names one."""
         return () if self.chances is None else (Path(self.chances),)
 
     def cell_of(self, index: int) -> ConveyorConfig:
@@ -244,7 +244,7 @@ class LineConfig(LevelConfig):
             changes["limits"] = cell.limits.model_copy(update={"percent": robot.percent})
         if not robot.bins:
             return ConveyorConfig.model_validate({**dict(cell), **changes})
-        # A robot's own bins need not take all that comes; whether they stand well is asked of such as do.
+        # A robot's own bins need not take every item. Their places are validated with bins that take all items.
         anything = [bin_.model_copy(update={"accepts": ()}) for bin_ in robot.bins]
         changes["bins"] = cell.bins.model_copy(update={"fixed": tuple(anything)})
         found = ConveyorConfig.model_validate({**dict(cell), **changes})
@@ -253,48 +253,49 @@ class LineConfig(LevelConfig):
         return own.model_copy(update={"mix": {cell.items[k]: float(cell.shares()[k] or 1.0) for k in taken}})
 
     def able(self) -> Bools:
-        """Which robot (rows) takes what is seen as which item (columns)."""
+        """Whether each robot (rows) takes an object classified as each item (columns)."""
         cells = [self.cell_of(index) for index in range(len(self.robots))]
         taken = np.stack([cell.acceptance().any(axis=1) for cell in cells])
         skilled = [[not r.skills or name in r.skills for name in self.cell.items] for r in self.robots]
         return taken & np.array(skilled, dtype=np.bool_)
 
     def places(self) -> Floats:
-        """Where the robots stand along the belt (R,) [m]."""
+        """Positions of the robots along the belt (R,) [m]."""
         return np.array([robot.x for robot in self.robots])
 
     def values(self) -> Floats:
-        """What each item is worth on average (K,)."""
+        """Mean value of each item (K,)."""
         return np.array([self.value.of.get(name, 1.0) for name in self.cell.items])
 
     @property
     def reach(self) -> tuple[float, float]:
-        """Where objects are known and can still be taken: from the camera to the end of the last window [m]."""
+        """Where objects are known and can be taken: from the camera to the end of the last window [m]."""
         low, high = self.cell.belt.pick_x
         return self.robots[0].x + low - self.camera, self.robots[-1].x + high
 
     @property
     def objects(self) -> float:
-        """Objects that are drawn for a shift; all but certainly the last one never comes into sight."""
+        """Number of objects that are drawn for a shift; almost certainly the last one never comes into sight."""
         upstream, downstream = self.reach
+        # A renewal stream of mean m and regularity k has a standard deviation of about sqrt(m / k).
         belt = (downstream - upstream) / self.cell.belt.speed + self.duration + self.horizon
         mean = self.arrivals.rate * belt
         return float(np.ceil(mean + SPARE * np.sqrt(mean / self.arrivals.regularity)) + 1)
 
     def standstills(self) -> tuple[Ints, Floats, Floats]:
-        """Robots that stand still, from when and until when, (D,) each."""
+        """Robots that stand still, with the begins and ends of their standstills, (D,) each."""
         names = [robot.name for robot in self.robots]
         robots = np.array([names.index(down.robot) for down in self.down], dtype=np.int64)
         return robots, np.array([d.start for d in self.down]), np.array([d.end for d in self.down])
 
 
 def alike(cells: Sequence[ConveyorConfig]) -> tuple[list[ConveyorConfig], Ints]:
-    """The different ones of some cells, the first of each sort, and which of them each is (R,)."""
+    """The distinct cells among some cells, in order, and the index of each cell's distinct cell (R,)."""
     texts = [cell.model_dump_json() for cell in cells]
     different = list(dict.fromkeys(texts))
     return [cells[texts.index(text)] for text in different], np.array([different.index(text) for text in texts])
 
 
 def _footprint(cell: ConveyorConfig) -> float:
-    """Of the belt that an object covers on average, as a rectangle [m2]."""
+    """Mean area of the belt that an object covers, as a rectangle [m2]."""
     return float(cell.shares() @ [item.size[0] * item.size[1] for item in cell.item_list()])

@@ -1,4 +1,4 @@
-"""A line behind the environments: choices in, observations, rewards and infos out."""
+"""The batched simulation behind line environments: choices in; observations, rewards and infos out."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ from pnt_gym.cells.line.view import LineView
 from pnt_gym.errors import ActionError, ConfigError, one_sentence
 
 MODE: Final = "choice"
-"""The one way to act."""
+"""Name of the only action mode."""
 
 
 @final
 class LineCore:
-    """N lines.
+    """N lines; row i is environment i.
 
     Args:
-        config: the line.
+        config: level of the line.
         count: number of lines N.
-        threads: of the physics; results do not depend on it.
+        threads: threads of the physics; results do not depend on their number.
 
     Raises:
-        ConfigError: a count or a number of threads out of its range, or a level that no line can be made of.
+        ConfigError: the count or the number of threads is out of range, or the level describes no possible line.
     """
 
     correction = None
@@ -55,10 +55,10 @@ class LineCore:
         self.action_space = Discrete(CHOICES)
 
     def use(self, release: Release) -> None:
-        """Let throws be corrected by a policy of `PnTRelease-v0`.
+        """Correct throws by a policy of `PnTRelease-v0`.
 
         Raises:
-            ConfigError: nothing is thrown in this line.
+            ConfigError: the line's throws are not simulated.
         """
         if not isinstance(self.cell.throws, ThrownThrows):
             raise ConfigError(
@@ -71,13 +71,13 @@ class LineCore:
         """Begin shifts in some lines.
 
         Args:
-            rows: which lines.
-            generators: one per row; the row keeps drawing from it.
-            seeded: which of them are new; it makes no difference here.
-            request: nothing can be asked of a stream.
+            rows: indices of the lines.
+            generators: one generator for each row; the row keeps drawing from its generator.
+            seeded: rows with a new generator; makes no difference here.
+            request: must be empty; a stream takes no requests.
 
         Raises:
-            ConfigError: something is asked for.
+            ConfigError: the request is not empty.
         """
         if request:
             raise ConfigError(f"options ask for {next(iter(request))}; what comes along a line cannot be asked for")
@@ -88,36 +88,36 @@ class LineCore:
         return encoded(self._glance(self.cell.state), self.cell.state.choices)
 
     def observe_as(self, robot: int) -> NDArray[np.float32]:
-        """What one robot sees (N, D), which has no choices where it is not its turn."""
+        """Observations of one robot (N, D), without choices where another robot decides."""
         state = self.cell.state
         own = state.robot == robot
         choices = replace(state.choices, real=state.choices.real & own[:, None])
         return encoded(self._glance(replace(state, robot=np.full_like(state.robot, robot))), choices)
 
     def kinds(self) -> dict[str, NDArray[Any]]:
-        """`action_mask`, the choices that there are (N, CHOICES), and `robot`, whose turn it is (N,)."""
+        """`action_mask`, the real choices (N, CHOICES), and `robot`, the deciding robot (N,)."""
         state = self.cell.state
         return {"action_mask": state.choices.real.copy(), "robot": state.robot.copy()}
 
     def hidden(self) -> dict[str, Floats]:
-        """What no observation tells of the coming decisions, by the names of the cell's `hidden`, (N,) each."""
+        """Hidden quantities of the coming decisions by the names of the cell's `hidden`, (N,) each."""
         truth = self.cell.truth()
         return {one.name: np.array(one.value(truth), dtype=np.float64) for one in self.cell.hidden}
 
     def masks(self) -> Bools:
-        """The choices that there are (N, CHOICES)."""
+        """Mask of the real choices (N, CHOICES)."""
         return self.cell.state.choices.real.copy()
 
     def step(self, actions: object, waiting: Bools | None = None) -> Step:
-        """One decision in every line.
+        """Carry out one decision in every line.
 
         Args:
-            actions: which of the choices (N,).
-            waiting: lines that only fill the batch (N,): the step takes their decisions back, and their results mean
-                nothing; None for none.
+            actions: index of the choice (N,).
+            waiting: lines that only fill the batch (N,): the step restores their states, and their results mean
+                nothing; None for no such line.
 
         Raises:
-            ActionError: no whole numbers from 0 to `CHOICES` - 1.
+            ActionError: the actions are not whole numbers from 0 to `CHOICES` - 1.
         """
         with nullcontext() if waiting is None else restoring(self.cell, waiting):
             taken = self.cell.take(_choices(actions, self.count))
@@ -128,7 +128,7 @@ class LineCore:
             return Step(self.observe(), reward, ended, info, dict.fromkeys(shifts, ended))
 
     def view(self) -> LineView:
-        """Pictures of the line, whose robots are watched from now on.
+        """View of the line, which records the robots' cycles from now on.
 
         Raises:
             ConfigError: there are several lines.
@@ -136,13 +136,13 @@ class LineCore:
         return LineView(self.cell)
 
     def _measured(self, taken: Taken) -> dict[str, NDArray[Any]]:
-        """What only a throw that is simulated tells."""
+        """Infos that only simulated throws have."""
         if not isinstance(self.cell.throws, ThrownThrows):
             return {}
         return {"landing_error": taken.made.landing_error, "energy": taken.made.energy}
 
     def _shifts(self, ended: Bools) -> Mapping[str, NDArray[Any]]:
-        """What shifts were worth that are over, NaN of others; nothing while there is none."""
+        """Figures of the shifts that are over, NaN for the other lines; empty while no shift is over."""
         rows = np.flatnonzero(ended)
         if rows.size == 0:
             return {}
@@ -168,7 +168,7 @@ class LineCore:
 
 
 def _told(taken: Taken) -> dict[str, NDArray[Any]]:
-    """What is told of decisions, (N,) each."""
+    """Infos of decisions, (N,) each."""
     made, context = taken.made, taken.context
     return {
         "dt": taken.elapsed,

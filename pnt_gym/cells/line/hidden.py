@@ -1,4 +1,4 @@
-"""What is true of the choices on N lines and no observation tells, for those who study decisions afterwards."""
+"""Hidden quantities of the choices on N lines, for the study of decisions after the fact."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from pnt_gym.cells.line.throws import Made
 @final
 @dataclass(frozen=True)
 class Truth:
-    """What the choices of N robots truly are, (N, CHOICES) each."""
+    """True properties of the choices of N robots, (N, CHOICES) each."""
 
     real: Bools
-    """Which choices there are; the others hold anything."""
+    """Whether each choice exists; other rows hold arbitrary values."""
     objects: Objects
     worth: Floats
-    """What each object is worth in a bin that takes it."""
+    """Value of each object in a bin that takes the object."""
     made: Made | None
-    """What would become of each throw; None where only a simulation can tell."""
+    """Results of each throw; None where only a simulation can tell."""
     value: Floats
-    """What each choice would bring in; NaN where only a simulation can tell."""
+    """Value that each choice would bring in; NaN where only a simulation can tell."""
 
 
 def _each(name: str, unit: str, meaning: str, value: Callable[[Truth], NDArray[np.generic]]) -> tuple[Quantity, ...]:
-    """A quantity of every choice, by its name and the choice's number; NaN of a choice that is not there."""
+    """A quantity of every choice, named by the choice's number; NaN where the choice does not exist."""
 
     def of(choice: int) -> Callable[[Truth], Floats]:
         return lambda truth: np.where(truth.real[:, choice], value(truth)[:, choice], np.nan)
@@ -42,7 +42,7 @@ def _each(name: str, unit: str, meaning: str, value: Callable[[Truth], NDArray[n
 
 
 def _made(truth: Truth) -> Made:
-    """What would become of the throws, where the table tells."""
+    """Results of the throws, by the table."""
     assert truth.made is not None
     return truth.made
 
@@ -51,7 +51,7 @@ OBJECTS: Final = (
     *_each("true_kind", "-", "what the object of choice K is, an index of `items`", lambda t: t.objects.kind),
     *_each("worth", "-", "what that object is worth in a bin that takes it", lambda t: t.worth),
 )
-"""Of every line."""
+"""Quantities of every line."""
 BY_TABLE: Final = (
     *OBJECTS,
     *_each("picked", "-", "1 if the cup would seal", lambda t: _made(t).picked),
@@ -59,7 +59,7 @@ BY_TABLE: Final = (
     *_each("sorted", "-", "1 if it would, and that bin takes what the object is", lambda t: _made(t).sorted),
     *_each("value", "-", "what the choice would bring in before the shift is over", lambda t: t.value),
 )
-"""Of a line whose throws go by a table, which tells the end of every choice."""
+"""Quantities of a line with a table of throws, which gives the result of every choice."""
 SIMULATED: Final = (
     *OBJECTS,
     *_each("mass", "kg", "true mass of the object of choice K", lambda t: t.objects.mass),
@@ -67,4 +67,5 @@ SIMULATED: Final = (
     *_each("seal", "N", "true vacuum force F0 on that object before the release", lambda t: t.objects.seal),
     *_each("delay", "s", "release of that object later than commanded", lambda t: t.objects.delay),
 )
-"""Of a line whose throws are simulated: what decides about them, because nobody throws all choices to see."""
+"""Quantities of a line with simulated throws: the properties that decide about them. Results are unknown, because only
+the chosen throw is simulated."""

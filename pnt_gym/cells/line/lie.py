@@ -1,4 +1,4 @@
-"""Where objects lie along belts: how far upstream each gives way, and which are in sight.
+"""Places of objects along belts: how far upstream each object gives way, and which objects are in sight.
 
 Compiled; see `pnt_gym.compiled`.
 """
@@ -14,9 +14,9 @@ from pnt_gym.compiled import compiled
 from pnt_gym.errors import ConfigError
 
 PIECE: Final = 256
-"""Objects that find their places in one call of machine code, which no Ctrl-C interrupts: some milliseconds."""
+"""Objects that are placed in one call of compiled code, which Ctrl-C cannot interrupt: some milliseconds."""
 MOST_IN_THE_WAY: Final = 2000
-"""Objects that one may have to give way to; where there are more, a belt without end would jam."""
+"""Objects to which one object may have to give way; with more, an endless belt would jam."""
 
 
 @final
@@ -24,7 +24,7 @@ class Jam(ConfigError):
     """Objects come faster than they find room.
 
     Args:
-        room: objects that lie on a metre of the belt where it is jammed [1/m].
+        room: objects on a metre of the belt where the belt is jammed [1/m].
     """
 
     def __init__(self, room: float) -> None:
@@ -33,20 +33,20 @@ class Jam(ConfigError):
 
 
 def apart(x: Floats, y: Floats, along: Floats, across: Floats, gap: float) -> Floats:
-    """Where objects lie that come in at x, the first one most downstream; each gives way to those before it.
+    """Places of objects that come in at x, most downstream first; each object gives way to earlier ones.
 
-    No two objects lie closer than the gap, but for 1e-12 of the distance of their middles or half a unit in the last
-    place of where they lie, whichever is more: 1e-11 m at 100 km.
+    No two objects lie closer than the gap, apart from rounding: 1e-12 of the distance of their middles, or half a unit
+    in the last place of their positions, whichever is larger (1e-11 m at 100 km).
 
     Args:
-        x: where each would lie along the belt, which runs to greater x; not increasing (M,) [m].
-        y: where each lies across it (M,) [m].
-        along: half its extent along the belt (M,) [m].
-        across: half its extent across it (M,) [m].
+        x: where each object would lie along the belt, which runs to greater x; not increasing (M,) [m].
+        y: position of each object across the belt (M,) [m].
+        along: half the object's extent along the belt (M,) [m].
+        across: half the object's extent across the belt (M,) [m].
         gap: least distance of the rectangles around two objects, along or across [m].
 
     Raises:
-        Jam: one of them has more than `MOST_IN_THE_WAY` others in its way.
+        Jam: an object has more than `MOST_IN_THE_WAY` objects in its way.
     """
     lies, first, farthest = np.array(x, dtype=np.float64), 0, 2.0 * float(np.max(along, initial=0.0)) + gap
     y, along, across = (np.ascontiguousarray(one) for one in (y, along, across))
@@ -74,33 +74,34 @@ def _settle(
     end: int,
     most: int,
 ) -> tuple[int, int]:
-    """Move objects from `begin` to `end` to where they lie, in place.
+    """Move the objects from `begin` to `end` to their places, in place.
 
     Args:
-        lies: where all before `begin` lie, and where the others come in (M,) [m].
-        y: see `apart`.
-        along: see `apart`.
-        across: see `apart`.
-        gap: see `apart`.
-        farthest: the distance along the belt from which on nobody is in anybody's way [m].
-        first: the first object that may be in the way of those from `begin` on.
+        lies: places of all objects before `begin`, and arrivals of the later ones (M,) [m].
+        y: see `separate`.
+        along: see `separate`.
+        across: see `separate`.
+        gap: see `separate`.
+        farthest: distance along the belt from which on no object is in the way of another [m].
+        first: the first object that may be in the way of the objects from `begin` on.
         begin: the first object that moves.
-        end: behind the last one.
-        most: objects that may be in the way of one.
+        end: the index after the last object that moves.
+        most: number of objects that may be in the way of one object.
 
     Returns:
-        The first object that may be in the way of those from `end` on, and `end`; or the object that has too many
-        others in its way.
+        The first object that may be in the way of the objects from `end` on, and `end`; or the object that has too many
+        objects in its way.
     """
     for i in range(begin, end):
         come = lies[i]
-        # Those that lie far downstream of this one do so of all that follow.
+        # Objects far downstream of object i are far downstream of all later objects too.
         while first < i and lies[first] > come + farthest:
             first += 1
         if i - first > most:
             return first, i
-        # Who gives way to one may come to lie on another, so all are asked again until nobody is in the way. A move
-        # that rounding eats is none: each one goes upstream to one of i - first places, so there are no more moves.
+        # An object that gives way to one object may come to lie on another, so all are checked again until none is in
+        # the way. Moves within rounding are skipped. Every other move goes upstream to one of i - first places, so the
+        # loop ends.
         moved = True
         while moved:
             moved = False
@@ -116,15 +117,15 @@ def _settle(
 
 @compiled("void(float64[:, :], int64[::1], float64[::1], float64, float64, int64[:, ::1])")
 def in_sight(x: Floats, lines: Ints, ride: Floats, low: float, high: float, ends: Ints) -> None:
-    """Which objects lie between two places of some belts, by halving.
+    """Ranges of the objects that lie between two places of some belts, by binary search.
 
     Args:
-        x: where the objects of N belts lay at first, not increasing (N, M) [m].
-        lines: which belts (K,).
-        ride: how far each of these has run since (K,) [m].
+        x: initial places of the objects of N belts, not increasing (N, M) [m].
+        lines: indices of the belts (K,).
+        ride: distance that each belt has run since (K,) [m].
         low: the place upstream [m].
         high: the place downstream [m].
-        ends: filled with the first object, and the one behind the last (K, 2).
+        ends: filled with the first object, and the index after the last one (K, 2).
     """
     for k in range(len(lines)):
         for side in range(2):

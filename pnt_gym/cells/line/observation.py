@@ -1,7 +1,7 @@
-"""What the robot whose turn it is sees: the line in a few numbers, and each thing that it can do.
+"""Observation of the robot that decides next: its line in a few numbers, and the features of each choice.
 
-Nothing hidden enters: positions are those of the camera and the belt's encoder, values and items as the camera sees
-them, times the planner's, chances those of the table of throws.
+Nothing hidden enters: positions are those of the camera and the belt's encoder, values and items those of the camera,
+times the planner's, chances those of the table of throws.
 """
 
 from __future__ import annotations
@@ -18,30 +18,30 @@ from pnt_gym.cells.line.config import MOST_ROBOTS
 from pnt_gym.cells.line.state import CHOICES, Choices
 
 LEAST: Final = 1e-6
-"""Value a second below which choices are alike."""
+"""Value per second below which choices count as equal."""
 
 
 @final
 @dataclass(frozen=True)
 class Glance:
-    """What N robots whose turn it is know of their lines."""
+    """What N deciding robots know of their lines."""
 
     gone: Floats
     """Share of the shift that is over (N,)."""
     robot: Ints
-    """Whose turn it is (N,)."""
+    """Index of the deciding robot (N,)."""
     hand: Floats
-    """Where the hand stands still (N, 3) [m]."""
+    """Position at which the hand stands still (N, 3) [m]."""
     coming: Floats
-    """Objects between the camera and the end of its window that it takes (N,)."""
+    """Objects that the robot takes, between the camera and the end of its window (N,)."""
     busy: Floats
-    """Until each robot of the line is expected to be free (N, MOST_ROBOTS) [s]; 0 where there is none."""
+    """Time until each robot of the line is expected to be free (N, MOST_ROBOTS) [s]; 0 for robots that do not exist."""
     possible: Floats
-    """Choices that there are (N,)."""
+    """Number of real choices (N,)."""
 
 
 def log_rate(choices: Choices) -> Floats:
-    """Logarithm of the value that a choice is expected to bring a second, S."""
+    """Logarithm of the expected value per second of a choice, S."""
     rate: Floats = choices.value * choices.chance / choices.cycle
     return np.log(np.maximum(rate, LEAST))
 
@@ -71,7 +71,7 @@ LINE_TABLE: Final = FeatureTable(
         Feature("possible", "-", 8.0, 8.0, "choices that there are", lambda g: g.possible),
     )
 )
-"""The line; entries from 0 on."""
+"""Features of the line; entries from 0 on."""
 CHOICE_TABLE: Final = FeatureTable(
     (
         Feature("real", "-", 0.0, 1.0, "1; all entries of a choice that is not there are 0", lambda c: c.real),
@@ -103,18 +103,18 @@ CHOICE_TABLE: Final = FeatureTable(
         Feature("queue", "-", 0.0, 6.0, "objects from it to there that this one takes", lambda c: c.queue),
     )
 )
-"""One choice; as many entries for each of them follow those of the line."""
+"""Features of one choice; the entries of all choices follow the entries of the line."""
 
 
 @final
 class LineTables:
-    """Both tables, as they stand in a manual."""
+    """Both feature tables, for the manual."""
 
     def __len__(self) -> int:
         return ENTRIES
 
     def markdown(self) -> str:
-        """The entries of the line, and those of each choice."""
+        """Markdown of the line's entries and of each choice's entries."""
         head, each = len(LINE_TABLE), len(CHOICE_TABLE)
         then = f"Choice k, from 0 to {CHOICES - 1}, has the {each} entries from {head} + {each} k on:"
         return f"{LINE_TABLE.markdown()}\n\n{then}\n\n{CHOICE_TABLE.markdown()}"
@@ -124,7 +124,7 @@ ENTRIES: Final = len(LINE_TABLE) + CHOICES * len(CHOICE_TABLE)
 
 
 def encoded(glance: Glance, choices: Choices) -> NDArray[np.float32]:
-    """Observations (N, ENTRIES)."""
+    """Observations (N, ENTRIES) of deciding robots."""
     each = CHOICE_TABLE.encode(choices)
     each[~choices.real] = 0.0
     return np.concatenate([LINE_TABLE.encode(glance), each.reshape(len(each), -1)], axis=1)
@@ -136,13 +136,13 @@ class Seen:
     """Observations in physical values."""
 
     line: dict[str, Floats]
-    """By the names of `LINE_TABLE`, S each."""
+    """Features by the names of `LINE_TABLE`, S each."""
     choices: dict[str, Floats]
-    """By the names of `CHOICE_TABLE`, S + (CHOICES,) each."""
+    """Features by the names of `CHOICE_TABLE`, S + (CHOICES,) each."""
 
 
 def decoded(observation: NDArray[np.floating]) -> Seen:
-    """What observations S + (ENTRIES,) say; clipped entries stay clipped."""
+    """Physical values of observations S + (ENTRIES,); clipped entries stay clipped."""
     head = len(LINE_TABLE)
     each = observation[..., head:].reshape(*observation.shape[:-1], CHOICES, len(CHOICE_TABLE))
     return Seen(LINE_TABLE.decode(observation[..., :head]), CHOICE_TABLE.decode(each))

@@ -1,6 +1,6 @@
-"""What robots of a line could do next: every object that each can meet, into every bin that takes it, by the planner.
+"""Options of a line's robots: every object that a robot can meet, into every bin that takes the object, as planned.
 
-Times and feasibility are those of the conveyor's own planner, so what a robot decides by is what it then does.
+Times and feasibility come from the conveyor's planner, so a chosen option is executed with the same values.
 """
 
 from __future__ import annotations
@@ -19,49 +19,49 @@ from pnt_gym.cells.line.state import PicksAndThrows
 from pnt_gym.planning.motion.limits import LimitRows
 
 AWAY: Final = 1e6
-"""Where objects are that nobody may take [m]."""
+"""Position along the belt of objects that the robot cannot take [m]."""
 
 
 @final
 @dataclass(frozen=True)
 class Options(PicksAndThrows):
-    """All that could be done next, S = (C,)."""
+    """Possible picks and throws, S = (C,)."""
 
     row: Ints
-    """In which of K lines."""
+    """Index of the line among K lines."""
     place: Ints
-    """Which object in sight there."""
+    """Index of the object among the line's objects in sight."""
 
 
 class Sight(NamedTuple):
-    """What the camera and the belt's encoder know of K lines: W objects each, the most downstream first."""
+    """Objects that camera and encoder know in K lines: W objects each, the most downstream first."""
 
     line: Ints
-    """Which lines (K,)."""
+    """Indices of the lines (K,)."""
     which: Ints
-    """Objects of their streams (K, W)."""
+    """Indices of the objects in their streams (K, W)."""
     x: Floats
-    """Where they are along the belt (K, W) [m]; `AWAY` where nobody may take one."""
+    """Position along the belt (K, W) [m]; `UNAVAILABLE_X` where the object may not be taken."""
     seen: Ints
-    """As what they are seen (K, W)."""
+    """Item as which the camera classifies the object (K, W)."""
 
 
 class Turn(NamedTuple):
-    """Whose turn it is in K lines, and what it may take of what is seen there."""
+    """Sight and hand of the deciding robot in K lines."""
 
     sight: Sight
-    """With x from the robot's base."""
+    """Sight with x from the robot's base."""
     hand: Floats
-    """Where the hand stands still, from its base (K, 3) [m]."""
+    """Position at which the hand stands still, from its base (K, 3) [m]."""
 
 
 @final
 class Robots:
-    """Robots that are alike: their bins and speed settings.
+    """Robots with the same bins and speed settings.
 
     Args:
-        config: one of them as a conveyor cell.
-        horizon: how far ahead an object may be taken [s].
+        config: one of these robots as a conveyor cell.
+        horizon: time within which an object may be taken [s].
     """
 
     def __init__(self, config: ConveyorConfig, horizon: float) -> None:
@@ -71,16 +71,16 @@ class Robots:
         self._percent = np.array(config.limits.percent)
 
     def begin(self) -> Floats:
-        """Where hands stand when a shift begins: above the middle of the belt (3,) [m]."""
+        """Position of hands when a shift begins: above the middle of the belt (3,) [m]."""
         belt = self._config.belt
         return np.array([0.0, (belt.lane_y[0] + belt.lane_y[1]) / 2, belt.height + 0.3])
 
     def options(self, turn: Turn, objects: Objects) -> Options:
-        """All that can be done.
+        """Options of the deciding robots.
 
         Args:
-            turn: whose turn it is, in K lines.
-            objects: of all N lines (N, M).
+            turn: sight and hand of the deciding robot in K lines.
+            objects: objects of all N lines (N, M).
         """
         sight = turn.sight
         row, place = np.nonzero(self.near(sight.x))
@@ -91,12 +91,12 @@ class Robots:
         return self._planned(turn, (row, place), objects, np.repeat(bins, settings), percent)
 
     def near(self, x: Floats) -> Bools:
-        """Whether what is somewhere along the belt, from the robot's base [m], can be in the window in time."""
+        """Whether an object at a place along the belt, from the robot's base [m], reaches the window in time."""
         (low, high), speed = self._config.belt.pick_x, self._config.belt.speed
         return (x <= high) & (x >= low - speed * self._horizon)
 
     def _planned(self, turn: Turn, at: tuple[Ints, Ints], objects: Objects, bins: Ints, percent: Floats) -> Options:
-        """Those of candidates (C,) that can be met in time and thrown."""
+        """Options among candidates (C,): objects that can be met in time and thrown."""
         belt, mover, sight = self._config.belt, self.planner.mover, turn.sight
         which = sight.line[at[0]], sight.which[at]
         height = self.planner.height(objects.size[which], objects.known_depth[which])
@@ -126,6 +126,6 @@ class Robots:
 
 
 def of_all(parts: list[Options]) -> Options:
-    """Options of several lines, in the order of the lines."""
+    """Options of several lines, merged in the order of the lines."""
     found = joined(parts)
     return take(found, np.argsort(found.row, kind="stable"))

@@ -1,4 +1,4 @@
-"""What a shift of a line was worth."""
+"""Figures of a line's work shift."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from pnt_gym.cells.line.stream import Stream
 def told(config: LineConfig, state: Shift, stream: Stream, rows: Ints) -> dict[str, NDArray[Any]]:
     """Figures of the shifts of some lines (K,), and by item (K, items) or robot (K, R) as the names say.
 
-    An object has come when it was lifted, or has passed the last window before the end of the shift: those that are
-    still on their way, and those that somebody holds, are nobody's success or failure.
+    An object counts as arrived when it was lifted, or has passed the last window before the end of the shift. Objects
+    that are still on their way or in a hand count neither as success nor as failure.
     """
     books, kind = state.books.at(rows), stream.objects.kind[rows]
     worth, x, fate = stream.worth[rows], stream.x[rows], books.fate
@@ -25,7 +25,7 @@ def told(config: LineConfig, state: Shift, stream: Stream, rows: Ints) -> dict[s
     gone = x + config.cell.belt.speed * end[:, None] > config.reach[1]
     on_belt = fate == Fate.RIDES
     sorted_, binned = fate == Fate.SORTED, (fate == Fate.SORTED) | (fate == Fate.MISPLACED)
-    # What lay downstream of the last window when the shift began is none of its business.
+    # Streams start at the end of the last window: objects downstream of it at the begin are not part of the shift.
     passed, came = on_belt & gone, (on_belt & gone) | binned | (fate == Fate.FLOOR)
     minutes = end / 60.0
     gained = np.where(sorted_, worth, 0.0).sum(axis=1)
@@ -55,6 +55,6 @@ def told(config: LineConfig, state: Shift, stream: Stream, rows: Ints) -> dict[s
 
 
 def _share(part: Any, whole: Any) -> Floats:
-    """Sums over objects (K, M, ...) of a part of a whole, NaN of nothing."""
+    """Sums over objects (K, M, ...) of a part, divided by the sums of the whole; NaN where the whole is 0."""
     total = whole.sum(axis=1, dtype=np.float64)
     return np.divide(part.sum(axis=1, dtype=np.float64), total, out=np.full_like(total, np.nan), where=total > 0.0)

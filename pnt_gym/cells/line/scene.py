@@ -1,6 +1,6 @@
-"""A line as one MuJoCo model, to be looked at: every robot with its cup and its bins, and the belt that they share.
+"""MuJoCo model of a line for pictures: every robot with its cup and its bins, and the shared belt.
 
-Nothing is simulated in it: hands are put where they are, and objects are drawn beside it.
+The model simulates nothing: hands are placed by their tracks, and objects are drawn as markers.
 """
 
 from __future__ import annotations
@@ -22,42 +22,43 @@ from pnt_gym.robots.t3kr.kinematics import closed_pose
 from pnt_gym.robots.t3kr.model import T3krHandles, add_t3kr, qpos_columns
 
 MARGIN: Final = 0.5
-"""The belt is seen so far beyond the outermost windows, at its begin at least from where the camera stands [m]."""
+"""Length of belt that pictures show beyond the outermost windows; upstream they show at least the camera's place
+[m]."""
 CLEAR: Final = 0.35
-"""Opacity of bins, so that what lies in them is seen."""
+"""Opacity of bins, so that the objects in the bins are visible."""
 UNUSED_RGBA: Final = (0.62, 0.64, 0.66, CLEAR)
-"""Of a bin that its robot brings nothing to."""
+"""Colour of a bin into which its robot throws nothing."""
 GROUND: Final = 9.0
-"""Half of the floor's side as it is drawn [m]."""
+"""Half of the drawn floor's side [m]."""
 ABOVE: Final = 0.14
-"""The mounting plate's upper side above the motors [m]."""
+"""Height of the mounting plate's upper side above the motors [m]."""
 STAND: Final = 0.45
-"""Posts stand so far beside the belt, where no arm swings [m]."""
+"""Distance of the posts from the belt, where no arm swings [m]."""
 HOOD: Final = (0.16, 0.30)
-"""Half the length along the belt, and the height, of what hides where objects come from and go to [m]."""
+"""Half the length along the belt, and the height, of the hoods that hide both ends of the belt [m]."""
 
 
 @final
 @dataclass(frozen=True)
 class LineScene:
-    """The compiled line, and where its robots' joints stand in it."""
+    """The compiled line, and the columns of its robots' joints."""
 
     model: MjModel
     data: MjData
     columns: Ints
-    """Of qpos, for each robot those that `closed_pose` fills (R, 15)."""
+    """Columns of qpos that `closed_pose` fills, for each robot (R, 15)."""
     belt: tuple[float, float]
-    """From where to where it is seen along x [m]."""
+    """Ends of the visible belt along x [m]."""
 
     def pose(self, tips: Floats) -> None:
-        """Put the tips of the robots' cups at places (R, 3) [m], each from its robot's base."""
+        """Place the tips of the robots' cups at positions (R, 3) [m], each from its robot's base."""
         self.data.qpos[self.columns] = closed_pose(tips)
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_camlight(self.model, self.data)
 
 
 def build_scene(config: LineConfig) -> LineScene:
-    """Compile the line."""
+    """Compile the model of the line."""
     spec, belt = mujoco.MjSpec(), extent(config)
     _add_surroundings(spec, config, belt)
     handles = [_add_robot(spec, config, index) for index in range(len(config.robots))]
@@ -67,13 +68,13 @@ def build_scene(config: LineConfig) -> LineScene:
 
 
 def extent(config: LineConfig) -> tuple[float, float]:
-    """From where to where the belt is seen along x [m]."""
+    """Ends of the visible belt along x [m]."""
     low, high = config.reach
     return min(low, config.robots[0].x + config.cell.belt.pick_x[0] - MARGIN), high + MARGIN
 
 
 def _add_surroundings(spec: MjSpec, config: LineConfig, belt: tuple[float, float]) -> None:
-    """Light, floor, the belt and what it stands on."""
+    """Add light, floor, the belt and its frame."""
     light_stage(spec, ambient=0.42, diffuse=0.26)
     spec.stat.center, spec.stat.extent = [sum(belt) / 2, 0.0, -0.3], (belt[1] - belt[0]) / 2 + 1.0
     spec.visual.map.shadowclip = 2.0  # else the shadows' borders are seen on the floor
@@ -86,7 +87,7 @@ def _add_surroundings(spec: MjSpec, config: LineConfig, belt: tuple[float, float
 
 
 def _add_frame(brush: Brush, own: Belt, belt: tuple[float, float], floor: float) -> None:
-    """The belt's frame down to the floor, and hoods over both ends."""
+    """Add the belt's frame down to the floor, and hoods over both ends."""
     middle, width = sum(own.y) / 2, (own.y[1] - own.y[0]) / 2
     length, top = (belt[1] - belt[0]) / 2, own.height - BELT_THICKNESS
     brush.box((sum(belt) / 2, middle, (top + floor) / 2), (length - 0.02, width - 0.05, (top - floor) / 2), MOTOR)
@@ -99,7 +100,7 @@ def _add_frame(brush: Brush, own: Belt, belt: tuple[float, float], floor: float)
 
 
 def _add_stand(spec: MjSpec, robot: T3krHandles, belt: Belt, floor: float) -> None:
-    """What a robot hangs from: a post on the far side of the belt, and an arm over it."""
+    """Add the stand of a robot: a post on the far side of the belt, and a beam over the belt."""
     brush, base = Brush(spec.worldbody.add_body(name="stand"), FIXED_GROUP), robot.geometry.pivot_z + ABOVE
     y = belt.y[0] - STAND
     brush.box((0, y, (base + floor) / 2), (0.06, 0.06, (base - floor) / 2), STEEL)
@@ -107,7 +108,7 @@ def _add_stand(spec: MjSpec, robot: T3krHandles, belt: Belt, floor: float) -> No
 
 
 def _add_robot(spec: MjSpec, config: LineConfig, index: int) -> T3krHandles:
-    """One of the robots with its cup and its bins, at its place."""
+    """Add one robot with its cup and its bins at its place."""
     cell, own = config.cell_of(index), mujoco.MjSpec()
     robot = add_t3kr(own)
     add_cup(own, cell.lip_length)
@@ -122,7 +123,7 @@ def _add_robot(spec: MjSpec, config: LineConfig, index: int) -> T3krHandles:
 
 
 def bin_colours(config: LineConfig, index: int) -> Floats:
-    """Of each bin of one of the robots (B, 4): that of the first item that it brings there."""
+    """Colour of each bin of one robot (B, 4): the colour of the first item that the robot throws there."""
     cell: ConveyorConfig = config.cell_of(index)
     brought = cell.acceptance() & config.able()[index][:, None]
     own = ITEM_RGBA[brought.argmax(axis=0)] * np.array([0.9, 0.9, 0.9, CLEAR])

@@ -1,4 +1,4 @@
-"""Where N lines are in their shifts: whose turn it is, what it can do, and what has become of every object."""
+"""State of N lines in their shifts: the deciding robots, their choices, and the fate of every object."""
 
 from __future__ import annotations
 
@@ -13,105 +13,106 @@ from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.line.books import Accounts, Books
 
 CHOICES: Final = 16
-"""Things that a robot can choose between."""
+"""Choices that a robot has at most."""
 
 
 @final
 class Fate(IntEnum):
-    """What has become of an object."""
+    """Fate of an object."""
 
     RIDES = 0
     """On the belt, or past its end."""
     HELD = 1
     """In a hand when the shift ended."""
     SORTED = 2
-    """In a bin that takes it."""
+    """In a bin that takes the object."""
     MISPLACED = 3
-    """In a bin that takes other things."""
+    """In a bin that takes other items."""
     FLOOR = 4
-    """In none."""
+    """In no bin."""
 
 
 @dataclass(frozen=True)
 class PicksAndThrows(ABC):
-    """Picks and throws as planned, S, each by the robot whose turn it is in its line; times from now on."""
+    """Picks and throws as planned, S, each by the deciding robot of its line; times from now on."""
 
     bin: Ints
-    """Bin of the robot."""
+    """Index of the robot's bin."""
     percent: Floats
-    """Speed setting."""
+    """Speed setting [%]."""
     pick: Floats
-    """Where the object is lifted, from the robot's base, S + (3,) [m]."""
+    """Place where the object is lifted, from the robot's base, S + (3,) [m]."""
     away: Floats
-    """From there to the middle of the bin, along x, y, S + (2,) [m]."""
+    """Vector from the pick to the middle of the bin, along x and y, S + (2,) [m]."""
     lift: Floats
-    """Until the object is lifted, dwell included [s]."""
+    """Time until the object is lifted, dwell included [s]."""
     wait: Floats
-    """Part of it in which the hand stands still above the belt [s]."""
+    """Part of `lift` in which the hand stands still above the belt [s]."""
     leave: Floats
-    """Until it can no longer be lifted [s]."""
+    """Time until the object can no longer be lifted [s]."""
     throwing: Floats
-    """From the lift until the hand stands still after the throw [s]."""
+    """Time from the lift until the hand stands still after the throw [s]."""
     stop: Floats
-    """Where it does, from the robot's base, S + (3,) [m]."""
+    """Place where the hand stops after the throw, from the robot's base, S + (3,) [m]."""
 
     @property
     def cycle(self) -> Floats:
-        """Until the robot is free again, S [s]."""
+        """Time until the robot is free again, S [s]."""
         return self.lift + self.throwing
 
 
 @final
 @dataclass(frozen=True)
 class Choices(PicksAndThrows):
-    """What N robots whose turn it is can do: `CHOICES` places each, S = (N, CHOICES).
+    """Choices of N deciding robots: `CHOICES` places each, S = (N, CHOICES).
 
-    The first places are real, the best first by value less the price of its time; others hold anything.
+    The first places are real, ordered by value less the price of the choice's time, the best first; the other places
+    hold arbitrary values.
     """
 
     real: Bools
-    """Which there are."""
+    """Whether each choice exists."""
     index: Ints
-    """Object of the stream."""
+    """Index of the object in the stream."""
     value: Floats
-    """What the object is worth in its bin, as the camera sees it."""
+    """Value of the object in its bin, as the camera classifies the object."""
     chance: Floats
-    """That the attempt brings it there, by the table of what it is seen as."""
+    """Chance that the attempt brings the object into the bin, by the table for the classified item."""
     crowd: Floats
-    """Other objects near where the hand will stop that it could take, as they lie then."""
+    """Other objects that the robot can take near the place where its hand will stop, as they lie then."""
     heirs: Floats
-    """Robots downstream that can take it."""
+    """Robots downstream that can take the object."""
     reaches: Floats
-    """Until it comes into the window of the first of them [s]; 0 where there is none."""
+    """Time until the object enters the window of the first heir [s]; 0 without an heir."""
     queue: Floats
-    """Objects between here and there that this one can take."""
+    """Objects between the object and that window that the heir can take."""
 
 
 @final
 @dataclass(frozen=True)
 class Shift:
-    """N lines in the middle of their shifts, with R robots and M objects each."""
+    """State of N lines in the middle of their shifts, with R robots and M objects each."""
 
     clock: Floats
-    """Since the begin of the shift (N,) [s]."""
+    """Time since the begin of the shift (N,) [s]."""
     robot: Ints
-    """Whose turn it is (N,)."""
+    """Index of the deciding robot (N,)."""
     free: Floats
-    """When each robot is free again (N, R) [s]."""
+    """Time at which each robot is free again (N, R) [s]."""
     expected: Floats
-    """When it was to be when it began; a cup that does not seal is earlier (N, R) [s]."""
+    """Planned value of `free` at the decision; a robot whose cup does not seal is free earlier (N, R) [s]."""
     hand: Floats
-    """Where hands stand then, from the bases (N, R, 3) [m]."""
+    """Positions of the hands at `free`, from the bases (N, R, 3) [m]."""
     busy: Floats
-    """How long each robot has worked, waiting above the belt not included (N, R) [s]."""
+    """Working time of each robot, without waiting above the belt (N, R) [s]."""
     choices: Choices
-    """What the robot whose turn it is can do."""
+    """Choices of the deciding robot."""
     books: Books
-    """What has become of every object (N, M)."""
+    """Books of every object (N, M)."""
 
     @classmethod
     def begin(cls, count: int, robots: int, objects: int, hand: Floats, choices: Choices) -> Shift:
-        """Shifts begin; no choice is looked for yet."""
+        """State at the begin of shifts, with no choices computed yet."""
         clear = np.zeros((count, robots))
         return cls(
             clock=np.zeros(count),

@@ -1,4 +1,4 @@
-"""What comes along N belts in a shift: all of it drawn when the shift begins, whatever the robots do."""
+"""Objects that come along N belts in a shift: all drawn when the shift begins, whatever the robots do."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.errors import ConfigError
 
 STRETCH: Final = 1000.0 + (np.sqrt(5.0) - 1.0) / 2.0
-"""Where a uniform draw comes to lie that is stretched by this and wound up on [0, 1) tells nothing of where it lay."""
+"""A uniform draw times this number, modulo 1, is practically independent of the draw."""
 
 
 @final
 @dataclass(frozen=True)
 class Stream:
-    """M objects on each of N belts, in the order in which they come (N, M)."""
+    """M objects on each of N belts, in the order of their arrival (N, M)."""
 
     objects: Objects
     x: Floats
-    """Where each lies along the belt when the shift begins; x 0 is the base of a robot at 0 [m]."""
+    """Position along the belt when the shift begins; x 0 is the base of a robot at 0 [m]."""
     worth: Floats
-    """What it is worth in a bin that takes it."""
+    """Value in a bin that takes the object."""
     luck: Floats
-    """Uniform draws that decide what becomes of its throw where nothing is simulated."""
+    """Uniform draws that decide the results of throws by the table."""
 
 
 def turned(draws: Floats, attempt: Ints) -> Floats:
-    """Uniform draws for later attempts; those of 1, which stand for what never fails, stay."""
+    """Uniform draws for later attempts; draws of 1, which stand for attempts that never fail, stay 1."""
     found = draws
     for done in range(int(attempt.max(initial=0))):
         found = np.where((attempt > done) & (draws < 1.0), found * STRETCH % 1.0, found)
@@ -44,14 +44,14 @@ def turned(draws: Floats, attempt: Ints) -> Floats:
 
 @final
 class Arriving:
-    """Draws streams.
+    """Draws streams of objects.
 
     Args:
-        config: the line.
-        planner: draws objects.
+        config: level of the line.
+        planner: planner that draws the objects.
 
     Raises:
-        ConfigError: objects come faster than they find room; so do the methods.
+        ConfigError: objects come faster than they find room; the methods raise this too.
     """
 
     def __init__(self, config: LineConfig, planner: PickPlanner) -> None:
@@ -61,13 +61,13 @@ class Arriving:
         self.length = int(config.objects)
 
     def nothing(self, count: int) -> Stream:
-        """Room for N streams."""
+        """Arrays for N streams, filled with an arbitrary stream."""
         return take(self._drawn([np.random.default_rng(0)]), np.zeros(count, dtype=np.int64))
 
     def drawn(self, streams: Stream, rows: Ints, generators: Generators) -> Stream:
-        """The streams with new ones in some rows."""
+        """The streams with newly drawn ones in some rows."""
         fresh = self._drawn(generators)
-        # Where all are new, memory need not hold the old ones twice.
+        # Where all rows are new, a copy of the old streams would waste memory.
         return fresh if np.array_equal(rows, np.arange(len(streams.x))) else replaced(streams, rows, fresh)
 
     def _drawn(self, generators: Generators) -> Stream:
@@ -81,9 +81,10 @@ class Arriving:
         objects = self._planner.draw(generators, np.arange(count), self.length)
         way = config.cell.belt.speed / config.arrivals.rate * np.cumsum(gaps, axis=1)
         x = self._lying(config.reach[1] - way, objects)
-        # Whoever gave way may lie behind one that came later.
+        # An object that gave way may lie upstream of a later object.
         order = np.arange(count)[:, None], np.argsort(-x, axis=1, kind="stable")
         spread = config.value.spread
+        # Lognormal factor of mean 1: exp(s z - s^2 / 2).
         factor = np.exp(spread * worth - 0.5 * spread * spread)
         return Stream(
             objects=take(objects, order),
@@ -93,10 +94,10 @@ class Arriving:
         )
 
     def _lying(self, come: Floats, objects: Objects) -> Floats:
-        """Where objects lie that come in somewhere along the belt, both (K, M) [m].
+        """Positions of objects along the belt after giving way, from their arrivals, both (K, M) [m].
 
         Raises:
-            ConfigError: they come faster than they find room.
+            ConfigError: objects come faster than they find room.
         """
         arrivals, speed = self._config.arrivals, self._config.cell.belt.speed
         sides = objects.draws.lane_y, half_extent(objects), half_extent(objects, np.pi / 2)

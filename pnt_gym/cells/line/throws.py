@@ -1,4 +1,4 @@
-"""What becomes of throws on a line: by a table of chances, or really thrown by a conveyor cell."""
+"""Results of throws on a line: by a table of chances, or simulated by a conveyor cell."""
 
 from __future__ import annotations
 
@@ -21,89 +21,89 @@ from pnt_gym.cells.line.chances import Chances
 from pnt_gym.cells.line.config import alike
 
 Release: TypeAlias = Callable[[NDArray[np.float32], Ints], NDArray[np.floating]]
-"""Corrects throws: observations (N, D) as of `PnTRelease-v0` and what the classifier says (N,), to actions (N, A)."""
+"""Corrects throws: maps observations (N, D) of `PnTRelease-v0` and classified items (N,) to actions (N, A)."""
 
 
 @final
 @dataclass(frozen=True)
 class Made:
-    """N attempts to throw."""
+    """Results of N attempts to throw."""
 
     picked: Bools
-    """The cup sealed; else the object rides on (N,)."""
+    """Whether the cup sealed; otherwise the object stays on the belt (N,)."""
     is_success: Bools
-    """It crossed the opening of the bin that it was meant for, and lies in it (N,)."""
+    """Whether the object crossed the opening of its intended bin and lies in that bin (N,)."""
     sorted: Bools
-    """A success, and the bin takes what it is (N,)."""
+    """Whether the attempt is a success and the bin takes the object's item (N,)."""
     ended_in: Ints
-    """Index of the bin in which it lies, -1 in none (N,)."""
+    """Index of the bin in which the object lies, -1 for none (N,)."""
     landing_error: Floats
-    """Distance from its target (N,) [m]; NaN where nothing was simulated or picked."""
+    """Distance from the target (N,) [m]; NaN where nothing was simulated or picked."""
     energy: Floats
     """Positive work of the motors for the throw and the way back (N,) [J]; NaN where nothing was simulated."""
 
     @classmethod
     def nothing(cls, count: int) -> Self:
-        """No attempt."""
+        """Results without any attempt."""
         never, nan = np.zeros(count, dtype=np.bool_), np.full(count, np.nan)
         return cls(never, never.copy(), never.copy(), np.full(count, -1), nan, nan.copy())
 
 
 class Thrower(ABC):
-    """Abstract: carries throws out."""
+    """Abstract: computes the results of throws."""
 
     watched: bool = False
-    """Whether the first line's simulated throws are kept, for pictures."""
+    """Whether the first line's simulated throws are recorded, for pictures."""
     recording: Recording | None = None
-    """Its last throw; None where it was not simulated, or nobody watches."""
+    """Recording of the first line's last throw; None where the throw was not simulated or not recorded."""
 
     @abstractmethod
     def made(self, rows: Ints, robots: Ints, thrown: Context, luck: Floats) -> Made:
-        """What becomes of throws in some lines, (K,) each.
+        """Results of throws in some lines, (K,) each.
 
         Args:
-            rows: the lines.
-            robots: who throws.
+            rows: indices of the lines.
+            robots: index of the throwing robot.
             thrown: the picks and their plans.
-            luck: uniform draws that decide about the throws where nothing is simulated.
+            luck: uniform draws that decide the results where nothing is simulated.
         """
 
     def foretold(self, robots: Ints, bins: Ints, objects: Objects, distance: Floats, luck: Floats) -> Made | None:
-        """What would become of throws, S; None where only a simulation can tell.
+        """Predicted results of throws, S; None where only a simulation can tell.
 
         Args:
-            robots: who throws.
-            bins: into which of the robot's bins.
-            objects: what is thrown, each at its speed setting.
-            distance: horizontal, from the pick to the middle of the bin [m].
-            luck: as for `made`.
+            robots: index of the throwing robot.
+            bins: index of the robot's bin.
+            objects: the objects, each with its speed setting.
+            distance: horizontal distance from the pick to the middle of the bin [m].
+            luck: as for `execute`.
         """
         return None
 
 
 @final
 class TableThrows(Thrower):
-    """By chances.
+    """Results by a table of chances.
 
     Args:
-        configs: of each robot.
-        chances: of their throws.
+        configs: each robot as a conveyor cell.
+        chances: table of the robots' throws.
     """
 
     def __init__(self, configs: list[ConveyorConfig], chances: Chances) -> None:
         self._chances = chances
         accepts = [config.acceptance() for config in configs]
         self._accepts = np.zeros((len(configs), len(accepts[0]), max(one.shape[1] for one in accepts)), dtype=np.bool_)
-        """Whether of each robot's (R) bins (B) one takes an item (K): (R, K, B)."""
+        """Whether bin B of robot R takes item K: (R, K, B)."""
         for index, one in enumerate(accepts):
             self._accepts[index, :, : one.shape[1]] = one
 
     def made(self, rows: Ints, robots: Ints, thrown: Context, luck: Floats) -> Made:
-        """By the objects' own draws: a throw of the same object that is as likely ends alike."""
+        """Results by the objects' own draws: the same object with the same chance gives the same result."""
         return self.foretold(robots, thrown.bin, thrown.objects, thrown.distance, luck)
 
     def foretold(self, robots: Ints, bins: Ints, objects: Objects, distance: Floats, luck: Floats) -> Made:
-        """What becomes of throws, S."""
+        """Results of throws by the table, S."""
         picked = objects.pick_draw >= 1.0 - self._chances.picked[objects.kind]
         success = picked & (luck < self._chances.land(objects.kind, objects.percent, distance))
         takes = self._accepts[robots, objects.kind, bins]
@@ -116,20 +116,20 @@ class ThrownThrows(Thrower):
     """Simulates each throw in a conveyor cell configured like the robot.
 
     Args:
-        configs: of each robot.
+        configs: each robot as a conveyor cell.
         count: number of lines N.
-        threads: of the physics.
+        threads: threads of the physics.
     """
 
     release: Release | None = None
-    """Corrects the throws; None for the planner's own."""
+    """Policy that corrects the throws; None for the planner's throws."""
 
     def __init__(self, configs: list[ConveyorConfig], count: int, threads: int) -> None:
         different, self._same = alike(configs)
         self.cores = [Core(ConveyorCell(config, count, "independent", threads)) for config in different]
 
     def made(self, rows: Ints, robots: Ints, thrown: Context, luck: Floats) -> Made:
-        """As the conveyor's physics has it, with the hand on its way back to where it came from."""
+        """Results by the conveyor's physics, with the hand returning to the place of its pick."""
         result, self.recording = Made.nothing(len(rows)), None
         for index, core in enumerate(self.cores):
             own = np.flatnonzero(self._same[robots] == index)
@@ -138,7 +138,7 @@ class ThrownThrows(Thrower):
         return result
 
     def _by(self, core: Core, rows: Ints, thrown: Context) -> Made:
-        """Throws of some rows of a cell; what the other rows throw is nobody's."""
+        """Results of the throws in some rows of a cell; the cell's other rows are ignored."""
         cell = cast("ConveyorCell", core.cell)
         cell.plant.record_row = 0 if self.watched and rows[0] == 0 else None
         cell.context = replaced(cell.context, rows, _of_own_bins(thrown, len(cell.config.bins.fixed)))
@@ -159,6 +159,6 @@ class ThrownThrows(Thrower):
 
 
 def _of_own_bins(thrown: Context, count: int) -> Context:
-    """Throws of a robot with so many bins, where others of the line may have more."""
+    """Throws with arrays cut to the robot's number of bins; other robots of the line may have more."""
     draws = replace(thrown.objects.draws, fill=thrown.objects.draws.fill[:, :count])
     return replace(thrown, objects=replace(thrown.objects, draws=draws), depth=thrown.depth[:, :count])

@@ -1,4 +1,4 @@
-"""Whose turn it is along N lines: the next robot that is free, and finds something that it can do."""
+"""Order of decisions along N lines: the next robot that is free and has something to take decides."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from pnt_gym.cells.line.stream import Stream
 from pnt_gym.errors import ConfigError
 
 MOST_LOOKS: Final = 100_000
-"""Looks in a row that find nothing before a line is declared impossible."""
+"""Looks without a result in a row before a line is declared impossible."""
 
 
 @final
 class Turns:
-    """Moves lines on from decision to decision.
+    """Advances lines from decision to decision.
 
     Args:
-        config: the line.
-        chooser: knows what each robot can do.
+        config: level of the line.
+        chooser: finds the choices of each robot.
     """
 
     def __init__(self, config: LineConfig, chooser: Chooser) -> None:
         self._config, self._chooser = config, chooser
 
     def following(self, stream: Stream, state: Shift, rows: Ints) -> Shift:
-        """Some lines at their next decisions, or at the end of their shifts."""
+        """State with some lines at their next decisions, or at the end of their shifts."""
         pending, tempted = rows, rows[:0]
         for _ in range(MOST_LOOKS):
             if pending.size > 0:
@@ -44,7 +44,7 @@ class Turns:
         raise ConfigError(f"level {self._config.name!r}: its robots find nothing that they can take")
 
     def _turned(self, stream: Stream, state: Shift, rows: Ints) -> tuple[Shift, Ints, Ints]:
-        """Some lines at the next robot's turn: those that come to it with something near, and those without."""
+        """Some lines at the next robot's turn: the state, lines with objects near the robot, and lines without."""
         robot = state.free[rows].argmin(axis=1)
         clock, robots, free = state.clock.copy(), state.robot.copy(), state.free.copy()
         clock[rows], robots[rows] = state.free[rows, robot], robot
@@ -61,14 +61,14 @@ class Turns:
         return state, looking[tempted], np.concatenate([rows[down], idle])
 
     def _standing(self, clock: Floats, robot: Ints) -> Floats:
-        """Until when robots stand still by the level (K,) [s]; now for those that do not."""
+        """Ends of the standstills of robots (K,) [s]; the present time for robots that do not stand still."""
         until = clock.copy()
         for who, start, end in zip(*self._config.standstills(), strict=True):
             until = np.where((robot == who) & (until >= start) & (until < end), end, until)
         return until
 
     def _looked(self, stream: Stream, state: Shift, rows: Ints) -> tuple[Shift, Ints]:
-        """What the robots whose turn it is can do in some lines, and the lines in which that is nothing."""
+        """State with the choices of the deciding robots in some lines, and the lines without a choice."""
         sight = self._chooser.sight(state, stream, rows)
         found = self._chooser.found(state, stream, sight)
         nothing = ~found.real.any(axis=1)
@@ -78,7 +78,7 @@ class Turns:
 
 
 def _closed(state: Shift, duration: float) -> Shift:
-    """Nothing can be chosen where a shift is over."""
+    """State without choices in lines whose shift is over."""
     over = state.clock >= duration
     if not over.any():
         return state

@@ -1,4 +1,4 @@
-"""Pictures of a line: robots, belt and bins as they are, and all objects on the belt, in the air and where they lie."""
+"""Pictures of a line: robots, belt and bins, and all objects on the belt, in the air and at rest."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from pnt_gym.engine import mujoco
 from pnt_gym.errors import ConfigError
 
 SLATS: Final = 0.20
-"""Marks on the belt, by which it is seen to run, are so far apart [m]."""
+"""Distance of the marks that show the belt's motion [m]."""
 CLOSEST: Final = 3.4
-"""A single robot is seen from here [m]."""
+"""Distance of the picture's camera from a single robot [m]."""
 TRAIL: Final = 1.0 / 30.0
-"""Dots behind objects that fly are so far apart [s]."""
+"""Time between the dots behind flying objects [s]."""
 _SLAT: Final = np.array([0.29, 0.31, 0.34, 1.0])
 
 
@@ -38,7 +38,7 @@ def camera(config: LineConfig) -> Any:
 
 
 def _at_the_origin(config: LineConfig) -> LineConfig:
-    """The line with its first robot at x 0: pictures are drawn in single precision, which is sharp near there."""
+    """The line with its first robot at x 0, where the renderer's single precision is sharp."""
     origin = config.robots[0].x
     robots = tuple(robot.model_copy(update={"x": robot.x - origin}) for robot in config.robots)
     return config.model_copy(update={"robots": robots})
@@ -49,11 +49,11 @@ class LineView:
     """Offscreen pictures of one line, with its first robot at x 0.
 
     Args:
-        cell: one line; what its robots do is kept from now on.
+        cell: one line; its robots' cycles are recorded from now on.
         size: height and width of a frame [pixels].
 
     Raises:
-        ConfigError: several lines.
+        ConfigError: there are several lines.
     """
 
     def __init__(self, cell: LineCell, size: tuple[int, int] = SIZE) -> None:
@@ -66,7 +66,7 @@ class LineView:
         self._canvas = Canvas(camera(near), size)
 
     def aim(self, picture: Picture) -> None:
-        """Picture the line otherwise from now on."""
+        """Set the camera and the size of the following pictures."""
         self._canvas.close()
         self._canvas.size = (picture.height, picture.width)
         picture.aim(self._canvas.camera)
@@ -80,11 +80,11 @@ class LineView:
         return self._canvas.draw(*self.scene(float(self._cell.state.clock[row])))
 
     def last_throw(self, fps: int = FPS) -> list[Frame]:
-        """Frames since the decision before, at true rate; those of one decision after the other are one film."""
+        """Frames since the previous decision, at true rate; frames of successive decisions form one film."""
         return [self._canvas.draw(*scene) for scene in self.scenes(fps)]
 
     def at(self, moment: float, fps: int = FPS) -> Frame:
-        """The frame of a moment of the shift [s]; from the decision before on, up to the coming one."""
+        """Frame of a moment of the shift [s], between the previous decision and the coming one."""
         since, now = self._cell.acts.since, float(self._cell.state.clock[0])
         return self._canvas.draw(*self.scene(np.floor(fps * min(max(moment, since), now) + 1e-9) / fps))
 
@@ -101,25 +101,25 @@ class LineView:
         raise ConfigError("a line is not shown in a window; film it")
 
     def close(self) -> None:
-        """Free the renderer, and watch no more; safe to call twice."""
+        """Free the renderer and stop recording cycles; safe to call twice."""
         self._canvas.close()
         self._cell.unwatch()
 
     def scenes(self, fps: int = FPS) -> Iterator[Scene]:
-        """What frames since the decision before show, undrawn; each holds until the next one is asked for."""
+        """Scenes of the frames since the previous decision; each scene is valid until the next one is drawn."""
         first, last = np.ceil(fps * np.array([self._cell.acts.since, self._cell.state.clock[0]]) - 1e-9)
         for number in range(int(first), int(last)):
             yield self.scene(number / fps)
 
     def scene(self, time: float) -> Scene:
-        """What a picture shows of a time between the decision before and the coming one [s]."""
+        """Scene at a time between the previous decision and the coming one [s]."""
         acts = self._cell.acts
         self._scene.pose(acts.tips(time))
         seen = [*self._slats(time), *self._riding(time), *self._thrown(time), *self._trails(time)]
         return self._scene.model, self._scene.data, seen
 
     def _riding(self, time: float) -> list[Marker]:
-        """Objects on the belt."""
+        """Markers of objects on the belt."""
         cell, (low, high) = self._cell, self._scene.belt
         stream, belt = cell.stream, cell.config.cell.belt
         until = np.where(np.isinf(cell.state.books.since(np.s_[0])), -np.inf, time)
@@ -134,7 +134,7 @@ class LineView:
         return drawn(objects, np.stack([x[which], y, belt.height + high / 2], axis=1), upright(objects.yaw))
 
     def _thrown(self, time: float) -> list[Marker]:
-        """Objects in hands, in the air and where they lie."""
+        """Markers of objects in hands, in the air and at rest."""
         shown = [(one, pose) for one in self._cell.acts.made if (pose := one.seen(time)) is not None]
         if not shown:
             return []
@@ -145,7 +145,7 @@ class LineView:
         return drawn(take(self._cell.stream.objects, (0, which)), poses[:, :3], poses[:, 3:])
 
     def _trails(self, time: float) -> list[Marker]:
-        """Where objects that are in hands or in the air have been since they were lifted."""
+        """Dots along the past path of objects that are in hands or in the air."""
         places, dots = self._places(), list[Marker]()
         for one in self._cell.acts.made:
             if one.thing is None or not one.lift <= time < one.thing.time[-1]:
@@ -160,7 +160,7 @@ class LineView:
         return self._cell.config.places() - self._origin
 
     def _slats(self, time: float) -> list[Marker]:
-        """Marks that run with the belt."""
+        """Marks that move with the belt."""
         belt, (low, high) = self._cell.config.cell.belt, self._scene.belt
         first = low + belt.speed * time % SLATS
         size = np.array([0.004, (belt.y[1] - belt.y[0]) / 2, 0.0006])

@@ -28,7 +28,7 @@ from pnt_gym.planning.one_joint import ThrowPlans
 
 ERRORS: Final = ("error_x", "error_y", "error_phi", "error_dy")
 EXPLORATION: Final = 0.05
-"""Standard deviation of what a learner adds in practice, as a share of an action of 1."""
+"""Standard deviation of the noise that a learner adds in practice, as a share of an action of 1."""
 
 
 def _replanned(planner: ThrowPlanner, context: Context, residual: Floats) -> ThrowPlans:
@@ -36,7 +36,7 @@ def _replanned(planner: ThrowPlanner, context: Context, residual: Floats) -> Thr
 
 
 def _released(planner: ThrowPlanner, context: Context, residual: Floats) -> ThrowPlans:
-    # The planned flight time plays no part in how the arm moves; it stays to say when the object should arrive.
+    # The planned flight time does not change the arm's motion; it stays in `u` as the expected time of arrival.
     return planner.plan_releases(context.plans.u + padded(residual, 4), context.part)
 
 
@@ -58,7 +58,7 @@ MODES: Final = by_name(
 
 
 def correction(config: OneJointConfig, job: Job, mode: str) -> Correction | None:
-    """How an action shifts the errors in x, y, phi and dy; None where it has no such meaning."""
+    """Meaning of an action as an offset of the errors in x, y, phi and dy; None where it has no such meaning."""
     if not MODES[mode].errors:
         return None
     near, scale = config.tolerance, MODES[mode].scale(config)
@@ -75,14 +75,14 @@ def correction(config: OneJointConfig, job: Job, mode: str) -> Correction | None
 def _have_plans(
     planner: ThrowPlanner, scale: Floats, parts: Sequence[int], features: NDArray[np.float32], kind: int, shift: Floats
 ) -> Bools:
-    """Which shifts (M, 4) of a throw's goal have a plan, by the goal as it is seen."""
+    """Whether offsets (M, 4) of a throw's goal have a feasible plan, for the observed goal."""
     seen = decode(features)
     goal = np.array([seen["goal_x"], seen["goal_y"], seen["goal_phi"], seen["goal_dy"]])
     return planner.plan(goal + shift * scale, np.full(len(shift), parts[kind])).feasible
 
 
 def _buckets(job: Job, features: NDArray[np.float32], kind: Ints) -> list[tuple[str, str]]:
-    """The kind of each throw, and with goals from a region the quarter of it that the goal lies in."""
+    """Kind of each throw and, for goals from a region, the quarter of the region in which the goal lies."""
     names = [job.names[int(k)] for k in kind]
     if job.region is None:
         return [(name, "here") for name in names]

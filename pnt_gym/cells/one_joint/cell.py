@@ -1,4 +1,4 @@
-"""The one-joint thrower's cell: N arms, throwing in step."""
+"""The cell of the one-joint thrower: N arms that throw in step."""
 
 from __future__ import annotations
 
@@ -28,24 +28,24 @@ from pnt_gym.errors import ConfigError
 from pnt_gym.planning.one_joint import ThrowPlans
 
 CANDIDATES: Final = 24
-"""Goals drawn at once from a region, the first of which that will do is taken; about every seventeenth will."""
+"""Goals drawn at once from a region; the first suitable one is used. About every seventeenth goal is suitable."""
 MOST_DRAWS: Final = 50
 """Draws in a row before the cell is declared impossible."""
 
 
 @final
 class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
-    """N cells in step: `context` holds the coming throws, `throw` carries them out and brings the next.
+    """N cells in step: `context` holds the coming throws, `throw` carries them out and draws the next ones.
 
-    In an assembly a second part follows only on a first that lies well; after a failure the pallet is cleared.
+    In an assembly a second part follows only after a success of the first; after a failure the pallet is cleared.
 
     Args:
-        config: the cell.
+        config: level of the cell.
         count: number of cells N.
-        threads: worker threads of the physics; results do not depend on it.
+        threads: worker threads of the physics; results do not depend on their number.
 
     Raises:
-        ConfigError: no goal of the config is in the arm's reach.
+        ConfigError: no goal of the level is in the arm's reach.
     """
 
     modes = MODES
@@ -66,7 +66,7 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
         self.context = self.first(np.arange(count))
 
     def preview(self, plans: ThrowPlans, jitter: bool = False) -> Outcome:
-        """What the coming throws would do; `jitter` is the throw's own scatter and the camera's noise.
+        """Outcome of the coming throws; `jitter` adds the throw's scatter and the camera's noise.
 
         Raises:
             PlanningError: a plan is not feasible.
@@ -90,7 +90,7 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
         }
 
     def info(self, outcome: Outcome, thrown: Context) -> dict[str, NDArray[Any]]:
-        """What the one-joint cell tells of throws, (N,) each."""
+        """Infos of throws that only the one-joint cell has, (N,) each."""
         told = {
             "error_x": outcome.error_x,
             "error_y": outcome.error_y,
@@ -109,11 +109,11 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
         return told
 
     def ended(self, outcome: Outcome, thrown: Context) -> Bools:
-        """An assembly whose first part is not in place is over: there is nothing to put the second on."""
+        """Whether the sequence is over (N,): without a first part in place no second part can be thrown onto it."""
         return ~outcome.is_success
 
     def correction(self, mode: str) -> Correction | None:
-        """How an action shifts the errors in x, y, phi and dy; None where it has no such meaning."""
+        """Meaning of an action as an offset of the errors; None where it has no such meaning."""
         return correction(self.config, self.job, mode)
 
     def view(self) -> ThrowView:
@@ -129,7 +129,7 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
         return self.plant.stand(row)
 
     def target(self, row: int) -> Floats:
-        """Where the coming throw should go (3,) [m]."""
+        """Goal of the coming throw (3,) [m]."""
         x, y = self.context.goal[row, :2]
         return np.array([x, 0.0, y])
 
@@ -146,12 +146,12 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
                 )
 
     def first(self, rows: Ints) -> Context:
-        """First throws of some rows, with nothing in the pallets."""
+        """First throws of some rows, with empty pallets."""
         lying = np.full((len(rows), len(self.job.parts), 3), np.nan)
         return self._drawn(rows, np.zeros(len(rows), dtype=np.int64), lying)
 
     def following(self, outcome: Outcome) -> Context:
-        """New throws; in an assembly the second part where the first lies well."""
+        """New throws; in an assembly, the second part where the first one lies in place."""
         rows, lying = np.arange(self.count), np.full_like(self.context.lying, np.nan)
         kind = np.zeros(self.count, dtype=np.int64)
         if self.job.in_order:
@@ -161,7 +161,7 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
         return self._drawn(rows, kind, lying)
 
     def _drawn(self, rows: Ints, kind: Ints, lying: Floats) -> Context:
-        """The coming throws of some rows; kinds (N,) count only where they follow each other."""
+        """Coming throws of some rows; kinds (N,) count only in an assembly."""
         if self.job.region is not None:
             goal, plans = self._in_region(rows, self.job.region)
         else:
@@ -173,18 +173,18 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
         return Context(kind, self._parts[kind], goal, self._goals[kind], plans, lying, hidden)
 
     def _aimed(self, kind: Ints, lying: Floats) -> tuple[Floats, ThrowPlans]:
-        """Goals of the kinds; a second part is aimed at the first one as it lies."""
+        """Goals of the kinds and their plans; a second part is aimed at the first part as that part lies."""
         part, goal = self._parts[kind], self._goals[kind]
         follows = ~np.isnan(lying[:, 0, 0])
         aimed = goal.copy()
         aimed[follows, :3] = stacked(_unwrapped(lying[follows, 0], self.job.targets[0].state[2]))
         plans = self.planner.plan(aimed, part)
-        # Where the seat has tilted out of reach, the goal of an exact seat is planned for.
+        # Where the first part has tilted its seat out of reach, the throw is planned for an exact seat.
         aimed[~plans.feasible] = goal[~plans.feasible]
         return aimed, made_anew(plans, ~plans.feasible, self.planner.plan, goal, part)
 
     def _in_region(self, rows: Ints, region: GoalRegion) -> tuple[Floats, ThrowPlans]:
-        """A goal per row, drawn from its own generator until it is well in reach."""
+        """Goal of each row and its plan, drawn from the row's generator until the goal is well in reach."""
         goal, plans, good = self._attempt(rows, region)
         for _ in range(MOST_DRAWS):
             pending = np.flatnonzero(~good)
@@ -195,11 +195,11 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
         raise ConfigError(f"cell {self.config.name!r}: no goal of goals.region is in the arm's reach")
 
     def _attempt(self, rows: Ints, region: GoalRegion) -> tuple[Floats, ThrowPlans, Bools]:
-        """One of several goals per row, its plan, and whether it will do."""
+        """First suitable goal of several draws per row, its plan, and whether the goal is suitable."""
         low, high = region.bounds()
         share = np.stack([self.generators[int(row)].random((CANDIDATES, 4)) for row in rows])
         goals: Floats = low + (high - low) * share
-        # Nearer to the pivot the arm would be in the way of what arrives.
+        # Nearer to the pivot the arm would be in the way of the arriving part.
         good = np.hypot(goals[..., 0], goals[..., 1]) >= SWEEP + self.job.parts[0].reach
         good[good] = self.planner.has_reserve(goals[good], region.reserve)
         every, first = np.arange(len(rows)), good.argmax(axis=1)

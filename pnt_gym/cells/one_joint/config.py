@@ -1,6 +1,6 @@
-"""Every number that describes a cell of the one-joint thrower, once, with its unit and its reason.
+"""Level of the one-joint thrower: every number of the cell, once, with its unit and its reason.
 
-Where the plane's y is meant, up, it is called y as in Miyashita et al. 2010; it is the simulated world's z.
+The paper's upward axis is called y here, as in Miyashita et al. 2010; in the simulated world that axis is z.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ Task = Literal["throw", "sort", "assembly"]
 Release = Literal["ideal", "contact"]
 
 LOWEST_GOAL: Final = -0.45
-"""Below, there is only the room that pallets stand in [m]."""
+"""Lowest goal; below is only the space of the pallets [m]."""
 MOST_TURN: Final = 900.0
-"""Two whole turns either way on top of half a turn: what the planner searches [deg]."""
+"""Largest angle that the planner searches: two whole turns either way on top of half a turn [deg]."""
 
 
 class ArmSection(Section):
@@ -75,7 +75,7 @@ class Servo(Section):
 
 
 class Errors(Section):
-    """What the planner does not know, at m = 1; every value is scaled by the mismatch m. All assumed."""
+    """Effects that the planner does not know, at m = 1; every value is scaled by the mismatch m. All assumed."""
 
     radius: Finite = Field(default=0.003, description="The object lies this much too far out [m].")
     inertia: Annotated[float, Field(gt=-0.3, le=1)] = Field(
@@ -95,7 +95,7 @@ class Errors(Section):
 
 
 class Camera(Section):
-    """Frames of the flying object, from which its flight is estimated (section 6)."""
+    """Frames of the flying object, from which the flight is estimated (section 6)."""
 
     rate: Annotated[float, Field(ge=50, le=10000)] = Field(default=1000.0, description="Frames per second.")
     frames: Annotated[int, Field(ge=8, le=5000)] = Field(default=400, description="Most frames of one throw.")
@@ -115,7 +115,7 @@ def _possible(what: str, y: float, phi: float) -> None:
 
 
 class Goal(Section):
-    """A state to be passed: z_d of the paper."""
+    """State that a throw passes: z_d of the paper."""
 
     name: str = Field(default="goal", min_length=1)
     x: Finite = Field(description="[m]")
@@ -134,7 +134,7 @@ class Goal(Section):
 
 
 class GoalRegion(Section):
-    """Goals drawn anew for every throw, uniform in a box, until one is in reach and out of the arm's own sweep."""
+    """Box from which the goal of every throw is drawn, until one is in reach and out of the arm's sweep."""
 
     x: Range = Field(default=(-0.40, 0.10), description="[m]")
     y: Range = Field(default=(0.15, 0.45), description="[m]")
@@ -159,9 +159,10 @@ class GoalRegion(Section):
 
 
 class Goals(Section):
-    """Where the task `throw` throws to: a list to draw from, or a region. The other tasks have pallets.
+    """Goals of the task `throw`: a list or a region. The goals of the other tasks are their pallets.
 
-    With neither it is the default region; with the release `contact`, which does not reach that, a list (`PUSHED`).
+    Without a list or a region the default region is used; with the release `contact`, which does not reach that region,
+    the list `PUSHED`.
     """
 
     fixed: tuple[Goal, ...] = ()
@@ -175,7 +176,7 @@ class Goals(Section):
 
 
 class Tolerance(Section):
-    """How near the goal a throw must pass to be a success."""
+    """Distance from the goal within which a throw is a success."""
 
     position: Positive = Field(default=0.005, description="[m]")
     angle_deg: Positive = Field(default=2.0, description="[deg]")
@@ -183,7 +184,7 @@ class Tolerance(Section):
 
 
 class Scale(Section):
-    """T of the Appendix: what makes metres, radians and metres per second comparable; not published."""
+    """T of the Appendix: scales that make metres, radians and metres per second comparable; not published."""
 
     position: Positive = Field(default=1.0, le=1e6)
     angle: NonNegative = Field(default=0.1, le=1e6)
@@ -195,7 +196,7 @@ class Scale(Section):
 
 
 class Action(Section):
-    """What an action of 1 means."""
+    """Correction of the throw for an action of 1."""
 
     position: Positive = Field(default=0.20, description="Virtual goal, along x and up [m].")
     angle_deg: Positive = Field(default=60.0, description="Virtual goal, phi [deg].")
@@ -205,16 +206,16 @@ class Action(Section):
     release_radius: Positive = Field(default=0.03, description="Release state, radius of the object [m].")
 
     def goal_scale(self) -> Floats:
-        """Shift of x, y [m], phi [rad] and dy [m/s] (4,)."""
+        """Offset of x, y [m], phi [rad] and dy [m/s] for an action of 1 (4,)."""
         return np.array([self.position, self.position, np.deg2rad(self.angle_deg), self.speed])
 
     def release_scale(self) -> Floats:
-        """Shift of theta_t [rad], dtheta_t [rad/s] and l_t [m] (3,)."""
+        """Offset of theta_t [rad], dtheta_t [rad/s] and l_t [m] for an action of 1 (3,)."""
         return np.array([np.deg2rad(self.release_angle_deg), self.release_speed, self.release_radius])
 
 
 class Reward(Section):
-    """Weights of the reward's terms, each of which lies in [0, 1], and what scales them. All of the true flight."""
+    """Weights and scales of the reward's terms, each in [0, 1] before weighting, from the true flight."""
 
     position: NonNegative = Field(default=1.0, description="Weight of max(0, 1 - landing error / position_scale).")
     angle: NonNegative = Field(default=0.3, description="Weight of max(0, 1 - |angle error| / angle_scale_deg).")
@@ -227,7 +228,7 @@ class Reward(Section):
 
 @final
 class OneJointConfig(LevelConfig):
-    """A cell of the one-joint thrower. The defaults are the level `nominal` of the task `throw`."""
+    """Level of a one-joint cell. The defaults are the level `nominal` of the task `throw`."""
 
     folder: ClassVar[str | Path] = "one_joint"
     alternatives: ClassVar[Mapping[str, tuple[str, ...]]] = {"goals": ("fixed", "region")}

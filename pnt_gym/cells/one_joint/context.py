@@ -1,4 +1,4 @@
-"""Throws as they stand before they are carried out."""
+"""Coming throws of the one-joint thrower, before they are carried out."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ class Context:
     part: Ints
     """Index of the part on the arm (N,)."""
     goal: Floats
-    """x, y [m], phi [rad], dy [m/s] (N, 4)."""
+    """Goal x, y [m], phi [rad], dy [m/s] (N, 4)."""
     nominal: Floats
-    """Goal of each throw's kind (N, 4); of no meaning where goals are drawn from a region."""
+    """Goal of each throw's kind (N, 4); meaningless where goals are drawn from a region."""
     plans: ThrowPlans
-    """The planner's throws to the goals."""
+    """Plans of the throws to the goals."""
     lying: Floats
-    """Poses x, y, phi of the parts that lie in the pallet already (N, P, 3); NaN where a part is not there."""
+    """Poses x, y, phi of the parts already in the pallet (N, P, 3); NaN for parts that are not there."""
     hidden: Hidden
-    """What the planner does not know of this throw."""
+    """Values of these throws that the planner does not know."""

@@ -1,4 +1,4 @@
-"""What became of a throw, read from the recorded motion of part and arm."""
+"""Recorded motion of part and arm in a throw, and quantities derived from it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pnt_gym.constants import GRAVITY
 from pnt_gym.robots.one_joint.references import Clock
 
 CARRIED_ON: Final = 0.1
-"""A flight that has ended is carried on for this long to find its nearest point to a goal [s]."""
+"""Time for which an ended flight is extrapolated, to find its nearest point to a goal [s]."""
 
 
 @final
@@ -24,13 +24,13 @@ class Flight:
     pose: Floats
     """x, y [m] and angle [rad] of the thrown part (N, M, 3)."""
     velocity: Floats
-    """Its rates in the middle of step k (N, M, 3) [m/s, rad/s]."""
+    """Velocity of the part in the middle of step k (N, M, 3) [m/s, rad/s]."""
     arm_angle: Floats
-    """(N, M) [rad]"""
+    """Angle of the arm (N, M) [rad]."""
     arm_speed: Floats
-    """In the middle of step k (N, M) [rad/s]."""
+    """Speed of the arm in the middle of step k (N, M) [rad/s]."""
     torque: Floats
-    """Of the motor during step k (N, M) [N m]."""
+    """Torque of the motor during step k (N, M) [N m]."""
     touch: Bools
     """Whether the thrown part touches each pallet, then each other part (N, M, Q + P - 1)."""
     pushed: Bools
@@ -42,13 +42,13 @@ class Flight:
     step: float
     """Physics step [s]."""
     final_pose: Floats
-    """Of every part at the end (N, P, 3) [m, m, rad]."""
+    """Pose of every part at the end (N, P, 3) [m, m, rad]."""
     final_velocity: Floats
-    """Of every part at the end (N, P, 3) [m/s, rad/s]."""
+    """Velocity of every part at the end (N, P, 3) [m/s, rad/s]."""
 
     @cached_property
     def time(self) -> Floats:
-        """Of each sample on the motion's clock (N, M) [s]; 0 is the beginning of the motion."""
+        """Time of each sample on the motion's clock (N, M) [s]; 0 is the beginning of the motion."""
         return self.clock.start[:, None] + self.step * (1.0 + self._samples)
 
     @cached_property
@@ -69,7 +69,7 @@ class Flight:
 
     @property
     def release_time(self) -> Floats:
-        """When the part comes free, on the motion's clock (N,) [s]."""
+        """Time at which the part comes free, on the motion's clock (N,) [s]."""
         return self.clock.start + self.step * (self.clock.release_step + 0.5)
 
     @property
@@ -89,17 +89,17 @@ class Flight:
         return np.abs(self.torque).max(axis=1)
 
     def touched(self) -> Bools:
-        """What the part touched after the release (N, Q + P - 1)."""
+        """Whether the part touched each pallet and other part after the release (N, Q + P - 1)."""
         return np.asarray((self.touch & self.after_release[..., None]).any(axis=1))
 
     def nearest(self, goal: Floats, weights: Floats) -> Floats:
         """State x, y, phi, dy (N, 4) of the free flight where it passes nearest to goals.
 
-        A flight that ends at a pallet, or with the simulation, is carried on ballistically for a while: this measures
-        the throw, not the pallet.
+        A flight that ends at a pallet, or with the simulation, is extrapolated ballistically for a while, because the
+        state measures the throw and not the pallet.
 
         Args:
-            goal: (N, 4).
+            goal: goals (N, 4).
             weights: T of the Appendix (4,).
         """
         state, end = self._carried_on()
@@ -107,19 +107,20 @@ class Flight:
         samples = np.arange(state.shape[1], dtype=np.int64)
         counts = (samples >= self.clock.release_step[:, None]) & (samples <= end[:, None])
         best = np.where(counts, distance, np.inf).argmin(axis=1)
-        # One sample on either side must count, to interpolate between them.
+        # The interpolation needs one valid sample on either side.
         best = np.clip(best, self.clock.release_step + 1, end - 1)
         rows = np.arange(len(goal))
         left, middle, right = (distance[rows, best + i] for i in (-1, 0, 1))
+        # Vertex of the parabola through three samples of the squared distance, and the state interpolated there.
         bend = left - 2.0 * middle + right
         shift = np.clip(0.5 * (left - right) / np.where(bend > 0.0, bend, np.inf), -1.0, 1.0)[:, None]
         a, b, c = (state[rows, best + i] for i in (-1, 0, 1))
         return b + 0.5 * shift * (c - a) + 0.5 * shift**2 * (a - 2.0 * b + c)
 
     def _carried_on(self) -> tuple[Floats, Ints]:
-        """x, y, phi, dy (N, M + K, 4) of the free flight and its ballistic continuation, and the last sample (N,)."""
+        """State x, y, phi, dy (N, M + K, 4) of the free flight with its extrapolation, and its last sample (N,)."""
         more, rows = round(CARRIED_ON / self.step), np.arange(len(self.pose))
-        # A speed belongs to the middle of its step; half a step later gravity has worked on.
+        # Velocities belong to the middle of a step; gravity adds half a step until its end.
         fall = np.array([0.0, -GRAVITY, 0.0])
         rate = self.velocity + 0.5 * self.step * fall
         state = np.concatenate([self.pose, rate[..., 1:2]], axis=2)

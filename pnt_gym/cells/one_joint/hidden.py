@@ -1,4 +1,4 @@
-"""What differs from throw to throw and what no planner is told, drawn before the throw from each row's generator."""
+"""Hidden values that differ from throw to throw, drawn before the throw from each row's generator."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ class Hidden:
     radius: Floats
     """True minus planned radius (N,) [m]."""
     delay: Floats
-    """From the planned release to the moment the part comes free (N,) [s]."""
+    """Time from the planned release to the moment at which the part comes free (N,) [s]."""
     noise: Floats
     """Errors of the camera's frames in x, y [m] and phi [rad], (N, F, 3)."""
 
 
 def draw_hidden(generators: list[np.random.Generator], config: OneJointConfig) -> Hidden:
-    """Hidden values of one throw per generator; each takes the same number of draws whatever the config holds.
+    """Hidden values of one throw per generator; the number of draws does not depend on the level.
 
     Args:
         generators: one per row.
-        config: the cell.
+        config: level of the cell.
     """
     m, errors, camera = config.mismatch, config.errors, config.camera
     draws = np.stack([g.standard_normal(2 + 3 * camera.frames) for g in generators])

@@ -1,4 +1,4 @@
-"""What the camera sees of a flight (Miyashita et al. 2010, section 6.1)."""
+"""Camera measurement of a flight (Miyashita et al. 2010, section 6.1)."""
 
 from __future__ import annotations
 
@@ -13,42 +13,41 @@ from pnt_gym.cells.one_joint.flight import Flight
 from pnt_gym.planning.one_joint import arrival, fit_flight
 
 CLEAR: Final = 0.020
-"""A part that leaves by contact is watched from this long after the release on, when nothing pushes it [s]."""
+"""Time after the release from which the stoppers no longer push the part; the camera films from there on [s]."""
 LEAST: Final = 8
-"""Frames that are kept even of a part that is touched before."""
+"""Frames that are kept even if the part touches something earlier."""
 PUSHED: Final = 0.5
-"""A part that leaves by contact passes its goal when it will, whatever flight was planned: it is recorded for this long
-at least [s]."""
+"""Least recorded time of a part that leaves by contact, whose arrival at the goal the plan does not predict [s]."""
 
 
 @final
 @dataclass(frozen=True)
 class Frames:
-    """The camera's frames of N flights; rows that end early are padded with frames in which nothing is seen."""
+    """The camera's frames of N flights; rows that end early are padded with empty frames."""
 
     time: Floats
-    """Since the release (N, F) [s]."""
+    """Time since the release (N, F) [s]."""
     pose: Floats
-    """x, y [m], phi [rad] with the camera's noise (N, F, 3); 0 where nothing is seen."""
+    """Pose x, y [m], phi [rad] with the camera's noise (N, F, 3); 0 in empty frames."""
     seen: Bools
-    """(N, F)"""
+    """Whether the frame shows the part (N, F)."""
 
 
 def least_flight(config: OneJointConfig) -> float:
-    """How long a flight must be recorded however short it was planned [s]."""
+    """Least time for which a flight is recorded, however short its plan is [s]."""
     return PUSHED if config.release == "contact" else LEAST / config.camera.rate
 
 
 def watch(flight: Flight, flight_time: Floats, noise: Floats, config: OneJointConfig) -> Frames:
-    """Film N flights from the release until the planned arrival or the first touch.
+    """Frames of N flights from the release until the planned arrival or the first touch.
 
-    Frames beyond the noise's are not taken: a slow camera sees a long flight, a fast one its beginning.
+    The number of frames is bounded: a slow camera films a long flight, a fast camera films its beginning.
 
     Args:
         flight: the simulated throws.
-        flight_time: planned (N,) [s].
-        noise: errors of the frames (N, F, 3); their number bounds that of the frames.
-        config: camera and release.
+        flight_time: planned flight time (N,) [s].
+        noise: errors of the frames (N, F, 3); F bounds the number of frames.
+        config: level with the camera and the kind of release.
     """
     stride = max(round(1.0 / (config.camera.rate * flight.step)), 1)
     skipped = CLEAR if config.release == "contact" else 0.0
@@ -65,14 +64,14 @@ def watch(flight: Flight, flight_time: Floats, noise: Floats, config: OneJointCo
 
 
 def estimated_state(flight: Flight, flight_time: Floats, goal: Floats, noise: Floats, config: OneJointConfig) -> Floats:
-    """States x, y, phi, dy (N, 4) in which N flights pass nearest to their goals, as the camera tells (Appendix).
+    """States x, y, phi, dy (N, 4) nearest to the goals, estimated from the camera's frames (Appendix).
 
     Args:
         flight: the simulated throws.
-        flight_time: planned (N,) [s].
-        goal: (N, 4).
+        flight_time: planned flight time (N,) [s].
+        goal: goals (N, 4).
         noise: errors of the frames (N, F, 3).
-        config: camera, release, and the weights of the distance.
+        config: level with the camera, the kind of release, and the weights of the distance.
     """
     frames = watch(flight, flight_time, noise, config)
     x, y, phi = (np.ascontiguousarray(frames.pose[..., k]) for k in range(3))

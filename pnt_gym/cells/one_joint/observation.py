@@ -1,7 +1,7 @@
-"""What the agent sees of a coming throw of the one-joint arm: goal, nominal plan, and what lies in the pallet already.
+"""Observation of a coming throw of the one-joint arm: goal, nominal plan, and the part that lies in the pallet.
 
-One table names every feature; the environments' docs, their spaces and `decode` are all made from it. Nothing hidden
-enters: true radius, delay, friction and drag are not among them.
+One table names every feature; the environments' docs, their spaces and `decode` use this table. Nothing hidden enters:
+true radius, delay, friction and drag are not among the features.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pnt_gym.cells.base.features import Feature, FeatureTable, Quantity
 from pnt_gym.cells.one_joint.context import Context
 
 MOST_KINDS: Final = 3
-"""Kinds of throw that can be told apart."""
+"""Kinds of throw that observations can distinguish."""
 
 
 def _is(kind: int, context: Context) -> Floats:
@@ -56,7 +56,8 @@ HIDDEN: Final = (
     Quantity("radius_error", "m", "true minus planned radius of the part on the arm", lambda c: c.hidden.radius),
     Quantity("delay", "s", "from the planned release to the moment the part comes free", lambda c: c.hidden.delay),
 )
-"""What it does not see; that the camera's frames are noisy too makes the errors that are told, not the throw."""
+"""Hidden quantities. The noise of the camera's frames is not among them, because it changes the measured errors and not
+the throw."""
 
 
 def decode(observation: NDArray[np.floating]) -> dict[str, Floats]:

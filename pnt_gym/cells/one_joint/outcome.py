@@ -1,4 +1,4 @@
-"""What became of throws, and whether they did what they should: pass a state, rest in a pallet or on another part."""
+"""Outcome of throws: the state at the goal, and whether the part rests in its pallet or on another part."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from pnt_gym.planning.one_joint import ThrowPlans
 @final
 @dataclass(frozen=True)
 class SeatTolerance:
-    """How a part may lie to be in its place, and how still."""
+    """Largest deviation and motion of a part that rests in its place."""
 
     position: float
-    """Of the centre of mass, from the exact seat [m]."""
+    """Distance of the centre of mass from the exact seat [m]."""
     angle: float
-    """[rad]"""
+    """Deviation of the angle [rad]."""
     speed: float = 0.02
     """A part at rest creeps by less than 1 mm/s; one that hops or slides is faster [m/s]."""
     spin: float = 0.30
-    """[rad/s]"""
+    """Angular speed [rad/s]."""
 
 
 IN_POCKET: Final = SeatTolerance(position=0.008, angle=float(np.deg2rad(5.0)))
@@ -48,19 +48,20 @@ class Outcome:
     """
 
     goal: Floats
-    """(N, 4)"""
+    """Goals (N, 4)."""
     measured: Floats
     """State estimated from the camera (N, 4)."""
     true: Floats
     """State of the simulated flight (N, 4)."""
     is_success: Bools
-    """Within the tolerance; with pallets: at rest in the right one, and no other was touched."""
+    """Whether the state is within the tolerance; with pallets, whether the part rests in the right pallet and touched
+    no other."""
     in_pallet: Bools
-    """At rest in its pallet, or on the part before; always False where there is none."""
+    """Whether the part rests in its pallet, or on the previous part; always False without pallets."""
     touched_other: Bools
-    """The part touched a pallet that it was not thrown at."""
+    """Whether the part touched a pallet other than its target."""
     cycle_time: Floats
-    """From the start of the arm until both the part has arrived and the arm is back [s]."""
+    """Time from the start of the arm until the part has arrived and the arm is back [s]."""
     peak_torque: Floats
     """Largest motor torque [N m]."""
     release_speed_error: Floats
@@ -70,32 +71,32 @@ class Outcome:
 
     @property
     def error(self) -> Floats:
-        """Measured minus goal (N, 4)."""
+        """Measured state minus goal (N, 4)."""
         return self.measured - self.goal
 
     @property
     def true_error(self) -> Floats:
-        """True minus goal (N, 4)."""
+        """True state minus goal (N, 4)."""
         return self.true - self.goal
 
     @property
     def error_x(self) -> Floats:
-        """Along x, measured minus goal (N,) [m]."""
+        """Error along x, measured minus goal (N,) [m]."""
         return self.error[:, 0]
 
     @property
     def error_y(self) -> Floats:
-        """Up, measured minus goal (N,) [m]."""
+        """Error upwards, measured minus goal (N,) [m]."""
         return self.error[:, 1]
 
     @property
     def error_phi(self) -> Floats:
-        """Of the angle, measured minus goal (N,) [rad]."""
+        """Error of the angle, measured minus goal (N,) [rad]."""
         return self.error[:, 2]
 
     @property
     def error_dy(self) -> Floats:
-        """Of the vertical speed, measured minus goal (N,) [m/s]."""
+        """Error of the vertical speed, measured minus goal (N,) [m/s]."""
         return self.error[:, 3]
 
     @property
@@ -105,11 +106,11 @@ class Outcome:
 
 
 def is_within(true_error: Floats, tolerance: Tolerance) -> Bools:
-    """Whether states pass their goals near enough (N,).
+    """Whether states pass their goals within a tolerance (N,).
 
     Args:
         true_error: state minus goal (N, 4).
-        tolerance: what counts.
+        tolerance: largest errors of a success.
     """
     near = np.hypot(true_error[:, 0], true_error[:, 1]) <= tolerance.position
     turned = np.abs(true_error[:, 2]) <= np.deg2rad(tolerance.angle_deg)
@@ -119,15 +120,15 @@ def is_within(true_error: Floats, tolerance: Tolerance) -> Bools:
 def judge(
     flight: Flight, context: Context, plans: ThrowPlans, job: Job, config: OneJointConfig, return_time: Floats
 ) -> Outcome:
-    """What became of N throws.
+    """Outcome of N throws.
 
     Args:
-        flight: the throws.
-        context: what was to be thrown where.
-        plans: what was planned.
+        flight: recorded throws.
+        context: the coming throws as they were planned for.
+        plans: plans of the throws.
         job: parts and pallets.
-        config: the cell.
-        return_time: from the arm's standstill back to its start (N,) [s].
+        config: level of the cell.
+        return_time: time from the arm's standstill back to its start (N,) [s].
     """
     goal, flight_time = context.goal, plans.u[:, 3]
     true = flight.nearest(goal, config.scale.weights())
@@ -152,9 +153,9 @@ def lies_at(pose: Floats, velocity: Floats, seat: Floats, tolerance: SeatToleran
 
     Args:
         pose: x, y [m], phi [rad] (N, 3); whole turns do not matter.
-        velocity: their rates (N, 3).
-        seat: pose of a part that lies exactly right (3,) or (N, 3).
-        tolerance: what still counts.
+        velocity: velocities (N, 3) [m/s, rad/s].
+        seat: pose of a part exactly in its seat (3,) or (N, 3).
+        tolerance: largest deviation and motion.
     """
     miss = pose - seat
     turn = np.abs((miss[:, 2] + np.pi) % (2.0 * np.pi) - np.pi)
@@ -174,14 +175,14 @@ def are_joined(lower: Floats, upper: Floats, velocity: Floats, tolerance: SeatTo
     Args:
         lower: poses of the Hs (N, 3).
         upper: poses of the Ts (N, 3).
-        velocity: rates of the Ts (N, 3).
-        tolerance: of the T from its seat on the H as it lies.
+        velocity: velocities of the Ts (N, 3) [m/s, rad/s].
+        tolerance: tolerance of the T's seat on the H as the H lies.
     """
     return lies_at(upper, velocity, stacked(lower), tolerance)
 
 
 def _rest(job: Job, kind: Ints, flight: Flight) -> tuple[Bools, Bools]:
-    """Which throws of kinds (N,) came to rest where they should, and which touched what they should not."""
+    """Whether throws of kinds (N,) rest in their place, and whether they touched a wrong pallet."""
     if not job.pallets:
         nowhere = np.zeros(len(kind), dtype=np.bool_)
         return nowhere, nowhere
@@ -196,9 +197,9 @@ def _sorted(job: Job, kind: Ints, flight: Flight) -> tuple[Bools, Bools]:
 
 
 def _assembled(job: Job, kind: Ints, flight: Flight) -> tuple[Bools, Bools]:
-    """The first part on its stand; then also the second on the first."""
+    """The first part on its stand; for the second kind, the second part on the first one too."""
     pose, velocity = flight.final_pose, flight.final_velocity
     first = lies_in_pocket(pose[:, 0], velocity[:, 0], job.pallets[0])
     second = first & are_joined(pose[:, 0], pose[:, 1], velocity[:, 1])
-    # The stand is what the first part is thrown at; the second has no business there.
+    # The stand is the first part's target; the second part must not touch it.
     return np.where(kind == 0, first, second), (kind == 1) & flight.touched()[:, 0]

@@ -1,12 +1,12 @@
-"""Pallets that catch what the one-joint arm throws, and flights that pass them (Miyashita et al. 2010, section 6.3).
+"""Pallets that catch the thrown parts, and flights that pass them (Miyashita et al. 2010, section 6.3).
 
-A pallet stands still in the plane of the throw. Its walls are boxes in the frame of its goal, the pose of the part that
-lies in it: u along the part, v across it. All parts are thrown upside down, so the side that gravity holds them to is
-+v. The paper prints neither the shape nor the place of its pallets, except the goal (0, 0.4 m, 150 deg, 0 m/s).
+A pallet stands still in the plane of the throw. Its walls are boxes in the frame of its goal, the pose of a part that
+lies in the pallet: u along the part, v across the part. All parts are thrown upside down, so gravity holds them to the
++v side. The paper prints neither the shape nor the place of its pallets, except the goal (0, 0.4 m, 150 deg, 0 m/s).
 
-The sorting pockets stand around that goal so that no wall is in the sweep of the arm, and so that the flight of the
-second passes below the first, that of the third below the second: a throw that falls too steeply comes from too high
-and hits the pallet before. Each is open towards the arriving part.
+The sorting pockets stand around that goal so that no wall is in the sweep of the arm, the flight to the second pocket
+passes below the first, and the flight to the third passes below the second. A steeper throw comes from too high and
+hits the previous pallet. Each pocket is open towards the arriving part.
 """
 
 from __future__ import annotations
@@ -27,25 +27,25 @@ from pnt_gym.planning.one_joint.landing import release_states_batch
 from pnt_gym.planning.one_joint.parameters import Arm
 
 PALLET_DEPTH: Final = 0.050
-"""Across the plane: wider than the parts by a centimetre on either side [m]."""
+"""Depth across the plane: a centimetre more than the parts on either side [m]."""
 WALL: Final = 0.006
 """Thickness of a pocket's boards [m]."""
 LIP: Final = 0.0025
-"""Height of the board that the part passes last; it keeps the part from sliding out [m]."""
+"""Height of the board at the entry; the board keeps the part from sliding out [m]."""
 LIP_PLAY, BACK_PLAY = 0.006, 0.004
 """Room before and behind a part that lies exactly at the goal, 10 mm in all [m]."""
 BACK: Final = 0.016
-"""Height of the board that stops the part; about half the block, so that a throw 2 cm too high goes over it [m]."""
+"""Height of the board that stops the part, about half the block; a throw 2 cm too high passes over the board [m]."""
 SAMPLES: Final = 240
-"""Poses along a flight that are checked against walls; a part moves less than 8 mm from one to the next."""
+"""Poses along a flight that are checked against walls; a part moves less than 8 mm between two poses."""
 SWEEP: Final = 0.320
-"""What stands farther from the pivot than this is out of the reach of the arm and the parts on it: the outer top corner
-of an H whose edge ends with the plate is at 0.313 m, and a part may lie some millimetres too far out [m]."""
+"""Distance from the pivot that the arm and the parts on it never reach: the outer top corner of an H whose edge ends
+with the plate is at 0.313 m, and a part may lie some millimetres too far out [m]."""
 
 _WOOD: Final = (0.62, 0.46, 0.30, 1.0)
 _STEEL: Final = (0.55, 0.57, 0.60, 1.0)
 _BACKBOARD: Final = 0.29
-"""Brackets reach back to here, behind the arm and every flight [m]."""
+"""Plane that the brackets reach, behind the arm and every flight [m]."""
 
 
 @final
@@ -54,16 +54,17 @@ class Pallet:
     """Walls around a goal.
 
     Raises:
-        ConfigError: a number that is not finite, a box without size, or no box.
+        ConfigError: a number is not finite, a box has no size, or there is no box.
     """
 
     name: str
     goal: tuple[float, float, float, float]
-    """x, y [m], phi [rad, not wrapped], dy [m/s] of the part that arrives; at rest it lies at x, y, phi."""
+    """State x, y [m], phi [rad, not wrapped], dy [m/s] of the arriving part; at rest the part lies at x, y, phi."""
     boxes: Boxes
-    """In the goal's frame: centre u, v, half sizes along the box's own axes [m], and the angle of the box [rad]."""
+    """Walls in the goal's frame: centre u, v, half sizes along the box's own axes [m], and the angle of the box
+    [rad]."""
     depth: float = PALLET_DEPTH
-    """Across the plane [m]."""
+    """Depth across the plane [m]."""
     rgba: Rgba = _WOOD
 
     def __post_init__(self) -> None:
@@ -75,7 +76,7 @@ class Pallet:
 
     @property
     def pose(self) -> Floats:
-        """x, y [m] and phi [rad] of the part that lies in it (3,)."""
+        """Pose x, y [m] and phi [rad] of a part that lies in the pallet (3,)."""
         return np.array(self.goal[:3])
 
     @property
@@ -94,8 +95,8 @@ def pocket(part: Part, lip: float = LIP, back: float = BACK) -> Boxes:
 
     Args:
         part: a part whose underside and top are flat.
-        lip: height of the board that the part passes last [m].
-        back: height of the board that stops it [m].
+        lip: height of the board at the entry [m].
+        back: height of the board that stops the part [m].
     """
     top, length, half = max(v for _, v in part.outline), part.half_length, WALL / 2
     low, high = -length - LIP_PLAY - WALL, length + BACK_PLAY + WALL
@@ -107,7 +108,7 @@ def pocket(part: Part, lip: float = LIP, back: float = BACK) -> Boxes:
 
 
 def stand() -> Boxes:
-    """A T fixed upside down under an H: the H's slot takes its stem, the H's legs stand on its bar (Fig. 16a)."""
+    """Boxes of a T fixed upside down under an H: its stem in the H's slot, the H's legs on its bar (Fig. 16a)."""
     face = BAR - TEE.half_height
     return tuple((-u, AITCH.half_height + face - v, a, b, turn) for u, v, a, b, turn in TEE.boxes)
 
@@ -128,15 +129,15 @@ SORTING: Final = (
     Pallet("pallet_2", _goal(-0.25, 0.30, 180.0, -0.80), pocket(BLOCK)),
     Pallet("pallet_3", _goal(-0.40, 0.10, 195.0, -1.70), pocket(BLOCK)),
 )
-"""Three pockets for the block. The first goal is the paper's; the others are chosen, see the module's text."""
+"""Three pockets for the block. The first goal is the paper's; the others are ours, see the module's text."""
 STAND: Final = Pallet(
     "stand", _goal(0.42, -0.06, 189.0, -2.20), stand(), depth=AITCH.depth, rgba=(0.45, 0.33, 0.22, 1.0)
 )
 """Pallet of the assembly, and the goal of the H.
 
-The part must not turn much while the stem enters the slot, so the goal is low, where the fall is fast: 15 mm take
-7 ms and 3 deg. It lies to the right of the arm's sweep, where the falling part is 15 cm away from the rising one. The
-slots stand 9 deg off the vertical, which is the direction in which a throw arrives there at -2.20 m/s.
+The part must not turn much while the stem enters the slot, so the goal is low, where the fall is fast: 15 mm take 7 ms
+and 3 deg. The goal lies to the right of the arm's sweep, where the falling part is 15 cm away from the rising one. The
+slots stand 9 deg off the vertical, the direction in which a throw arrives there at -2.20 m/s.
 """
 TEE_GOAL: Final = (*(float(value) for value in stacked(STAND.pose)), -2.12)
 """Goal of the T when the H lies exactly in its place."""
@@ -182,7 +183,7 @@ def flight_poses(u: Floats, half_height: float, samples: int = SAMPLES) -> Float
         samples: at even steps of time, both ends included.
     """
     theta, omega, radius, flight = (u[:, k, None] for k in range(4))
-    # Of the line from the pivot to the centre of mass at the release.
+    # Angle of the line from the pivot to the centre of mass at the release.
     angle = theta + np.arcsin(half_height / radius)
     cos, sin = np.cos(angle), np.sin(angle)
     t = flight * np.linspace(0.0, 1.0, samples)
@@ -192,16 +193,16 @@ def flight_poses(u: Floats, half_height: float, samples: int = SAMPLES) -> Float
 
 
 def clearance(u: Floats, part: Part, pallets: Sequence[Pallet]) -> Floats:
-    """How far thrown parts stay from pallets on their whole flight (N,) [m].
+    """Least distance of thrown parts from pallets during the whole flight (N,) [m].
 
-    By separating axes of the part's boxes and the walls, so it is a lower bound of the distance for each pose, exact
-    where sides face each other; negative where they overlap, by the depth. Between the poses a part may come nearer by
-    1 mm. Infinite if there are no pallets.
+    Separating axes of the part's boxes and the walls give a lower bound of the distance for each pose, exact where
+    sides face each other; an overlap counts negative, by its depth. Between two poses a part may come nearer by 1 mm.
+    Infinite if there are no pallets.
 
     Args:
         u: release states (N, 4), as in `flight_poses`.
-        part: what is thrown.
-        pallets: the pallets to be passed, without the one that is aimed at.
+        part: the thrown part.
+        pallets: pallets along the way, without the target.
     """
     swept = placed(np.array(part.boxes), flight_poses(u, part.half_height))
     nearest = np.full(len(u), np.inf)
@@ -213,15 +214,15 @@ def clearance(u: Floats, part: Part, pallets: Sequence[Pallet]) -> Floats:
 def clear_vertical_speeds(
     goal: Pallet, speeds: Floats, part: Part, pallets: Sequence[Pallet], margin: float = 0.005, arm: Arm | None = None
 ) -> Bools:
-    """At which vertical speeds a goal has a throw that passes the other pallets (S,), as section 6.3 chooses them.
+    """Vertical speeds at which a throw to a goal passes the other pallets (S,), as section 6.3 chooses them.
 
     Args:
-        goal: the pallet that is aimed at; its own vertical speed does not matter.
+        goal: the target pallet; its own vertical speed is not used.
         speeds: vertical speeds at the arrival (S,) [m/s].
-        part: what is thrown.
-        pallets: what stands there; the one that is aimed at may be among them.
-        margin: how far the part must stay from every other pallet [m].
-        arm: whose limits decide which throws there are; the paper's when not given.
+        part: the thrown part.
+        pallets: all pallets; the target may be among them.
+        margin: least distance of the part from every other pallet [m].
+        arm: arm with the limits of its throws; the paper's arm when not given.
     """
     goals = np.tile(goal.state, (len(speeds), 1))
     goals[:, 3] = speeds
@@ -246,7 +247,7 @@ def gaps(a: Floats, b: Floats) -> Floats:
 
 
 def _offset(frame: Floats, other: Floats) -> tuple[Floats, Floats]:
-    """Centre of a box (..., 5) in the axes of another (..., 5), along and across [m]."""
+    """Centre of a box (..., 5) in the axes of another box (..., 5), along and across [m]."""
     dx, dy = other[..., 0] - frame[..., 0], other[..., 1] - frame[..., 1]
     cos, sin = np.cos(frame[..., 4]), np.sin(frame[..., 4])
     return dx * cos + dy * sin, dy * cos - dx * sin

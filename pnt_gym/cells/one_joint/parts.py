@@ -1,4 +1,4 @@
-"""The parts that the one-joint arm throws: a block, a T and an H of wood (Miyashita et al. 2010, sections 1 and 6).
+"""Parts that the one-joint arm throws: a block, a T and an H of wood (Miyashita et al. 2010, sections 1 and 6).
 
 A part is planar: an outline in its own frame u (along the arm), v (away from the arm), with the origin at the centre
 of mass, and the boxes that fill the outline for contact. The paper prints the block's size and mass; the shapes of T
@@ -29,24 +29,24 @@ WOOD_SOLREF: Final = (0.004, 1.25)
 WOOD_SOLIMP: Final = (0.95, 0.99, 0.001, 0.5, 2.0)
 """Nearly rigid from the first micrometre on; a part at rest sinks in by less than 0.1 mm."""
 WOOD_DENSITY: Final = 0.029 / (0.06 * 0.03 * 0.03)
-"""Of the paper's block, 29 g at 6 cm x 3 cm x 3 cm [kg/m3]."""
+"""Density of the paper's block, 29 g at 6 cm x 3 cm x 3 cm [kg/m3]."""
 DEPTH: Final = 0.030
-"""Across the plane of the throw [m] (section 6)."""
+"""Depth across the plane of the throw [m] (section 6)."""
 
 STEM: Final = 0.010
 """Width of the T's stem [m]."""
 STEM_LENGTH: Final = 0.015
-"""From the T's bar to the tip of the nose [m]."""
+"""Length from the T's bar to the tip of the nose [m]."""
 SLOT: Final = 0.020
 """Width of the H's slots [m]: 5 mm of play on either side of the stem."""
 SLOT_DEPTH: Final = 0.016
-"""1 mm deeper than the stem is long, so that the bar and not the tip bears [m]."""
+"""Depth of the H's slots, 1 mm more than the stem is long, so that the bar and not the tip bears [m]."""
 BAR: Final = 0.012
 """Thickness of the T's bar [m]."""
 BRIDGE: Final = 0.010
 """Thickness of the H's cross bar [m]."""
 WIDTH: Final = 0.060
-"""Of T and H, as long as the block [m]."""
+"""Width of T and H, as long as the block [m]."""
 H_HEIGHT: Final = 2.0 * SLOT_DEPTH + BRIDGE
 
 _LARGEST_OFFSET = 1e-9  # m, what counts as a centre of mass at the origin
@@ -62,20 +62,20 @@ class Part:
     """A prism of one material whose cross-section lies in the plane of the throw.
 
     Raises:
-        ConfigError: a depth or density that is not positive, or an outline that is clockwise or whose centroid is not
-            at the origin.
+        ConfigError: a depth or density is not positive, or an outline is clockwise or has its centroid off the
+            origin.
     """
 
     name: str
     outline: Outline
     """Corners u, v [m], anticlockwise, the origin at the centre of mass."""
     boxes: Boxes
-    """For contact, together the outline: centre u, v, half sizes along the box's own axes [m], and the angle of the
-    box [rad]."""
+    """Boxes for contact, which together fill the outline: centre u, v, half sizes along the box's own axes [m], and the
+    angle of the box [rad]."""
     depth: float = DEPTH
-    """Across the plane [m]."""
+    """Depth across the plane [m]."""
     density: float = WOOD_DENSITY
-    """[kg/m3]"""
+    """Density [kg/m3]."""
     rgba: Rgba = (0.93, 0.80, 0.36, 1.0)
 
     def __post_init__(self) -> None:
@@ -91,23 +91,23 @@ class Part:
 
     @cached_property
     def mass(self) -> float:
-        """Of the whole part [kg]."""
+        """Mass of the part [kg]."""
         return self.density * self.depth * self.area
 
     @cached_property
     def area(self) -> float:
-        """Of the cross-section [m2]."""
+        """Area of the cross-section [m2]."""
         return float(_crossed(np.array(self.outline)).sum() / 2.0)
 
     @cached_property
     def inertia(self) -> float:
-        """J about the centre of mass, across the plane [kg m2]."""
+        """Moment of inertia J about the centre of mass, across the plane [kg m2]."""
         second = _moments(np.array(self.outline))[1]
         return self.density * self.depth * float(second.sum())
 
     @cached_property
     def inertias(self) -> tuple[float, float, float]:
-        """About the part's u axis, the axis across the plane, and the v axis [kg m2]."""
+        """Moments of inertia about the part's u axis, the axis across the plane, and the v axis [kg m2]."""
         along_u, along_v = self.density * self.depth * _moments(np.array(self.outline))[1]
         flat = self.mass * self.depth**2 / 12.0
         return float(along_v + flat), self.inertia, float(along_u + flat)
@@ -135,16 +135,16 @@ class Part:
 
 
 def block(part: Part) -> Block:
-    """The part as the planner sees it: mass, support and height of the centre of mass.
+    """The part as the planner models it: mass, support and height of the centre of mass.
 
-    The planner's block is a full box, so its inertia is not the part's own: 11 % more for the T, 15 % less for the H.
-    Beside m l_A r in Eqs. 2 and 3 the inertia is small; the bounds of the dynamic grasp move by 1 %.
+    The planner's block is a full box, so its inertia differs from the part's: 11 % more for the T, 15 % less for the H.
+    This inertia is small beside m l_A r in Eqs. 2 and 3; the bounds of the dynamic grasp move by 1 %.
     """
     return Block(mass=part.mass, half_length=part.half_length, half_height=part.half_height, depth=part.depth)
 
 
 def centred(outline: Outline, boxes: Boxes) -> tuple[Outline, Boxes]:
-    """Outline and boxes in any frame parallel to the part's, moved to the centre of mass."""
+    """Outline and boxes, moved to the centre of mass from any frame parallel to the part's."""
     u, v = (float(value) for value in _moments(np.array(outline))[0])
     moved = tuple((a - u, b - v) for a, b in outline)
     return moved, tuple((a - u, b - v, half_u, half_v, angle) for a, b, half_u, half_v, angle in boxes)
@@ -154,9 +154,9 @@ def add_part(body: MjsBody, part: Part, affinity: int = PART_BIT) -> None:
     """Give a body the part's mass and its geoms; the body's x axis is u, its z axis v.
 
     Args:
-        body: of a mujoco.MjSpec; joints are the caller's.
+        body: body of a mujoco.MjSpec; the caller adds the joints.
         part: the part.
-        affinity: bits of what it touches besides other parts and pallets.
+        affinity: collision bits of what the part touches besides other parts and pallets.
     """
     body.explicitinertial = True
     body.mass, body.inertia, body.ipos = part.mass, np.array(part.inertias), np.zeros(3)
@@ -204,12 +204,12 @@ def _moments(outline: Floats) -> tuple[Floats, Floats]:
 
 
 def _box(u: tuple[float, float], v: tuple[float, float]) -> tuple[float, float, float, float, float]:
-    """An upright box between two lines in u and two in v."""
+    """An upright box between two values of u and two values of v."""
     return (u[0] + u[1]) / 2, (v[0] + v[1]) / 2, (u[1] - u[0]) / 2, (v[1] - v[0]) / 2, 0.0
 
 
 def _nose(v: float) -> tuple[float, float, float, float, float]:
-    """A square on its corner whose upper half stands out of a stem that ends at v."""
+    """Tip of the stem: a square on its corner, whose upper half rises above the end of the stem at v."""
     half = STEM / np.sqrt(8.0)
     return 0.0, v, float(half), float(half), np.pi / 4
 
@@ -220,7 +220,7 @@ def _block() -> Part:
 
 
 def _tee() -> Part:
-    """Its bar lies on the arm, the stem points up."""
+    """The T; its bar lies on the arm, its stem points up."""
     h, s, shoulder = WIDTH / 2, STEM / 2, BAR + STEM_LENGTH - STEM / 2
     right: Sequence[tuple[float, float]] = ((h, 0.0), (h, BAR), (s, BAR), (s, shoulder))
     left = tuple((-u, v) for u, v in reversed(right))
@@ -230,7 +230,7 @@ def _tee() -> Part:
 
 
 def _aitch() -> Part:
-    """It stands on both legs, one slot below and one above the cross bar."""
+    """The H; both legs stand on the arm, one slot opens below the cross bar and one above."""
     h, s, top, bridge = WIDTH / 2, SLOT / 2, H_HEIGHT / 2, BRIDGE / 2
     right: Sequence[tuple[float, float]] = ((s, -bridge), (s, -top), (h, -top), (h, top), (s, top), (s, bridge))
     left = tuple((-u, -v) for u, v in right)

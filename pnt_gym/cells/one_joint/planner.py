@@ -1,4 +1,4 @@
-"""Plans for many throws at once, each with its own part on the arm."""
+"""Plans of many throws at once, each with its own part on the arm."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from pnt_gym.planning.one_joint.parameters import Arm, Block
 
 @final
 class ThrowPlanner:
-    """The analytic planner of a cell: it knows arm and parts, and nothing of the mismatch.
+    """The analytic planner of a cell: it models arm and parts, and none of the mismatch.
 
     Args:
-        config: the cell.
-        job: its parts.
+        config: level of the cell.
+        job: parts of the task.
     """
 
     def __init__(self, config: OneJointConfig, job: Job) -> None:
@@ -32,18 +32,18 @@ class ThrowPlanner:
         self.blocks: tuple[Block, ...] = tuple(block(part) for part in job.parts)
 
     def plan(self, goal: Floats, part: Ints) -> ThrowPlans:
-        """Throws of parts (N,) to goals (N, 4); rows that are out of reach are marked infeasible."""
+        """Plans of throws of parts (N,) to goals (N, 4); rows out of reach are marked infeasible."""
         return self._per_part(partial(plan_throws, arm=self.arm), goal, part)
 
     def plan_releases(self, u: Floats, part: Ints) -> ThrowPlans:
-        """Throws of parts (N,) with given release states (N, 4) theta_t, omega_t, l_t, t_f."""
+        """Plans of throws of parts (N,) with release states (N, 4) theta_t, omega_t, l_t, t_f."""
         return self._per_part(partial(plan_releases, arm=self.arm), u, part)
 
     def has_reserve(self, goal: Floats, delay: float) -> Bools:
-        """Whether the first part's releases to goals (N, 4) are feasible, and also those that make up for a delay [s].
+        """Whether releases of the first part to goals (N, 4) are feasible, also with a compensated delay [s].
 
-        A part that clings to the braking arm for that long leaves as planned if the arm was that much faster, and not
-        as far, when it began to brake. The motion to the release is not planned for this.
+        A part that clings to the braking arm for the delay leaves as planned if the arm was faster by the lost speed,
+        and back by the lost angle, when braking began. The motion to the release is not planned for this.
         """
         arm, part = self.arm, self.blocks[0]
         found = release_states_batch(goal, arm=arm, block=part)
@@ -59,15 +59,17 @@ class ThrowPlanner:
     def return_time(self, plans: ThrowPlans) -> Floats:
         """Shortest time from the arm's standstill back to its start, rest to rest (N,) [s].
 
-        With the torque that is left at full speed, so that Eq. 10 holds all the way.
+        Computed with the torque at full speed, so that Eq. 10 holds all the way.
         """
         motion, rate = plans.motion, self.arm.torque_at_speed / self.arm.inertia
         way = np.abs(motion.stop_angle - motion.start_angle)
         ramp = self.arm.speed**2 / rate
+        # Bang-bang motion at the constant acceleration `rate`: triangular speed 2 sqrt(s / a), or with a plateau s / v
+        # + v / a.
         return np.where(way < ramp, 2.0 * np.sqrt(way / rate), way / self.arm.speed + self.arm.speed / rate)
 
     def _per_part(self, plan: Callable[..., ThrowPlans], wanted: Floats, part: Ints) -> ThrowPlans:
-        """Plans of rows with the same part at once; their common `half_height` is the first part's."""
+        """Plans of all rows, computed part by part; their common `half_height` is the first part's."""
         plans = plan(wanted, block=self.blocks[0])
         for k, b in enumerate(self.blocks[1:], start=1):
             plans = made_anew(plans, part == k, partial(plan, block=b), wanted)

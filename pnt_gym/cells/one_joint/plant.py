@@ -1,11 +1,11 @@
-"""The physics of N throws of the one-joint arm: references, one `Batch.rollout`, and what came of it.
+"""Physics of N throws of the one-joint arm: references, one `Batch.rollout`, and the recorded flight.
 
 Each throw starts at rest with the part on the arm, so its outcome is a pure function of the plan and the hidden values:
-the same alone, in a batch, and again later.
+the same for a single throw, in a batch, and on repetition.
 
 With an ideal release the part is held rigidly until it comes free, at the planned release plus a delay. Until then the
-arm already brakes: the delay is that of the object, which clings to the arm that slows down, not one of the motor's
-command (which would let the object go on at constant speed and miss less).
+arm already brakes: the delay is that of an object that clings to the braking arm. A delay of the motor's command would
+let the object go at constant speed and miss less.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ from pnt_gym.robots.one_joint.model import STOPPER_GAP, STOPPER_WIDTH
 from pnt_gym.robots.one_joint.references import Clock, Load, motor_references
 
 LATEST_FLIGHT: Final = 1.15
-"""A flight that misses may take this much longer than planned to pass its goal."""
+"""Factor on the planned flight time within which a missed throw passes its goal."""
 MARGIN: Final = 0.010
-"""And this much more [s]."""
+"""Time added to the longest flight [s]."""
 SETTLE: Final = 0.45
-"""Simulated after the planned arrival where there are pallets, so that the part comes to lie [s]."""
+"""Time simulated after the planned arrival at pallets, so that the part comes to rest [s]."""
 PARKED: Final = 4.0
-"""Parts that wait for their turn float this far away [m]."""
+"""Distance at which waiting parts float [m]."""
 
 
 @final
 class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
-    """N copies of the one-joint cell's physics; the config's task says what is thrown and what stands there."""
+    """N copies of the one-joint cell's physics; the level's task gives parts and pallets."""
 
     def __init__(self, config: OneJointConfig, count: int, threads: int = 1) -> None:
         self.config = config
@@ -51,7 +51,7 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
         self._loads = _loads(job.parts)
 
     def fly(self, thrown: Context, plans: ThrowPlans) -> Flight:
-        """Simulate one throw in every simulation, with what lies in the pallets already."""
+        """Simulate one throw in every simulation, with the parts that already lie in the pallets."""
         part, hidden = thrown.part, thrown.hidden
         step, load = self.config.timestep, self._load(part, plans.u[:, 2])
         motion, flight_time = plans.motion, plans.u[:, 3]
@@ -70,7 +70,7 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
         return self._flight(record, clock, steps, part)
 
     def write(self, angle: Floats, part: Ints, radius: Floats, lying: Floats) -> None:
-        """Set the simulations up: arm at rest at `angle` (N,), part on it at `radius` (N,), other parts `lying`."""
+        """Set up the simulations: arm at rest at `angle` (N,), part at `radius` (N,), other parts at `lying`."""
         scene, batch, rows = self.scene, self.batch, np.arange(len(part))
         height = self._loads.height[part]
         weight = ~np.isnan(lying[..., 0])
@@ -89,7 +89,7 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
         batch.set_const()
 
     def _load(self, part: Ints, reach: Floats) -> Load:
-        """What each arm carries, with the part's centre of mass at a distance l_t (N,) from the pivot."""
+        """Load on each arm, with the part's centre of mass at a distance l_t (N,) from the pivot."""
         height = self._loads.height[part]
         radius = np.sqrt(reach**2 - height**2)
         return Load(self._loads.mass[part], self._loads.inertia[part], radius, height)
@@ -104,7 +104,7 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
         place[:, outer, 0] = radius + out[:, 0]
 
     def _controls(self, motion: ArmMotion, load: Load, clock: Clock, part: Ints, steps: int) -> Floats:
-        """References and grips (N, steps, nu + neq)."""
+        """References of the motor and activations of the grips (N, steps, nu + neq)."""
         model, count = self.scene.model, len(part)
         control = np.zeros((count, steps, int(model.nu) + int(model.neq)))
         control[..., :3] = motor_references(motion, load, clock, self.arm, self.config.timestep, steps)
@@ -139,13 +139,13 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
         """Contacts of the thrown part: with each pallet and other part after each step, and any during it.
 
         Returns:
-            (N, M, Q + P - 1) and (N, M).
+            Arrays (N, M, Q + P - 1) and (N, M).
         """
         columns = [contact_columns(self.scene, p) for p in range(len(self.scene.parts))]
         found = np.take_along_axis(sensordata, np.array([c[0] for c in columns])[part][:, None, :], axis=2) > 0.0
         distance = np.take_along_axis(sensordata, np.array([c[1] for c in columns])[part][:, None, :], axis=2)
         touch = np.zeros_like(found)
-        # A sensor tells of the beginning of its step, the pose of the end.
+        # A sensor measures at the beginning of its step, the recorded pose is from the end.
         touch[:, :-1] = found[:, 1:] & (distance[:, 1:] < TOUCH)
         return touch, np.asarray(found.any(axis=2))
 
@@ -159,6 +159,6 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
 
 
 def _loads(parts: tuple[Part, ...]) -> Load:
-    """Mass, inertia and height of every part (P,); the radius is the plan's."""
+    """Mass, inertia and height of every part (P,); the radius comes from the plan."""
     values = np.array([(p.mass, p.inertia, 0.0, p.half_height) for p in parts])
     return Load(*values.T)

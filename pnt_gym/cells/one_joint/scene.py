@@ -1,7 +1,7 @@
-"""The one-joint thrower's cell as one MuJoCo model: arm, pallets, and the parts that are thrown.
+"""MuJoCo model of the one-joint thrower's cell: arm, pallets, and the thrown parts.
 
-What differs between throws (where the object lies on the arm, which part it is) is a field that the plant overwrites
-per simulation; the model is compiled once.
+Fields that differ between throws (the place of the part on the arm, the part itself) are overwritten per simulation by
+the plant; the model is compiled once.
 """
 
 from __future__ import annotations
@@ -24,54 +24,56 @@ from pnt_gym.robots.one_joint.visuals import FLOOR
 from pnt_gym.robots.specification import set_options
 
 TORQUE: Final = 0
-"""Column of sensordata: the motor's torque. Contacts follow, (number found, smallest distance [m]) each."""
+"""Column of sensordata with the motor's torque. Contacts follow, (number found, smallest distance [m]) each."""
 BACKBOARD: Final = 0.30
-"""A board this far behind the plane of the throw, which only pictures show [m]."""
+"""Distance of a board behind the plane of the throw, for pictures only [m]."""
 BOARD_WIDTH, BOARD_HEIGHT = 1.8, 1.4
-"""Of that board [m]."""
+"""Width and height of the board behind the plane of the throw [m]."""
 
 _BLUNT_SHARE = 0.5 / (np.pi / 4.0)
-"""MuJoCo's drag has no factor 1/2 and sees a box as the ellipsoid inside it, with pi/4 of its frontal area."""
+"""Correction of MuJoCo's drag, which has no factor 1/2 and models a box as the ellipsoid inside it, with pi/4 of its
+frontal area."""
 _SLENDER_SHARE = 0.35
-"""Of the blunt coefficient, as for the conveyor's objects; the coefficient of rotation is the blunt one. No lift."""
+"""Share of the blunt coefficient, as for the conveyor's objects; the coefficient of rotation is the blunt one. No
+lift."""
 _ADDED_MASS = slice(6, 12)
-"""Columns of geom_fluid."""
+"""Columns of geom_fluid with the added mass."""
 
 
 @final
 @dataclass(frozen=True)
 class Scene:
-    """The compiled cell and the ids the plant needs; arrays have one entry or row per part."""
+    """The compiled cell and the ids that the plant needs; arrays have one entry or row per part."""
 
     model: MjModel
     parts: tuple[Part, ...]
     pallets: tuple[Pallet, ...]
     bodies: Ints
-    """(P,)"""
+    """Bodies of the parts (P,)."""
     first_qpos: Ints
-    """Address of each part's x; y and phi follow (P,)."""
+    """Address of each part's x in qpos; y and phi follow (P,)."""
     seats: Ints
     """Sites of the arm at which the parts' centres are held (P,)."""
     grips: Ints
     """Equalities that hold each part (P, 2)."""
     stoppers: tuple[int, int] | None
-    """Bodies of the inner and the outer stopper, if the parts lie on the arm by contact."""
+    """Bodies of the inner and the outer stopper, if the parts lie on the arm by contact; else None."""
 
 
 def build_scene(config: OneJointConfig, parts: Sequence[Part], pallets: Sequence[Pallet]) -> Scene:
-    """Compile the cell.
+    """Compile the model of the cell.
 
     Args:
-        config: the cell.
-        parts: everything that is ever thrown in it.
-        pallets: everything that stands in it.
+        config: level of the cell.
+        parts: all thrown parts.
+        pallets: all pallets.
     """
     spec = mujoco.MjSpec()
     touches = config.release == "contact"
     air = config.mismatch if config.errors.drag > 0.0 else 0.0
     set_options(spec, config.timestep, density=AIR_DENSITY * air, viscosity=AIR_VISCOSITY * air)
     if not touches and not pallets:
-        # Nothing can meet; looking for contacts would take a tenth of the time.
+        # No two bodies can touch here; collision detection would take a tenth of the time.
         spec.option.disableflags = int(spec.option.disableflags) | int(mujoco.mjtDisableBit.mjDSBL_CONTACT.value)
     _add_stage(spec)
     arm = add_one_joint(spec, config.arm.arm(), _drive(config), touches)
@@ -111,7 +113,7 @@ def _ids(values: Iterable[int]) -> Ints:
 
 
 def _drive(config: OneJointConfig) -> Drive:
-    """The controller, and the joint as it is in truth."""
+    """Servo and true joint of the arm, with the mismatch."""
     m, errors = config.mismatch, config.errors
     return Drive(
         kp=config.servo.kp,
@@ -125,9 +127,9 @@ def _drive(config: OneJointConfig) -> Drive:
 def _add_thrown(
     spec: MjSpec, arm: MjsBody, part: Part, config: OneJointConfig, touches: bool
 ) -> tuple[str, tuple[str, str]]:
-    """A part free in the plane, and its grip; names of its seat and of the grip's equalities."""
+    """Add a part, free in the plane, and its grip; returns names of its seat and of the grip's equalities."""
     body = spec.worldbody.add_body(name=part.name)
-    # A part that waits for its turn floats out of the way; the plant gives the others their weight.
+    # Waiting parts float without weight; the plant gives the other parts their weight.
     body.gravcomp = 1.0
     add_plane_joints(body, part.name)
     add_part(body, part, PART_BIT | ARM_BIT if touches else PART_BIT)
@@ -140,7 +142,7 @@ def _add_thrown(
 
 
 def _add_stage(spec: MjSpec) -> None:
-    """Light, floor, and a board behind, which only pictures show."""
+    """Add light, floor, and a board behind the arm, for pictures only."""
     light_stage(spec)
     spec.worldbody.add_light(
         pos=[0.9, -1.8, 1.5], dir=[-0.45, 0.85, -0.7], diffuse=np.full(3, 0.40), specular=np.zeros(3)
@@ -160,7 +162,7 @@ def _add_stage(spec: MjSpec) -> None:
 
 
 def _add_board_material(spec: MjSpec) -> None:
-    """Squares of 0.1 m, by which the eye reads a flight."""
+    """Add a material with squares of 0.1 m, which show the scale of a flight."""
     spec.add_texture(
         name="board",
         type=mujoco.mjtTexture.mjTEXTURE_2D,
@@ -177,7 +179,7 @@ def _add_board_material(spec: MjSpec) -> None:
 
 
 def _add_sensors(spec: MjSpec, parts: Sequence[Part], pallets: Sequence[Pallet]) -> None:
-    """The motor's torque, then for every part its nearest contact with each pallet and each other part."""
+    """Add sensors of the motor's torque, then of each part's nearest contact with each pallet and other part."""
     add_torque_sensors(spec, ("motor",))
     for part in parts:
         for other in (*pallets, *(p for p in parts if p is not part)):

@@ -1,4 +1,4 @@
-"""What is thrown where: the three tasks as data.
+"""Parts, pallets and kinds of throw of the three tasks, as data.
 
 * throw: the block passes a state in the air; nothing stands there. States are drawn from a region, or, where the
   stoppers push the block and no release reaches that region, from a list.
@@ -29,8 +29,8 @@ PUSHED: Final = (
     Goal(name="g", x=-0.073, y=0.193, phi_deg=105.0, dy=-1.04),
     Goal(name="h", x=0.255, y=0.119, phi_deg=68.0, dy=-0.46),
 )
-"""Goals of the task `throw` where the stoppers push the block: the first, above the braked arm, that a seeded search
-over simulated releases found some release to reach within 5 mm and 2 deg."""
+"""Goals of the task `throw` where the stoppers push the block: the first goals above the braked arm for which a seeded
+search over simulated releases found a release within 5 mm and 2 deg."""
 
 
 @final
@@ -40,9 +40,9 @@ class Target:
 
     name: str
     state: Floats
-    """x, y [m], phi [rad], dy [m/s] (4,)."""
+    """Goal x, y [m], phi [rad], dy [m/s] (4,)."""
     part: int
-    """Which part is thrown."""
+    """Index of the thrown part."""
 
 
 @final
@@ -53,11 +53,11 @@ class Job:
     parts: tuple[Part, ...]
     pallets: tuple[Pallet, ...]
     targets: tuple[Target, ...]
-    """One per kind; with a region, the one entry stands at its middle."""
+    """One target per kind; with a region, one target at the region's middle."""
     region: GoalRegion | None = None
-    """Goals are drawn from here instead."""
+    """Region from which goals are drawn; None for the targets themselves."""
     in_order: bool = False
-    """The kinds follow each other, each on what the one before has left; if not, they are drawn."""
+    """Whether the kinds follow each other, each on the result of the previous throw; otherwise kinds are drawn."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -66,7 +66,7 @@ class Job:
 
 
 def block_part(block: BlockSection) -> Part:
-    """The config's block as a part."""
+    """The level's block as a part."""
     h, d = block.half_length, block.half_height
     return Part(
         name="block",
@@ -78,10 +78,10 @@ def block_part(block: BlockSection) -> Part:
 
 
 def job_of(config: OneJointConfig) -> Job:
-    """The task of a config.
+    """Job of a level's task.
 
     Raises:
-        ConfigError: `sort` or `assembly` with goals of their own: their goals are the pallets'.
+        ConfigError: `sort` or `assembly` is given goals, although their pallets are the goals.
     """
     if config.task != "throw" and (config.goals.fixed or config.goals.region is not None):
         raise ConfigError(f"task {config.task!r} throws at its own pallets; leave `goals` empty")

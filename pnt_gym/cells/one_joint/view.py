@@ -7,7 +7,7 @@ from typing import Any, Final
 from pnt_gym.engine import mujoco
 
 DOTS: Final = 0.6
-"""Size of the flights' dots, see `ThrowView`."""
+"""Size of the dots along flights, see `ThrowView`."""
 
 
 def camera() -> Any:

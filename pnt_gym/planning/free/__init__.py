@@ -1,1 +1,1 @@
-"""Throws whose release need not lie on a straight line from the pick."""
+"""Throws in a free direction: the release need not lie on a straight line from the pick."""

@@ -1,8 +1,8 @@
-"""The vertical approach to a pick, entered in flight: the tail of a minimum-time stop.
+"""The vertical approach to a pick, entered in motion: the last part of a minimum-time stop.
 
-A hand that comes down through the top of the approach is braking already, so it may come faster than one that begins
-to brake there. The approach is the part of a full stop that begins once its deceleration has grown to a share of the
-limit; the time of the whole return is flat around `ENTRY`.
+A hand that already brakes at the top of the approach may be faster there than a hand that begins to brake there. The
+approach is the part of a full stop after its deceleration has grown to a share of the limit; the time of the whole
+return depends little on this share around `ENTRY`.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ from pnt_gym.planning.motion.scurve import brake_distance
 from pnt_gym.planning.motion.trajectory import Segments
 
 SPEEDING: Final = 0.998
-"""Greatest speed at a joint of two motions as a share of the limit: at the limit itself no motion has room to turn."""
+"""Greatest speed where two motions meet, as a share of the limit: at the limit itself a motion cannot turn."""
 ENTRY: Final = 0.37
 """Deceleration at the entry as a share of the limit."""
 _HALVINGS: Final = 60
 
 
 class Entry(NamedTuple):
-    """State at the top of N approaches, and the approaches.
+    """State of the hand at the top of N approaches, and the approaches.
 
     Attributes:
         velocity: (N, 3) [m/s], downward.
         acceleration: (N, 3) [m/s2], upward.
-        down: from there to rest.
+        down: motions from the top to rest.
     """
 
     velocity: Floats
@@ -39,9 +39,9 @@ class Entry(NamedTuple):
 
 
 def approach_entry(limits: Limits, count: int, height: float) -> Entry:
-    """Return the quickest approaches over ``height`` [m] that are entered in flight, for ``count`` rows.
+    """Return the quickest approaches over ``height`` [m] that are entered in motion, for ``count`` rows.
 
-    Where the entry would be too fast for the speed limit, the hand comes near that limit and brakes as late as it can.
+    Where the entry would be too fast for the speed limit, the hand enters near that limit and brakes as late as it can.
     """
     velocity, acceleration, jerk = own = limits.arrays(count)
     begun = ENTRY * acceleration / jerk
@@ -64,7 +64,7 @@ def approach_entry(limits: Limits, count: int, height: float) -> Entry:
 
 
 def _speed_of(limits: LimitRows, begun: Floats, height: float) -> Floats:
-    """First speed (N,) [m/s] of stops that still take ``height`` [m] when ``begun`` (N,) [s] of them is over."""
+    """Initial speed (N,) [m/s] of stops that still need ``height`` [m] after their first ``begun`` (N,) [s]."""
     _, acceleration, jerk = limits
     low = 0.5 * jerk * begun**2
     high = low + np.sqrt(2.0 * acceleration * height) + 2.0 * acceleration**2 / jerk

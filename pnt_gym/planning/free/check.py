@@ -1,8 +1,8 @@
-"""Whether motions of constant-jerk pieces keep limits and rules, read where the extremes are instead of sampled finely.
+"""Check of limits and rules for motions of constant-jerk pieces, at the extremes instead of at fine samples.
 
 Jerk is constant in a piece and acceleration linear; speed is bounded by its Bernstein coefficients; heights, and the
-gap between hand and falling object, are cubics whose stationary points are known. Only when the hand comes clear of
-the object sideways is read from samples, and on the cautious side.
+gap between hand and falling object, are cubics with closed-form stationary points. Only the time at which the hand
+comes clear of the object sideways is read from samples, on the cautious side.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from pnt_gym.planning.motion.limits import Limits
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
 
 SINK: Final = 0.002
-"""How far the hand may sink below a floor between two borders of pieces [m]."""
+"""Distance that the hand may sink below a floor between two borders of pieces [m]."""
 POINTS: Final = 8
-"""Samples per piece of the places on the ground plan."""
+"""Samples per piece of the hand's horizontal place."""
 
 
 def keeps_rules(
@@ -31,14 +31,14 @@ def keeps_rules(
     rules: HandRules,
     floor: tuple[Floats, Floats],
 ) -> Bools:
-    """Return which motions (N,) keep limits and rules.
+    """Return whether motions (N,) keep limits and rules.
 
     Args:
         path: N motions.
-        release_time: when the object is let go (N,) [s], at a border of two pieces.
-        limits: norms.
+        release_time: time of the release (N,) [s], at a border of two pieces.
+        limits: limits of the norms.
         roof: greatest height of the hand (N,) [m].
-        rules: what binds the hand.
+        rules: rules of the hand.
         floor: least height before and after the release, (N,) each [m].
     """
     height = _extremes(*_cubic(path, 2), path.durations)
@@ -63,7 +63,7 @@ def _within_limits(path: JerkTrajectory, limits: Limits) -> Bools:
 
 
 def _above_object(path: JerkTrajectory, release_time: Floats, rules: HandRules, after: Bools) -> Bools:
-    """Which hands stay above their object by the margin until they are clear of it sideways (N,)."""
+    """Whether each hand stays above its object by the margin until the hand is clear of the object sideways (N,)."""
     at = path.sample(release_time[:, None])
     start, velocity = at.position[:, 0], at.velocity[:, 0]
     since = path.knot_times[:, :-1] - release_time[:, None]
@@ -75,20 +75,20 @@ def _above_object(path: JerkTrajectory, release_time: Floats, rules: HandRules, 
         c2 + 0.5 * fall,
         c3,
     )
-    # A piece counts unless the hand was clear at a sample of an earlier piece.
+    # A piece is checked unless the hand was clear at a sample of an earlier piece.
     times = since[..., None] + path.durations[..., None] * np.linspace(0.0, 1.0, POINTS)
     away = _places(path)[..., :2] - start[:, None, None, :2] - times[..., None] * velocity[:, None, None, :2]
     clear = (away[..., 0] ** 2 + away[..., 1] ** 2 >= rules.clear_distance**2) & after[..., None]
     left = np.logical_or.accumulate(clear.any(axis=2), axis=1)
     near = after & ~np.concatenate([np.zeros_like(left[:, :1]), left[:, :-1]], axis=1)
-    # In the piece in which the hand comes clear, the time until then counts.
+    # The piece in which the hand comes clear is checked up to that sample.
     first = np.where(clear.any(axis=2), clear.argmax(axis=2), POINTS - 1) / (POINTS - 1.0)
     least = _extremes(*gap, path.durations * first)[0]
     return np.asarray(np.where(near, least, 0.0).min(axis=1) >= -TOLERANCE)
 
 
 def _cubic(path: JerkTrajectory, axis: int) -> tuple[Floats, Floats, Floats, Floats]:
-    """Coefficients (N, K) of one coordinate over the time in each piece."""
+    """Coefficients (N, K) of a coordinate's cubic over the time in each piece, constant first."""
     knots = path.knots
     return (
         knots.position[:, :-1, axis],
@@ -99,7 +99,7 @@ def _cubic(path: JerkTrajectory, axis: int) -> tuple[Floats, Floats, Floats, Flo
 
 
 def _extremes(c0: Floats, c1: Floats, c2: Floats, c3: Floats, duration: Floats) -> tuple[Floats, Floats]:
-    """Least and greatest value (N, K) of cubics on [0, duration]."""
+    """Least and greatest value (N, K) of cubics c0 + c1 t + c2 t^2 + c3 t^3 on [0, duration]."""
     # Roots of c1 + 2 c2 t + 3 c3 t^2 in the form that does not cancel.
     root = np.sqrt(np.maximum(c2 * c2 - 3.0 * c1 * c3, 0.0))
     q = -(c2 + np.where(c2 >= 0.0, root, -root))
@@ -111,7 +111,7 @@ def _extremes(c0: Floats, c1: Floats, c2: Floats, c3: Floats, duration: Floats) 
 
 
 def _places(path: JerkTrajectory) -> Floats:
-    """Places (N, K, M, 3) [m] at M points of every piece, both ends included."""
+    """Positions (N, K, M, 3) [m] at M points of every piece, both ends included."""
     t = (path.durations[:, :, None] * np.linspace(0.0, 1.0, POINTS))[..., None]
     position, velocity, acceleration = (part[:, :-1, None] for part in path.knots)
     return position + t * (velocity + 0.5 * t * (acceleration + t * path.jerks[:, :, None] / 3.0))

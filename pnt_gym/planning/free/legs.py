@@ -1,4 +1,4 @@
-"""The legs of a throw in a free direction: throw, return, approach, and the check of what they make together."""
+"""The legs of a throw in a free direction: throw, return and approach."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ from pnt_gym.planning.motion.trajectory import Segments
 from pnt_gym.planning.motion.transfer import Band, Transfers, fast_transfer
 
 ROOM: Final = 0.002
-"""Heights are planned this far below the cap, because they are bounded at the borders of the pieces only [m]."""
+"""Distance of planned heights below the cap [m], since heights are bounded only at the borders of the pieces."""
 EXTRA_MARGIN: Final = 0.08
-"""Added to the margin over the falling object, for the same reason."""
+"""Addition to the margin over the falling object, for the same reason."""
 CLEARER: Final = 1.02
-"""Share of the clear distance that is planned, for the same reason."""
+"""Planned clear distance as a share of the required distance, for the same reason."""
 SLOWER: Final = 1.15
-"""Share of the least clearing time after which the hand has to be clear."""
+"""Time at which the hand has to be clear, as a share of the least clearing time."""
 
 
 def throw_leg(picks: Floats, position: Floats, velocity: Floats, limits: Limits, roof: Floats) -> Transfers:
-    """Motions from rest at the picks to the releases, never below the pick or above the roof.
+    """Return motions from rest at the picks to the releases, never below the pick or above the roof.
 
     Args:
         picks: (N, 3) [m].
         position: release points (N, 3) [m]; NaN for none.
         velocity: release velocities (N, 3) [m/s]; NaN for none.
-        limits: norms that hold at all times.
+        limits: limits of the norms at all times.
         roof: greatest height of the hand (N,) [m].
     """
     zero = np.zeros(len(picks))
@@ -58,18 +58,18 @@ def return_leg(
     shortest: Floats | None = None,
     hover: bool = False,
 ) -> tuple[Transfers, Segments]:
-    """Motions from the end of the window to above the next picks, and the vertical approaches below.
+    """Return motions from the end of the window to above the next picks, and the vertical approaches below.
 
     Args:
-        start: where the hand is at the end of the window (N, 3) [m]; NaN for none.
-        velocity: its velocity then, that of the release (N, 3) [m/s].
-        next_picks: (N, 3) [m], where they are at the end of the window if they move.
-        limits: norms that hold at all times.
+        start: position of the hand at the end of the window (N, 3) [m]; NaN for none.
+        velocity: velocity of the hand at the end of the window, that of the release (N, 3) [m/s].
+        next_picks: next picks (N, 3) [m], at the end of the window if they move.
+        limits: limits of the norms at all times.
         roof: greatest height of the hand (N,) [m].
         rules: approach, margin and clear distance.
-        drift: velocity of the next picks (N, 3) [m/s]; the approach is to where they are when the hand arrives.
+        drift: velocity of the next picks (N, 3) [m/s]; the approach ends at the picks' places at the hand's arrival.
         shortest: least time above the approach (N,) [s].
-        hover: whether the hand stops above the pick; if not, it enters the approach in flight.
+        hover: whether the hand stops above the pick; if not, the hand enters the approach in motion.
     """
     count = len(next_picks)
     known: Bools = np.asarray(np.isfinite(start).all(axis=1))
@@ -81,7 +81,7 @@ def return_leg(
     way = np.where(known[:, None], way, 0.0)
     top = np.where(known, roof - ROOM - start[:, 2], 0.0)
     margin = (1.0 - min(rules.margin + EXTRA_MARGIN, 1.0)) * GRAVITY
-    # The object has fallen already when the window ends; to count from there keeps the hand higher than needed.
+    # The band's object falls from the end of the window on, the true object from the release on: the band is cautious.
     band = Band(
         low=np.minimum(way[:, 2], 0.0),
         high=np.maximum(top, 0.0),
@@ -106,7 +106,7 @@ def return_leg(
 
 
 class _Turn(NamedTuple):
-    """Turns about z that bring level velocities into the direction of x."""
+    """Rotations about z that turn horizontal velocities into the direction of x."""
 
     cosine: Floats
     sine: Floats
@@ -119,12 +119,12 @@ class _Turn(NamedTuple):
         return cls(np.where(moving, velocity[:, 0] / divisor, 1.0), velocity[:, 1] / divisor)
 
     def into(self, vectors: Floats) -> Floats:
-        """Vectors (N, 3) in the turned axes."""
+        """Vectors (N, 3) in the rotated axes."""
         x, y = vectors[:, 0], vectors[:, 1]
         return np.stack([self.cosine * x + self.sine * y, self.cosine * y - self.sine * x, vectors[:, 2]], axis=-1)
 
     def out_of(self, vectors: Floats) -> Floats:
-        """Vectors (N, K, 3) from the turned axes."""
+        """Vectors (N, K, 3) from the rotated axes back in the original axes."""
         x, y = vectors[..., 0], vectors[..., 1]
         cosine, sine = self.cosine[:, None], self.sine[:, None]
         return np.stack([cosine * x - sine * y, sine * x + cosine * y, vectors[..., 2]], axis=-1)

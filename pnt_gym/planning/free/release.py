@@ -1,9 +1,9 @@
-"""Where and how fast to let go when hand and object may part in any direction.
+"""Release points and velocities of throws in a free direction.
 
-For a given velocity the drag-free flight to the target fixes the release point. Elevation, speed and height are left to
-choose; a coarse grid of them, and then a finer one around its best at each of two heights, is compared by the
-estimated time of the two motions they join, which is a formula. The best choice is flat: a few degrees cost less than
-one percent.
+For a given velocity the drag-free flight to the target fixes the release point, so elevation, speed and height remain
+to be chosen. A coarse grid of choices, then a finer grid around the best choice at each of two heights, is compared by
+the estimated time of throw and return, which is a formula. The optimum is flat: a few degrees cost less than one
+percent.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from pnt_gym.planning.straight.release import Frame
 TURN: Final = 1.6
 """Way of a hand that turns back, as a multiple of the shortest stop."""
 RUN_UP: Final = 1.15
-"""Share of the shortest vertical run-up, which would leave no acceleration for the horizontal one."""
+"""Vertical run-up as a multiple of the shortest, which would leave no acceleration for the horizontal run-up."""
 
 
 def _grid(*axes: list[float]) -> Floats:
@@ -41,22 +41,22 @@ COARSE: Final = tuple(
 )
 """Elevation [rad], share of the speed limit, and release height as a share of the way from the pick to the ceiling."""
 FINE: Final = _grid([-0.087, 0.0, 0.087], [-0.05, 0.0, 0.05], [-0.15, 0.0, 0.15])
-"""Steps around the best of each."""
+"""Steps in elevation, speed and height around the best coarse choice."""
 CHUNK: Final = 512
 """Rows whose choices are compared together, to bound memory."""
 CAUTION: Final = 1.15
-"""Share of the estimated rise after the release that has to fit below the cap: the next pick is not known yet."""
+"""Multiple of the estimated rise after the release that has to fit below the cap: the next pick is not known yet."""
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class FreeReleases:
-    """N releases; NaN in rows without one.
+    """N releases; NaN in rows without a release.
 
     Attributes:
         position: release points (N, 3) [m].
         velocity: release velocities (N, 3) [m/s].
-        flight_time: from release to target (N,) [s].
+        flight_time: times from release to target (N,) [s].
         feasible: whether the row holds a release (N,).
     """
 
@@ -74,11 +74,11 @@ def free_releases(
     ceiling: ArrayLike,
     rules: HandRules,
 ) -> FreeReleases:
-    """Choose releases in the vertical planes of picks and targets; hands are taken to go back to their picks.
+    """Choose releases in the vertical planes of picks and targets, on the assumption that hands return to their picks.
 
     Args:
-        picks: where the hands rest (N, 3) [m].
-        targets: where the objects have to come down (N, 3) [m].
+        picks: positions of the resting hands (N, 3) [m].
+        targets: points through which the objects have to come down (N, 3) [m].
         limits: largest speed, acceleration and jerk.
         ceiling: greatest height of the release [m], one number or (N,).
         rules: approach, window, cap and workspace.
@@ -112,7 +112,7 @@ def _refined(frame: Frame, limits: LimitRows, roof: Floats, rules: HandRules) ->
 
 
 def _best(frame: Frame, limits: LimitRows, roof: Floats, rules: HandRules, choices: Floats) -> tuple[Floats, Floats]:
-    """Quickest of each row's choices (3, N, C), and its estimated time [s]; all choices of all rows at once."""
+    """Quickest of each row's choices (3, N, C), and its estimated time (N,) [s]; all choices of all rows at once."""
     _, count, each = choices.shape
     # Row i, choice c is row i C + c.
     index = np.arange(count, dtype=np.int64)
@@ -128,9 +128,9 @@ def _best(frame: Frame, limits: LimitRows, roof: Floats, rules: HandRules, choic
 
 
 def turning_point(start: Floats, velocity: Floats, limits: Limits) -> Floats:
-    """Return about how far (N, 3) [m] a hand gets that turns back from ``velocity`` at ``start``.
+    """Return estimated turning points (N, 3) [m] of hands that turn back from ``velocity`` at ``start``.
 
-    It goes farther than a hand that just brakes, because it must not fall onto the object meanwhile.
+    A hand that turns back goes farther than a hand that brakes, because it must not fall onto the object meanwhile.
     """
     level = velocity * np.array([1.0, 1.0, 0.0])
     speed = length(level)
@@ -139,7 +139,10 @@ def turning_point(start: Floats, velocity: Floats, limits: Limits) -> Floats:
 
 
 def _release(frame: Frame, fastest: Floats, choice: Floats, roof: Floats) -> tuple[Floats, Floats, Floats]:
-    """Position (N, 3), velocity (N, 3) and flight time (N,) of one choice; flight 0 where the target is not reached."""
+    """Position (N, 3), velocity (N, 3) and flight time (N,) of releases with a choice (3, N) each.
+
+    The flight time is 0 where the object never comes down to the target's height.
+    """
     elevation, share, height = choice
     speed = share * fastest
     low = frame.picks[:, 2]
@@ -162,13 +165,13 @@ def _cost(
     rules: HandRules,
     good: Bools,
 ) -> Floats:
-    """Estimated time (N,) of throw and return [s]; infinite where no object or no hand can go."""
+    """Estimated time (N,) of throw and return [s]; infinite where object or hand cannot follow the choice."""
     position, velocity, _ = release
     above = picks + np.array([0.0, 0.0, rules.approach])
     start = position + rules.window * velocity
     cost = estimate(position - picks, np.zeros_like(picks), velocity, limits)
     cost = cost + estimate(above - start, velocity, falling, limits)
-    # Without going below the pick, the hand needs this much height to gain its upward speed.
+    # Height that the hand needs to gain its upward speed without going below the pick.
     run_up = RUN_UP * brake_distance(np.maximum(velocity[:, 2], 0.0), limits)
     good = good & (position[:, 2] - picks[:, 2] >= run_up)
     if rules.workspace is not None:
@@ -178,15 +181,15 @@ def _cost(
 
 
 def top(ceiling: Floats, rules: HandRules) -> Floats:
-    """Return the greatest height of the hand (N,) [m]: cap and workspace."""
+    """Return the greatest height of the hand (N,) [m], the lower of cap and workspace."""
     most = np.inf if rules.workspace is None else rules.workspace.z_max
     return np.minimum(ceiling + rules.hand_cap, most)
 
 
 def clearing_time(limits: Limits, count: int, distance: float) -> Floats:
-    """Return about the least time (N,) [s] in which a hand that brakes and turns falls ``distance`` [m] behind."""
+    """Return the estimated least time (N,) [s] in which a braking hand falls ``distance`` [m] behind its object."""
     velocity, acceleration, jerk = limits.arrays(count)
-    # The hand cannot move away from the object faster than both do together.
+    # Greatest speed between hand and object, a little below twice the limit: both move in opposite directions.
     apart = 1.8 * velocity
     growing = np.minimum(np.sqrt(2.0 * distance / acceleration), apart / acceleration)
     left = distance - 0.5 * acceleration * growing**2
@@ -194,9 +197,9 @@ def clearing_time(limits: Limits, count: int, distance: float) -> Floats:
 
 
 def _rise(velocity: Floats, limits: LimitRows, rules: HandRules) -> Floats:
-    """How far about (N,) [m] the hand rises after the release.
+    """Estimated rise (N,) [m] of the hand after the release.
 
-    Until it is clear sideways it must not fall faster than the margin allows; then it brakes.
+    Until the hand is clear sideways it must not fall faster than the margin allows; then the hand brakes.
     """
     _, acceleration, jerk = limits
     clear = clearing_time(limits, len(velocity), rules.clear_distance)

@@ -1,8 +1,8 @@
-"""What binds a throw in a free direction besides the limits.
+"""Rules of the hand in a throw in a free direction, besides the limits of its motion.
 
 In the throw of Hassan et al. 2022 the hand moves on a straight line from the pick to the release, so a low ceiling
-forces flat and slow throws. Here hand and object part with a velocity of any direction. What that must not lead to is
-stated once, in `HandRules`.
+forces flat and slow throws. Here hand and object separate with a velocity of any direction; `HandRules` keeps the hand
+off the object, below a cap and inside the workspace.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ TOLERANCE: Final = 1e-6
 @final
 @dataclass(frozen=True)
 class HandRules:
-    """What the hand has to keep to before and after the release.
+    """Rules of the hand before and after the release.
 
     Attributes:
         approach: height of the vertical approach to the next pick, Z_off [m], above 0.
-        window: constant velocity after the release [s].
-        hand_cap: how far the hand may rise above the release ceiling [m]; inf for no bound.
+        window: time of constant velocity after the release [s].
+        hand_cap: greatest rise of the hand above the release ceiling [m]; inf for no bound.
         clear_distance: sideways distance from the object at which the hand may move freely [m].
-        margin: until then the hand stays above the falling object by at least margin x g t^2 / 2, t since the
-            release.
-        workspace: where the hand may be; None for no bound.
+        margin: up to the clear distance the hand stays above the falling object by at least margin x g t^2 / 2, with
+            t the time since the release.
+        workspace: region that contains the hand; None for no bound.
 
     Raises:
         ValueError: a value is negative or not a number, the approach is 0, or the margin is not below 1.

@@ -1,1 +1,1 @@
-"""Motion within limits of speed, acceleration and jerk: minimum-time strokes, meetings, transfers, and free flight."""
+"""Motion within limits of speed, acceleration and jerk: S-curves, belt intercepts, transfers, and ballistic flight."""

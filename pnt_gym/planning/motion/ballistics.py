@@ -12,7 +12,7 @@ from pnt_gym.constants import AIR_DENSITY, GRAVITY
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 _SHARES: Final[Floats] = (_NODES + 1.0) / 2.0
-"""Moments of a flight at which the drag is looked at, as shares of its time."""
+"""Gauss-Legendre nodes of the drag's time integral, as shares of the flight time."""
 
 
 def flight_time(position: Floats, velocity: Floats, plane_z: ArrayLike) -> Floats:
@@ -24,8 +24,8 @@ def flight_time(position: Floats, velocity: Floats, plane_z: ArrayLike) -> Float
         plane_z: height of the plane [m], one number or (...,).
 
     Returns:
-        Times (...,); NaN where the object never comes down through the plane after its release. A release
-        on the plane with no upward speed lands at once: 0.
+        Times (...,); NaN where the object never comes down through the plane after its release; 0 for a release
+        on the plane with no upward speed.
     """
     drop = position[..., 2] - np.asarray(plane_z, dtype=np.float64)
     rise = velocity[..., 2]
@@ -47,7 +47,7 @@ def flight_state(position: Floats, velocity: Floats, time: ArrayLike) -> tuple[F
 
 
 def landing_point(position: Floats, velocity: Floats, plane_z: ArrayLike) -> Floats:
-    """Return where the object comes down through the plane (..., 3) [m]; NaN where it never does."""
+    """Return the points (..., 3) [m] where objects come down through the plane; NaN for an object that never does."""
     landing, _ = flight_state(position, velocity, flight_time(position, velocity, plane_z))
     plane = np.broadcast_to(np.asarray(plane_z, dtype=np.float64), landing.shape[:-1])
     landing[..., 2] = np.where(np.isnan(landing[..., 2]), np.nan, plane)
@@ -57,17 +57,17 @@ def landing_point(position: Floats, velocity: Floats, plane_z: ArrayLike) -> Flo
 def apex(position: Floats, velocity: Floats) -> tuple[Floats, Floats]:
     """Return the time (...,) [s] and the point (..., 3) [m] where the flight is highest.
 
-    A downward release is highest where it starts: time 0.
+    A flight that is released downward is highest at its release: time 0.
     """
     time = np.maximum(velocity[..., 2], 0.0) / GRAVITY
     return time, flight_state(position, velocity, time)[0]
 
 
 def drag_shift(position: Floats, velocity: Floats, plane_z: ArrayLike, drag_area: Floats) -> Floats:
-    """Return how far air moves the landing (..., 3) [m], to first order in the drag; NaN where there is no landing.
+    """Return the offset (..., 3) [m] of the landing by drag, to first order in the drag; NaN without a landing.
 
-    Along the drag-free flight the drag a = -rho/2 (Cd A/m) |v| v shifts the object by the integral of (T - t) a, and
-    what that does to its height moves the moment of the landing.
+    Along the drag-free flight of time T the drag a = -rho/2 (Cd A/m) |v| v moves the object by the integral of
+    (T - t) a dt. The vertical part of this offset also changes the time of the landing.
 
     Args:
         position: release points (..., 3) [m].

@@ -1,7 +1,8 @@
-"""When a hand first meets what moves past it. Compiled; see `pnt_gym.compiled`.
+"""Earliest time at which a hand meets a moving object. Compiled; see `pnt_gym.compiled`.
 
-The hand goes from rest to rest to above where the object will be, then down: it is late at a time t when that takes
-longer than t. Speeds, peaks and times of a stroke are those of `planning.motion.scurve`, operation by operation.
+The hand moves from rest to rest to the point above the object's place at time t, then down: the hand is late at t when
+both moves together take longer than t. Speeds, peaks and times of a stroke are those of `planning.motion.scurve`,
+operation by operation.
 """
 
 from __future__ import annotations
@@ -13,18 +14,18 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.compiled import compiled, part
 
-# Points at which a chase is looked at behind the closest approach of the object, where lateness may come and go.
+# Samples of lateness after the object's closest approach, where lateness may begin and end several times.
 SCAN = 96
 # Halvings of a bracket; enough to reach rounding.
 HALVINGS = 64
-# Columns of `chases`: where the object is seen from the hand, raised by the clearance; its velocity; time of the way
-# down; limits of the hand; first and last time that count, and the latest at which one need look for a meeting.
+# Columns of `chases`: position of the object relative to the hand, raised by the clearance; the object's velocity; time
+# of the hand's descent; limits of the hand; first and last allowed time, and the latest time that needs to be searched.
 X, Y, Z, VX, VY, VZ, DESCENT, VELOCITY, ACCELERATION, JERK, FIRST, LAST, END = range(13)
 
 
 @part
 def _stroke_time(distance: float, velocity: float, acceleration: float, jerk: float) -> float:
-    """Minimum time over a distance, `scurve.stroke_time`."""
+    """Minimum time over a distance, as `scurve.stroke_time`."""
     square = acceleration * acceleration
     if jerk * jerk * distance <= 2.0 * acceleration * acceleration * acceleration and (
         jerk * distance * distance <= 4.0 * velocity * velocity * velocity
@@ -42,7 +43,7 @@ def _stroke_time(distance: float, velocity: float, acceleration: float, jerk: fl
 
 @part
 def _late(chase: Floats, time: float) -> bool:
-    """Whether the hand would come later than the object."""
+    """Whether the hand would arrive after the given time."""
     x, y, z = chase[X] + time * chase[VX], chase[Y] + time * chase[VY], chase[Z] + time * chase[VZ]
     travel = _stroke_time(math.sqrt(x * x + y * y + z * z), chase[VELOCITY], chase[ACCELERATION], chase[JERK])
     return travel + chase[DESCENT] - time > 0.0
@@ -50,7 +51,7 @@ def _late(chase: Floats, time: float) -> bool:
 
 @part
 def _border(chase: Floats, late: float, met: float) -> float:
-    """The end at which the hand is not late, of a bracket that is halved."""
+    """Border between late and met, by bisection: the end of the final bracket at which the hand is not late."""
     for _ in range(HALVINGS):
         middle = 0.5 * (late + met)
         if middle in (late, met):
@@ -64,7 +65,7 @@ def _border(chase: Floats, late: float, met: float) -> float:
 
 @part
 def _earliest(chase: Floats) -> float:
-    """The first time that counts at which the hand is not late; NaN without one."""
+    """The first allowed time at which the hand is not late; NaN where there is none."""
     if not _late(chase, chase[FIRST]):
         return chase[FIRST]
     square = chase[VX] * chase[VX] + chase[VY] * chase[VY] + chase[VZ] * chase[VZ]
@@ -84,12 +85,12 @@ def _earliest(chase: Floats) -> float:
 
 @compiled("void(float64[:,::1], float64[::1], boolean[::1])")
 def earliest(chases: Floats, time: Floats, reached: Bools) -> None:
-    """The first meetings of N chases; `time` and `reached` (N,) are written.
+    """Write the first meetings of N chases to `time` and `reached` (N,).
 
     Args:
-        chases: one a row (N, 13), by the columns above.
-        time: of the meeting; the first time that counts where there is none.
-        reached: whether there is one.
+        chases: one chase per row (N, 13), by the columns above.
+        time: time of the meeting; the first allowed time where there is no meeting.
+        reached: whether there is a meeting.
     """
     for row in range(len(chases)):
         found = _earliest(chases[row])

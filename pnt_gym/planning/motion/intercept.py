@@ -1,8 +1,8 @@
-"""Where and when the hand meets an object that rides on a belt.
+"""Place and time at which the hand meets an object that rides on a belt.
 
-The hand goes from rest to rest to a point above the object's pick position, then straight down (Hassan et al.
-2022, section III-C). With T(t) the time this takes to the place where the object will be at time t, the
-object can be picked at t when F(t) = T(t) - t <= 0; the first such time inside the window is the answer.
+The hand moves from rest to rest to a point above the object's pick position, then straight down (Hassan et al.
+2022, section III-C). With T(t) the duration of both moves to the object's place at time t, the object can be
+picked at t when F(t) = T(t) - t <= 0; the first t inside the window with F(t) <= 0 is the meeting.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from pnt_gym.planning.motion.scurve import stroke_time
 from pnt_gym.planning.reasons import SpokenReason
 
 HORIZON: Final = 30.0
-"""Latest meeting that is looked for unless another is asked for [s]."""
+"""Default of the latest meeting that is searched for [s]."""
 
 
 @final
@@ -36,12 +36,12 @@ class InterceptReason(SpokenReason):
 @final
 @dataclass(frozen=True, eq=False)
 class Intercept:
-    """N meetings of hand and object; NaN in rows without one.
+    """N meetings of hand and object; NaN in rows without a meeting.
 
     Attributes:
-        time: when the hand touches the object (N,) [s].
-        position: where the TCP is then (N, 3) [m].
-        wait: time the hand waits above the object's path because it may not be picked yet (N,) [s].
+        time: time at which the hand touches the object (N,) [s].
+        position: TCP at that time (N, 3) [m].
+        wait: time the hand waits above the object's path because the object may not be picked yet (N,) [s].
         travel: time of the move to the point above (N,) [s]; travel + wait + descent = time.
         descent: time of the move down (N,) [s].
         feasible: whether the object can be picked (N,).
@@ -58,7 +58,7 @@ class Intercept:
 
 
 class _Chase(NamedTuple):
-    """Object as seen from the hand's start, raised by the clearance, and what the hand can do."""
+    """Objects relative to the hands' starts, raised by the clearance, belt velocities, descent times, hand limits."""
 
     offset: Floats
     belt: Floats
@@ -66,7 +66,7 @@ class _Chase(NamedTuple):
     limits: LimitRows
 
     def travel(self, time: Floats) -> Floats:
-        """Time (N,) of the move to above where the object is at ``time`` (N,)."""
+        """Duration (N,) [s] of the move to the point above the object's place at ``time`` (N,) [s]."""
         return stroke_time(length(self.offset + time[:, None] * self.belt), *self.limits)
 
 
@@ -85,16 +85,16 @@ def plan_intercept(
     """Return the earliest meetings of N hands with N moving objects.
 
     Args:
-        start: where the hands rest at time 0 (N, 3) [m].
-        positions: where the TCP would have to be to pick the objects at time 0 (N, 3) [m].
+        start: TCPs of the resting hands at time 0 (N, 3) [m].
+        positions: TCPs that would pick the objects at time 0 (N, 3) [m].
         belt_velocity: velocity of the objects, (3,) or (N, 3) [m/s].
         limits: largest speed, acceleration and jerk of the hand.
         clearance: height above the pick at which the vertical descent starts, >= 0 [m], one number or (N,).
         window: least and greatest coordinate along ``axis`` at which an object may be picked [m], each one
             number or (N,).
         earliest: time before which an object may not be picked [s], one number or (N,).
-        axis: coordinate the window bounds: 0, 1 or 2 for x, y or z.
-        horizon: latest time looked at [s]; a meeting later than this counts as none.
+        axis: coordinate that the window bounds: 0, 1 or 2 for x, y or z.
+        horizon: latest time that is searched [s]; a later meeting counts as none.
 
     Returns:
         The meetings. A row's result does not depend on the other rows.
@@ -145,7 +145,7 @@ def _meet(chase: _Chase, place: Floats, first: Floats, last: Floats, enters: Boo
 
 
 def _window_times(place: Floats, speed: Floats, window: tuple[ArrayLike, ArrayLike]) -> tuple[Floats, Floats]:
-    """Times at which each object enters and leaves the window; one that never does enters at infinity."""
+    """Times (N,) at which each object enters and leaves the window; infinite for an object that never enters."""
     low = np.broadcast_to(np.asarray(window[0], dtype=np.float64), place.shape)
     high = np.broadcast_to(np.asarray(window[1], dtype=np.float64), place.shape)
     if not (low <= high).all():
@@ -160,10 +160,10 @@ def _window_times(place: Floats, speed: Floats, window: tuple[ArrayLike, ArrayLi
 
 
 def _earliest(chase: _Chase, first: Floats, last: Floats) -> tuple[Floats, Bools]:
-    """First time in [first, last] with F <= 0, and whether there is one.
+    """First time in [first, last] with F <= 0 (N,) [s], and whether there is such a time (N,).
 
-    Until the object is closest to the hand F falls, so one look at its end tells whether it crosses zero
-    there. Behind that point F is read at times that lie densest next to it.
+    F falls until the object is closest to the hand, so its sign at that time shows whether F crosses zero
+    before. After that time F is sampled, most densely next to it.
     """
     from pnt_gym.planning.motion.chase import earliest  # noqa: PLC0415 - numba takes a while
 
@@ -175,7 +175,7 @@ def _earliest(chase: _Chase, first: Floats, last: Floats) -> tuple[Floats, Bools
 
 
 def _surely_reached(chase: _Chase, speed: Floats) -> Floats:
-    """A time by which the hand has caught any object slower than itself, infinite for a faster one.
+    """A time (N,) [s] by which the hand has caught an object that is slower than the hand; infinite otherwise.
 
     T(d) <= d / V + 2 (V / A + A / J) for every d, and the object is never farther away than |offset| + speed t.
     """

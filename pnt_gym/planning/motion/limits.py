@@ -1,4 +1,4 @@
-"""What a hand may do: speed, acceleration and jerk along a line, and the room it may move in."""
+"""Limits of the hand: speed, acceleration and jerk along a line, and the workspace."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.errors import PlanningError
 
-# Full performance of the T3KR robot (Hassan et al. 2022, section IV); its 12 G count 1 G as 10 m/s2.
+# Full performance of the T3KR robot (Hassan et al. 2022, section IV); the paper's 12 G count 1 G as 10 m/s2.
 T3KR_VELOCITY = 6.0
 T3KR_ACCELERATION = 120.0
 T3KR_JERK = 3000.0
@@ -21,7 +21,7 @@ _UNITS = {"velocity": "m/s", "acceleration": "m/s2", "jerk": "m/s3"}
 
 
 class LimitRows(NamedTuple):
-    """Limits of N motions as arrays (N,), broadcast once and handed on by code that needs them often."""
+    """Limits of N motions as arrays (N,), broadcast once for code that needs the limits often."""
 
     velocity: Floats
     acceleration: Floats
@@ -40,7 +40,7 @@ class LimitRows(NamedTuple):
         """Return these limits.
 
         Raises:
-            ValueError: if they are not ``count``.
+            ValueError: if the number of limits is not ``count``.
         """
         if len(self.velocity) != count:
             raise PlanningError(f"the limits hold {len(self.velocity)} throws but {count} are planned")
@@ -90,7 +90,7 @@ class MotionLimits:
 
     @property
     def count(self) -> int | None:
-        """Number of throws the limits are given for, or None when every field is one number."""
+        """Number of throws that the limits are given for, or None when every field is one number."""
         for value in (self.velocity, self.acceleration, self.jerk):
             if isinstance(value, np.ndarray):
                 return int(value.shape[0])
@@ -148,7 +148,10 @@ def _checked(name: str, value: ArrayLike) -> float | Floats:
 
 
 class LineBounds(NamedTuple):
-    """Bounds of release points in the planes of throws, from the pick (N,) [m]; near may be 0, the others infinite."""
+    """Bounds of release points in the throws' vertical planes, relative to the picks (N,) [m].
+
+    ``near`` may be 0; ``far``, ``low`` and ``high`` may be infinite.
+    """
 
     near: Floats
     far: Floats
@@ -157,7 +160,7 @@ class LineBounds(NamedTuple):
 
     @classmethod
     def below(cls, ceiling: Floats) -> LineBounds:
-        """Only a greatest height above the pick (N,) [m]."""
+        """Return bounds with only a greatest height above the pick (N,) [m]."""
         zero = np.zeros_like(ceiling)
         return cls(zero, zero + np.inf, zero - np.inf, ceiling)
 
@@ -191,25 +194,26 @@ class EllipticWorkspace:
             raise PlanningError(f"z_min must lie below z_max [m], got {self.z_min} and {self.z_max}")
 
     def contains(self, points: Floats) -> Bools:
-        """Return which points (..., 3) [m] lie inside or on the border, shape (...,)."""
+        """Return whether points (..., 3) [m] lie inside or on the border, shape (...,)."""
         return self.margin(points) >= 0.0
 
     def margin(self, points: Floats) -> Floats:
-        """Return how far inside the border points (..., 3) lie [m], shape (...,); negative outside.
+        """Return the distance [m] of points (..., 3) to the border, shape (...,); positive inside, negative outside.
 
         The horizontal part, (1 - |q|) min(semi-axes) with q the point in units of the semi-axes, is a lower
-        bound of the distance to the ellipse for points inside it; its sign is exact everywhere.
+        bound of the distance to the ellipse for points inside the ellipse; the sign is exact everywhere.
         """
         x, y, z = points[..., 0] / self.semi_x, points[..., 1] / self.semi_y, points[..., 2]
         sideways = (1.0 - np.sqrt(x * x + y * y)) * min(self.semi_x, self.semi_y)
         return np.minimum(sideways, np.minimum(z - self.z_min, self.z_max - z))
 
     def line_bounds(self, points: Floats, cosine: Floats, sine: Floats) -> LineBounds:
-        """Return the part inside of the vertical half-plane from ``points`` (N, 3) at azimuth (cosine, sine).
+        """Return the workspace within the vertical half-planes from ``points`` (N, 3) at azimuth (cosine, sine).
 
-        Distances are horizontal from the point, heights relative to it. Where the half-plane misses the
+        Distances are horizontal from the point, heights relative to the point. Where the half-plane misses the
         workspace, near is greater than far.
         """
+        # |p + s d|^2 = 1 in units of the semi-axes: s^2 |d|^2 + 2 s p.d + |p|^2 - 1 = 0.
         x, y = points[:, 0] / self.semi_x, points[:, 1] / self.semi_y
         dx, dy = cosine / self.semi_x, sine / self.semi_y
         square, half = dx * dx + dy * dy, x * dx + y * dy

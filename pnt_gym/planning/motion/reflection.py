@@ -1,12 +1,12 @@
-"""Reflections that find motions of a given duration, or a little longer ones, for many rows at once.
+"""Search for motions of a given duration, or a little longer, by reflections, for many rows at once.
 
 With its duration T fixed, a motion of K pieces of constant jerk is linear in its jerks, and the limits on |j|, |a|
 and |v| are balls: a feasible motion is a point common to an affine set and a product of balls. Reflections on the two
-sets in turn (Douglas and Rachford's iteration) find one in a few dozen steps, each of two small matrix products, and
-the matrices are the same for all rows because time is measured in units of T. T begins short of an estimate and grows
-with the violation that is left. Velocity is bounded at the Bernstein coefficients of every piece and acceleration at
-its ends, so the limits hold at all times. The iterates are in single precision; ends and jerks of what is found are
-worked out in double.
+sets in turn (the iteration of Douglas and Rachford) find such a point in a few dozen steps, each of two small matrix
+products. The matrices are the same for all rows because time is measured in units of T. T begins short of an estimate
+and grows with the violation that is left. Velocity is bounded at the Bernstein coefficients of every piece and
+acceleration at the ends of every piece, so the limits hold at all times. The iterates are in single precision; ends and
+jerks of the feasible motions are computed in double precision.
 """
 
 from __future__ import annotations
@@ -22,58 +22,59 @@ from pnt_gym.arrays import Floats, take
 Singles: TypeAlias = NDArray[np.float32]
 
 PIECES: Final = 24
-"""Pieces of constant jerk per motion, and most of them."""
+"""Most pieces of constant jerk per motion."""
 FEW_PIECES: Final = 20
-"""Pieces of a motion that is `SHORT`."""
+"""Pieces of a motion shorter than `SHORT`."""
 SHORT: Final = 8.0
-"""Duration in units of A / J below which few pieces do as well."""
+"""Duration in units of A / J below which `FEW_PIECES` suffice."""
 SCALES: Final = 1.6 ** np.arange(-2.0, 12.0)
-"""Durations in units of A / J that matrices are made for; rows take the nearest on a logarithmic scale."""
+"""Durations in units of A / J that have matrices; rows take the nearest duration on a logarithmic scale."""
 
 
 class Tuning(NamedTuple):
-    """What the iteration is tuned by.
+    """Parameters of the iteration.
 
-    Beside the trade-offs stands what another value does to 160 throws and 160 returns with mixed limits: to their mean
-    duration, to the work (matrix products) and to the share of returns that are found, 99.4 % as it is.
+    Each trade-off names the effect of another value on 160 throws and 160 returns with mixed limits: on their mean
+    duration, on the work (matrix products) and on the share of returns with a motion, 99.4 % with these values.
     """
 
     block: int = 32
-    """Rows solved together in the first stages: matrix products of one shape give a row the same bits whatever the
-    other rows are, so the stage alone sets the size. Long enough for the products to pay."""
+    """Rows solved together in the first stages. Only the stage sets the size, because matrix products of one shape
+    give a row the same bits whatever the other rows are. Blocks are large enough for efficient products."""
     tail_block: int = 8
-    """The same in the later stages, which few rows need."""
+    """Rows solved together in the later stages, which few rows need."""
     tail: int = 5
     """First of the later stages."""
     stage: int = 16
-    """Iterations per stage, after which the rows not solved yet are put together anew; a multiple of `patience`."""
+    """Iterations per stage, after which the unsolved rows form new blocks; a multiple of `patience`."""
     stages: int = 20
-    """Most stages per motion. With 12 only 92.5 % of the returns are found, with 30 all of them."""
+    """Most stages per motion. With 12 only 92.5 % of the returns are found, with 30 all returns."""
     rounding: float = 4e-6
-    """What single precision may hide of a violation, in the units of the iteration: 30 times its spacing at 1."""
+    """Violation that single precision may hide, in the units of the iteration: 30 times the spacing of floats at 1."""
     hopeless: float = 3.0
-    """A motion not found within this multiple of its first duration is given up; 2 makes no difference."""
+    """Multiple of the first duration at which the search for a motion is given up; 2 makes no difference."""
     patience: int = 8
     """Iterations between two changes of the duration, a multiple of `look`. 4: 0.8 % longer for 0.56 of the work; 16:
     0.4 % shorter for twice the work, and 91.9 % found."""
     look: int = 2
-    """Iterations between two looks at the violation; 1 and 4 make no difference."""
+    """Iterations between two checks of the violation; 1 and 4 make no difference."""
     growth: float = 0.08
     """Relative growth of the duration per unit of relative violation. 0.16: 1 % longer for 0.68 of the work; 0.04:
     no shorter for 1.5 times the work."""
     least: float = 0.003
-    """Least growth. Half of it: 0.4 % shorter for 1.18 of the work; twice as much: 0.6 % longer for 0.81."""
+    """Least growth. 0.0015: 0.4 % shorter for 1.18 of the work; 0.006: 0.6 % longer for 0.81."""
     most: float = 0.08
-    """Greatest growth, so that a first guess far too short is not overshot; half or twice as much: within 0.15 %."""
+    """Greatest growth, so that the duration does not overshoot from a first guess far too short. 0.04 and 0.16:
+    within 0.15 %."""
     impatience: float = 1.076
-    """The least growth rises by this factor with every stage. 1: 0.25 % shorter for 1.1 of the work, 98.8 % found;
-    1.15: 0.3 % longer for 0.93 of it."""
+    """Factor by which the least growth rises with every stage. 1: 0.25 % shorter for 1.1 of the work, 98.8 % found;
+    1.15: 0.3 % longer for 0.93 of the work."""
     inside: float = 0.9985
-    """The balls are shrunk to this share of the limits: an iterate that converges to them gets inside after finite
-    time. 1 and 0.995: within 0.2 % of duration and 3 % of work."""
+    """Radius of the balls as a share of the limits: an iterate that converges to the smaller balls comes inside the
+    limits after finitely many steps. 1 and 0.995: within 0.2 % of duration and 3 % of work."""
     height: float = 4.0
     """Weight of the heights against the velocities in the metric. 1: 0.1 % shorter for 1.13 of the work, 98.8 % found;
-    8: 0.4 % longer for 0.94 of it, and all found."""
+    8: 0.4 % longer for 0.94 of the work, and all returns found."""
 
 
 TUNING: Final = Tuning()
@@ -82,16 +83,16 @@ TUNING: Final = Tuning()
 class Band(NamedTuple):
     """Bounds of the position relative to the start, at the borders between the pieces; kept to 10 um.
 
-    The last three keep a hand off an object that leaves the start with the start's velocity, which must then lie in
-    the plane of x and z: above the object until `by`, behind it from then on. Both are linear, so nothing has to be
-    decided while the motion is sought.
+    `fall`, `clear` and `by` keep a hand off an object that leaves the start with the start's velocity, which must then
+    lie in the plane of x and z: the hand stays above the object until `by`, and behind the object from then on. Both
+    bounds are linear in the jerks, so the search has no decision to make.
 
     Attributes:
         low: least height (N,) [m].
         high: greatest height (N,) [m].
         fall: downward acceleration of the object (N,) [m/s2].
         clear: distance behind the object along x (N,) [m]; 0 for no object.
-        by: time from which the hand is behind it (N,) [s].
+        by: time from which the hand is behind the object (N,) [s].
     """
 
     low: Floats
@@ -102,13 +103,13 @@ class Band(NamedTuple):
 
     @classmethod
     def level(cls, low: Floats, high: Floats) -> Band:
-        """Heights between two bounds (N,) [m], and no object."""
+        """Return a band of heights between two bounds (N,) [m], without an object."""
         zero = np.zeros_like(low)
         return cls(low, high, zero, zero, zero)
 
 
 class Problem(NamedTuple):
-    """Rows of one block: displacement at time 0 and its drift, end velocities, last acceleration, limits, band."""
+    """N transfers: displacement at time 0, drift of the end, end velocities, last acceleration, limits, band."""
 
     way: Floats
     drift: Floats
@@ -121,10 +122,10 @@ class Problem(NamedTuple):
 
 @final
 class Matrices:
-    """Constant matrices for one ratio of duration to A / J.
+    """Constant matrices of the iteration for one ratio of duration to A / J.
 
-    A row of the iteration holds, for each axis, jerks, accelerations, velocities and heights in units of T and
-    weighted such that the balls' radii are of the order of one.
+    A row of the iteration holds, for each axis, jerks, accelerations, velocities and heights in units of T, with
+    weights that bring the balls' radii to the order of one.
     """
 
     def __init__(self, scale: float) -> None:
@@ -137,7 +138,7 @@ class Matrices:
             v[k + 1] = v[k] + step * (a[k] + step * jerk[k] / 2.0)
             a[k + 1] = a[k] + step * jerk[k]
         middle = v[:-1] + step * a[:-1] / 2.0
-        # Velocities at the borders lie halfway between those in the middle, so they need no bound of their own.
+        # Velocities at the borders are means of the velocities in the middles, so only the middles need a bound.
         rows = (jerk, a[1:-1], middle, p[1:-1])
         # In units of A / J: |j| <= J, |a| <= A, |v| <= V with V / A about 5 / 4 of A / J, as for the T3KR robot.
         weights = np.array([1.0 / scale**3, 1.0 / scale**2, 0.8 / scale, TUNING.height / scale])
@@ -153,7 +154,7 @@ class Matrices:
         self.reach: Floats = reach
         self.back: Floats = np.asarray(np.linalg.pinv(reach), dtype=np.float64)
         self.share = np.arange(1, pieces) / pieces
-        # What the start's velocity, in units of T, adds to velocities and heights.
+        # Contribution of the start's velocity, in units of T, to velocities and heights.
         carried = np.concatenate([np.zeros(2 * pieces - 1), np.ones(pieces), self.share])
         self.carried = carried * self.weight
         self.balls = int((self.kind < 3).sum())
@@ -166,7 +167,7 @@ def matrices(kind: int) -> Matrices:
 
 
 class _Scaled(NamedTuple):
-    """A block at its present durations: ends, row of the motion of least jerk, inverse square radii, bounds."""
+    """A block at its current durations: ends, row of the motion of least jerk, inverse square radii, bounds."""
 
     ends: Floats
     row: Singles
@@ -177,18 +178,18 @@ class _Scaled(NamedTuple):
 
 
 class _State(NamedTuple):
-    """Where the iteration stands: durations (B,) and iterates (B, 3, columns)."""
+    """State of the iteration: durations (B,) and iterates (B, 3, columns)."""
 
     time: Floats
     iterate: Singles
 
 
 def search(m: Matrices, problem: Problem, first: Floats) -> tuple[Floats, Floats]:
-    """Return durations (N,) [s] and jerks (N, K, 3) [m/s3]; NaN and zero where nothing was found.
+    """Return durations (N,) [s] and jerks (N, K, 3) [m/s3] of feasible motions; NaN and zero where the search fails.
 
     Args:
         m: matrices of about the right duration.
-        problem: N rows.
+        problem: N transfers.
         first: durations to begin with (N,) [s].
     """
     count, columns = len(first), len(m.weight)
@@ -208,7 +209,7 @@ def search(m: Matrices, problem: Problem, first: Floats) -> tuple[Floats, Floats
 
 
 def _iterate(m: Matrices, problem: Problem, state: _State, stage: int) -> tuple[Floats, Floats, _State]:
-    """One stage for a block: durations and jerks found, and where the iteration stands."""
+    """Run one stage for a block: durations (NaN where unsolved) and jerks of its motions, and the iteration's state."""
     time, iterate = state
     found, jerks = np.full(len(time), np.nan), np.zeros((len(time), m.pieces, 3))
     block = _scaled(m, problem, time)
@@ -243,9 +244,9 @@ def _iterate(m: Matrices, problem: Problem, state: _State, stage: int) -> tuple[
 
 
 def _product(rows: Floats | Singles, matrix: Floats) -> Floats:
-    """Matrix applied to the last axis of (B, 3, columns); one product of one shape for the whole block.
+    """Matrix applied to the last axis of (B, 3, columns), as one product for the whole block.
 
-    In single precision the bits of a row would depend on its place in the block.
+    The product is in double precision: in single precision a row's bits would depend on the row's place in the block.
     """
     flat = rows.reshape(3 * len(rows), -1).astype(np.float64, copy=False)
     return (flat @ matrix.T).reshape(len(rows), 3, -1)
@@ -264,7 +265,7 @@ def _scaled(m: Matrices, problem: Problem, time: Floats) -> _Scaled:
 
 
 def _places(m: Matrices, problem: Problem, time: Floats) -> tuple[Floats, Floats, Floats]:
-    """Weighted bounds (B, K - 1): least and greatest height, greatest x."""
+    """Weighted bounds (B, K - 1) at the borders: least and greatest height, greatest x."""
     band, weight = problem.band, m.weight[m.balls :]
     since = time[:, None] * m.share
     tracked = (band.clear > 0.0)[:, None]
@@ -283,7 +284,7 @@ def _squares(rows: Singles) -> Singles:
 
 
 def _violation(m: Matrices, block: _Scaled, point: Singles) -> Floats:
-    """Largest ratio to the limits (B,); above 1 too where a place is out of bounds."""
+    """Largest ratio of jerk, acceleration and velocity to the limits (B,); above 1 also where a bound is broken."""
     ratio = np.sqrt((_squares(point[..., : m.balls]) * block.inverse).max(axis=1))
     ahead, height = point[:, 0, m.balls :], point[:, 2, m.balls :]
     out = np.maximum(np.maximum(block.low - height, height - block.high), ahead - block.far).max(axis=1)
@@ -291,7 +292,7 @@ def _violation(m: Matrices, block: _Scaled, point: Singles) -> Floats:
 
 
 def _projected(m: Matrices, block: _Scaled, rows: Singles) -> Singles:
-    """Nearest point of the balls and bounds; changes `rows`."""
+    """Project `rows` in place onto the balls and bounds."""
     over = np.maximum(_squares(rows[..., : m.balls]) * block.inverse * TUNING.inside**-2, 1.0)
     rows[..., : m.balls] /= np.sqrt(over)[:, None]
     np.clip(rows[:, 2, m.balls :], block.low, block.high, out=rows[:, 2, m.balls :])

@@ -1,20 +1,20 @@
 """Motions that begin or end at the speed of a belt, made of motions between rests.
 
-A hand that rides with a belt need not stop before it throws. Its motion is the sum of two: one that begins at rest at a
-virtual start, planned as any other, and the belt's velocity s, which fades away within a time T. Its deceleration is a
-triangle, with the peak a = 2 s / T and the jerk j = 4 s / T2, and its way is s T / 2. So the hand truly starts that way
-upstream of the virtual start, and from T on the sum *is* the planned motion. Seen backwards in time the same sum brings
-a hand from rest to the belt's speed.
+A hand that rides with a belt need not stop before it throws. The hand's motion is the sum of a planned motion, which
+begins at rest at a virtual start, and a fading: the belt's velocity s, which falls to zero within a time T. The fade's
+deceleration is a triangle over time, with the peak a = 2 s / T and the jerk j = 4 s / T2; the fade's way is s T / 2.
+So the hand starts by s T / 2 upstream of the virtual start, and from T on the sum *is* the planned motion. Reversed in
+time, the same sum brings a hand from rest to the belt's speed.
 
-Planned motions may use what the fading leaves of acceleration and jerk, A - a and J - j; then the sum keeps A and J,
-whatever the directions are. Of the speed limit nothing need be set aside: no motion from rest under A - a, J - j and V
-is faster at any time t than V less what has not faded by then, if
+Planned motions may use the acceleration and jerk that the fading leaves, A - a and J - j; then the sum keeps A and J,
+whatever the directions are. The speed limit V need not be reduced: no motion from rest under A - a, J - j and V is
+faster at any time t than V less the fading's speed at t, if
 
     T <= (V + s) / A + A / J,    a <= A / 2,    A2 <= J V.
 
-For the quickest such motion comes to V, without acceleration, at V / (A - a) + (A - a) / (J - j), which is not before
-T: with w = V / A + A / J - s / A that is (s / A) (w - 2 V / A)2 >= 0. From the end backwards it has at every time at
-least the fading's acceleration, so the speed that it still lacks is at least what has not faded.
+Reason: the quickest motion reaches V, without acceleration, at V / (A - a) + (A - a) / (J - j), which is not before T:
+with w = V / A + A / J - s / A this condition is (s / A) (w - 2 V / A)2 >= 0. Backwards in time from V, the quickest
+motion has at every time at least the fading's acceleration, so its speed is below V by at least the fading's speed.
 """
 
 from __future__ import annotations
@@ -31,27 +31,27 @@ from pnt_gym.planning.motion.scurve import coast, line_segments, peaks, stroke_t
 from pnt_gym.planning.motion.trajectory import Segments
 
 DOWNSTREAM: Final = np.array([1.0, 0.0, 0.0])
-"""Belts move along x."""
+"""Direction in which belts move."""
 MOST_SHARE: Final = 0.5
-"""Of the acceleration, for the fading."""
+"""Largest share of the acceleration limit that the fading may take."""
 USUAL_SPEED: Final = 2.5
-"""Fadings take about as long as a hand needs to this release speed [m/s]: longer ones would keep throws waiting."""
+"""Release speed [m/s] whose run-up time sets the usual fading time: longer fadings would delay the throws."""
 _HALVINGS: Final = 60
 
 
 @final
 @dataclass(frozen=True)
 class Fading:
-    """How the belt's velocity fades from N hands, or grows on them."""
+    """Fading of the belt's velocity from N hands, or its growth on them."""
 
     speed: float
-    """Of the belt [m/s]."""
+    """Speed of the belt [m/s]."""
     time: Floats
-    """How long it takes (N,) [s]."""
+    """Duration T of the fading (N,) [s]."""
 
     @classmethod
     def under(cls, limits: Limits, count: int, speed: float) -> Self:
-        """Fadings of a belt's speed [m/s] that leave ``count`` hands their speed limit."""
+        """Return fadings of a belt's speed [m/s] that do not reduce the speed limit of ``count`` hands."""
         velocity, acceleration, jerk = limits.arrays(count)
         longest = (velocity + speed) / acceleration + acceleration / jerk
         usual = (USUAL_SPEED + speed) / acceleration + acceleration / jerk
@@ -59,15 +59,15 @@ class Fading:
 
     @property
     def way(self) -> Floats:
-        """Covered by the fading velocity (N,) [m]."""
+        """Distance that the fading velocity covers, s T / 2 (N,) [m]."""
         return self.speed * self.time / 2.0
 
     def is_possible(self, limits: Limits) -> Bools:
-        """Whether it takes no more than its share of the limits (N,)."""
+        """Whether the fading takes no more than `MOST_SHARE` of the limits (N,)."""
         return self.time >= _shortest(self.speed, limits.arrays(len(self.time)).acceleration)
 
     def left(self, limits: Limits) -> LimitRows:
-        """Limits of the motions it is added to; placeholders where it is not possible."""
+        """Limits that the fading leaves to the planned motions; placeholders where the fading is not possible."""
         velocity, acceleration, jerk = limits.arrays(len(self.time))
         least = 1.0 - MOST_SHARE
         own = 2.0 * self.speed / self.time
@@ -78,11 +78,11 @@ class Fading:
         )
 
     def out(self) -> Segments:
-        """From the belt's speed to rest."""
+        """Segments of the fading from the belt's speed to rest."""
         return self._halves(-1.0)
 
     def into(self, begin: Floats) -> Segments:
-        """From rest to the belt's speed, from times (N,) [s] on."""
+        """Segments of the growth from rest to the belt's speed, beginning at times (N,) [s]."""
         return joined([coast(begin), self._halves(1.0)], axis=1)
 
     def _halves(self, sign: float) -> Segments:
@@ -93,16 +93,16 @@ class Fading:
 
 
 def arrival_time(limits: LimitRows, speed: float, drop: float) -> float:
-    """Over how long the belt's velocity may grow at the end of returns under any of N limits [s].
+    """Longest time [s] over which the belt's velocity may grow at the end of returns, under each of N limits.
+
+    The hand is at rest before a descent of duration D, so the growth may take D plus the time of a stop from the hand's
+    greatest speed. This longer time is used only where the descent is so slow that descent and belt speed together keep
+    the speed limit.
 
     Args:
-        limits: N.
-        speed: of the belt [m/s].
+        limits: limits of N hands.
+        speed: speed of the belt [m/s].
         drop: height of a descent from rest to rest that ends every return [m]; 0 where there may be none.
-
-    What the hand does before a descent of time D is over at rest then, so the growing may begin D earlier than the
-    hand can come to rest from its greatest speed; half way, where both overlap, the hand is slow enough by far, or no
-    use is made of this.
     """
     velocity, acceleration, jerk = limits
     usual = Fading.under(limits, len(velocity), speed).time.min()
@@ -113,7 +113,7 @@ def arrival_time(limits: LimitRows, speed: float, drop: float) -> float:
 
 
 def fastest_belt(limits: LimitRows) -> float:
-    """The fastest belt [m/s] that N hands can ride with, if all take the time that the quickest of them needs."""
+    """The fastest belt [m/s] with which N hands can ride, if all hands take the shortest of their fading times."""
     count = len(limits.velocity)
 
     def rides(speed: Floats) -> Bools:
@@ -124,5 +124,5 @@ def fastest_belt(limits: LimitRows) -> float:
 
 
 def _shortest(speed: float, acceleration: Floats) -> Floats:
-    """Fadings that take their full share of limits (N,) [m/s2], (N,) [s]."""
+    """Shortest fading times (N,) [s]: the peak 2 s / T equals `MOST_SHARE` of the acceleration limits (N,) [m/s2]."""
     return 2.0 * speed / (MOST_SHARE * acceleration)

@@ -1,8 +1,8 @@
-"""Borders of conditions on one number, for many rows at once.
+"""Bisection of conditions on one number, for many rows at once.
 
-Every row gets the same steps whatever the other rows are, so it gets the same bits in any batch. SciPy's
-``optimize.elementwise`` finds the same, but takes nine times as long for the few rows of a step (64 rows: 2.7 ms
-against 0.3 ms).
+Every row gets the same steps whatever the other rows are, so a row gets the same bits in any batch. SciPy's
+``optimize.elementwise`` finds the same borders, but takes nine times as long for the few rows of a step (64 rows:
+2.7 ms against 0.3 ms).
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ from pnt_gym.arrays import Bools, Floats
 
 
 def bisect(holds: Callable[[Floats], Bools], low: Floats, high: Floats, steps: int) -> tuple[Floats, Floats]:
-    """Halve brackets (N,) ``steps`` times around the border between where a condition holds and where not.
+    """Halve brackets (N,) ``steps`` times around the border at which a condition changes from true to false.
 
     Args:
-        holds: the condition at some points (N,); true at ``low``, false at ``high``.
-        low: ends where it holds (N,).
-        high: the other ends (N,), greater or smaller.
+        holds: the condition at points (N,); true at ``low``, false at ``high``.
+        low: ends at which the condition holds (N,).
+        high: ends at which the condition does not hold (N,), greater or smaller than ``low``.
         steps: number of halvings.
 
     Returns:
-        The ends of the brackets (N,), of which the first holds.
+        The ends of the final brackets (N,): the condition holds at the first ends, and not at the second ends.
     """
     for _ in range(steps):
         middle = 0.5 * (low + high)

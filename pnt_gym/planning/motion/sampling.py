@@ -1,24 +1,24 @@
-"""Where paths of constant jerk are at many times. Compiled; see `pnt_gym.compiled`."""
+"""Samples of paths of piecewise constant jerk at many times. Compiled; see `pnt_gym.compiled`."""
 
 from __future__ import annotations
 
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.compiled import compiled, part
 
-# Columns of a table: position, velocity, acceleration and jerk from a border of two segments on, and its time. The
-# first row holds before the first border, which has the same time.
+# Columns of a table: position, velocity, acceleration and jerk from a border of two segments on, and the border's time.
+# The first row holds before the first border and has the first border's time.
 JERK, TIME, COLUMNS = 9, 12, 13
 
 
 @part
 def _holds(table: Floats, time: float, row: int) -> bool:
-    """Whether a time lies behind the border at which a row of a path's table (R, COLUMNS) begins."""
+    """Whether a time lies after the border at which a row of a path's table (R, COLUMNS) begins."""
     return time > table[row, TIME] if row == len(table) - 1 else time >= table[row, TIME]
 
 
 @part
 def _row_at(table: Floats, time: float, row: int) -> int:
-    """The row that holds at a time, looked for from another one on."""
+    """The row that holds at a time, searched for from a given row on."""
     while row < len(table) - 1 and _holds(table, time, row + 1):
         row += 1
     while row > 0 and not _holds(table, time, row):
@@ -28,9 +28,9 @@ def _row_at(table: Floats, time: float, row: int) -> int:
 
 @compiled("void(float64[:,:,::1], float64[:,::1], int64[:,::1])")
 def rows_at(table: Floats, times: Floats, rows: Ints) -> None:
-    """Which rows of tables (N, R, COLUMNS) hold at times (N, M) [s]; `rows` (N, M) is written.
+    """Write to `rows` (N, M) the rows of tables (N, R, COLUMNS) that hold at times (N, M) [s].
 
-    A border belongs to what follows it, but the last one to what comes before.
+    A border belongs to the segment after it, but the last border to the segment before it.
     """
     for path in range(len(table)):
         row = 0
@@ -41,7 +41,7 @@ def rows_at(table: Floats, times: Floats, rows: Ints) -> None:
 
 @compiled("void(float64[:,:,::1], float64[:,::1], float64[:,:,::1], float64[:,:,::1], float64[:,:,::1])")
 def sample(table: Floats, times: Floats, position: Floats, velocity: Floats, acceleration: Floats) -> None:
-    """Motions (N, M, 3) of N paths at times (N, M) [s], by their tables (N, R, COLUMNS); the last three are written."""
+    """Write the motions (N, M, 3) of N paths at times (N, M) [s], computed from the paths' tables (N, R, COLUMNS)."""
     for path in range(len(table)):
         row = 0
         for k in range(times.shape[1]):

@@ -1,7 +1,7 @@
-"""Minimum-time third-order S-curves between two rests (Hassan et al. 2022, Algorithm 1): as numbers, and in space.
+"""Minimum-time third-order S-curves between two rests (Hassan et al. 2022, Algorithm 1), along a line and in space.
 
-The pieces of straight-line motion that a throw is joined from are halves and wholes of such curves; every one of them
-starts and ends with zero acceleration.
+The straight motions of a throw are halves and wholes of S-curves; each half and whole starts and ends with zero
+acceleration.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ ValueT = TypeVar("ValueT", float, Floats)
 @final
 @dataclass(frozen=True, eq=False)
 class SCurve(Generic[ValueT]):
-    """Minimum-time rest-to-rest motion along a line, one curve or N of them.
+    """Minimum-time rest-to-rest motion along a line, one curve or N curves.
 
     Attributes:
         distance: stroke P [m].
@@ -58,7 +58,7 @@ class SCurve(Generic[ValueT]):
         return position, speed, np.where(second_half, -acceleration, acceleration)
 
     def _aligned(self, t: ArrayLike) -> tuple[Floats, SCurve[Floats]]:
-        """Times, and the curve's numbers shaped to broadcast against them."""
+        """Times, and the curve's numbers shaped to broadcast against the times."""
         time = np.asarray(t, dtype=np.float64)
         columns = [self.distance, self.velocity, self.acceleration, self.jerk, self.duration]
         arrays = [np.asarray(c, dtype=np.float64) for c in columns]
@@ -72,7 +72,7 @@ class SCurve(Generic[ValueT]):
 
 
 def _first_half(curve: SCurve[Floats], time: Floats) -> tuple[Floats, Floats, Floats]:
-    """Position, speed, acceleration at 0 <= time <= T/2, summed over the four segments' elapsed parts."""
+    """Position, speed and acceleration at 0 <= time <= T/2, summed over the elapsed parts of the four segments."""
     jerk, peak = curve.jerk, curve.acceleration
     ramp, plateau = _ramp_times(curve.velocity, peak, jerk)
     rise = np.minimum(time, ramp)
@@ -151,13 +151,13 @@ def peaks(distance: Floats, velocity: Floats, acceleration: Floats, jerk: Floats
     """Return the peak speed V and acceleration A of Algorithm 1; all arguments and results (N,).
 
     Lines 4-5 and 8-9 of the algorithm are one case here: a stroke too long for lines 2-3 that never needs
-    a plateau of acceleration has V = Vmax, A = sqrt(J Vmax); line 5 is only reached when that A is allowed.
+    a plateau of acceleration has V = Vmax, A = sqrt(J Vmax); line 5 is only reached when A = sqrt(J Vmax) is allowed.
     """
     short = jerk * jerk * distance <= 2.0 * acceleration * acceleration * acceleration
     short &= jerk * distance * distance <= 4.0 * velocity * velocity * velocity
     no_plateau = jerk * velocity <= acceleration * acceleration
     square = acceleration * acceleration
-    # Line 12 without the difference of two nearly equal numbers.
+    # Line 12, V = (sqrt(A^4 + 4 J^2 P A) - A^2) / (2 J), without the difference of two nearly equal numbers.
     root = np.sqrt(square * square + 4.0 * jerk * jerk * distance * acceleration)
     plateau_speed = np.minimum(2.0 * jerk * distance * acceleration / (square + root), velocity)
     speed = np.where(no_plateau, velocity, plateau_speed)
@@ -211,7 +211,7 @@ def coast(duration: Floats) -> Segments:
 
 
 def brake(direction: Floats, speed: Floats, limits: Limits) -> Segments:
-    """Return the quickest stop from ``speed`` (N,) [m/s] along ``direction`` (N, 3): three segments."""
+    """Return the minimum-time stop from ``speed`` (N,) [m/s] along ``direction`` (N, 3): three segments."""
     rows = limits.arrays(len(speed))
     ramp, plateau = _stop_times(speed, rows)
     durations = np.stack([ramp, plateau, ramp], axis=1)
@@ -219,13 +219,13 @@ def brake(direction: Floats, speed: Floats, limits: Limits) -> Segments:
 
 
 def brake_distance(speed: Floats, limits: Limits) -> Floats:
-    """Return the way (N,) [m] of the quickest stop from ``speed`` (N,) [m/s]: half speed times duration."""
+    """Return the distance (N,) [m] of the minimum-time stop from ``speed`` (N,) [m/s]: half speed times duration."""
     ramp, plateau = _stop_times(speed, limits.arrays(len(speed)))
     return 0.5 * speed * (2.0 * ramp + plateau)
 
 
 def _stop_times(speed: Floats, limits: LimitRows) -> tuple[Floats, Floats]:
-    """Durations of a jerk phase and of the plateau between the two (N,) [s]; NaN where the speed is."""
+    """Durations of each jerk phase and of the plateau between the two (N,) [s]; NaN where the speed is NaN."""
     if (speed < 0.0).any():
         raise PlanningError(f"speed must not be negative [m/s], got {np.nanmin(speed)}")
     return _ramp_times(speed, np.minimum(np.sqrt(limits.jerk * speed), limits.acceleration), limits.jerk)

@@ -1,4 +1,4 @@
-"""Paths of piecewise constant jerk in space, N at a time: what a plan hands to a robot."""
+"""Paths of piecewise constant jerk in space, N at a time, which plans hand to robots."""
 
 from __future__ import annotations
 
@@ -28,21 +28,21 @@ class Segments:
     jerks: Floats
 
     def padded(self, columns: int) -> Segments:
-        """Return the same motions, filled up to ``columns`` segments with such of no duration."""
+        """Return the same motions, filled up to ``columns`` segments with segments of no duration."""
         rows, own = self.durations.shape
         durations, jerks = np.zeros((rows, columns)), np.zeros((rows, columns, 3))
         durations[:, :own], jerks[:, :own] = self.durations, self.jerks
         return Segments(durations, jerks)
 
     def greatest_acceleration(self) -> Floats:
-        """Return the greatest acceleration (N,) [m/s2] of motions that start without."""
+        """Return the greatest acceleration (N,) [m/s2] of motions that start without acceleration."""
         return length(np.cumsum(self.durations[..., None] * self.jerks, axis=1)).max(axis=1)
 
 
 def superposed(first: Segments, second: Segments) -> Segments:
-    """Return the sums of two motions that begin together; one that is over goes on without jerk.
+    """Return the sums of two motions that begin together; a motion that is over goes on without jerk.
 
-    Each sum has a border where either motion has one, so ``first`` and ``second`` of K and L segments give K + L.
+    Each sum has the borders of both motions, so ``first`` and ``second`` of K and L segments give K + L segments.
     """
     own = [np.cumsum(part.durations, axis=1) for part in (first, second)]
     borders = np.sort(np.concatenate(own, axis=1), axis=1)
@@ -73,7 +73,7 @@ class PeakRatios(NamedTuple):
 
 
 class HandPath(Protocol):
-    """N timed paths of the hand, which is all that a robot needs to know of a plan."""
+    """N timed paths of the hand, the only part of a plan that a robot needs."""
 
     @property
     def duration(self) -> Floats:
@@ -100,7 +100,8 @@ class JerkTrajectory:
         jerks: segment jerks (N, K, 3) [m/s3].
         start_velocity: velocities at time 0 (N, 3) [m/s], rest when not given.
         start_acceleration: accelerations at time 0 (N, 3) [m/s2], zero when not given.
-        rides: whether a path comes with its first velocity and goes on with its last one; if not, it rests outside.
+        rides: whether a path has its first velocity before time 0 and its last velocity after its duration; if not,
+            the path rests before and after.
         knot_times: segment borders (N, K + 1) [s], from 0 to the duration.
         knots: position, velocity and acceleration at the borders, each (N, K + 1, 3).
 
@@ -139,7 +140,7 @@ class JerkTrajectory:
         start_velocity: Floats | None = None,
         rides: bool = False,
     ) -> JerkTrajectory:
-        """Return the path that starts at ``start`` (N, 3) and runs through ``parts`` one after the other."""
+        """Return the paths that start at ``start`` (N, 3) and run through ``parts`` in turn."""
         whole = joined(parts, axis=1)
         return cls(start, whole.durations, whole.jerks, start_velocity, rides=rides)
 
@@ -156,7 +157,7 @@ class JerkTrajectory:
     def sample(self, times: ArrayLike) -> Samples:
         """Return the motion at ``times`` [s], shape (M,) for all paths or (N, M), each result (N, M, 3).
 
-        A path holds still at its start before time 0 and at its last point after its duration, unless it ``rides``.
+        A path rests at its start before time 0 and at its last point after its duration, unless the path ``rides``.
         """
         from pnt_gym.planning.motion.sampling import sample  # noqa: PLC0415 - numba takes a while
 
@@ -177,8 +178,8 @@ class JerkTrajectory:
     def peak_ratios(self, limits: Limits, samples: int = 33) -> PeakRatios:
         """Return each path's largest speed, acceleration and jerk as shares of ``limits``.
 
-        Acceleration is linear and jerk constant within a segment, so their peaks lie on segment borders and
-        are exact; speed is read at ``samples`` points of every segment.
+        Acceleration is linear and jerk constant within a segment, so the peaks of both lie on segment borders and
+        are exact; speed is sampled at ``samples`` points of every segment.
         """
         count, columns = self.durations.shape
         velocity, acceleration, jerk = limits.arrays(count)
@@ -193,7 +194,7 @@ class JerkTrajectory:
         )
 
     def _times(self, times: ArrayLike) -> Floats:
-        """Times of all paths (N, M), an array of its own."""
+        """Times of all paths (N, M) as a new array."""
         time, count = np.asarray(times, dtype=np.float64), len(self._table)
         if time.ndim not in (1, 2) or (time.ndim == 2 and time.shape[0] != count):
             raise PlanningError(f"times must have shape (M,) or ({count}, M), got {time.shape}")
@@ -216,7 +217,7 @@ def _check_shapes(start: Floats, durations: Floats, jerks: Floats) -> None:
 
 
 def _integrate(first: Samples, durations: Floats, jerks: Floats) -> Samples:
-    """Sum the segments' increments into the states at all borders, each (N, K + 1, 3)."""
+    """States at all borders, each (N, K + 1, 3), as sums of the segments' increments."""
     d = durations[:, :, None]
     acceleration = _running(first.acceleration, d * jerks)
     velocity = _running(first.velocity, d * (acceleration[:, :-1] + 0.5 * d * jerks))
@@ -230,7 +231,7 @@ def _running(first: Floats, increments: Floats) -> Floats:
 
 
 def _coefficients(times: Floats, knots: Samples, jerks: Floats, rides: bool) -> Floats:
-    """Table (N, K + 2, 13): position, velocity, acceleration, jerk and start time; rest or a ride at either end."""
+    """Table (N, K + 2, 13): position, velocity, acceleration, jerk, start time; at both ends rest or constant speed."""
     count, borders = times.shape
     table = np.zeros((count, borders + 1, 13))
     table[:, 0, 0:3] = knots.position[:, 0]

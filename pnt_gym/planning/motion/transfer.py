@@ -1,7 +1,7 @@
-"""Fast motions between moving states under norm limits, N at a time: what the conveyor cell plans its throws with.
+"""Fast motions between moving states under norm limits, N at a time, for the throws of the conveyor cell.
 
-The first feasible motion that the reflections of `reflection` find is close to the fastest, on average about 2 % above
-it: its duration begins short of an estimate and grows with the violation that is left.
+`reflection` searches for a feasible motion: the duration begins below an estimate and grows with the violation that is
+left. The first feasible motion takes on average about 2 % longer than the fastest motion.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ __all__ = ["PIECES", "Band", "Transfers", "estimate", "fast_transfer"]
 FIRST: Final = 0.97
 """First duration as a share of the estimate."""
 BACKWARD: Final = 0.5
-"""Share of a move from rest to rest that a way against the motion is estimated to take."""
+"""Estimated time of a way against the motion, as a share of a move from rest to rest."""
 STRETCH: Final = 1.5
-"""The iteration converges fastest with matrices for a duration this much above the true one."""
+"""Duration of the matrices over the true duration; the iteration converges fastest with this ratio."""
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Transfers:
-    """N motions; rows without one have a duration of NaN.
+    """N motions; rows without a motion have a duration of NaN.
 
     Attributes:
         duration: (N,) [s].
-        steps: durations of the pieces (N, PIECES) [s]; short motions end with empty ones.
+        steps: durations of the pieces (N, PIECES) [s]; short motions end with pieces of no duration.
         jerks: (N, PIECES, 3) [m/s3].
         feasible: whether the row holds a motion (N,).
     """
@@ -46,7 +46,7 @@ class Transfers:
 
     @property
     def segments(self) -> Segments:
-        """The motions as segments; rows without one hold still."""
+        """The motions as segments; rows without a motion rest."""
         return Segments(np.where(self.feasible[:, None], self.steps, 0.0), self.jerks)
 
 
@@ -67,7 +67,7 @@ def fast_transfer(
         way: end less start (N, 3) [m], at time 0 if the end moves.
         before: velocity at the start (N, 3) [m/s], below the limit.
         after: velocity at the end (N, 3) [m/s], below the limit.
-        limits: norms that hold at all times.
+        limits: limits of the norms at all times.
         braking: acceleration at the end (N, 3) [m/s2], below the limit; none when not given.
         drift: velocity of the end point (N, 3) [m/s]; at rest when not given.
         band: bounds of the position; none when not given.
@@ -104,10 +104,10 @@ def fast_transfer(
 
 
 def estimate(way: Floats, before: Floats, after: Floats, limits: LimitRows, drift: Floats | None = None) -> Floats:
-    """Return about how long a transfer takes (N,) [s], mostly a few percent too short.
+    """Return an estimate of the duration of transfers (N,) [s], mostly a few percent too short.
 
-    Counted are the change of velocity and the way that is left then: at full speed where it lies in the direction of
-    the motion, as half a move from rest to rest where it lies against it.
+    The estimate is the time of the change of velocity plus the time of the remaining way: at full speed where the
+    remaining way lies in the direction of the motion, half a move from rest to rest where it lies against the motion.
     """
     velocity, acceleration, jerk = limits
     turn = length(after - before) / acceleration + acceleration / jerk

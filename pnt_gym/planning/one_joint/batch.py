@@ -1,10 +1,10 @@
 """Plans of many throws at once, from a family of simple motions.
 
-A release fixes angle and speed at the end of a motion from rest. What is left to choose is the duration and the shape
-of the acceleration, which is linear between the borders of the spline's n intervals: a motion of the family is a
-spline of Miyashita et al. 2010, Eq. 13, exactly. The shapes rise from the static start to an acceleration that is
-constant, grows or falls; where none of these can do it, shapes are tried that swing back first. Of all of them the
-motion with the best margins is taken and its duration refined.
+A release fixes angle and speed at the end of a motion from rest. The duration and the shape of the acceleration remain
+to be chosen. The acceleration is linear between the borders of the spline's n intervals, so a motion of the family is
+exactly a spline of Miyashita et al. 2010, Eq. 13. The first shapes rise from the static start to an acceleration that
+is constant, grows or falls; where no such shape keeps all limits, shapes that swing back first are tried. The plan is
+the motion with the best margins, with a refined duration.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from pnt_gym.planning.one_joint.weights import WeightName, weights_of
 @final
 @dataclass(frozen=True, eq=False)
 class ThrowPlans:
-    """Plans of N throws; rows that have none hold NaN.
+    """Plans of N throws; rows without a plan hold NaN.
 
     Attributes:
         goal: landing states (N, 4) = x, y [m], phi [rad], dy [m/s].
@@ -38,7 +38,7 @@ class ThrowPlans:
         feasible: whether there is a plan (N,).
         reason: `ThrowReason` (N,).
         margins: smallest margins of each motion at 1 kHz (N, 6), as shares (see `margins`).
-        radius: r, of the block along the arm (N,) [m].
+        radius: r, distance of the block from the pivot along the arm (N,) [m].
     """
 
     goal: Floats
@@ -56,12 +56,12 @@ def plan_throws(
     arm: Arm | None = None,
     block: Block | None = None,
 ) -> ThrowPlans:
-    """Return a plan for each goal (N, 4), all at once; a row comes out the same whatever else is planned with it.
+    """Return a plan for each goal (N, 4), all at once; a row's result does not depend on the other rows.
 
     Args:
         goals: x, y [m], phi [rad], dy [m/s].
-        arm: the paper's when not given.
-        block: the paper's when not given.
+        arm: the arm; the paper's when not given.
+        block: the block; the paper's when not given.
 
     Raises:
         ValueError: the shape is not (N, 4) or a number is not finite.
@@ -85,11 +85,11 @@ def plan_releases(
 
     Args:
         u: releases (N, 4).
-        arm: the paper's when not given.
-        block: the paper's when not given.
-        objective: what the motion of each plan is chosen by.
+        arm: the arm; the paper's when not given.
+        block: the block; the paper's when not given.
+        objective: criterion by which each plan's motion is chosen.
         weights: a name or six numbers, for the objective "squares".
-        static_start: whether the block must rest by itself before the throw.
+        static_start: whether the block must rest on the arm without tipping before the throw.
 
     Raises:
         ValueError: the shape is not (N, 4), a number is not finite, or the weights are not known.

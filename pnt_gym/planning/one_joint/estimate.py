@@ -1,4 +1,4 @@
-"""From what a camera saw to the state in which an object arrived (Miyashita et al. 2010, section 5.2 and appendix)."""
+"""Estimates of flights and arrival states from camera measurements (Miyashita et al. 2010, section 5.2, appendix)."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from pnt_gym.constants import GRAVITY
 from pnt_gym.errors import PlanningError
 
 SCALES: Final = (1.0, 1.0, 0.1, 0.1)
-"""Diagonal of T for x, y [1/m], phi [1/rad] and dy [s/m]; the paper gives none."""
+"""Diagonal of T for x, y [1/m], phi [1/rad] and dy [s/m]; the paper gives no values."""
 POLISHES: Final = 3
 
 
 class FittedFlight(NamedTuple):
-    """N ballistic flights: their motion at time zero, each (N,) [m, m/s, rad, rad/s]."""
+    """N ballistic flights by their position, angle and velocities at time zero, each (N,) [m, m/s, rad, rad/s]."""
 
     x: Floats
     y: Floats
@@ -40,7 +40,7 @@ class FittedFlight(NamedTuple):
 
 
 class Arrival(NamedTuple):
-    """Landing states z (N, 4) of N flights and when they were reached (N,) [s]."""
+    """Landing states z (N, 4) of N flights and the times of these states (N,) [s]."""
 
     z: Floats
     time: Floats
@@ -49,14 +49,14 @@ class Arrival(NamedTuple):
 def fit_flight(
     times: ArrayLike, x: ArrayLike, y: ArrayLike, phi: ArrayLike, mask: ArrayLike | None = None
 ) -> FittedFlight:
-    """Return the ballistic flights that fit the measured places and angles best in the least-squares sense.
+    """Return the ballistic flights that fit measured positions and angles best in the least-squares sense.
 
     Args:
-        times: of the pictures [s], (M,) for all rows or (N, M).
-        x: measured (N, M) [m].
-        y: measured (N, M) [m].
-        phi: measured (N, M), unwrapped [rad].
-        mask: which samples count (N, M); all of them when not given. The others may hold anything, NaN too.
+        times: times of the pictures [s], (M,) for all rows or (N, M).
+        x: measured positions (N, M) [m].
+        y: measured heights (N, M) [m].
+        phi: measured angles (N, M), unwrapped [rad].
+        mask: whether each sample counts (N, M); by default every sample counts. Other samples may hold NaN.
 
     Raises:
         ValueError: shapes disagree, a sample that counts is not finite, or a row has fewer than two distinct times.
@@ -86,17 +86,17 @@ def arrival(
 ) -> Arrival:
     """Return the states of the flights that are nearest to their goals (appendix, Eq. 35).
 
-    The derivative of the squared distance is a cubic in time, whose inflection is the apex of the flight. It has
+    The derivative of the squared distance is a cubic in time, whose inflection is the apex of the flight. The cubic has
     three real roots only where the goal lies within the parabola.
 
     Args:
         flight: N flights.
         goal: landing states (N, 4).
-        scales: diagonal of T (4,) [1/m, 1/m, 1/rad, s/m]; that of y must be positive, or there is no cubic.
-        earliest: no state before this time counts (N,) [s], as the release; the whole parabola when not given.
+        scales: diagonal of T (4,) [1/m, 1/m, 1/rad, s/m]; the scale of y must be positive, or there is no cubic.
+        earliest: time before which no state counts (N,) [s], such as the release; the whole parabola when not given.
 
     Raises:
-        ValueError: a scale is negative or not finite, or that of y is 0, or the goals have another shape.
+        ValueError: a scale is negative or not finite, the scale of y is 0, or the goals have the wrong shape.
     """
     weights, target = _squares(scales), np.asarray(goal, dtype=np.float64)
     if target.shape != (flight.x.size, 4):
@@ -110,7 +110,7 @@ def arrival(
 
 
 def _lines(time: Floats, columns: list[Floats], counts: Bools) -> list[tuple[Floats, Floats]]:
-    """Intercept and slope (N,) of the straight lines through each column."""
+    """Intercept and slope (N,) of the least-squares straight line of each column over time."""
     number = counts.sum(axis=1)
     middle = time.sum(axis=1) / np.maximum(number, 1)
     away = np.where(counts, time - middle[:, None], 0.0)
@@ -144,7 +144,7 @@ def _distance(flight: FittedFlight, time: Floats, goal: Floats, weights: Floats)
 
 
 def _nearest_times(flight: FittedFlight, goal: Floats, weights: Floats) -> Floats:
-    """Candidates (3, N): the real roots of s^3 + p s + q = 0 in the time s from the apex; one repeated where alone."""
+    """Candidate times (3, N): real roots of s^3 + p s + q = 0, s counted from the apex; a single root is repeated."""
     apex = flight.vy / GRAVITY
     top = flight.state(apex)
     wx, wy, wp, wd = weights
@@ -157,10 +157,10 @@ def _nearest_times(flight: FittedFlight, goal: Floats, weights: Floats) -> Float
 
 
 def _cubic_roots(p: Floats, q: Floats) -> Floats:
-    """Real roots (3, N) of s^3 + p s + q, polished by Newton's method."""
+    """Real roots (3, N) of s^3 + p s + q by Cardano's and Viete's formulas, polished by Newton's method."""
     third, half = p / 3.0, 0.5 * q
     inside = half * half + third**3
-    # One root: the larger of the two cube roots first, the other from their product, without cancellation.
+    # A single root: the larger of the two cube roots first, the smaller from their product, without cancellation.
     large = -np.where(half < 0.0, -1.0, 1.0) * np.cbrt(np.abs(half) + np.sqrt(np.maximum(inside, 0.0)))
     alone = large - third / np.where(large == 0.0, 1.0, large)
     radius = np.sqrt(np.maximum(-third, 0.0))

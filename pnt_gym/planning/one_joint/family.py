@@ -15,28 +15,28 @@ from pnt_gym.planning.one_joint.shapes import BACKSWINGS, INTERVALS, RISES, Fami
 from pnt_gym.planning.one_joint.weights import WEIGHTS
 
 Objective = Literal["squares", "max_min"]
-"""What a plan is chosen by: Eq. 28, or the smallest margin of grasp and torque."""
+"""Criterion of the choice of motions: Eq. 28 ("squares"), or the smallest margin of grasp and torque ("max_min")."""
 
 DURATIONS: Final = 6
 """Durations tried for each shape."""
 REFINEMENTS: Final = 9
 """Durations tried around the best one."""
 FINE: Final = 3
-"""Samples per interval while refining; one while choosing, and the result is checked at 1 kHz."""
+"""Samples per interval during the refinement; the first choice has one sample, the final check runs at 1 kHz."""
 CHUNK: Final = 16
-"""Rows worked on together, so that their arrays stay in the cache."""
+"""Rows computed together, so that their arrays stay in the cache."""
 SAFE: Final = 1e-6
-"""Smallest margin of a motion that counts as kept."""
+"""Smallest margin at which a limit counts as kept."""
 QUICKEST_SWING: Final = 0.5
 """Shortest duration of a motion that swings back, as a share of the longest one."""
 START_ROUNDING: Final = 1e-9
-"""A start this far outside the angles at which the block rests counts as on their border [rad]."""
+"""Tolerance of the start angle outside the angles at which the block rests [rad]."""
 FORCED: Final = (0, 1, 2, 5)
-"""Margins that the motion decides and the release does not fix: grasp and torque."""
+"""Indices of the margins that the motion determines and the release does not: grasp and torque."""
 
 
 class Task(NamedTuple):
-    """N releases and how a motion to them is judged."""
+    """N releases, with arm, block and the criterion for motions to the releases."""
 
     u: Floats
     radius: Floats
@@ -55,7 +55,7 @@ class _Choice(NamedTuple):
 
 
 class _Course(NamedTuple):
-    """How much of the lift each motion takes (...,) [rad/s2], and where it starts [rad]."""
+    """Factor of the lift in each motion (...,) [rad/s2], and the start angle (...,) [rad]."""
 
     peak: Floats
     start: Floats
@@ -64,7 +64,7 @@ class _Course(NamedTuple):
 def best_motions(task: Task) -> tuple[ArmMotion, Floats]:
     """Return the best motion for each release and its margins at 1 kHz (N, 6).
 
-    Rows without a motion that keeps every limit get one that does not, and their margins tell.
+    A row without a motion that keeps every limit gets a motion that breaks some limit, with margins below `SAFE`.
     """
     motion, margins = _best(task, RISES)
     missing = np.nonzero(~kept(margins))[0]
@@ -75,7 +75,7 @@ def best_motions(task: Task) -> tuple[ArmMotion, Floats]:
 
 
 def kept(margins: Floats) -> Bools:
-    """Return whether all margins of a row (N, 6) are kept."""
+    """Return whether a row's six margins (N, 6) are all kept (N,)."""
     return margins.min(axis=1, initial=np.inf) >= SAFE
 
 
@@ -127,7 +127,7 @@ def _durations(task: Task, family: Family) -> tuple[Floats, Floats]:
 
 
 def _start_range(task: Task) -> tuple[float, float]:
-    """Angles between which the arm may start."""
+    """Least and greatest start angle of the arm [rad]."""
     low, high = task.arm.angle
     if not task.static_start:
         return low, high
@@ -140,7 +140,11 @@ def _start_range(task: Task) -> tuple[float, float]:
 
 
 def _course(task: Task, family: Family, shape: Ints, duration: Floats) -> _Course:
-    """The motions with some shapes and durations (N, ...) that end in the release."""
+    """Lift factors and start angles of the motions with given shapes and durations (N, ...) that end in the release.
+
+    With duration T, base gain g0 and way w0, lift gain g1 and way w1, the factor is p = (omega_t / T - g0) / g1 and the
+    start angle theta_t - T^2 (w0 + p w1).
+    """
     lead = (slice(None),) + (None,) * (duration.ndim - 1)
     angle, speed = task.u[:, 0][lead], task.u[:, 1][lead]
     missing, turned = speed / duration, 0.0
@@ -151,7 +155,7 @@ def _course(task: Task, family: Family, shape: Ints, duration: Floats) -> _Cours
 
 
 def _score(task: Task, family: Family, shape: Ints, duration: Floats) -> Floats:
-    """What the motions with some shapes and durations (N, ...) are worth; negative where a limit is not kept."""
+    """Score of the motions with given shapes and durations (N, ...); negative where a limit is not kept."""
     course = _course(task, family, shape, duration)
     peak, time = course.peak[..., None], duration[..., None]
     lift, base = family.lift, family.base

@@ -1,4 +1,4 @@
-"""Whether arm, motor and grasp can do a release, and in words why not."""
+"""Feasibility of releases for arm, motor and grasp, with a sentence for each reason against a release."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pnt_gym.planning.reasons import SpokenReason
 
 @final
 class ThrowReason(SpokenReason):
-    """Why a goal has no throw; from farthest to nearest to one."""
+    """Why a goal has no throw; codes rise from farthest from a throw to nearest."""
 
     FEASIBLE = 0, "a throw exists"
     NO_RELEASE = 1, "no release within the arm's range of angles reaches the goal"
@@ -29,7 +29,7 @@ class ThrowReason(SpokenReason):
 
 @final
 class UnreachableGoal(PntGymError):
-    """No throw reaches the goal; ``reasons`` says in words what each release that would cannot keep."""
+    """No throw reaches the goal; ``reasons`` says which limit each release to the goal breaks."""
 
     def __init__(self, goal: Floats, reasons: tuple[str, ...]) -> None:
         self.reasons = reasons
@@ -46,7 +46,7 @@ def arm_radius(u: Floats, half_height: float) -> Floats:
 
 
 def first_reason(u: Floats, arm: Arm, block: Block) -> tuple[Ints, Floats]:
-    """Return the first `ThrowReason` that rules out each release (N, 4), and the width of its window [rad/s2]."""
+    """Return the first `ThrowReason` against each release (N, 4), and the width of its acceleration window [rad/s2]."""
     radius = arm_radius(u, block.half_height)
     window = _window(u, radius, arm, block)
     checks = (
@@ -63,7 +63,7 @@ def first_reason(u: Floats, arm: Arm, block: Block) -> tuple[Ints, Floats]:
 
 
 def reasons_of(u: Floats, arm: Arm, block: Block) -> tuple[str, ...]:
-    """Return everything that rules out one release (4,), each with value and limit; empty where it is feasible."""
+    """Return all reasons against a release (4,), each with value and limit; empty for a feasible release."""
     angle, speed, _, _ = (float(v) for v in u)
     radius, longest = float(arm_radius(u, block.half_height)), arm.largest_radius(block)
     low, high = arm.angle
@@ -98,10 +98,10 @@ def _force_reasons(u: Floats, radius: Floats, arm: Arm, block: Block) -> tuple[s
 
 
 def _window(u: Floats, radius: Floats, arm: Arm, block: Block) -> AccelerationWindow:
-    # A radius of zero is ruled out by itself.
+    # A radius of zero has its own reason, `RADIUS`.
     return acceleration_window(u[..., 0], u[..., 1], np.where(radius > 0.0, radius, 1.0), arm, block)
 
 
 def _lets_go(u: Floats, radius: Floats, arm: Arm, block: Block) -> Bools:
-    """Whether the surface falls away from the block once the arm brakes: N <= 0 there."""
+    """Whether the surface falls away from the block once the arm brakes: a normal force N < 0."""
     return reactions(u[..., 0], u[..., 1], braking(u[..., 1], arm), radius, block).normal < 0.0

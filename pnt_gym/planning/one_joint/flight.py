@@ -9,7 +9,7 @@ from pnt_gym.constants import GRAVITY
 
 
 def land(u: Floats, half_height: float) -> Floats:
-    """`landing_state` without checks: rows of NaN give NaN."""
+    """Return the landing states z (..., 4) of releases ``u`` (..., 4) by Eq. 11, without checks; NaN gives NaN."""
     angle, speed, radius, time = u[..., 0], u[..., 1], u[..., 2], u[..., 3]
     lifted = angle + np.arcsin(half_height / radius)
     across, up = radius * np.cos(lifted), radius * np.sin(lifted)

@@ -1,4 +1,4 @@
-"""What holds the block on the moving arm and what the motor has to give (Miyashita et al. 2010, section 3.1).
+"""Reactions between block and moving arm, and the motor's torque (Miyashita et al. 2010, section 3.1).
 
 All functions take arrays that broadcast: angle [rad], speed [rad/s], acceleration [rad/s2] of the arm, and the
 distance r of the block's centre of mass from the pivot along the arm [m].
@@ -16,12 +16,12 @@ from pnt_gym.planning.one_joint.parameters import Arm, Block
 
 
 class Reactions(NamedTuple):
-    """What the arm's surface gives the block.
+    """Normal force and moments of the arm's surface on the block.
 
     Attributes:
-        normal: N [N], positive while they touch (Eq. 1).
-        moment_a: M_A about the outer vertex [N m], negative while the inner one stays down (Eq. 2).
-        moment_b: M_B about the inner vertex [N m], positive while the outer one stays down (Eq. 3).
+        normal: N [N], positive while block and arm touch (Eq. 1).
+        moment_a: M_A about the outer vertex [N m], negative while the inner vertex stays down (Eq. 2).
+        moment_b: M_B about the inner vertex [N m], positive while the outer vertex stays down (Eq. 3).
     """
 
     normal: Floats
@@ -37,7 +37,7 @@ class AccelerationWindow(NamedTuple):
 
     @property
     def is_open(self) -> Bools:
-        """Whether there is such an acceleration."""
+        """Whether the window holds an acceleration."""
         return self.low < self.high
 
 
@@ -49,7 +49,7 @@ def reactions(angle: Floats, speed: Floats, acceleration: Floats, radius: Floats
 def joint_torque(angle: Floats, speed: Floats, acceleration: Floats, radius: Floats, arm: Arm, block: Block) -> Floats:
     """Return the motor torque with the block on the arm [N m] (Eq. 21).
 
-    The plate is balanced about the pivot. Coulomb friction acts against the motion, and at rest against the way up.
+    The plate is balanced about the pivot. Coulomb friction acts against the motion, at rest against a motion upward.
     """
     inertia, rest = _load((np.cos(angle), np.sin(angle)), speed, radius, arm, block)
     return inertia * acceleration + rest
@@ -58,14 +58,14 @@ def joint_torque(angle: Floats, speed: Floats, acceleration: Floats, radius: Flo
 def loads(
     angle: Floats, speed: Floats, acceleration: Floats, radius: Floats, arm: Arm, block: Block
 ) -> tuple[Reactions, Floats]:
-    """Return `reactions` and `joint_torque` together, for less."""
+    """Return `reactions` and `joint_torque` together, with shared terms computed once."""
     direction = np.cos(angle), np.sin(angle)
     inertia, rest = _load(direction, speed, radius, arm, block)
     return _reactions(direction, speed, acceleration, radius, block), inertia * acceleration + rest
 
 
 def torque_limit(speed: Floats, arm: Arm) -> Floats:
-    """Return the largest torque the motor gives at ``speed`` [N m] (Eq. 10, Fig. 3); 0 where the curve ends."""
+    """Return the motor's largest torque at ``speed`` [N m] (Eq. 10, Fig. 3), never below 0."""
     last = min(arm.torque_at_speed, arm.torque)
     beyond = np.maximum(np.abs(speed) / arm.speed - arm.knee, 0.0) / (1.0 - arm.knee)
     return np.maximum(arm.torque - (arm.torque - last) * beyond, 0.0)
@@ -84,8 +84,8 @@ def acceleration_window(angle: Floats, speed: Floats, radius: Floats, arm: Arm, 
     low = np.maximum(-normal / radius, -moment_b / (spin + lever))
     low = np.maximum(low, (-limit - rest) / inertia)
     high = (limit - rest) / inertia
-    # Near the pivot the block's own inertia turns the sense of the moment about A; in between it does not depend
-    # on the acceleration, and the bound is far off on one side.
+    # Near the pivot the block's inertia reverses the sign of the moment about A. Where lever = spin, the moment does
+    # not depend on the acceleration, and a tiny slope moves the bound far off to one side.
     slope = np.where(lever == spin, 1e-300, lever - spin)
     low = np.where(slope > 0.0, np.maximum(low, moment_a / slope), low)
     high = np.where(slope < 0.0, np.minimum(high, moment_a / slope), high)
@@ -93,23 +93,23 @@ def acceleration_window(angle: Floats, speed: Floats, radius: Floats, arm: Arm, 
 
 
 def braking(speed: Floats, arm: Arm) -> Floats:
-    """Return the acceleration of the empty arm that brakes from ``speed`` with the torque allowed there [rad/s2].
+    """Return the acceleration of the empty arm that brakes with the largest torque at ``speed`` [rad/s2].
 
-    The torque limit only grows as the speed falls, so this constant value holds until the arm stands.
+    The torque limit only grows as the speed falls, so the motor can keep this acceleration until the arm stands.
     """
     return -np.where(speed < 0.0, -1.0, 1.0) * (torque_limit(speed, arm) + arm.friction) / arm.inertia
 
 
 def rests(angle: Floats, block: Block) -> Floats:
-    """Return how far the block on the resting arm is from tipping over a vertex; positive: it rests.
+    """Return the margin against tipping of the block on the resting arm; the block rests where the margin is positive.
 
-    The unit is its weight times the half length: 1 on a horizontal arm, 0 where the centre of mass is above a vertex.
+    The unit is weight times half length: 1 on a horizontal arm, 0 where the centre of mass is above a vertex.
     """
     return np.cos(angle) - block.half_height / block.half_length * np.abs(np.sin(angle))
 
 
 def _spin(block: Block) -> float:
-    """J / m + d^2 [m2]."""
+    """J / m + d^2 [m2]: inertia per mass of the block about the arm's surface below its centre of mass."""
     return block.inertia / block.mass + block.half_height**2
 
 
@@ -128,7 +128,7 @@ def _reactions(
 def _per_mass(
     cosine: Floats, sine: Floats, speed: Floats, radius: Floats, block: Block
 ) -> tuple[Floats, Floats, Floats]:
-    """N, M_A and M_B per mass without acceleration."""
+    """N, M_A and M_B of Eqs. 1-3 per mass, without the terms of the acceleration."""
     d, side = block.half_height, block.half_length
     pull, weight = speed * speed, GRAVITY * cosine
     common = d * (radius * pull - GRAVITY * sine)

@@ -1,4 +1,4 @@
-"""From a release to the state at the goal and back (Miyashita et al. 2010, section 3.2).
+"""Landing states of releases, and releases that reach a landing state (Miyashita et al. 2010, section 3.2).
 
 A release u is (theta_t, omega_t, l_t, t_f) in [rad, rad/s, m, s], a landing state z is (x, y, phi, dy) in
 [m, m, rad, m/s]; the pivot is the origin and phi is never wrapped.
@@ -20,19 +20,19 @@ from pnt_gym.planning.one_joint.parameters import Arm, Block
 from pnt_gym.planning.one_joint.releases import find_releases
 
 TURNS: Final = (-2, -1, 0, 1, 2)
-"""Extra whole turns of the block that `release_states` looks for."""
+"""Extra whole turns of the block that `release_states` considers."""
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class ReleaseStates:
-    """Every release that reaches one landing state, K of them, by turns and then flight time.
+    """The K releases that reach a landing state, ordered by turns and then flight time.
 
     Attributes:
         u: releases (K, 4) = theta_t [rad], omega_t [rad/s], l_t [m], t_f [s], with theta_t within half a turn.
-        turns: extra whole turns of the block in flight (K,): it arrives at phi + 2 pi turns.
-        feasible: whether arm, motor and grasp can do it (K,).
-        reasons: why not, one tuple of sentences per release; empty where feasible.
+        turns: extra whole turns of the block in flight (K,): the block arrives at phi + 2 pi turns.
+        feasible: whether the release is feasible for arm, motor and grasp (K,).
+        reasons: a tuple of sentences per release, the reasons against it; empty for a feasible release.
     """
 
     u: Floats
@@ -44,13 +44,13 @@ class ReleaseStates:
 @final
 @dataclass(frozen=True, eq=False)
 class BestReleases:
-    """The release for each of N landing states.
+    """The best feasible release for each of N landing states.
 
     Attributes:
         goal: landing states (N, 4).
-        u: the feasible release with the most room in its acceleration window (N, 4); NaN where there is none.
-        feasible: whether there is one (N,).
-        reason: `ThrowReason` (N,): of the release that comes nearest to being feasible.
+        u: the feasible release with the widest acceleration window (N, 4); NaN where no release is feasible.
+        feasible: whether there is a feasible release (N,).
+        reason: `ThrowReason` (N,) of the release that comes nearest to being feasible.
     """
 
     goal: Floats
@@ -87,9 +87,9 @@ def release_states(
 
     Args:
         z: x, y [m], phi [rad], dy [m/s].
-        half_height: d, from the arm's surface to the centre of mass [m]; replaces the block's own.
-        arm: whose limits decide what is feasible; the paper's when not given.
-        block: what is thrown; the paper's when not given.
+        half_height: d, from the arm's surface to the centre of mass [m]; replaces the block's half height.
+        arm: the arm, whose limits decide feasibility; the paper's when not given.
+        block: the thrown block; the paper's when not given.
 
     Raises:
         ValueError: z is not four finite numbers, or half_height is negative.
@@ -108,13 +108,13 @@ def release_states(
 def release_states_batch(z: ArrayLike, *, arm: Arm | None = None, block: Block | None = None) -> BestReleases:
     """Return the best feasible release for each landing state ``z`` (N, 4), all at once.
 
-    Only releases without extra turns and within the arm's range of angles are looked for, so a landing state whose
-    every release lies outside is reported as having none there.
+    Only releases without extra turns and within the arm's range of angles are considered. A landing state whose
+    releases all lie outside the range gets the reason `NO_RELEASE`.
 
     Args:
         z: x, y [m], phi [rad], dy [m/s].
-        arm: whose limits decide; the paper's when not given.
-        block: what is thrown; the paper's when not given.
+        arm: the arm, whose limits decide feasibility; the paper's when not given.
+        block: the thrown block; the paper's when not given.
 
     Raises:
         ValueError: the shape is not (N, 4) or a number is not finite.
@@ -128,7 +128,7 @@ def release_states_batch(z: ArrayLike, *, arm: Arm | None = None, block: Block |
     count = goal.shape[0]
     u = np.full((count, 4), np.nan)
     code = np.full(count, int(ThrowReason.NO_RELEASE), dtype=np.int64)
-    # Feasible ones last, the widest window at the very end: a later entry of a row overwrites the earlier ones.
+    # Feasible releases come last, by rising width of the window: a later release of a row overwrites the earlier.
     order = np.lexsort((room, np.where(reason == ThrowReason.FEASIBLE, np.inf, reason)))
     row = found.row[order]
     u[row], code[row] = found.u[order], reason[order]
@@ -141,7 +141,7 @@ def four(values: ArrayLike, name: str) -> Floats:
     """Return ``values`` as a float64 array of shape (..., 4).
 
     Raises:
-        ValueError: another shape, or a number that is not finite.
+        ValueError: the shape is not (..., 4), or a number is not finite.
     """
     try:
         array = np.asarray(values, dtype=np.float64)

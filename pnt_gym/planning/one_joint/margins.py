@@ -1,7 +1,8 @@
-"""How far a motion stays from each of its limits (Miyashita et al. 2010, Eqs. 15-20 and 27).
+"""Margins of a motion to each of its limits (Miyashita et al. 2010, Eqs. 15-20 and 27).
 
-Margins come as shares of natural units: N of the block's weight, both moments of the weight times the half length,
-the angle of half its range, the speed and the torque of their limits. A margin is positive where its limit is kept.
+Margins are shares of natural units: the margin of N of the block's weight, the margins of both moments of weight times
+half length, the margin of the angle of half its range, the margins of speed and torque of their limits. A margin is
+positive where its limit is kept.
 """
 
 from __future__ import annotations
@@ -17,13 +18,13 @@ from pnt_gym.planning.one_joint.motion import ArmMotion
 from pnt_gym.planning.one_joint.parameters import Arm, Block
 
 CHECK_RATE: Final = 1000.0
-"""How often a finished motion is checked [Hz]."""
+"""Rate at which a finished motion is checked [Hz]."""
 STATIC_ROOM: Final = 0.01
-"""Share by which the block on the resting arm stays away from tipping, about half a degree."""
+"""Margin against tipping of the block on the resting arm, as a share; about half a degree."""
 
 
 def margin_units(arm: Arm, block: Block) -> Floats:
-    """Return the units (6,) of the margins [N, N m, N m, rad, rad/s, N m]; that of M_A is negative, like Delta M_A."""
+    """Return the units (6,) of the margins [N, N m, N m, rad, rad/s, N m]; M_A's unit is negative, as Delta M_A is."""
     weight = block.mass * GRAVITY
     moment = weight * block.half_length
     half = 0.5 * (arm.angle[1] - arm.angle[0])
@@ -50,11 +51,11 @@ def motion_margins(motion: ArmMotion, radius: Floats, arm: Arm, block: Block, ra
     """Return the smallest margins (N, 6) of each motion from its start to its release.
 
     Args:
-        motion: of the arm, N rows.
+        motion: motion of the arm, N rows.
         radius: r of the block (N,) [m].
-        arm: whose limits count.
-        block: what is held.
-        rate: how often the motion is looked at [Hz]; the release is always looked at too.
+        arm: the arm, with its limits.
+        block: the block on the arm.
+        rate: rate of the check [Hz]; the release is always checked too.
     """
     longest = np.nanmax(motion.duration, initial=0.0)
     every = np.arange(int(np.ceil(longest * rate)) + 1) / rate

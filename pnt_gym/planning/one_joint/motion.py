@@ -23,9 +23,9 @@ class ArmSample(NamedTuple):
 @final
 @dataclass(frozen=True, eq=False)
 class ArmMotion:
-    """N throws of the arm: rest, a uniform cubic B-spline up to the release, constant braking, rest.
+    """N motions of the arm: rest, a uniform cubic B-spline up to the release, constant braking, rest.
 
-    A row of NaN stands for a throw that has no motion; its samples are NaN.
+    A row of NaN stands for a throw without a motion; the row's samples are NaN.
 
     Attributes:
         knots: control points (N, n + 3) of the spline's n intervals [rad] (Eqs. 13, 14).
@@ -33,7 +33,7 @@ class ArmMotion:
         braking: acceleration after the release (N,), against the speed of the release [rad/s2].
 
     Raises:
-        ValueError: shapes disagree, a time step is not positive, or a braking does not stop the arm.
+        ValueError: shapes disagree, a time step is not positive, or a braking acceleration does not stop the arm.
     """
 
     knots: Floats
@@ -59,8 +59,8 @@ class ArmMotion:
         Args:
             start: angles at rest (N,) [rad].
             time_step: length of an interval (N,) [s].
-            accelerations: at the borders (N, n + 1) [rad/s2].
-            braking: after the release (N,) [rad/s2].
+            accelerations: accelerations at the borders (N, n + 1) [rad/s2].
+            braking: acceleration after the release (N,) [rad/s2].
         """
         return cls(spline_knots(start, time_step, accelerations), time_step, braking)
 
@@ -81,7 +81,7 @@ class ArmMotion:
 
     @property
     def release_angle(self) -> Floats:
-        """theta_t (N,) [rad]."""
+        """Angle theta_t of the arm at the release (N,) [rad]."""
         return _mean(self.knots[:, -3:])
 
     @property
@@ -96,12 +96,12 @@ class ArmMotion:
 
     @property
     def stop_time(self) -> Floats:
-        """When the arm stands again (N,) [s]."""
+        """Time at which the arm stands again (N,) [s]."""
         return self.duration + self._braking_time()
 
     @property
     def stop_angle(self) -> Floats:
-        """Where the arm stands again (N,) [rad]."""
+        """Angle at which the arm stands again (N,) [rad]."""
         return self.release_angle + 0.5 * self.release_speed * self._braking_time()
 
     def sample(self, times: ArrayLike) -> ArmSample:
@@ -128,7 +128,7 @@ class ArmMotion:
         return np.broadcast_to(time, (count, time.shape[-1]))
 
     def _spline(self, time: Floats) -> ArmSample:
-        """Eq. 13, held at its ends."""
+        """Samples of the spline of Eq. 13, with times clipped to its ends."""
         count, intervals = self.knots.shape[0], self.intervals
         step = self.time_step[:, None]
         x = np.clip(np.where(np.isnan(step), 0.0, time / step), 0.0, float(intervals))
@@ -144,7 +144,7 @@ class ArmMotion:
         )
 
     def _brake(self, time: Floats) -> ArmSample:
-        """Constant braking from the release on, then rest."""
+        """Samples of the constant braking from the release on, then rest."""
         left = self._braking_time()[:, None]
         speed, braking = self.release_speed[:, None], self.braking[:, None]
         spent = np.clip(time - self.duration[:, None], 0.0, left)
@@ -156,7 +156,7 @@ class ArmMotion:
 
 
 def spline_knots(start: Floats, time_step: Floats, accelerations: Floats) -> Floats:
-    """Control points (N, n + 3) of the motions from rest at ``start`` with accelerations linear between borders.
+    """Return control points (N, n + 3) of motions from rest at ``start`` with accelerations linear between borders.
 
     The second differences of the control points are the accelerations at the borders times the squared time step.
     """
@@ -172,7 +172,7 @@ def _mean(three: Floats) -> Floats:
 
 
 def _cubics(knots: Floats) -> Floats:
-    """Coefficients (N, n, 4) of each interval's cubic in s from 0 to 1, constant first."""
+    """Coefficients (N, n, 4) of each interval's cubic in s from 0 to 1, constant first: the uniform B-spline basis."""
     a, b, c, d = knots[:, :-3], knots[:, 1:-2], knots[:, 2:-1], knots[:, 3:]
     return np.stack(
         [(a + 4.0 * b + c) / 6.0, 0.5 * (c - a), 0.5 * (a - 2.0 * b + c), (d - a + 3.0 * (b - c)) / 6.0], axis=2

@@ -1,4 +1,4 @@
-"""The one-joint thrower and its block in numbers (Miyashita et al. 2010, section 6).
+"""Parameters of the one-joint thrower and its block (Miyashita et al. 2010, section 6).
 
 The vertical plane is x to the right and y up, the pivot is the origin, angles count anticlockwise from the
 horizontal arm. The object lies on the arm's upper surface, which passes through the pivot.
@@ -20,7 +20,7 @@ class Block:
     """A box that lies on the arm with its longer side.
 
     Raises:
-        ValueError: a mass or a length that is not positive and finite.
+        ValueError: a mass or a length is not positive and finite.
     """
 
     mass: float = 0.029
@@ -30,7 +30,7 @@ class Block:
     half_height: float = 0.015
     """d: height of the centre of mass above the arm's surface [m]."""
     depth: float = 0.030
-    """Across the plane of the throw [m]."""
+    """Size across the plane of the throw [m]."""
 
     def __post_init__(self) -> None:
         for name in ("mass", "half_length", "depth"):
@@ -40,37 +40,37 @@ class Block:
 
     @property
     def inertia(self) -> float:
-        """J of a homogeneous box about its centre of mass, across the plane [kg m2]."""
+        """J of a homogeneous box about the axis through its centre of mass across the plane [kg m2]."""
         return self.mass * (self.half_length**2 + self.half_height**2) / 3.0
 
 
 @final
 @dataclass(frozen=True)
 class Arm:
-    """A plate on the shaft of an actuator at its middle, and what limits it.
+    """A plate mounted at its middle on the shaft of an actuator, with the limits of plate and actuator.
 
     Raises:
-        ValueError: a size, mass or limit that is not positive and finite, or an angle range that is empty.
+        ValueError: a size, mass or limit is not positive and finite, or the range of angles is empty.
     """
 
     length: float = 0.62
-    """Whole plate, mounted at its middle [m] (section 6)."""
+    """Length of the whole plate, mounted at its middle [m] (section 6)."""
     width: float = 0.15
     """[m] (section 6)"""
     thickness: float = 0.005
-    """Not published; a common sheet [m]."""
+    """Not published; the thickness of a common sheet [m]."""
     density: float = 2700.0
     """Aluminium [kg/m3]."""
     actuator_inertia: float = 0.050
     """FHA-14C-50 with incremental encoder, at the output (manufacturer's table) [kg m2]."""
     friction: float = 0.0
-    """Coulomb friction that the planner reckons with [N m]."""
+    """Coulomb friction in the planner's model [N m]."""
     torque: float = 18.0
     """tau_max (section 6) [N m]."""
     speed: float = 4.0 * np.pi
     """Largest angular speed (section 6) [rad/s]."""
     knee: float = 0.8
-    """Share of `speed` up to which the whole torque is there; linear to `torque_at_speed` beyond (Eq. 10)."""
+    """Share of `speed` up to which the whole torque is available; linear to `torque_at_speed` beyond (Eq. 10)."""
     torque_at_speed: float = 9.0
     """Torque left at `speed` [N m]."""
     angle: tuple[float, float] = (-np.pi / 2.0, np.pi / 2.0)

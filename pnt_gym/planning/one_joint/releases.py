@@ -1,4 +1,4 @@
-"""Every release that reaches a landing state: one equation in the angle a that the block turns in flight.
+"""All releases that reach a landing state, as roots of an equation in the angle a that the block turns in flight.
 
 With a = omega t_f the release angle is theta = phi - a, and Eq. 11 of Miyashita et al. 2010 becomes
 
@@ -6,9 +6,9 @@ With a = omega t_f the release angle is theta = phi - a, and Eq. 11 of Miyashita
     h(a) = S cos(theta) - X sin(theta) - d = 0,                  r = X cos(theta) + S sin(theta) > 0,
 
 where (X, S) is the centre of mass at the release. The quadratic gives at most two flight times t for an angle a,
-so the roots lie on two branches. They meet where its discriminant, of fourth degree in a, vanishes, and one
-passes through t = 0 at a = 0 and a = -x / y. Between these borders h is smooth: it is sampled, and each change of
-sign and each near touch of zero is followed up.
+so the roots lie on two branches. The branches meet where the quadratic's discriminant, of fourth degree in a,
+vanishes, and a branch passes through t = 0 at a = 0 and a = -x / y. Between these borders h is smooth and is sampled;
+each change of sign and each near touch of zero is refined to roots.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ from pnt_gym.planning.motion.roots import bisect
 from pnt_gym.planning.one_joint.flight import land, landing_jacobian
 
 CELLS: Final = 40
-"""Samples per half turn; neighbouring roots that are nearer are found as a near touch."""
+"""Samples per half turn; neighbouring roots that are nearer than a sample are found as a near touch."""
 BISECTIONS: Final = 20
-"""After them Newton's method takes over."""
+"""Halvings of a root's interval before Newton's method."""
 TOUCH_STEPS: Final = 24
 POLISHES: Final = 5
 EXACT: Final = 1e-13
-"""Landing states this near [m, rad, m/s] need no further step."""
+"""Error of the landing state [m, rad, m/s] below which no further Newton step is needed."""
 BETWEEN: Final = (0.1, 0.5, 0.9)
-"""Shares of the way from one border of smoothness to the next at which h is sampled too."""
+"""Additional samples of h, as shares of the way between neighbouring borders of smoothness."""
 SMALL: Final = 1e-12
-"""Divisors below this count as this much, or as none."""
+"""Smallest divisor: smaller divisors are replaced by this value, or their step is left out."""
 TOUCH: Final = 5e-4
-"""Samples of h this near zero [m] are always looked at for a touch."""
+"""Samples of h this near zero [m] are always examined for a touch."""
 
 
 class Found(NamedTuple):
@@ -48,7 +48,7 @@ class Found(NamedTuple):
 
 
 class _Goals(NamedTuple):
-    """Landing states, broadcastable against the angles at which they are asked for."""
+    """Landing states and the half height d, broadcastable against the angles a."""
 
     x: Floats
     y: Floats
@@ -57,7 +57,7 @@ class _Goals(NamedTuple):
     d: float
 
     def turned(self, turns: Ints | int) -> _Goals:
-        """The same goals after so many turns more."""
+        """The same goals with a number of extra whole turns."""
         return self._replace(phi=self.phi + 2.0 * np.pi * turns)
 
 
@@ -86,7 +86,10 @@ def find_releases(z: Floats, half_height: float, angles: tuple[float, float], tu
 
 
 def _times(goal: _Goals, a: Floats, branch: Floats) -> tuple[Floats, Floats]:
-    """Flight time on a branch, and the discriminant; where that is negative the branches are joined."""
+    """Flight time t of the module's quadratic on a branch, and the discriminant.
+
+    Where the discriminant is negative, both branches have the time of a zero discriminant.
+    """
     square = a * a
     lead, linear = GRAVITY * (2.0 + square), goal.dy * (1.0 + square)
     last = a * (a * goal.y + goal.x)
@@ -95,7 +98,7 @@ def _times(goal: _Goals, a: Floats, branch: Floats) -> tuple[Floats, Floats]:
 
 
 def _place(goal: _Goals, a: Floats, time: Floats) -> tuple[Floats, Floats]:
-    """Return h and r: the centre of mass at the release across the arm, less d, and along it [m]."""
+    """Return h and r [m]: the centre of mass at the release across the arm, less d, and along the arm."""
     up = goal.y - time * (goal.dy + 0.5 * GRAVITY * time)
     across = goal.x + a * up
     theta = goal.phi - a
@@ -108,7 +111,7 @@ def _miss(goal: _Goals, a: Floats, branch: Floats) -> Floats:
 
 
 def _cells(goals: _Goals, borders: Floats, turn: int, angles: tuple[float, float]) -> _Cells:
-    """The intervals with a root; arrays run over rows, the two branches and the angle (N, 2, M)."""
+    """Intervals with a root; the arrays' axes are rows, the two branches and the angle (N, 2, M)."""
     goals = goals.turned(turn)
     grid = _grid(goals, borders, angles)
     branch = np.array([[1.0], [-1.0]])
@@ -126,7 +129,7 @@ def _collect(row: Ints, turn: int, branch: Floats, low: Floats, high: Floats) ->
 
 
 def _grid(goals: _Goals, borders: Floats, angles: tuple[float, float]) -> Floats:
-    """Even angles a and the borders of smoothness, sorted (N, 1, M)."""
+    """Sampled angles a: evenly spaced angles and the borders of smoothness, sorted (N, 1, M)."""
     low, high = goals.phi - angles[1], goals.phi - angles[0]
     count = max(8, int(np.ceil(CELLS * (angles[1] - angles[0]) / np.pi)))
     even = low + (high - low) * np.linspace(0.0, 1.0, count + 1)
@@ -134,9 +137,10 @@ def _grid(goals: _Goals, borders: Floats, angles: tuple[float, float]) -> Floats
 
 
 def _borders(goals: _Goals) -> Floats:
-    """Angles a (N, 1, 21) where the branches join or one of them passes through t = 0, and some between them.
+    """Angles a (N, 1, 21) where the branches meet or a branch passes through t = 0, and some angles between them.
 
-    Of complex zeros of the discriminant the real part is taken, which does no harm as a border.
+    The zeros of the discriminant are the eigenvalues of its companion matrix. A complex zero gives its real part, a
+    superfluous but harmless border.
     """
     square, lift = goals.dy * goals.dy, 2.0 * GRAVITY * goals.y
     side = 2.0 * GRAVITY * goals.x
@@ -149,13 +153,13 @@ def _borders(goals: _Goals) -> Floats:
     joints = np.asarray(np.linalg.eigvals(companion).real, dtype=np.float64)[:, None]
     level = np.where(np.abs(goals.y) > SMALL, goals.y, SMALL)
     borders = np.sort(np.concatenate([np.zeros_like(goals.x), -goals.x / level, joints], axis=2), axis=2)
-    # Where two of them are close the samples would miss what lies between.
+    # Where two borders are close, even samples would miss roots between the borders.
     gaps = np.diff(borders, axis=2)
     return np.concatenate([borders, *(borders[..., :-1] + share * gaps for share in BETWEEN)], axis=2)
 
 
 def _touches(goals: _Goals, grid: Floats, value: Floats, valid: Bools, turn: int) -> _Cells:
-    """Pairs of roots between samples of the same sign, found at the extremum between them."""
+    """Pairs of roots between samples of the same sign, on both sides of the extremum between the samples."""
     size, sign = np.abs(value), value < 0.0
     before, here, after = size[..., :-2], size[..., 1:-1], size[..., 2:]
     dip = (here <= before) & (here <= after) & valid[..., :-1] & valid[..., 1:]
@@ -174,7 +178,10 @@ def _touches(goals: _Goals, grid: Floats, value: Floats, valid: Bools, turn: int
 
 
 def _tips(goals: _Goals, grid: Floats, value: Floats, valid: Bools, turn: int) -> _Cells:
-    """Pairs of roots on one branch right beside a joint, where h is smooth in the root of the distance to it."""
+    """Pairs of roots on a branch next to a meeting of the branches.
+
+    Near a meeting, h is smooth in the square root s of the distance to the meeting; the sign of s is the branch.
+    """
     either = valid[:, 0] | valid[:, 1]
     row, column = np.nonzero(either[:, :-1] != either[:, 1:])
     joint, other = column + 1, column + 2 * either[row, column + 1].astype(np.int64)
@@ -203,7 +210,7 @@ def _halves(row: Ints, turn: int, branch: Floats, borders: tuple[Floats, Floats,
 
 
 def _lowest(measure: Callable[[Floats], Floats], low: Floats, high: Floats) -> Floats:
-    """Golden section for the least value between ``low`` and ``high`` (K,)."""
+    """Places of the least value between ``low`` and ``high`` (K,), by golden section."""
     ratio = 0.5 * (np.sqrt(5.0) - 1.0)
     for _ in range(TOUCH_STEPS):
         left, right = high - ratio * (high - low), low + ratio * (high - low)
@@ -235,7 +242,7 @@ def _release(goal: _Goals, a: Floats, branch: Floats) -> Floats:
 
 
 def _polish(u: Floats, z: Floats, turns: Ints, half_height: float) -> Floats:
-    """Newton's method on Eq. 11 where the last digits are missing; a step that does not help is not taken."""
+    """Refine releases (K, 4) by Newton's method on Eq. 11; a step is taken only if it reduces the error."""
     goal = z.copy()
     goal[:, 2] += 2.0 * np.pi * turns
     for _ in range(POLISHES):

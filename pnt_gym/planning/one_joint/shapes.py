@@ -1,4 +1,4 @@
-"""Shapes of an acceleration in time, with their integrals: the family of motions that `batch` chooses from."""
+"""Shapes of the arm's acceleration over time, with their integrals: the families of motions that `batch` plans from."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class Shapes:
     """K shapes over a unit of time, linear between the borders of n intervals.
 
     Attributes:
-        values: at the borders (K, n + 1).
-        per_interval: samples in each interval; the end of the last one is a sample too.
-        accelerations: at the M samples (K, M).
+        values: accelerations at the borders (K, n + 1).
+        per_interval: samples in each interval; the end of the last interval is a sample too.
+        accelerations: accelerations at the M samples (K, M).
         speeds: first integral at the samples (K, M).
         angles: second integral at the samples (K, M).
     """
@@ -79,11 +79,11 @@ def _running(increments: Floats) -> Floats:
 @final
 @dataclass(frozen=True, eq=False)
 class Family:
-    """K families of motions: the acceleration is ``base`` [rad/s2] and as much of ``lift`` as the speed asks for.
+    """K families of motions: the acceleration is ``base`` [rad/s2] plus a multiple of ``lift``.
 
     Attributes:
-        lift: shapes (K) that are scaled to reach the speed of the release.
-        base: shapes (K) that are added as they are; none when not given.
+        lift: K shapes, scaled to reach the speed of the release.
+        base: K shapes, added without scaling; None for no base.
     """
 
     lift: Shapes
@@ -100,7 +100,7 @@ class Family:
 
 
 def rising(ramps: Sequence[float], tilts: Sequence[float]) -> list[tuple[float, ...]]:
-    """Shapes that rise from zero within ``ramps`` intervals to a line that gains ``tilts`` until the end."""
+    """Return shapes that rise from zero within ``ramps`` intervals to a straight line that gains ``tilts`` in total."""
     time = np.arange(INTERVALS + 1.0)
     rows: list[tuple[float, ...]] = []
     for ramp in ramps:
@@ -113,7 +113,7 @@ def rising(ramps: Sequence[float], tilts: Sequence[float]) -> list[tuple[float, 
 def swinging(
     swings: Sequence[tuple[float, ...]], strengths: Sequence[float], bursts: Sequence[tuple[float, ...]]
 ) -> Family:
-    """Every swing back at every strength, with every burst at the last borders as the lift."""
+    """Return the family with each swing back at each strength as base, and each burst at the last borders as lift."""
     base: list[Floats] = []
     lift: list[Floats] = []
     for swing in swings:
@@ -125,15 +125,16 @@ def swinging(
 
 
 HELD: Final = tuple((1.0,) * (INTERVALS - 1) + tail for tail in ((1.0, 0.75), (0.9, 0.7), (0.8, 0.5)))
-"""Constant, and less at the end, where the torque limit falls with the speed."""
+"""Constant shapes that fall at the end, where the torque limit falls with the speed."""
 SWINGS: Final = (
     (-20.0, -24.0, -31.0, -48.0, -17.0, 12.0, 33.0, 42.0, 46.0),
     (-30.0, -33.0, -40.0, -25.0, -8.0, 7.0, 18.0, 24.0, 28.0),
     (-15.0, -17.0, -21.0, -32.0, -40.0, -18.0, 26.0, 42.0, 46.0),
     (-11.0, -13.0, -19.0, -30.0, -48.0, -45.0, 12.0, 50.0, 60.0),
 )
-"""Down as fast as the grasp allows, then caught gently, up to the last border but two [rad/s2]; rounded from optima of
-the programme for low releases with the paper's arm."""
+"""Swings back [rad/s2] up to the last border but two: down as fast as the grasp allows, then a gentle turn upwards.
+
+Rounded from optima of the nonlinear programme for low releases with the paper's arm."""
 STRENGTHS: Final = (0.5, 0.7, 0.85, 1.0, 1.2, 1.5)
 BURSTS: Final = ((1.0, 1.0), (1.0, 0.5), (0.5, 1.0), (0.2, 1.0), (0.0, 1.0), (0.5, 1.0, 0.9), (1.0, 1.0, 1.0, 1.0))
 RISES: Final = Family(Shapes(np.array([*rising((0.0, 1.0, 3.0), (-0.6, 0.0, 0.6, 1.2)), *HELD])))

@@ -21,17 +21,17 @@ WEIGHTS: Final[dict[str, tuple[float, ...]]] = {
 }
 """Diagonals of W for margins as shares (see `margins`).
 
-The paper gives none. Since a convex function is maximised, the optimum lies in a corner that the weights choose:
+The paper gives no weights. Since a convex function is maximised, the optimum lies in a corner that the weights choose:
 "balanced" weighs the grasp, whose margins are many times the weight of the block, against the limits of the arm;
-"torque" takes the slowest motion, "bang" and "grasp" the quickest one; "none" accepts any motion that keeps its limits.
+"torque" takes the slowest motion, "bang" and "grasp" the quickest; "none" accepts any motion that keeps its limits.
 """
 
 
 def weights_of(weights: str | ArrayLike) -> Floats:
-    """Return the six weights (6,) of a name, or check six given ones.
+    """Return the six weights (6,) of a name, or check six given weights.
 
     Raises:
-        ValueError: the name is not known, or they are not six finite numbers that are at least 0.
+        ValueError: the name is not known, or the weights are not six finite numbers of at least 0.
     """
     if isinstance(weights, str):
         if weights not in WEIGHTS:

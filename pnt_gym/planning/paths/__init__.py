@@ -1,4 +1,4 @@
-"""Paths of the hand as curves, without time: the ellipse of Choe et al. 2023."""
+"""Paths of the hand as curves without time: the ellipse of Choe et al. 2023."""
 
 from typing import TYPE_CHECKING
 

@@ -1,11 +1,12 @@
 """Quick motions along the ellipse of Choe et al. 2023 from rest to rest, row by row in machine code.
 
-With phi from 0 to pi the arc is x = l (1 - cos phi), y = h (1 - cos phi) + w sin phi, seen from its start: half its
-width, half its rise and half its chord through the middle. Its curvature is -l w / g^3 with g = |(x', y')|. Along it
-the hand moves by a law of nine phases of constant jerk: away from rest with little jerk as long as the path is bent, on
-with much of it, a plateau of the acceleration, into the cruise, and all backwards. Some laws are tried, each slowed
-until it keeps all limits, then neighbours of the quickest one. What is handed on is a spline through points of that
-motion, which has constant jerk between them, as quick as its limits allow.
+With phi from 0 to pi the arc is x = l (1 - cos phi), y = h (1 - cos phi) + w sin phi, relative to its start; l, h and w
+are half the width, half the rise and half the vertical chord through the middle. The curvature is -l w / g^3 with
+g = |(x', y')|. The speed law along the arc has nine phases of constant jerk: from rest with little jerk as long as the
+path is strongly curved, then with much jerk, a plateau of the acceleration, a decrease into the cruise, and the same
+phases backwards. A search tries some laws, each slowed until it keeps all limits, then neighbours of the quickest law.
+The result is a cubic spline through points of that motion, with constant jerk between the points, slowed until it keeps
+its limits.
 """
 
 from __future__ import annotations
@@ -20,38 +21,38 @@ from pnt_gym.compiled import compiled, part
 PHASES = 9
 CRUISE = 4
 RUN_UP = 26
-"""Pieces of constant jerk in the phases before the cruise, about evenly; one that is too short for a piece has none."""
+"""Pieces of constant jerk in the phases before the cruise, about even in time; a phase may be too short for a piece."""
 CRUISING = 20
 """Pieces in the cruise, longest in its middle."""
 PIECES = 2 * (RUN_UP + 3) + CRUISING
 CELLS = 128
-"""Of the table of arc lengths."""
+"""Cells of the table of arc lengths."""
 SAMPLES = 10
-"""Moments at which each phase of a law is looked at, its ends among them."""
+"""Samples per phase of a law for the check of the limits, both ends included."""
 FIRST = ((0.75, 0.45, 0.39), (0.45, 0.45, 0.95), (0.9, 0.3, 0.3))
-"""Laws that are tried: acceleration of the plateau, acceleration up to which there is little jerk, and that jerk."""
+"""First laws, as shares of the limits: acceleration of the plateau, acceleration at the knee, jerk below the knee."""
 FINER = (0.25, 0.12, 0.06, 0.03)
-"""How far neighbours are, as logarithms of these."""
+"""Distances of the neighbours in each round of the search, in logarithms of a law's three numbers."""
 INNER = 0.99
-"""Jerk from there on; all are shares of the limits."""
+"""Jerk above the knee, as a share of the limit."""
 HALVINGS = 48
 NEWTON = 3
 SHARES = 8
-"""Moments at which the speed of each piece is looked at."""
+"""Samples of the speed per piece of the spline."""
 GAUSS = ((-0.8611363115940526, 0.34785484513745385), (-0.33998104358485626, 0.6521451548625461),
          (0.33998104358485626, 0.6521451548625461), (0.8611363115940526, 0.34785484513745385))  # fmt: skip
-"""Places and weights of four points on [-1, 1]."""
+"""Nodes and weights of the Gauss-Legendre rule of four points on [-1, 1]."""
 
 
 @part
 def _pace(width: float, rise: float, chord: float, phi: float) -> float:
-    """Way per angle."""
+    """Arc length per angle, g = |(x', y')| [m/rad]."""
     return math.hypot(width * math.sin(phi), rise * math.sin(phi) + chord * math.cos(phi))
 
 
 @part
 def _way(width: float, rise: float, chord: float, low: float, high: float) -> float:
-    """Arc length between two angles that are near each other."""
+    """Arc length [m] between two neighbouring angles, by Gauss-Legendre quadrature of `_pace`."""
     half, middle, total = 0.5 * (high - low), 0.5 * (high + low), 0.0
     for place, weight in GAUSS:
         total += weight * _pace(width, rise, chord, middle + half * place)
@@ -60,7 +61,7 @@ def _way(width: float, rise: float, chord: float, low: float, high: float) -> fl
 
 @part
 def _table(width: float, rise: float, chord: float, angles: Floats, ways: Floats) -> None:
-    """Angles, densest at both ends, and the arc lengths up to them."""
+    """Write a table of angles, densest at both ends, and of the arc lengths up to the angles."""
     angles[0] = ways[0] = 0.0
     for i in range(1, CELLS + 1):
         angles[i] = 0.5 * math.pi * (1.0 - math.cos(math.pi * i / CELLS))
@@ -75,7 +76,7 @@ def _after(t: float, s: float, v: float, a: float, jerk: float) -> tuple[float, 
 
 @part
 def _run_up(speed: float, law: tuple[float, float, float, float]) -> tuple[float, float, float, float, float]:
-    """Durations of the four phases up to a speed, and the way that they take.
+    """Durations of the four phases from rest to a speed, and the way that the phases take.
 
     Args:
         speed: [m/s].
@@ -100,7 +101,7 @@ def _run_up(speed: float, law: tuple[float, float, float, float]) -> tuple[float
 
 @part
 def _law(length: float, limits: tuple[float, float, float], shares: tuple[float, float, float], phases: Floats) -> None:
-    """Write when the phases begin, and way, speed, acceleration and jerk then; in the last row, when all is over."""
+    """Write start time, way, speed, acceleration and jerk of each phase; the last row holds the total time."""
     law = (shares[0] * limits[1], shares[1] * limits[1], shares[2] * limits[2], INNER * limits[2])
     speed = limits[0]
     if 2.0 * _run_up(speed, law)[4] > length:
@@ -134,7 +135,7 @@ def _moment(phases: Floats, k: int, share: float) -> tuple[float, float, float, 
 
 @part
 def _cell(ways: Floats, s: float, first: int) -> int:
-    """The cell of the table in which a way ends, not before the first."""
+    """Cell of the table that contains a way, searched for from a first cell on."""
     while first < CELLS - 1 and ways[first + 1] < s:
         first += 1
     return first
@@ -142,13 +143,16 @@ def _cell(ways: Floats, s: float, first: int) -> int:
 
 @part
 def _angle(angles: Floats, ways: Floats, cell: int, s: float) -> float:
-    """About the angle at a way that ends in a cell."""
+    """Approximate angle at a way, by linear interpolation within a cell."""
     return angles[cell] + (s - ways[cell]) / (ways[cell + 1] - ways[cell]) * (angles[cell + 1] - angles[cell])
 
 
 @part
 def _slower(limits: tuple[float, float, float], peaks: tuple[float, float, float]) -> float:
-    """How many times slower a motion with these peaks must be to keep its limits."""
+    """Factor by which a motion with given peaks must be slowed to keep its limits.
+
+    A motion that takes k times as long has peaks of speed, acceleration and jerk divided by k, k^2 and k^3.
+    """
     return max(peaks[0] / limits[0], math.sqrt(peaks[1] / limits[1]), (peaks[2] / limits[2]) ** (1.0 / 3.0))
 
 
@@ -156,7 +160,11 @@ def _slower(limits: tuple[float, float, float], peaks: tuple[float, float, float
 def _excess(
     shape: tuple[float, float, float], limits: tuple[float, float, float], phases: Floats, angles: Floats, ways: Floats
 ) -> float:
-    """How many times slower a law must be to keep its limits."""
+    """Factor by which a law must be slowed to keep its limits, from samples of all phases.
+
+    With curvature c and its derivative c' by the way, the acceleration is (a, c v^2) along and across the path, and the
+    jerk is (j - c^2 v^3, 3 c v a + c' v^3).
+    """
     width, rise, chord = shape
     cell, speed, acceleration, jerk = 0, 0.0, 0.0, 0.0
     for i in range(PHASES * SAMPLES):
@@ -184,7 +192,7 @@ def _excess(
 def _quickest(
     shape: tuple[float, float, float], limits: tuple[float, float, float], angles: Floats, ways: Floats, best: Floats
 ) -> None:
-    """Write the quickest law that is found, before it is slowed to keep its limits."""
+    """Write the quickest law of the search, before the law is slowed to keep its limits."""
     trial, least, found = np.empty((PHASES + 1, 5)), math.inf, (0.0, 0.0, 0.0)
     for level in range(len(FINER) + 1):
         middle = found
@@ -210,7 +218,7 @@ def _quickest(
 def _points(
     shape: tuple[float, float, float], phases: Floats, angles: Floats, ways: Floats, points: Floats, steps: Floats
 ) -> int:
-    """Write points (2, PIECES + 1) of the motion and the times between them; return how many times there are."""
+    """Write points (2, PIECES + 1) of the motion and the times between the points; return the number of times."""
     width, rise, chord = shape
     cell, n, told = 0, 0, 0.0
     points[0, 0] = points[1, 0] = 0.0
@@ -237,9 +245,10 @@ def _points(
 
 @part
 def _bent(x: Floats, steps: Floats, n: int, out: Floats) -> None:
-    """Second derivatives of the spline through points with these times between them, at rest at both ends.
+    """Second derivatives of the cubic spline through points with given times between the points, at rest at both ends.
 
-    Rest is two conditions more than a spline can meet, so it passes by the second point and the last but one.
+    Rest adds two conditions at the ends, so the spline does not pass through the second point and the last but one.
+    The tridiagonal equations are solved by elimination and back substitution (Thomas algorithm).
     """
     above = np.empty(n + 1)
     out[0] = out[n] = above[0] = 0.0
@@ -266,13 +275,13 @@ def _bent(x: Floats, steps: Floats, n: int, out: Floats) -> None:
 
 @part
 def _spline_excess(limits: tuple[float, float, float], bent: Floats, steps: Floats, n: int) -> float:
-    """How many times slower the spline with second derivatives (2, n + 1) must be to keep its limits."""
+    """Factor by which the spline with second derivatives (2, n + 1) must be slowed to keep its limits."""
     vx, vy, speed, acceleration, jerk, room = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(n):
         step, ax, ay, bx, by = steps[k], bent[0, k], bent[1, k], bent[0, k + 1], bent[1, k + 1]
         third = math.hypot(bx - ax, by - ay) / step
         jerk, acceleration = max(jerk, third), max(acceleration, math.hypot(bx, by))
-        # Between two moments a speed rises above both by no more than the jerk allows.
+        # Between two samples |v| exceeds both by at most |j| (dt)^2 / 8.
         room = third * (step / SHARES) ** 2 / 8.0
         for i in range(1, SHARES + 1):
             t, share = step * i / SHARES, 0.5 * i / SHARES
@@ -284,12 +293,12 @@ def _spline_excess(limits: tuple[float, float, float], bent: Floats, steps: Floa
 
 @compiled("void(float64[:,::1], float64[:,::1], float64[:,:,::1])")
 def arc_motions(given: Floats, steps: Floats, bent: Floats) -> None:
-    """Time N arcs.
+    """Compute the motions over N arcs.
 
     Args:
-        given: l, h, w [m] and greatest speed, acceleration and jerk of each (6, N).
-        steps: durations of each one's pieces (N, PIECES) [s], written; those that are not needed are 0.
-        bent: accelerations to the side and up at the borders of the pieces (N, 2, PIECES + 1) [m/s2], written.
+        given: l, h, w [m] and greatest speed, acceleration and jerk of each arc (6, N).
+        steps: durations of each arc's pieces (N, PIECES) [s], written; 0 for pieces that are not needed.
+        bent: to the side and up, at the borders of the pieces (N, 2, PIECES + 1) [m/s2], written.
     """
     angles, ways, points = np.empty(CELLS + 1), np.empty(CELLS + 1), np.empty((2, PIECES + 1))
     law = np.empty((PHASES + 1, 5))

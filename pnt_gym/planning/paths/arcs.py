@@ -1,7 +1,7 @@
-"""Motions over the ellipse of Choe et al. 2023, N at a time, quick enough to be planned for every pick.
+"""Motions over the ellipse of Choe et al. 2023, N at a time, planned quickly enough for every pick.
 
-`papers.choe.planning.timing` finds the quickest motion along any path, but one by one and with CasADi. Here a law of a
-few phases is fitted to each arc, which takes some percent longer, and is handed on as pieces of constant jerk.
+`papers.choe.planning.timing` finds the quickest motion along any path, but one path at a time and with CasADi. Here
+each arc gets a speed law of a few phases, as pieces of constant jerk, which takes some percent longer.
 """
 
 from __future__ import annotations
@@ -20,16 +20,17 @@ PIECES = 78
 def arc_segments(way: Floats, top: Floats, limits: Limits) -> Segments:
     """Return motions from rest to rest along upper halves of ellipses that run vertically at both ends.
 
-    The pieces pass through the ellipse at their borders but the first and the last one, and stay within some
-    micrometres of it between them, half a millimetre on long and flat ones at slow speeds. They keep all limits.
+    The pieces meet the ellipse at all borders but the second and the last but one. Between the borders the pieces stay
+    within some micrometres of the ellipse, within half a millimetre on long and flat ellipses at slow speeds. The
+    motions keep all limits.
 
     Args:
         way: from the start to the end of each arc (N, 3) [m].
-        top: height of its highest point above its start (N,) [m].
+        top: height of each arc's highest point above its start (N,) [m].
         limits: largest speed, acceleration and jerk.
 
     Raises:
-        PlanningError: an arc has no width, or its top is not above both its ends.
+        PlanningError: an arc has no width, or its top is not above both ends.
     """
     from pnt_gym.planning.paths.arc_kernel import arc_motions  # noqa: PLC0415 - numba takes a while
 

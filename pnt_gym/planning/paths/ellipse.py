@@ -1,7 +1,7 @@
-"""The ellipse of Choe et al. 2023: centred between two points at which it runs vertically.
+"""The ellipse of Choe et al. 2023: centred between two points at which the ellipse has vertical tangents.
 
-All centred ellipses with vertical tangents at (-l, -h) and (l, h) are x = l cos t, y = h cos t + w sin t, one
-for each w > 0. Their greatest height is Y = sqrt(h^2 + w^2), which is the natural way to choose one; the paper
+All centred ellipses with vertical tangents at (-l, -h) and (l, h) are x = l cos t, y = h cos t + w sin t, with a
+parameter w > 0. The greatest height is Y = sqrt(h^2 + w^2), the natural way to choose an ellipse. The paper
 chooses by the angle phi of the major axis, with tan 2 phi = 2 l h / (l^2 - Y^2), and a rule for phi that works
 for some h only.
 """
@@ -19,13 +19,13 @@ from pnt_gym.arrays import Floats
 from pnt_gym.errors import PlanningError
 
 Vector: TypeAlias = tuple[float, float]
-# A critical angle this close to a whole degree [deg] counts as one: the ellipse would be a line.
+# A critical angle this close to a whole degree [deg] counts as a whole degree: the ellipse would be a line.
 WHOLE_DEGREE = 1e-9
 MOST_NODES = 100_000
 SIZES = (1e-30, 1e30)
-"""Lengths that an ellipse may have [m]: powers of lengths beyond would be rounded to 0 or infinity."""
+"""Range of an ellipse's lengths [m]: powers of lengths outside would be rounded to 0 or infinity."""
 AXES = (1e-100, 1e100)
-"""Semi-axes of which the circumference is computed [m], for the same reason; a flat ellipse has a short one."""
+"""Range of semi-axes for the circumference [m], for the same reason; a flat ellipse has a short semi-axis."""
 
 
 class Derivatives(NamedTuple):
@@ -43,9 +43,9 @@ class EllipseArc:
     """Part of an ellipse, centre + p cos t + q sin t with t from ``first`` to ``last`` [rad].
 
     Attributes:
-        centre: of the ellipse [m].
-        p: one half of a diameter [m].
-        q: one half of the diameter conjugate to it [m].
+        centre: centre of the ellipse [m].
+        p: half of a diameter [m].
+        q: half of the conjugate diameter [m].
         first: t at the start.
         last: t at the end.
     """
@@ -70,12 +70,12 @@ class EllipseArc:
 @final
 @dataclass(frozen=True, eq=False)
 class NodeList:
-    """The paper's speed law at work: steps of the polar angle in proportion to the radius of curvature.
+    """Nodes of the paper's speed law: steps of the polar angle in proportion to the radius of curvature.
 
     Attributes:
         theta: polar angles in the frame of the axes, from T1 down to T2 (n,) [rad].
         points: positions from the centre (n, 2) [m].
-        steps: lengths of the chords between them (n - 1,) [m] (Eq. 55).
+        steps: lengths of the chords between the points (n - 1,) [m] (Eq. 55).
     """
 
     theta: Floats
@@ -86,9 +86,9 @@ class NodeList:
 @final
 @dataclass(frozen=True)
 class EllipsePath:
-    """The upper half of an ellipse from T1 = (-l, -h) to T2 = (l, h), vertical at both (Choe et al. 2023).
+    """The upper half of an ellipse from T1 = (-l, -h) to T2 = (l, h), vertical at both ends (Choe et al. 2023).
 
-    Make one with ``paper``, ``with_top`` or ``with_angle``. Coordinates are x to the side of T2 and y upwards
+    ``paper``, ``with_top`` and ``with_angle`` construct paths. Coordinates are x to the side of T2 and y upwards
     from the centre, which lies half-way between T1 and T2.
 
     Attributes:
@@ -118,7 +118,7 @@ class EllipsePath:
     def with_top(cls, half_width: float, half_rise: float, top: float) -> EllipsePath:
         """Return the ellipse whose highest point lies ``top`` [m] above its centre.
 
-        Works for any rise with |half_rise| < top, level and falling ones too.
+        The ellipse exists for any rise with |half_rise| < top, also for level and falling paths.
 
         Raises:
             ValueError: as the class.
@@ -151,9 +151,9 @@ class EllipsePath:
     def paper(cls, half_width: float, half_rise: float) -> EllipsePath:
         """Return the paper's "optimal" ellipse, whose angle is arctan(h / l) rounded up to a whole degree (Eq. 29).
 
-        The length falls with the angle all the way to the critical arctan(h / l), where the ellipse is a line: the
-        whole degree is the step of the paper's plot. Where the critical angle is a whole degree itself, or h <= 0,
-        the rule gives no ellipse.
+        The length falls with the angle down to the critical arctan(h / l), where the ellipse is a line; the whole
+        degree is the step of the paper's plot. Where the critical angle is a whole degree, or h <= 0, the rule gives
+        no ellipse.
 
         Raises:
             ValueError: if half_width is not from 1e-30 to 1e30 m, half_rise not positive and finite, or arctan(h / l)
@@ -217,7 +217,7 @@ class EllipsePath:
 
     @property
     def theta_t2(self) -> float:
-        """Polar angle of the end T2 in the frame of the axes [rad] (Eq. 41); the paper's results swap it with T1."""
+        """Polar angle of the end T2 in the frame of the axes [rad] (Eq. 41); the paper's results swap T2 and T1."""
         cos, sin = math.cos(self.angle), math.sin(self.angle)
         along = self.half_width * cos + self.half_rise * sin
         across = self.half_rise * cos - self.half_width * sin
@@ -225,7 +225,7 @@ class EllipsePath:
 
     @property
     def theta_t1(self) -> float:
-        """Polar angle of the start T1 in the frame of the axes [rad] (Eq. 42); the path runs down from it to T2."""
+        """Polar angle of the start T1 in the frame of the axes [rad] (Eq. 42); along the path the angle decreases."""
         return self.theta_t2 + math.pi
 
     def point(self, theta: ArrayLike) -> Floats:
@@ -246,13 +246,13 @@ class EllipsePath:
 
         Args:
             rate: the paper's r [rad/m].
-            clip: end at T2; False lets the last step run past it, as the paper's steps 6 and 7 do.
+            clip: whether the list ends at T2; if not, the last step runs past T2, as in the paper's steps 6 and 7.
 
         Raises:
             ValueError: if the rate is not positive and finite, or so small that more than 100 000 nodes result.
         """
         _positive(rate, "rate")
-        # No radius of curvature is smaller than b^2 / a, so that each step turns by a part of pi that counts.
+        # No radius of curvature is smaller than b^2 / a, so each step turns by at least pi / MOST_NODES.
         slowest = math.pi / MOST_NODES * self.semi_major / self.semi_minor**2
         if rate < slowest:
             raise PlanningError(f"rate must be at least {slowest:.3g} rad/m, got {rate}")
@@ -281,7 +281,7 @@ def half_circumference(semi_major: float, semi_minor: float) -> float:
     _within(semi_minor, AXES, "semi_minor")
     a, b, weight = semi_major, semi_minor, 1.0
     rest = 0.5 * (a * a + b * b)
-    # Each step more than halves the gap, and doubles the number of right digits; it may end one rounding apart.
+    # Each step more than halves the gap and doubles the number of correct digits; a and b may differ by a rounding.
     while abs(a - b) > 4.0 * math.ulp(a):
         gap = 0.5 * (a - b)
         a, b = 0.5 * (a + b), math.sqrt(a * b)

@@ -1,28 +1,29 @@
-"""Where and how fast a throw along a line releases, and which line is the quickest: closed forms and root finding.
+"""Release point and speed of throws along a line, and the quickest line, by closed forms and root finding.
 
 **Crossing.** In the vertical plane of a throw let X be the horizontal distance from the pick to the target, Z the
 height of the target above the pick and u the tangent of the elevation. A release at distance P with speed V on that
 line hits the target when P + V c = L, where L = X sqrt(1 + u^2) is the length of the line up to above the target and
-c = sqrt(2 (X u - Z) / g) is the time of flight (Hassan et al. 2022, Eq. 20). The S-curve adds V = V_S(P); written as
-P = P_S(V) that makes P_S(V) + V c = L, whose left side grows with V, so there is exactly one crossing.
+c = sqrt(2 (X u - Z) / g) is the time of flight (Hassan et al. 2022, Eq. 20). The S-curve adds V = V_S(P); with its
+inverse P = P_S(V) the condition is P_S(V) + V c = L, whose left side grows with V, so there is exactly one crossing.
 
 **Optimum.** Where nothing bounds the release point, the object of the quickest throw lands at right angles to its
-release direction: V = g c sin(theta). Put into the crossing this leaves one equation in u = tan(theta), with no inner
+release direction: V = g c sin(theta). In the crossing this speed leaves one equation in u = tan(theta), with no inner
 solve and one root:
 
     H(u) = sqrt(1 + u^2) P_S(V(u)) + X u^2 - 2 Z u - X = 0,   V(u)^2 = 2 g (X u - Z) u^2 / (1 + u^2).
 
 Where that speed exceeds Vmax the release happens at Vmax, and V(u) = Vmax is a cubic with one positive root. The
 optimum is the smaller of the two roots. H is not negative at u = (Z + sqrt(X^2 + Z^2)) / X, the elevation of least
-speed for a release at the pick, so its root lies below that.
+speed for a release at the pick, so the root of H lies below this elevation.
 
 **Bounds.** Seen from the pick, the release point may lie between ``near`` and ``far`` horizontally and between ``low``
 and ``high`` vertically: a ceiling, a workspace. The release distance grows on either side of the free optimum, so the
-bounded optimum is the feasible elevation next to it: the greatest one below, or with a workspace perhaps the least one
-above. The feasible set can fall apart into intervals (a flat and a steep way to throw), so it is searched on a grid
-from the free optimum outwards, and a peak of the slack between two grid points that might reach zero is looked at
-closely. Bounds translate to bounds on the distance, and P*(u) <= p can be asked without solving for P*: it holds when
-the speed that a release at p would need, (L - p) / c, is allowed and is reached within p.
+bounded optimum is the feasible elevation next to the free optimum: the greatest feasible elevation below, or with a
+workspace perhaps the least feasible elevation above. The feasible set can consist of several intervals (a flat and a
+steep way to throw), so the search runs on a grid from the free optimum outwards, and golden section examines each peak
+of the slack between two grid points that might reach zero. Bounds translate to bounds on the distance, and P*(u) <= p
+can be decided without solving for P*: it holds when the speed that a release at p needs, (L - p) / c, is allowed and is
+reached within p.
 
 The functions are compiled; one throw and N throws run through the same machine code, row by row.
 """
@@ -39,24 +40,25 @@ from pnt_gym.compiled import compiled, part
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.straight.plan import CONTACT, MIN_REACH, Reason
 
-# Rows of `given`: pick, target, limits, tolerance, ceiling, and the workspace seen from the pick; all in SI units.
+# Rows of an array of throws (15, N), in SI units: pick, target, limits, tolerance, ceiling, and the workspace relative
+# to the pick.
 X, Y, Z, TO_X, TO_Y, TO_Z, VELOCITY, ACCELERATION, JERK, TOLERANCE, CEILING, NEAR, FAR, LOW, HIGH = range(15)
 NO_REACH, TOO_HIGH, OUTSIDE, TOO_FLAT = map(int, (Reason.NO_REACH, Reason.CEILING, Reason.WORKSPACE, Reason.ELEVATION))
 
 # Newton steps for the cubic of the jerk-only crossing: its start is within a factor sqrt(2) of the root, from
 # where five steps reach rounding.
 CROSSING_STEPS = 7
-# Stands in for a flight time of zero, at the very foot of the elevation range.
+# Replaces a flight time of zero, at the foot of the elevation range.
 TINY = 1e-300
 CUBIC_STEPS = 9
 NEWTON_STEPS = 80
-# Newton's error squares with every step: the step after one this small is below rounding.
+# Newton's error squares with every step: after a step this small the next step is below rounding.
 SLOPE_PRECISION = 1e-9
 GRID = 96
 GOLDEN = 0.6180339887498949
 GOLDEN_STEPS = 40
 BRACKET_STEPS = 100
-# A bracket this narrow, relative to the slope plus one, is an answer.
+# Width of a bracket, relative to the slope plus one, at which the search ends.
 BRACKET_WIDTH = 2e-16
 
 
@@ -71,7 +73,7 @@ class PlaneThrow(NamedTuple):
 
 
 class Box(NamedTuple):
-    """Bounds of the release point seen from the pick [m]; near may be 0, the others infinite."""
+    """Bounds of the release point relative to the pick [m]; near may be 0, far, low and high may be infinite."""
 
     near: float
     far: float
@@ -81,7 +83,7 @@ class Box(NamedTuple):
 
 @part
 def _laid_out(given: Floats, row: int) -> tuple[PlaneThrow, float, float]:
-    """A throw, and cosine and sine of its azimuth; reach is shortened by the tolerance and may be negative."""
+    """Throw of a row, and cosine and sine of its azimuth; reach is shortened by the tolerance and may be negative."""
     x, y = given[TO_X, row] - given[X, row], given[TO_Y, row] - given[Y, row]
     full = math.sqrt(x * x + y * y)
     cosine, sine = (x / full, y / full) if full > 0.0 else (1.0, 0.0)
@@ -92,7 +94,7 @@ def _laid_out(given: Floats, row: int) -> tuple[PlaneThrow, float, float]:
 
 @part
 def _ramp_distance(speed: float, acceleration: float, jerk: float) -> float:
-    """P_S(V) [m], the shortest way from rest to ``speed`` without acceleration left: V_S inverted."""
+    """P_S(V) [m], the shortest way from rest to ``speed`` with no acceleration at its end: the inverse of V_S."""
     if jerk * speed <= acceleration * acceleration:
         return speed * math.sqrt(speed / jerk)
     return 0.5 * speed * (speed / acceleration + acceleration / jerk)
@@ -142,7 +144,7 @@ def _jerk_speed(length: float, flight: float, jerk: float) -> float:
 
 @part
 def _best_slope(throw: PlaneThrow) -> float:
-    """The tangent of the elevation of the quickest throw without bounds: Newton inside a shrinking bracket."""
+    """Tangent of the elevation of the quickest throw without bounds, by Newton's method inside a shrinking bracket."""
     cap = _saturation_slope(throw)
     if _optimality(throw, cap)[0] <= 0.0:
         return cap
@@ -162,7 +164,7 @@ def _best_slope(throw: PlaneThrow) -> float:
 
 @part
 def _saturation_slope(throw: PlaneThrow) -> float:
-    """The tangent at which the optimal speed reaches Vmax: root of u^3 - b u^2 - d = 0.
+    """Tangent of the elevation at which the optimal speed reaches Vmax: root of u^3 - b u^2 - d = 0.
 
     Newton's method starts above the root, where the cubic is convex, and comes down monotonically.
     """
@@ -178,7 +180,7 @@ def _saturation_slope(throw: PlaneThrow) -> float:
 
 @part
 def _steepest(throw: PlaneThrow) -> float:
-    """(Z + sqrt(X^2 + Z^2)) / X without cancellation for Z < 0."""
+    """Tangent of the elevation of least speed, (Z + sqrt(X^2 + Z^2)) / X, without cancellation for Z < 0."""
     reach, rise = throw.reach, throw.rise
     slant = math.sqrt(reach * reach + rise * rise)
     return reach / (slant - rise) if rise < 0.0 else (rise + slant) / reach
@@ -186,7 +188,7 @@ def _steepest(throw: PlaneThrow) -> float:
 
 @part
 def _optimality(throw: PlaneThrow, u: float) -> tuple[float, float]:
-    """H(u) and its derivative."""
+    """H(u) of the module's docstring and its derivative by u."""
     reach, rise, acceleration, jerk = throw.reach, throw.rise, throw.acceleration, throw.jerk
     square = 1.0 + u * u
     secant = math.sqrt(square)
@@ -208,7 +210,7 @@ def _optimality(throw: PlaneThrow, u: float) -> tuple[float, float]:
 
 @part
 def _slack(throw: PlaneThrow, box: Box, slope: float) -> float:
-    """A margin [m], continuous in ``slope``, that is negative exactly where a bound is broken."""
+    """Slack of the bounds [m], continuous in ``slope`` and negative exactly where a bound is broken."""
     secant = math.sqrt(1.0 + slope * slope)
     length, flight = throw.reach * secant, _flight_time(throw, slope)
     if slope == 0.0:
@@ -219,14 +221,14 @@ def _slack(throw: PlaneThrow, box: Box, slope: float) -> float:
         if slope < 0.0:
             roof, floor = floor, roof
     longest, shortest = min(box.far * secant, roof), max(box.near * secant, floor)
-    # The crossing never lies beyond the full line, so a bound that leaves the line whole cannot bind.
+    # The crossing never lies beyond the full line, so a bound beyond the line's end cannot bind.
     margin = math.inf if longest >= length else _room(throw, length, flight, longest)
     return margin if shortest <= 0.0 else min(margin, -_room(throw, length, flight, shortest))
 
 
 @part
 def _room(throw: PlaneThrow, length: float, flight: float, distance: float) -> float:
-    """Negative exactly where the crossing lies beyond ``distance``."""
+    """Slack [m] of the condition P <= ``distance``: negative exactly where the crossing lies beyond ``distance``."""
     speed = max((length - distance) / max(flight, TINY), 0.0)
     way = _ramp_distance(min(speed, throw.velocity), throw.acceleration, throw.jerk)
     return min(distance - way, flight * throw.velocity - (length - distance))
@@ -234,15 +236,15 @@ def _room(throw: PlaneThrow, length: float, flight: float, distance: float) -> f
 
 @part
 def _bounded_slope(throw: PlaneThrow, box: Box, best: float, upward: bool) -> float:
-    """The tangent of the quickest throw within bounds, NaN where there is none.
+    """Tangent of the elevation of the quickest throw within bounds; NaN where there is no throw.
 
-    Elevations above the free optimum are searched too if ``upward``, which bounds other than a ceiling need.
+    If ``upward``, elevations above the free optimum are searched too, which bounds other than a ceiling need.
     """
     if _slack(throw, box, best) >= 0.0:
         return best
     foot = throw.rise / throw.reach
     if not upward and box.high >= 0.0:
-        # A level throw keeps any ceiling not below the pick, so the answer lies above it.
+        # A level throw keeps any ceiling that is not below the pick, so the optimum is not below level.
         foot = max(foot, 0.0)
     answer, way = math.nan, math.inf
     for above in range(1 + upward):
@@ -256,9 +258,9 @@ def _bounded_slope(throw: PlaneThrow, box: Box, best: float, upward: bool) -> fl
 
 @part
 def _grid_point(best: float, foot: float, above: int, k: int) -> float:
-    """Point k of the grid from the free optimum up, or down to the foot itself.
+    """Slope k of the grid from the free optimum up, or from the free optimum down to the foot.
 
-    It is densest next to the foot, where a low ceiling leaves only a sliver.
+    The downward grid is densest next to the foot, where a low ceiling leaves only a narrow feasible interval.
     """
     share = k / GRID
     if above:
@@ -269,7 +271,7 @@ def _grid_point(best: float, foot: float, above: int, k: int) -> float:
 
 @part
 def _nearest(throw: PlaneThrow, box: Box, best: float, foot: float, above: int) -> float:
-    """The slope with no negative slack that is nearest to the free optimum, which has one; NaN where there is none."""
+    """Slope without negative slack that is nearest to the free optimum, whose slack is negative; NaN if none exists."""
     older, old, last = -math.inf, _slack(throw, box, best), best
     before = best
     for k in range(1, GRID + 1 - above):
@@ -288,7 +290,7 @@ def _nearest(throw: PlaneThrow, box: Box, best: float, foot: float, above: int) 
 
 @part
 def _golden(throw: PlaneThrow, box: Box, low: float, high: float) -> tuple[float, float]:
-    """Where between two slopes the slack is greatest, and the slack there, by golden section."""
+    """Slope of the greatest slack between two slopes, and the slack at this slope, by golden section."""
     left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
     at_left, at_right = _slack(throw, box, left), _slack(throw, box, right)
     for _ in range(GOLDEN_STEPS):
@@ -305,23 +307,23 @@ def _golden(throw: PlaneThrow, box: Box, low: float, high: float) -> tuple[float
 
 @part
 def _border(throw: PlaneThrow, box: Box, a: float, at_a: float, b: float, at_b: float) -> float:
-    """Zero of the slack between a slope ``a`` that keeps the bounds and a ``b`` that does not, on the safe side.
+    """Zero of the slack between a slope ``a`` that keeps the bounds and a slope ``b`` that does not, on the safe side.
 
-    By Chandrupatla's method, which halves wherever the slack is not close to a line: a kink or an infinite slack cannot
-    stall it.
+    Chandrupatla's method halves the bracket wherever the slack is not close to a straight line, so a kink or an
+    infinite slack cannot stall the search.
     """
     share = 0.5
     for _ in range(BRACKET_STEPS):
         probe = a + share * (b - a)
         value = _slack(throw, box, probe)
-        # The point that falls out of the bracket still tells how the slack bends.
+        # The point that leaves the bracket still gives the curvature of the slack.
         c, at_c = (b, at_b) if (value >= 0.0) != (at_a >= 0.0) else (a, at_a)
         b, at_b = (a, at_a) if (value >= 0.0) != (at_a >= 0.0) else (b, at_b)
         a, at_a = probe, value
         width = BRACKET_WIDTH * (1.0 + abs(a))
         if abs(b - a) <= width:
             break
-        # At least so far that the zero ends up in between.
+        # A least step, so that the next bracket encloses the zero.
         least = 0.5 * width / abs(b - a)
         share = min(max(_share(a, at_a, b, at_b, c, at_c), least), 1.0 - least)
     return a if at_a >= 0.0 else b
@@ -329,7 +331,7 @@ def _border(throw: PlaneThrow, box: Box, a: float, at_a: float, b: float, at_b: 
 
 @part
 def _share(a: float, at_a: float, b: float, at_b: float, c: float, at_c: float) -> float:
-    """Share of the way from ``a`` to ``b`` to look at next: inverse quadratic interpolation, or a half."""
+    """Next probe as a share of the way from ``a`` to ``b``: by inverse quadratic interpolation, or a half."""
     place, level = (a - b) / (c - b), (at_a - at_b) / (at_c - at_b)
     if level * level < place and (1.0 - level) * (1.0 - level) < 1.0 - place:
         straight = at_a / (at_b - at_a) * at_c / (at_b - at_c)
@@ -341,8 +343,8 @@ def _share(a: float, at_a: float, b: float, at_b: float, c: float, at_c: float) 
 def choose_slopes(given: Floats, walled: bool, slopes: Floats, moved: Bools, reasons: Ints) -> None:
     """Find the quickest lines of N throws ``given`` (15, N), within a workspace if ``walled``.
 
-    ``slopes`` (N,) takes the tangents of their elevations, NaN where there is no throw, ``moved`` (N,) whether a bound
-    moved them, and ``reasons`` (N,) the `Reason` where there is no throw.
+    Written are ``slopes`` (N,), the tangents of the lines' elevations, NaN where there is no throw; ``moved`` (N,),
+    whether a bound moved the line; and ``reasons`` (N,), the `Reason` where there is no throw.
     """
     for row in range(given.shape[1]):
         throw, _, _ = _laid_out(given, row)
@@ -355,7 +357,7 @@ def choose_slopes(given: Floats, walled: bool, slopes: Floats, moved: Bools, rea
         slope = _bounded_slope(throw, box, best, walled)
         slopes[row], moved[row], reasons[row] = slope, slope != best, 0
         if math.isnan(slope):
-            # The ceiling is to blame where it alone rules the throw out.
+            # The reason is the ceiling where the ceiling alone rules the throw out.
             if walled:
                 slope = _bounded_slope(throw, Box(0.0, math.inf, -math.inf, roof), best, not walled)
             moved[row], reasons[row] = False, TOO_HIGH if math.isnan(slope) else OUTSIDE
@@ -372,11 +374,11 @@ def release_rows(
     numbers: Floats,
     active: Bools,
 ) -> None:
-    """Work out the releases of N throws along the lines that `choose_slopes` found, or others; NaN makes NaN.
+    """Compute the releases of N throws along lines of given slopes, for instance of `choose_slopes`; NaN gives NaN.
 
-    ``reasons`` (N,) takes the `Reason` where a line leads to no throw, ``vectors`` (3, N, 3) position, velocity and
-    direction, ``numbers`` (7, N) speed, acceleration, angle, azimuth, distance, time and time of flight, and ``active``
-    (2, N) whether the ceiling moved the release, and whether the workspace did.
+    Written are ``reasons`` (N,), the `Reason` where a line leads to no throw; ``vectors`` (3, N, 3), position, velocity
+    and direction; ``numbers`` (7, N), speed, acceleration, angle, azimuth, distance, time and time of flight; and
+    ``active`` (2, N), whether the ceiling and whether the workspace moved the release.
     """
     for row in range(given.shape[1]):
         throw, cosine, sine = _laid_out(given, row)

@@ -1,4 +1,4 @@
-"""What a planned throw is, and why there may be none."""
+"""Records of planned throws, and the reasons why a throw may not exist."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from pnt_gym.errors import PntGymError
 from pnt_gym.planning.reasons import SpokenReason
 
 MIN_REACH = 1e-9
-"""Horizontal distances up to this [m] count as zero: no direction to throw in."""
+"""Horizontal distances up to this [m] count as zero, so that the throw has no direction."""
 
 CONTACT = 1e-9
-"""A release this close to the ceiling [m] rests on it."""
+"""Distance below the ceiling [m] up to which a release counts as being at the ceiling."""
 
 
 @final
@@ -33,7 +33,7 @@ class Reason(SpokenReason):
 
 @final
 class InfeasibleThrow(PntGymError):
-    """No throw satisfies the bounds; ``reason`` says which one cannot be met."""
+    """No throw satisfies the bounds; ``reason`` names the bound that cannot be met."""
 
     def __init__(self, reason: Reason, detail: str = "") -> None:
         self.reason = reason
@@ -57,7 +57,7 @@ class Release:
         time: time from the pick to the release t_r [s] (Eq. 12).
         flight_time: time from the release to the target [s].
         ceiling_active: whether the ceiling moved the release off the free optimum.
-        workspace_active: whether the workspace did.
+        workspace_active: whether the workspace moved the release off the free optimum.
     """
 
     position: Floats
@@ -82,8 +82,8 @@ class ReleaseBatch:
     Attributes:
         feasible: whether the row holds a plan (N,).
         reason: ``Reason`` codes (N,), 0 where feasible.
-        straight: whether the hand moves straight from pick to release point (N,); if not, the release stands alone,
-            its direction is that of the release velocity, and the motion to it is planned for its own sake.
+        straight: whether the hand moves straight from pick to release point (N,); if not, ``direction`` is the
+            direction of the release velocity, and the motion to the release is planned separately.
     """
 
     position: Floats
@@ -116,16 +116,16 @@ class ReleaseBatch:
         ceiling_active: Bools,
         reason: Ints,
     ) -> ReleaseBatch:
-        """Releases that stand alone, whatever motions lead to them.
+        """Return releases that do not lie on straight lines from the picks, without the motions to the releases.
 
         Args:
-            pick: where the hands start (N, 3) [m].
+            pick: starts of the hands (N, 3) [m].
             position: release points (N, 3) [m].
-            velocity: of hands and objects there (N, 3) [m/s].
+            velocity: velocities of hands and objects at the releases (N, 3) [m/s].
             ahead: vectors that point along the throws (N, 3); 0 where there is no direction.
-            acceleration: greatest ones of the motions (N,) [m/s2].
-            time: of the motions (N,) [s].
-            flight_time: from the releases to the targets (N,) [s].
+            acceleration: greatest accelerations of the motions (N,) [m/s2].
+            time: times of the motions (N,) [s].
+            flight_time: times from the releases to the targets (N,) [s].
             ceiling_active: whether the ceiling moved a release (N,).
             reason: ``Reason`` codes (N,); only the feasible rows hold a plan.
         """
@@ -154,7 +154,7 @@ class ReleaseBatch:
         return int(self.feasible.shape[0])
 
     def row(self, index: int) -> Release:
-        """Return one throw.
+        """Return the throw of one row.
 
         Raises:
             InfeasibleThrow: if the row holds no plan.

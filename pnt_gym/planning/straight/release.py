@@ -3,9 +3,10 @@
 Hassan et al. 2022, section III, solved by closed forms and one-dimensional root finding instead of a
 nonlinear programme. The hand leaves the pick at rest, moves on a straight line along the first half of a
 minimum-time S-curve and releases at its middle; the object then flies without drag. The least release
-distance is also the least time, with bounds or without. A plan is exact or it is infeasible, never clipped.
+distance is also the least time, with bounds or without. A plan is exact or infeasible, never clipped.
 
-`kernel` holds the formulas, compiled; one throw is a batch of one row there, so that both give the same bits.
+`kernel` holds the formulas, compiled; a single throw is a batch of one row there, so that a throw and a batch give the
+same bits.
 """
 
 from __future__ import annotations
@@ -28,13 +29,13 @@ __all__ = ["plan_release", "plan_release_batch", "release_at_elevation", "releas
 
 
 class Frame(NamedTuple):
-    """N throws in the vertical planes that they lie in.
+    """N throws, each in its vertical plane.
 
     Attributes:
-        picks: where they start (N, 3) [m].
-        cosine: of their azimuths (N,).
-        sine: of their azimuths (N,).
-        reach: horizontal way to the target, shortened by the tolerance (N,) [m]; it may be negative.
+        picks: starts of the throws (N, 3) [m].
+        cosine: cosine of the throws' azimuths (N,).
+        sine: sine of the throws' azimuths (N,).
+        reach: horizontal distance to the target, shortened by the tolerance (N,) [m]; may be negative.
         rise: height of the target above the pick (N,) [m].
     """
 
@@ -46,7 +47,7 @@ class Frame(NamedTuple):
 
     @classmethod
     def of(cls, picks: ArrayLike, targets: ArrayLike, tolerance: ArrayLike = 0.0) -> Frame:
-        """Check the inputs and lay the throws out.
+        """Check picks, targets and tolerances, and return the throws in their vertical planes.
 
         Raises:
             ValueError: if an input is not finite, a tolerance is negative, or shapes disagree.
@@ -62,7 +63,7 @@ class Frame(NamedTuple):
 
 
 def checked(picks: ArrayLike, targets: ArrayLike, tolerance: ArrayLike) -> tuple[Floats, Floats, Floats]:
-    """Picks (N, 3), targets (N, 3) and tolerances (N,) as arrays.
+    """Check picks (N, 3), targets (N, 3) and tolerances (N,), and return the three as arrays.
 
     Raises:
         ValueError: if an input is not finite, a tolerance is negative, or shapes disagree.
@@ -76,7 +77,7 @@ def checked(picks: ArrayLike, targets: ArrayLike, tolerance: ArrayLike) -> tuple
 
 
 class _Found(NamedTuple):
-    """The fields of `Release` in their order, (3, N, 3), (7, N) and (2, N), and `Reason` codes (N,)."""
+    """Results of the kernel: fields of `Release` in order, (3, N, 3), (7, N) and (2, N), and `Reason` codes (N,)."""
 
     vectors: Floats
     numbers: Floats
@@ -85,7 +86,7 @@ class _Found(NamedTuple):
 
 
 PIECE: Final = 20_000
-"""Throws that one call of machine code plans, which no Ctrl-C interrupts: a tenth of a second."""
+"""Throws per call of machine code: a tenth of a second, during which Ctrl-C has no effect."""
 _OPEN: Final = (0.0, math.inf, -math.inf, math.inf)
 """Line bounds without a workspace."""
 
@@ -105,12 +106,12 @@ def plan_release(
         target: point the object must pass through on its way down (3,) [m].
         limits: largest speed, acceleration and jerk of the hand.
         ceiling: greatest height z of the release point [m]; None for no bound.
-        tolerance: half width of the square box around the target that counts as hit [m]; the throw is
-            shortened to the near side of the box along the line of throw (Hassan et al. 2022, Eqs. 16-17).
-        workspace: where the release point must lie; None for no bound.
+        tolerance: half width of the square box around the target in which a landing counts as a hit [m]; the throw
+            is shortened to the near side of the box along the line of throw (Hassan et al. 2022, Eqs. 16-17).
+        workspace: region that must contain the release point; None for no bound.
 
     Raises:
-        InfeasibleThrow: if no throw exists; a target straight above or below the pick has none.
+        InfeasibleThrow: if no throw exists; for a target straight above or below the pick none exists.
         ValueError: if an input is NaN or infinite, or the tolerance is negative.
     """
     start, end = point_of(pick, "pick"), point_of(target, "target")
@@ -185,7 +186,7 @@ def release_at_point(
         picks: starts of the hand at rest (N, 3) [m].
         points: release points (N, 3) [m]; the object leaves along pick to point.
         limits: largest speed, acceleration and jerk of the hand.
-        plane_z: height of the plane the object is to come down through [m], one number or (N,); without it
+        plane_z: height of the plane through which the object comes down [m], one number or (N,); if None,
             ``flight_time`` is NaN.
 
     Returns:
@@ -209,13 +210,13 @@ def release_at_point(
         plane = finite_rows(plane_z, count, "plane_z")
         flight = flight_time(end, speed[:, None] * direction, plane)
         reason = np.where(apart & np.isnan(flight), int(Reason.PLANE), reason)
-    # NaN in rows without a plan.
+    # `gap` is added to every result: NaN in rows without a plan.
     gap = np.where(reason == Reason.FEASIBLE, 0.0, np.nan)
     distance, speed, direction = distance + gap, speed + gap, direction + gap[:, None]
     peak = np.minimum(np.sqrt(rows.jerk * speed), rows.acceleration)
     flat = np.sqrt(way[:, 0] * way[:, 0] + way[:, 1] * way[:, 1])
     angle, azimuth = np.arctan2(way[:, 2], flat) + gap, np.arctan2(way[:, 1], way[:, 0]) + gap
-    # As in the kernel.
+    # Half of Eq. 4 over the stroke 2 P_r, which is Eq. 12, as in the kernel.
     time = distance / speed + 0.5 * (speed / peak + peak / rows.jerk)
     vectors = np.array([start + distance[:, None] * direction, speed[:, None] * direction, direction])
     numbers = np.array([speed, peak, angle, azimuth, distance, time, flight + gap])
@@ -223,7 +224,11 @@ def release_at_point(
 
 
 def point_of(values: Point, name: str) -> tuple[float, float, float]:
-    """Three coordinates as floats; a ValueError that names them where there are not three."""
+    """Return three coordinates as floats.
+
+    Raises:
+        ValueError: if there are not three coordinates, or a coordinate is not finite.
+    """
     if len(values) != 3:
         raise PlanningError(f"{name} must hold three coordinates, got {len(values)}")
     x, y, z = float(values[0]), float(values[1]), float(values[2])
@@ -245,12 +250,12 @@ def _line_bounds(picks: ArrayLike, targets: ArrayLike, workspace: EllipticWorksp
 
 
 def _thrown(given: Floats, *, walled: bool = False, slope: Floats | None = None) -> _Found:
-    """The throws along lines of given slopes (N,), or along the quickest ones.
+    """Plan the throws along lines of given slopes (N,), or along the quickest lines.
 
     Args:
-        given: N throws (15, N), as the kernel takes them.
+        given: array (15, N) with a throw per column, by the kernel's rows.
         walled: whether there is a workspace.
-        slope: tangents of the elevations (N,).
+        slope: tangents of the elevations (N,); None for the quickest lines.
     """
     from pnt_gym.planning.straight.kernel import choose_slopes, release_rows  # noqa: PLC0415 - numba takes a while
 

@@ -1,4 +1,4 @@
-"""Masses, servos and claws of the gripper robot: what its dynamics need and the paper does not print.
+"""Masses, servos and claws of the gripper robot, which its dynamics need and the paper does not print.
 
 The prototype is made of Dynamixel XM430-W210 servos, carbon tubes, steel ball joints and printed parts (Leveziel et
 al., section VI-A). Every mass below is assumed from such parts; the servo's torque and speed are its data sheet's at
@@ -19,7 +19,7 @@ from pnt_gym.robots.gripper.profile import MOTOR_SPEED
 _MASSES: Final = ("arm_mass", "rod_mass", "platform_mass", "half_mass", "finger_mass")
 
 NO_LOAD_SPEED: Final = 77.0 * 2.0 * np.pi / 60.0
-"""Of the XM430-W210 at 12 V [rad/s]; the prototype moves at up to 70 rpm of them."""
+"""No-load speed of the XM430-W210 at 12 V, 77 rpm [rad/s]; the prototype moves at up to 70 rpm."""
 
 
 def _check_positive(name: str, value: float) -> None:
@@ -32,11 +32,11 @@ def _check_positive(name: str, value: float) -> None:
 class MotorServo:
     """One motor with its gear and position controller, seen from the arm.
 
-    The torque is what the controller asks for within the stall torque, less what the motor's own speed takes from it:
-    at the no-load speed nothing is left.
+    The torque is the controller's, bounded by the stall torque, less a share that grows with the motor's speed:
+    at the no-load speed no torque is left.
 
     Raises:
-        ConfigError: (a ValueError) a value that is not positive and finite.
+        ConfigError: (a ValueError) a value is not positive and finite.
     """
 
     stall_torque: float = 3.0
@@ -44,13 +44,13 @@ class MotorServo:
     no_load_speed: float = NO_LOAD_SPEED
     """[rad/s]"""
     speed: float = MOTOR_SPEED
-    """The largest that motions may ask for [rad/s]."""
+    """Largest speed that motions may ask for [rad/s]."""
     armature: float = 0.005
     """Inertia of rotor and gear, assumed [kg m2]."""
     kp: float = 200.0
-    """[N m/rad]; the servo's own controller goes from 14 by default to 280."""
+    """Position gain [N m/rad]; the servo's own controller allows 14 (its default) to 280."""
     kv: float = 1.6
-    """[N m s/rad]; critical damping together with the motor's own."""
+    """Speed gain [N m s/rad]; together with the motor's own damping critical."""
 
     def __post_init__(self) -> None:
         for name in ("stall_torque", "no_load_speed", "speed", "armature", "kp", "kv"):
@@ -58,36 +58,36 @@ class MotorServo:
 
     @property
     def damping(self) -> float:
-        """Torque that the motor's speed takes [N m s/rad]."""
+        """Torque lost per speed of the motor [N m s/rad]."""
         return self.stall_torque / self.no_load_speed
 
 
 @final
 @dataclass(frozen=True)
 class Claws:
-    """The two fingers: each hangs on a platform half by a torsion spring and ends in a flat soft pad.
+    """The two fingers: each finger hangs on a platform half by a torsion spring and ends in a flat soft pad.
 
-    The spring is the compliance between platform and fingers that the paper asks for (section VII): closing further
-    than the object is wide presses with a known force instead of jamming the mechanism.
+    The spring is the compliance between platform and fingers that the paper asks for (section VII): claws that close
+    further than the object is wide press with a known force instead of jamming the mechanism.
 
     Raises:
-        ConfigError: (a ValueError) a value that is not positive and finite, or an angle that is not between -90 and 0.
+        ConfigError: (a ValueError) a value is not positive and finite, or the angle is not between -90 and 0 degrees.
     """
 
     length: float = 0.062
     """Folding axis to the middle of the pad [m]."""
     pad: tuple[float, float, float] = (0.030, 0.003, 0.020)
-    """Along x, thickness, height [m]."""
+    """Size of a pad: length along x, thickness, height [m]."""
     width: float = 0.022
-    """The pads are parallel when this far apart [m]."""
+    """Distance of the pads at which they are parallel [m]."""
     theta: float = float(np.deg2rad(-50.0))
-    """And the platform halves are then at this angle [rad]."""
+    """Angle of the platform halves while the pads are parallel [rad]."""
     stiffness: float = 2.0
-    """Of the spring in each finger [N m/rad]."""
+    """Stiffness of the spring in each finger [N m/rad]."""
     damping: float = 0.005
-    """Of that spring [N m s/rad]."""
+    """Damping of the spring in each finger [N m s/rad]."""
     friction: float = 0.8
-    """Of the pads, soft rubber."""
+    """Friction coefficient of the pads, soft rubber."""
 
     def __post_init__(self) -> None:
         for name in ("length", "width", "stiffness", "damping", "friction"):
@@ -98,7 +98,7 @@ class Claws:
             raise ConfigError(f"gripper robot: claws.theta is {self.theta:.4g} rad; it must lie in -1.571 to 0")
 
     def contact_theta(self, width: Floats) -> Floats:
-        """Angles of the halves at which relaxed pads just touch objects of these widths (...) [m], [rad]."""
+        """Angles of the halves (...) [rad] at which relaxed pads just touch objects of given widths (...) [m]."""
         return np.asarray(self.theta + np.arcsin((width - self.width) / (2.0 * self.length)), dtype=np.float64)
 
     def gap(self, theta: float) -> float:
@@ -106,29 +106,29 @@ class Claws:
         return self.width + 2.0 * self.length * float(np.sin(theta - self.theta))
 
     def force(self, squeeze: float) -> float:
-        """Force of one pad when the halves are closed by `squeeze` beyond the contact [N]; squeeze in rad."""
+        """Force of one pad [N] when the halves are closed by `squeeze` [rad] beyond the contact."""
         return self.stiffness * squeeze / self.length
 
 
 @final
 @dataclass(frozen=True)
 class Build:
-    """The robot's parts. Masses in kg, all assumed.
+    """Masses of the robot's parts [kg], all assumed, with its servo and its claws.
 
     Raises:
-        ConfigError: (a ValueError) a mass that is not positive and finite.
+        ConfigError: (a ValueError) a mass is not positive and finite.
     """
 
     arm_mass: float = 0.030
-    """Slender, so its centre is at its middle."""
+    """An arm, slender: its centre of mass is at its middle."""
     rod_mass: float = 0.024
     """Both tubes of a forearm with their ball joints; slender."""
     platform_mass: float = 0.060
-    """Middle part."""
+    """The platform's middle part."""
     half_mass: float = 0.015
-    """Each half with its gear, centre at the middle between axis and forearm."""
+    """Each half with its gear; the centre of mass is midway between axis and forearm."""
     finger_mass: float = 0.010
-    """Each finger with its pad, centre at half its length."""
+    """Each finger with its pad; the centre of mass is at half the length."""
     servo: MotorServo = MotorServo()
     claws: Claws = Claws()
 
@@ -138,14 +138,14 @@ class Build:
 
     @property
     def moving_mass(self) -> float:
-        """What moves with the platform: its three parts, the fingers, and the lower halves of the forearms [kg]."""
+        """Mass that moves with the platform: its three parts, the fingers, the lower halves of the forearms [kg]."""
         return self.platform_mass + 2.0 * (self.half_mass + self.finger_mass) + 2.0 * self.rod_mass
 
     def scaled(self, factor: float, servo: MotorServo) -> Self:
-        """A larger robot of the same form, for `Dimensions.scaled`, with other motors.
+        """The build of a robot of the same form with all lengths multiplied by ``factor``, with other motors.
 
-        Masses grow with the square of the lengths, as those of tubes and sheets of the same thickness do, and the
-        fingers' springs so that the grip grows with the weights.
+        Masses grow with the square of the lengths, as for tubes and sheets of the same thickness. The stiffness of the
+        fingers' springs grows with the cube, so that the grip force grows with the weights.
 
         Raises:
             ConfigError: (a ValueError) the factor is not positive and finite.
@@ -164,9 +164,9 @@ class Build:
         return replace(self, **masses, claws=claws, servo=servo)
 
     def with_servo(self, **changes: float) -> Self:
-        """The same robot with other servo values."""
+        """The same build with changed servo values."""
         return replace(self, servo=replace(self.servo, **changes))
 
 
 PROTOTYPE_BUILD: Final = Build()
-"""The authors' prototype."""
+"""Build of the prototype of Leveziel et al."""

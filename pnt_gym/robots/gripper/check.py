@@ -1,4 +1,4 @@
-"""Says in one sentence why the robot cannot take a pose."""
+"""Check of poses, with one sentence that says why the robot cannot take a pose."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pnt_gym.robots.gripper.indices import singular_angle
 from pnt_gym.robots.gripper.kinematics import within_strokes
 from pnt_gym.robots.gripper.pose import PoseError, columns, pieces, pose_rows
 
-# Lets angles that were computed to lie on an end of a range pass [rad].
+# Tolerance for angles that were computed to lie on an end of a range [rad].
 _ROUNDING = 1e-9
 
 
@@ -22,10 +22,10 @@ def check_pose(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, theta_lim
     Args:
         pose: (..., 4) x, y, z [m], theta [rad].
         dimensions: the robot.
-        theta_limits: whether theta must lie in the robot's range; without, only the singularity bounds it.
+        theta_limits: whether theta must lie in the robot's range; if not, only the singularity bounds theta.
 
     Raises:
-        PoseError: (a ValueError) names the first pose that is out, the arm or angle, its value and the valid range.
+        PoseError: (a ValueError) with the first invalid pose, the arm or angle, its value and the valid range.
     """
     shape, rows = pose_rows(pose)
     for piece in pieces(rows.shape[0]):

@@ -1,8 +1,8 @@
 """The closure equations of the four forearms and their first derivatives (Leveziel et al., Eqs. 1-4 and 8).
 
 A forearm runs from its elbow B_i to the platform's joint A_i and has the length l. Angles here count from the
-outward horizontal of each arm, up positive: the paper's q_1 and q_2 are these, its q_3 and q_4 are pi minus these, so
-the sign of entries (3, 3) and (4, 4) of J_q is turned. All arithmetic is element-wise.
+outward horizontal of each arm, up positive. The paper's q_1 and q_2 are the angles here; its q_3 and q_4 are pi minus
+the angles here, so entries (3, 3) and (4, 4) of J_q have the opposite sign. All arithmetic is element-wise.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from pnt_gym.robots.gripper.pose import in_pieces, pose_rows
 @final
 @dataclass(frozen=True, eq=False)
 class Joints:
-    """Where the platform's joints A_i are, seen from each arm's motor axis; (4, M) each, and (M,) of theta."""
+    """Coordinates of the platform's joints A_i from each arm's motor axis (4, M), and cosine and sine of theta (M,)."""
 
     out: Floats
     """Outward coordinate [m]."""
     along: Floats
     """Coordinate along the motor axis [m]: y for arms 1 and 3, x for arms 2 and 4."""
     up: Floats
-    """[m]"""
+    """Upward coordinate [m]."""
     cos_theta: Floats
     sin_theta: Floats
 
@@ -115,7 +115,7 @@ class Closure:
 @final
 @dataclass(frozen=True, eq=False)
 class Arms:
-    """The four arms of M poses; NaN where an arm cannot reach."""
+    """The four arms in M poses; NaN where an arm cannot reach."""
 
     cos: Floats
     """(4, M) cosine of the arm's angle."""
@@ -127,7 +127,7 @@ class Arms:
 
 
 def joints(pose: Floats, dims: Dimensions) -> Joints:
-    """Platform joints of the (4, M) pose components."""
+    """Platform joints A_i of the (4, M) pose components x, y, z, theta."""
     x, y, z, theta = pose
     cos, sin = np.cos(theta), np.sin(theta)
     half, lift = dims.w * cos + (dims.v - dims.k), dims.w * sin + z
@@ -169,7 +169,7 @@ def solve_joints(at: Joints, dims: Dimensions, branch: Floats | float) -> tuple[
 
 
 def forearms(pose: Floats, at: Joints, cos: Floats, sin: Floats, dims: Dimensions) -> Closure:
-    """The forearms from the arms' angles to the platform joints; they need not have the length l."""
+    """The forearms from the elbows at the arms' angles to the platform joints; a forearm need not have the length l."""
     out, up = at.out - dims.r * cos, at.up - dims.r * sin
     fold = dims.w * (up[1::2] * at.cos_theta - out[1::2] * at.sin_theta)
     return Closure(
@@ -180,14 +180,14 @@ def forearms(pose: Floats, at: Joints, cos: Floats, sin: Floats, dims: Dimension
 
 
 def solve_arms(pose: Floats, dims: Dimensions, branch: Floats | float = 1.0) -> Arms:
-    """The arms that hold the (4, M) pose components, in the working branch unless told otherwise."""
+    """Arm angles, forearms and J_q of the (4, M) pose components, by default in the working branch."""
     at = joints(pose, dims)
     cos, sin, root = solve_joints(at, dims, branch)
     return Arms(cos, sin, root * (-dims.r * branch), forearms(pose, at, cos, sin, dims))
 
 
 def arms_at(pose: ArrayLike, dims: Dimensions, of: Callable[[Arms], Floats], branch: Floats | float = 1.0) -> Floats:
-    """Return what ``of`` makes (M, ...) of the arms of M poses, for poses (..., 4): (..., ...).
+    """Return values (..., ...) of the arms of poses (..., 4); ``of`` computes the values (M, ...) from the arms.
 
     Raises:
         PoseError: (a ValueError) the shape is not (..., 4), or a number is not finite.
@@ -198,7 +198,7 @@ def arms_at(pose: ArrayLike, dims: Dimensions, of: Callable[[Arms], Floats], bra
 
 
 def excess(closure: Closure, at: Joints, dims: Dimensions) -> Floats:
-    """Half of what each forearm's square exceeds l^2 (4, M) [m2]: its derivative by the pose is J_x."""
+    """Closure error (|A_i - B_i|^2 - l^2) / 2 of each forearm (4, M) [m2]; its derivative by the pose is J_x."""
     out = np.stack([closure.a, closure.e, closure.c, closure.g])
     up = np.stack([closure.b, closure.f, closure.d, closure.h])
     return 0.5 * (out * out + up * up + at.along * at.along - dims.l**2)

@@ -25,11 +25,11 @@ RANGES = ("stroke", "theta")
 @final
 @dataclass(frozen=True)
 class Dimensions:
-    """The robot in numbers: lengths in m, angles in rad. The prototype's are the defaults.
+    """Lengths [m], angles [rad] and home pose of the robot; the defaults are the prototype's.
 
     Raises:
-        ConfigError: (a ValueError) a length that is not positive and finite, an empty range of angles, a home pose
-            outside of its ranges, or links that do not close there.
+        ConfigError: (a ValueError) a length is not positive and finite, a range of angles is empty, the home pose is
+            outside of its ranges, or the links do not close at home.
     """
 
     k: float = 0.0825
@@ -67,10 +67,10 @@ class Dimensions:
 
     @classmethod
     def from_mapping(cls, values: Mapping[str, Any]) -> Self:
-        """Return the robot that ``values`` describe, as read from a YAML file; what is not named is the prototype's.
+        """Return the robot of a mapping read from a YAML file; values that are not named are the prototype's.
 
         Raises:
-            ConfigError: a name that is no field, or a value that makes no robot.
+            ConfigError: a name is no field, or a value is invalid.
         """
         known = [field.name for field in fields(cls)]
         for name in values:
@@ -81,7 +81,7 @@ class Dimensions:
     def scaled(self, factor: float) -> Self:
         """Return the robot with every length multiplied by ``factor`` and the same angles.
 
-        With 4.1 it reaches 0.65 m to the side, the size of the industrial robot whose proportions the paper takes.
+        With 4.1 the robot reaches 0.65 m to the side, like the industrial robot whose proportions the paper takes.
 
         Raises:
             ConfigError: the factor is not positive and finite.
@@ -137,4 +137,4 @@ def _range(name: str, value: object, limit: float) -> tuple[float, float]:
 
 
 PROTOTYPE = Dimensions()
-"""The robot that the paper's authors built."""
+"""Dimensions of the prototype of Leveziel et al."""

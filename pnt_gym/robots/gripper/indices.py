@@ -1,4 +1,4 @@
-"""How well the robot moves and folds its platform: kappa, tau and the singularities (Leveziel et al., section V).
+"""Indices of the platform's mobility, kappa and tau, and the singularities (Leveziel et al., section V).
 
 Eqs. 9 and 10 are evaluated without inverting J_x, so both indices reach zero smoothly at a singularity instead of
 ending in 0/0. An index is NaN where the pose is out of reach. kappa is exact to 1e-8 where its two largest singular
@@ -20,9 +20,9 @@ from pnt_gym.robots.gripper.geometry import PROTOTYPE, Dimensions
 from pnt_gym.robots.gripper.pose import in_pieces, pose_rows
 
 PUBLISHED_TAU_SCALE: Final = 2.65
-"""Brings Eq. 10 to the published figures (tau over 0.1, 1/tau up to 10.3); likely w in cm left out of J_x."""
+"""Factor from Eq. 10 to the published figures (tau over 0.1, 1/tau up to 10.3); likely w in cm left out of J_x."""
 
-# A crossing of zero is looked for at these steps of theta and then halved down to rounding.
+# The sign of det J_x is sampled at these steps of theta; bisection then finds the zero to rounding.
 _SEARCH_STEP = np.deg2rad(1.0)
 _HALVINGS = 50
 
@@ -30,20 +30,20 @@ _HALVINGS = 50
 @final
 @dataclass(frozen=True, eq=False)
 class Singularity:
-    """How far poses are from the singularities of J_x; the shape of both is that of the poses."""
+    """Distance of poses from the singularities of J_x; both arrays have the shape of the poses."""
 
     value: Floats
     """det J_x / (l^4 w), 0.99 at the prototype's home; zero at a singularity, negative past it, NaN out of reach."""
     mask: Bools
-    """Whether a pose is at a singularity or past it."""
+    """Whether a pose is at or past a singularity."""
 
 
 def conditioning(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE) -> tuple[Floats, Floats]:
     """Return kappa (Eq. 9) and tau (Eq. 10) in the working branch.
 
     kappa is the ratio of the singular values of the first three rows of J; 1 is best, 0 singular. tau is one over the
-    norm of the last row, the motors' motion per angle of folding while the platform may drift; it is Eq. 10 as
-    printed, and over `PUBLISHED_TAU_SCALE` the published figures.
+    norm of the last row, the motors' motion per angle of folding while the platform may drift. tau is Eq. 10 as
+    printed; divided by `PUBLISHED_TAU_SCALE` it gives the published figures.
 
     Args:
         pose: (..., 4) x, y, z [m], theta [rad].
@@ -70,7 +70,7 @@ def tau(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE) -> Floats:
 
 
 def folding_speed(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE) -> Floats:
-    """Return 1 / |J_q^-1 J_x e_4| (...,): folding per motor motion while the platform stays where it is.
+    """Return 1 / |J_q^-1 J_x e_4| (...,): folding per motor motion while the platform stays in place.
 
     tau lets the platform drift; a gripper that closes around an object must not. Arguments, NaN and errors as
     `conditioning`.
@@ -79,10 +79,10 @@ def folding_speed(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE) -> Floats
 
 
 def singularity(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, tolerance: float = 1e-9) -> Singularity:
-    """Return det J_x, without unit, and whether it is at most ``tolerance``.
+    """Return det J_x, without unit, and whether the determinant is at most ``tolerance``.
 
-    One half of the platform coplanar with its forearm is not enough for a singularity unless the other half is too;
-    the determinant tells. Arguments and errors as `conditioning`.
+    A singularity needs both halves of the platform coplanar with their forearms; the determinant shows whether both
+    are. Arguments and errors as `conditioning`.
     """
     size = dimensions.l**4 * dimensions.w
     value = arms_at(pose, dimensions, lambda arms: arms.closure.determinant() / size)
@@ -107,9 +107,10 @@ def singular_angle(position: ArrayLike = (0.0, 0.0, -0.2), dimensions: Dimension
 
 
 def arms_kappa(arms: Arms, dims: Dimensions) -> Floats:
-    """Eq. 9 (M,): free of theta, rows 2 and 4 of J_x leave one row, and J^-1 on translations is 3 x 3.
+    """Eq. 9, kappa (M,): without theta, rows 2 and 4 of J_x leave one row, so J^-1 on translations is 3 x 3.
 
-    Its rows are forearm 1 / J_q1, forearm 3 / J_q3 and blend / sqrt(N), multiplied here by all three denominators.
+    The rows of J^-1 are forearm 1 / J_q1, forearm 3 / J_q3 and blend / sqrt(N), multiplied here by all three
+    denominators.
     """
     closure, drive = arms.closure, arms.drive / (dims.r * dims.l)
     fold = 1.0 / (dims.w * dims.l)
@@ -125,7 +126,7 @@ def arms_kappa(arms: Arms, dims: Dimensions) -> Floats:
 
 
 def arms_tau(arms: Arms) -> Floats:
-    """Eq. 10 (M,) as printed, by the cofactors of J_x's last column."""
+    """Eq. 10, tau (M,) as printed, by the cofactors of J_x's last column."""
     closure, drive = arms.closure, arms.drive
     c_1, c_2, c_3, c_4 = closure.cofactors()
     det = closure.fold_2 * c_2 + closure.fold_4 * c_4
@@ -142,8 +143,9 @@ def _arms_folding(arms: Arms) -> Floats:
 def _singular_ratio(matrix: Floats) -> Floats:
     """Smallest over largest singular value of (3, 3, M) matrices; 0 for a matrix of zeros.
 
-    The largest eigenvalue of the Gram matrix in closed form, the others from the sum and product that are left: both
-    made of minors, so that no digits cancel when the matrix is nearly singular.
+    The largest eigenvalue of the Gram matrix comes from the trigonometric solution of its characteristic cubic, the two
+    smaller eigenvalues from their sum and product. Sum and product are computed from minors, so that no digits cancel
+    when the matrix is nearly singular.
     """
     (p_x, p_y, p_z), (q_x, q_y, q_z), (s_x, s_y, s_z) = p, q, s = matrix
     normal = _cross(q, s)

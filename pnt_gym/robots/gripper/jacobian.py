@@ -1,7 +1,7 @@
 """The differential model J_x dx = J_q dq (Leveziel et al., Eq. 8), with the angles of this package.
 
 q counts from the outward horizontal; the paper's q_3 and q_4 are pi minus that, so entries (3, 3) and (4, 4) of J_q,
-and columns 3 and 4 of J, have the opposite sign of the printed ones. kappa and tau are the same for both.
+and columns 3 and 4 of J, have the opposite sign of the printed entries. kappa and tau are the same in both conventions.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def jacobian_x(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, branch: A
     Args:
         pose: (..., 4) x, y, z [m], theta [rad].
         dimensions: the robot.
-        branch: 1 for elbows outward, -1 for inward, or one of these per arm (4,).
+        branch: 1 for elbows outward, -1 for inward, or 1 or -1 per arm (4,).
 
     Returns:
         (..., 4, 4): columns 1 to 3 in m, column 4 in m2; NaN where out of reach.

@@ -1,8 +1,8 @@
 """Inverse kinematics in closed form and forward kinematics by Newton's method, for any number of poses at once.
 
 A pose is (x, y, z, theta): the middle of the platform in m and the angle of its geared halves in rad, 0 when flat and
-negative when they hang down. Motor angles q count from the outward horizontal of each arm, up positive. The result for
-one row does not depend on which others are in the batch.
+negative when they hang down. Motor angles q count from the outward horizontal of each arm, up positive. A row's result
+does not depend on the batch's other rows.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from pnt_gym.robots.gripper.geometry import N_ARMS, PROTOTYPE, Dimensions
 from pnt_gym.robots.gripper.pose import PoseError, any_rows, columns, in_pieces, pose_rows
 
 ITERATIONS: Final = 60
-"""Poses within the strokes take 5 to 10; the rest is for halved steps next to a singularity."""
+"""Most Newton steps; poses within the strokes take 5 to 10, halved steps next to a singularity take more."""
 CONVERGED: Final = 1e-8
-"""A Newton step this small (in rad, and in m over l) leaves an error of its square."""
+"""Newton step [rad, and m over l] below which the iteration ends; the error left is of the step's square."""
 
 
 def inverse_kinematics(
@@ -31,7 +31,7 @@ def inverse_kinematics(
     Args:
         pose: (..., 4) x, y, z [m], theta [rad].
         dimensions: the robot.
-        branch: 1 for elbows outward below the base, the working branch; -1 for inward; or one of these per arm (4,).
+        branch: 1 for elbows outward below the base, the working branch; -1 for inward; or 1 or -1 per arm (4,).
         strokes: whether a pose beyond a motor's stroke is out of reach as well.
 
     Returns:
@@ -58,18 +58,18 @@ def inverse_kinematics(
 
 
 def forward_kinematics(q: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, start: ArrayLike | None = None) -> Floats:
-    """Return the pose that motor angles hold, by damped Newton steps on the closure equations.
+    """Return the platform's pose at given motor angles, by damped Newton steps on the closure equations.
 
-    No step may end on the far side of det J_x = 0, so the assembly mode is the start's, and a warm start picks the
-    solution that the robot itself would be in.
+    No step may end on the far side of det J_x = 0, so the assembly mode is the start's. With the pose a moment ago as
+    the start, the solution is the pose that the robot itself would take.
 
     Args:
         q: (..., 4) motor angles [rad] from the outward horizontal, up positive; NaN gives NaN.
         dimensions: the robot.
-        start: (4,) or (..., 4) pose to start from, such as the one a moment ago; the home pose when not given.
+        start: (4,) or (..., 4) pose to start from, such as the pose a moment ago; the home pose when not given.
 
     Returns:
-        (..., 4) x, y, z [m], theta [rad]; NaN where Newton's method finds no pose, or one in another assembly mode.
+        (..., 4) x, y, z [m], theta [rad]; NaN where Newton's method finds no pose in the robot's assembly mode.
 
     Raises:
         PoseError: (a ValueError) a shape is wrong, an angle is infinite, or the start is not finite.
@@ -85,9 +85,9 @@ def forward_kinematics(q: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, star
 
 
 def closure_excess(pose: ArrayLike, q: ArrayLike, dimensions: Dimensions = PROTOTYPE) -> Floats:
-    """Return half of what the square of each forearm exceeds l^2, (..., 4) [m2]; zero when ``q`` holds ``pose``.
+    """Return the closure error (|A_i - B_i|^2 - l^2) / 2 of each forearm (..., 4) [m2]; zero when ``q`` fits ``pose``.
 
-    Its derivative by the pose is J_x and by the angles minus J_q. Both arguments have the same shape (..., 4).
+    The error's derivative by the pose is J_x, by the angles minus J_q. Both arguments have the same shape (..., 4).
 
     Raises:
         PoseError: (a ValueError) a shape is wrong, or a number is not finite.
@@ -106,7 +106,7 @@ def branch_signs(branch: ArrayLike) -> Floats | float:
     """Return the branch as a number, or as (4, 1) numbers, one per arm.
 
     Raises:
-        PoseError: it is neither 1 nor -1, nor four of these.
+        PoseError: the branch is neither 1 nor -1, nor four of these numbers.
     """
     signs = np.asarray(branch, dtype=np.float64)
     if signs.shape not in ((), (N_ARMS,)) or not np.isin(signs, (-1.0, 1.0)).all():
@@ -115,14 +115,14 @@ def branch_signs(branch: ArrayLike) -> Floats | float:
 
 
 def within_strokes(q: Floats, dims: Dimensions) -> Bools:
-    """Whether all of the (4, M) angles are within the strokes, ends included (M,); NaN is not."""
+    """Whether all four of the (4, M) angles are within the strokes (M,), ends included; False for NaN."""
     low, high = dims.stroke
     inside = (q >= low) & (q <= high)
     return inside[0] & inside[1] & inside[2] & inside[3]
 
 
 def _newton(q: Floats, start: Floats, dims: Dimensions) -> Floats:
-    """Poses (4, M) for the angles (4, M); only rows that still move are worked on."""
+    """Poses (4, M) for the angles (4, M), by Newton steps on the rows that have not converged."""
     result = np.full(q.shape, np.nan)
     rows = np.flatnonzero(~np.isnan(q.sum(axis=0)))
     cos, sin = np.cos(q[:, rows]), np.sin(q[:, rows])
@@ -138,10 +138,10 @@ def _newton(q: Floats, start: Floats, dims: Dimensions) -> Floats:
             closure = forearms(trial, at, cos, sin, dims)
             load, det = excess(closure, at, dims), closure.determinant()
             size = np.max(np.abs(load), axis=0)
-            # Once on the right side of the singularity, a step may not leave it.
+            # A step may not cross the singularity det J_x = 0 from the positive side.
             good = (size < merit) & (det > np.minimum(best_det, 0.0))
             newton = closure.solve(-load)
-            # Never further than a quarter of a forearm or of a radian.
+            # A step is at most a quarter of a forearm and a quarter of a radian.
             reach = np.maximum(np.max(np.abs(newton[:3]), axis=0) / dims.l, np.abs(newton[3]))
         done = good & (reach < CONVERGED) & (det > 0.0)
         result[:, rows[done]] = trial[:, done] + newton[:, done]

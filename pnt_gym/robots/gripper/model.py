@@ -1,9 +1,9 @@
 """The 4-DoF gripper robot as a closed chain in a MuJoCo model specification.
 
-Four arms turn about horizontal axes, a forearm hangs from each by a U joint, and `connect` equalities close the loops
-to the platform. A parallelogram is one rod of double mass: what it would add, keeping the platform level, is done by
-the three slides that the platform rides on. The platform's halves turn about hinges of their own, coupled one to one by
-a joint equality, the gear. Each carries a finger on a torsion spring.
+Four arms turn about horizontal axes, a forearm hangs from each arm by a U joint, and `connect` equalities close the
+loops to the platform. A parallelogram is modelled by one rod of double mass, since the three slides that carry the
+platform keep the platform level. The platform's halves turn about their own hinges, coupled one to one by a joint
+equality, the gear. Each half carries a finger on a torsion spring.
 
 World z = 0 is the plane of the motor axes.
 """
@@ -36,9 +36,9 @@ PAD_BIT: Final = 2
 """Contact bit of the pads, for objects that may be gripped."""
 PAD_SOLREF: Final = (0.004, 1.0)
 PAD_SOLIMP: Final = (0.9, 0.99, 0.0005, 0.5, 2.0)
-"""Pads give by some tenths of a millimetre, so that a face and not an edge carries."""
+"""Impedance of the pads: they give by some tenths of a millimetre, so that a face and not an edge carries."""
 LONGEST_STEP: Final = 0.001
-"""With it loops stay closed to 0.01 mm; beyond, the servos' own damping comes near its limit of stability [s]."""
+"""Longest physics step [s]: loops stay closed to 0.01 mm; beyond, the servos' damping nears its limit of stability."""
 
 _SIDES = (("right", 1.0), ("left", -1.0))
 _ROD_RADIUS = 0.003
@@ -49,12 +49,12 @@ _THIN = 0.1
 @final
 @dataclass(frozen=True)
 class Gripper4Handles:
-    """Names of what `add_gripper` added, in the order of the compiled model's arrays."""
+    """Names of the elements that `add_gripper` added, in the order of the compiled model's arrays."""
 
     joints: tuple[str, ...]
-    """In the order of `closed_pose`: per arm its hinge, its forearm's swing and tilt, then the platform's seven."""
+    """In the order of `closed_pose`: each arm's hinge, forearm swing and forearm tilt, then the platform's seven."""
     actuators: tuple[str, ...]
-    """Motors; each takes three consecutive controls: angle, speed, feed-forward torque."""
+    """Motors; each motor takes three consecutive controls: angle, speed, feed-forward torque."""
     pads: tuple[str, str] = ("pad_right", "pad_left")
     """Geoms on the side of +y and of -y."""
     grip: str = "grip"
@@ -62,7 +62,7 @@ class Gripper4Handles:
 
 
 def add_gripper(spec: MjSpec, dimensions: Dimensions = PROTOTYPE, build: Build = PROTOTYPE_BUILD) -> Gripper4Handles:
-    """Add the robot to a model specification and return the names; positions are the kinematics' own."""
+    """Add the robot to a model specification and return the names; positions agree with the kinematics."""
     dress_base(spec, dimensions)
     joints: list[str] = []
     for arm in range(N_ARMS):
@@ -79,9 +79,9 @@ def add_gripper(spec: MjSpec, dimensions: Dimensions = PROTOTYPE, build: Build =
 
 
 def set_options(spec: MjSpec, timestep: float, density: float = 0.0, viscosity: float = 0.0) -> None:
-    """Set the physics options that the robot needs: those of the other closed chain, with explicit joint damping.
+    """Set the physics options that the robot needs: the options of all robots, with explicit joint damping.
 
-    Implicit damping is added after the constraints are solved and would open the loops. Arguments are those of
+    Implicit damping is added after the constraints are solved and would open the loops. Arguments as
     `pnt_gym.robots.specification.set_options`.
 
     Raises:
@@ -121,7 +121,7 @@ def _add_platform(spec: MjSpec, dims: Dimensions, build: Build) -> list[str]:
 
 
 def _add_half(platform: MjsBody, dims: Dimensions, build: Build, side: str, sign: float) -> list[str]:
-    """A platform half with its finger; both angles are positive when the claws open."""
+    """Add a platform half with its finger; the angles of half and finger are positive when the claws open."""
     half = platform.add_body(name=f"half_{side}", pos=[0, sign * dims.v, 0])
     half.add_joint(name=f"half_{side}", axis=[sign, 0, 0])
     across = build.half_mass * dims.w**2 / 12.0

@@ -1,4 +1,4 @@
-"""How long the motors take at least from pose to pose."""
+"""Lower bound of the motors' time from pose to pose."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ _PARTS = 64
 def travel_time(
     start: ArrayLike, end: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, speed: float = MOTOR_SPEED
 ) -> Floats:
-    """Return how long lines between poses take when at every point the worst motor runs at its largest speed.
+    """Return the times of straight lines between poses when at every point the slowest motor runs at its largest speed.
 
-    A lower bound for every motion along the line: speeding up and slowing down come on top.
+    The time is a lower bound for every motion along the line, since acceleration and braking take longer.
 
     Args:
         start: (..., 4) x, y, z [m], theta [rad].
@@ -36,7 +36,7 @@ def travel_time(
     """
     shape, first, last = pose_pairs(start, end)
     limit = JointLimits(speed).speed
-    # Angles summed part by part stay exact up to a stretched arm, where rates do not.
+    # Sums of angle differences stay exact up to a stretched arm, where joint rates are infinite.
     share = np.linspace(0.0, 1.0, _PARTS + 1)[:, None]
     seconds = np.empty(len(first))
     for piece in pieces(len(first), max(1, CHUNK // _PARTS)):

@@ -1,4 +1,4 @@
-"""Poses as arrays: what every function of the robot asks of them, and how they are cut into pieces for the cache."""
+"""Arrays of poses: shape checks for every function of the robot, and work in pieces that fit the cache."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from pnt_gym.arrays import Floats
 from pnt_gym.errors import PntGymError
 
 CHUNK = 2048
-"""Rows worked on at once: an array of four arms is then 64 KiB, small enough for the cache and for cheap reuse."""
+"""Rows of a piece: an array of four arms is then 64 KiB, small enough for the cache and for cheap reuse."""
 
 
 class PoseError(PntGymError):
-    """A pose the robot cannot take, or an array that holds no poses."""
+    """A pose that the robot cannot take, or an array of the wrong shape for poses."""
 
 
 def pose_rows(pose: ArrayLike, name: str = "pose", width: int = 4) -> tuple[tuple[int, ...], Floats]:
     """Return the leading shape and the (M, width) rows of ``pose`` (..., width).
 
     Raises:
-        PoseError: the last axis is not of that width, or a number is NaN or infinite.
+        PoseError: the last axis does not have the width, or a number is NaN or infinite.
     """
     shape, rows = any_rows(pose, name, width)
     bad = ~np.isfinite(rows)
@@ -32,7 +32,7 @@ def pose_rows(pose: ArrayLike, name: str = "pose", width: int = 4) -> tuple[tupl
 
 
 def any_rows(values: ArrayLike, name: str, width: int) -> tuple[tuple[int, ...], Floats]:
-    """``pose_rows`` that lets NaN and infinity through."""
+    """Return the leading shape and the rows as ``pose_rows``; NaN and infinity pass."""
     array = np.asarray(values, dtype=np.float64)
     if array.ndim == 0 or array.shape[-1] != width:
         raise PoseError(f"{name} must have shape (..., {width}), got {array.shape}")
@@ -40,13 +40,13 @@ def any_rows(values: ArrayLike, name: str, width: int) -> tuple[tuple[int, ...],
 
 
 def pieces(count: int, size: int = CHUNK) -> Iterator[slice]:
-    """Yield the slices that cut ``count`` rows into pieces of ``size``; at least one, which may be empty."""
+    """Yield slices of at most ``size`` that cover ``count`` rows; at least one slice, empty for no rows."""
     for start in range(0, max(count, 1), size):
         yield slice(start, min(start + size, count))
 
 
 def in_pieces(of: Callable[[Floats], Floats], rows: Floats) -> Floats:
-    """Return what ``of`` makes (M, ...) of the components (K, M) of rows (M, K), worked out piece by piece."""
+    """Return values (M, ...) of rows (M, K), piece by piece; ``of`` computes values from components (K, M)."""
     return np.concatenate([np.ascontiguousarray(of(columns(rows[piece]))) for piece in pieces(len(rows))])
 
 
@@ -56,7 +56,7 @@ def columns(rows: Floats) -> Floats:
 
 
 def pose_pairs(start: ArrayLike, end: ArrayLike) -> tuple[tuple[int, ...], Floats, Floats]:
-    """Two arrays of poses as rows (N, 4), with the shape (...,) that they share.
+    """Return the leading shape (...,) that two arrays of poses share, and both arrays as rows (N, 4).
 
     Raises:
         PoseError: the shapes differ or are wrong, or a number is not finite.

@@ -1,4 +1,4 @@
-"""What the motors can do."""
+"""Limits of the motors."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ MOTOR_SPEED: Final = 70.0 * 2.0 * np.pi / 60.0
 @final
 @dataclass(frozen=True)
 class JointLimits:
-    """What every motor can do.
+    """Largest speed and acceleration of every motor.
 
     Raises:
-        ConfigError: (a ValueError) a limit that is not positive.
+        ConfigError: (a ValueError) a limit is not positive.
     """
 
     speed: float = MOTOR_SPEED
     """[rad/s]"""
     acceleration: float = np.inf
-    """[rad/s2]; not published, so without a bound unless given."""
+    """[rad/s2]; not published, so unbounded by default."""
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.speed) and self.speed > 0.0):

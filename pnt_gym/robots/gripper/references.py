@@ -1,4 +1,4 @@
-"""Where the model's joints are in a pose of the platform, and what its motors are told along a motion."""
+"""Joint positions of the model in a pose of the platform, and motor references along a motion."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from pnt_gym.robots.gripper.pose import PoseError, columns, pose_rows
 @final
 @dataclass(frozen=True, eq=False)
 class MotorReferences:
-    """What the motors are told at the start of every step; (..., S, 4) each."""
+    """Angle, speed and torque references of the motors at the start of every step; (..., S, 4) each."""
 
     angle: Floats
     """[rad]"""
@@ -56,7 +56,7 @@ def closed_pose(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE) -> Floats:
     at = joints(columns(rows), dimensions)
     cos, sin = np.cos(q), np.sin(q)
     out, up = at.out - dimensions.r * cos, at.up - dimensions.r * sin
-    # Along each arm's own y axis, which turns with the arm's azimuth.
+    # Coordinate along each arm's own y axis, which turns with the arm's azimuth.
     side = at.along * np.array([1.0, -1.0, -1.0, 1.0])[:, None]
     forward, above = out * cos + up * sin, up * cos - out * sin
     swing, tilt = np.arctan2(forward, -above), np.arcsin(np.clip(side / dimensions.l, -1.0, 1.0))
@@ -74,18 +74,18 @@ def motor_references(
     payload: ArrayLike = 0.0,
     share: ArrayLike = 1.0,
 ) -> MotorReferences:
-    """Return what the motors are told along poses that are one physics step apart.
+    """Return the motor references along poses that are one physics step apart.
 
-    Speeds and accelerations are central differences. The torque moves the motor, the arm, the forearm (half of it at
-    each end) and the platform with its load, and makes up for what the motor's speed takes.
+    Speeds and accelerations are central differences. The torque moves the motor, the arm, the forearm (half of its mass
+    at each end) and the platform with its load, and makes up for the torque lost to the motor's speed.
 
     Args:
         pose: (..., S, 4) x, y, z [m], theta [rad], S at least 3, smooth in time.
-        step: between the poses [s].
+        step: time between the poses [s].
         dimensions: lengths.
         build: masses and servos.
         payload: mass that the platform carries, broadcast against (..., S) [kg].
-        share: of the torque that is fed forward, broadcast against (..., S, 4).
+        share: share of the torque that is fed forward, broadcast against (..., S, 4).
 
     Raises:
         PoseError: (a ValueError) a pose is out of reach, or there are fewer than three.
@@ -105,14 +105,14 @@ def motor_references(
 
 
 def _own_torque(q: Floats, speed: Floats, acceleration: Floats, dims: Dimensions, build: Build) -> Floats:
-    """Of motor, arm and the upper half of the forearm."""
+    """Torque that moves motor, arm and the upper half of the forearm [N m]."""
     inertia = build.servo.armature + (build.arm_mass / 3.0 + build.rod_mass / 2.0) * dims.r**2
     weight = (build.arm_mass + build.rod_mass) * GRAVITY * dims.r / 2.0
     return inertia * acceleration + build.servo.damping * speed + weight * np.cos(q)
 
 
 def _platform_torque(pose: Floats, acceleration: Floats, mass: Floats, dims: Dimensions) -> Floats:
-    """What holds and moves the platform: its force through the transposed Jacobian; folding needs next to none."""
+    """Torque that holds and moves the platform [N m]: J_inv^T torque = force, with no force on the folding angle."""
     force = np.zeros(pose.shape)
     force[..., :3] = acceleration * mass[..., None]
     force[..., 2] += mass * GRAVITY

@@ -1,4 +1,4 @@
-"""How the gripper robot looks: massless geoms that touch nothing, group 1 for the base and group 2 for what moves."""
+"""Visual geoms of the gripper robot, massless and without contacts: group 1 for the base, group 2 for moving parts."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _PRINT: Colour = (0.20, 0.48, 0.74, 1.0)
 
 
 def dress_base(spec: MjSpec, dims: Dimensions) -> None:
-    """A plate above the four servos."""
+    """Draw a plate above the four servos."""
     brush, s = Brush(spec.worldbody.add_body(name="base"), FIXED_GROUP), _scale(dims)
     brush.cylinder((0, 0, 0.025 * s), (0, 0, 0.033 * s), 1.35 * dims.k, PAINT)
     brush.cylinder((0, 0, 0.033 * s), (0, 0, 0.040 * s), 0.35 * dims.k, STEEL)
@@ -27,7 +27,7 @@ def dress_base(spec: MjSpec, dims: Dimensions) -> None:
 
 
 def dress_arm(body: MjsBody, dims: Dimensions) -> None:
-    """A fork on both sides of the servo, and the elbow's axle."""
+    """Draw a fork on both sides of the servo, and the elbow's axle."""
     brush, s = Brush(body), _scale(dims)
     spread = 0.020 * s
     for side in (-spread, spread):
@@ -36,7 +36,7 @@ def dress_arm(body: MjsBody, dims: Dimensions) -> None:
 
 
 def dress_rod(body: MjsBody, dims: Dimensions) -> None:
-    """Both tubes of the parallelogram."""
+    """Draw both tubes of the parallelogram."""
     brush, s = Brush(body), _scale(dims)
     spread = 0.016 * s
     for side in (-spread, spread):
@@ -45,7 +45,7 @@ def dress_rod(body: MjsBody, dims: Dimensions) -> None:
 
 
 def dress_middle(body: MjsBody, dims: Dimensions) -> None:
-    """The bar between forearms 1 and 3 with the bearings of the halves."""
+    """Draw the bar between forearms 1 and 3 with the bearings of the halves."""
     brush, s = Brush(body), _scale(dims)
     brush.box((0, 0, 0), (dims.u, 0.006 * s, 0.003 * s), PAINT)
     for y in (-dims.v, dims.v):
@@ -55,14 +55,14 @@ def dress_middle(body: MjsBody, dims: Dimensions) -> None:
 
 
 def dress_half(body: MjsBody, dims: Dimensions, sign: float) -> None:
-    """A gear wheel of the radius v and the lever to the forearm."""
+    """Draw a gear wheel of the radius v and the lever to the forearm."""
     brush, s = Brush(body), _scale(dims)
     brush.cylinder((-0.005 * s, 0, 0), (0.005 * s, 0, 0), 0.98 * dims.v, ACCENT)
     brush.capsule((0, 0, 0), (0, sign * dims.w, 0), 0.004 * s, _PRINT)
 
 
 def dress_finger(body: MjsBody, claws: Claws, pad: tuple[float, float, float], sign: float) -> None:
-    """A bent bar from the folding axis to the back of the pad."""
+    """Draw a bent bar from the folding axis to the back of the pad."""
     brush, length = Brush(body), claws.length
     plate, spread, thick = 0.03 * length, 0.3 * claws.pad[0], 0.04 * length
     back = pad[1] + sign * (claws.pad[1] / 2.0 + plate)
@@ -74,5 +74,5 @@ def dress_finger(body: MjsBody, claws: Claws, pad: tuple[float, float, float], s
 
 
 def _scale(dims: Dimensions) -> float:
-    """Size over that of the prototype."""
+    """Size of the robot over the size of the prototype."""
     return dims.r / PROTOTYPE.r

@@ -4,9 +4,9 @@ The plane of the throw is the world's x and z; the paper's y is the world's z. T
 world's -y through the origin, so that angles count anticlockwise with x to the right and z up, and its upper surface
 passes through the pivot. A thrown part is a body with two slides and a hinge about -y: its angle is never wrapped.
 
-What of the actuator's limits (Eqs. 8-10) is in the engine: the torque bound tau_max on the whole motor torque, position
-and speed feedback and feed-forward together. The bound falls with speed beyond the knee of the torque-speed curve and
-the speed is bounded; those two the plan keeps, and a plant that saturates shows it in its torque.
+Of the actuator's limits (Eqs. 8-10) the engine keeps the torque bound tau_max on the whole motor torque, position and
+speed feedback and feed-forward together. The plan keeps the two other limits: the bound that falls with speed beyond
+the knee of the torque-speed curve, and the largest speed. Saturation of the simulated motor shows in its torque.
 """
 
 from __future__ import annotations
@@ -26,33 +26,33 @@ GRIP_SOLREF: Final = (0.002, 1.0)
 GRIP_SOLIMP: Final = (0.999, 0.9999, 0.001, 0.5, 2.0)
 """Impedance of the grip: nearly rigid from the first micrometre on."""
 STOPPER_HEIGHT: Final = 0.002
-"""Of the two stoppers that keep the object from sliding (Miyashita et al. 2010, section 6) [m]."""
+"""Height of the two stoppers that keep the object from sliding (Miyashita et al. 2010, section 6) [m]."""
 STOPPER_WIDTH: Final = 0.004
-"""Along the arm [m]; drawn, and of no effect as long as the object does not pass over it."""
+"""Width of a stopper along the arm [m]; without effect as long as the object does not pass over the stopper."""
 STOPPER_GAP: Final = 5e-5
-"""Clearance between a stopper and the object, so that laying it down is not a collision [m]."""
+"""Clearance between a stopper and the object, so that laying the object down is not a collision [m]."""
 SURFACE_FRICTION: Final = 0.4
-"""Wood on aluminium, assumed."""
+"""Friction coefficient of wood on aluminium, assumed."""
 PART_BIT: Final = 1
-"""Contact bit of thrown parts and of everything that catches them."""
+"""Contact bit of thrown parts and of all bodies that catch thrown parts."""
 ARM_BIT: Final = 2
-"""Contact bit of the arm, for parts that lie on it."""
+"""Contact bit of the arm, for parts that lie on the arm."""
 
 _CONTACT_SOLREF = (0.002, 1.0)
 _CONTACT_SOLIMP = (0.99, 0.999, 0.0001, 0.5, 2.0)
 _LONG_AXIS_INERTIA = 0.0025
-"""Of the plate about its long axis, which never turns [kg m2]."""
+"""Inertia of the plate about its long axis, about which the plate never turns [kg m2]."""
 
 
 @final
 @dataclass(frozen=True)
 class Drive:
-    """The joint's controller, and what the joint is in truth.
+    """Gains of the joint's controller, and the joint's true inertia and friction.
 
     Attributes:
         kp: position feedback [N m/rad].
         kv: speed feedback [N m s/rad].
-        inertia_factor: true inertia of plate and actuator over the planned one.
+        inertia_factor: true inertia of plate and actuator over the planned inertia.
         friction: true Coulomb friction [N m].
         viscous: true viscous friction [N m s/rad].
     """
@@ -67,20 +67,20 @@ class Drive:
 @final
 @dataclass(frozen=True)
 class GripNames:
-    """What holds one part on the arm: names of the site on the arm and of the two equalities."""
+    """Names of the elements that hold one part on the arm: the site on the arm and the two equalities."""
 
     seat: str
     equalities: tuple[str, str]
 
 
 def add_one_joint(spec: MjSpec, arm: Arm, drive: Drive, touches: bool) -> MjsBody:
-    """Add stand, arm and motor; names are "arm" for body and joint, "motor" for the actuator.
+    """Add stand, arm and motor: body and joint are named "arm", the actuator "motor".
 
     The motor takes three consecutive controls: angle, speed and feed-forward torque.
 
     Args:
         spec: a mujoco.MjSpec.
-        arm: what the planner knows.
+        arm: the arm as the planner knows it.
         drive: controller and true joint.
         touches: whether a part lies on the arm by contact, between two stoppers named "stopper_inner" and
             "stopper_outer"; if not, the arm touches nothing.
@@ -110,17 +110,17 @@ def add_one_joint(spec: MjSpec, arm: Arm, drive: Drive, touches: bool) -> MjsBod
 
 
 def add_plane_joints(body: MjsBody, name: str) -> None:
-    """Let a body move in the plane: slides "NAME_x" and "NAME_z", and the hinge "NAME_phi" [m, m, rad]."""
+    """Add the joints of motion in the plane: slides "NAME_x" and "NAME_z" [m], and the hinge "NAME_phi" [rad]."""
     body.add_joint(name=f"{name}_x", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[1, 0, 0])
     body.add_joint(name=f"{name}_z", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[0, 0, 1])
     body.add_joint(name=f"{name}_phi", axis=[0, -1, 0])
 
 
 def add_grip(spec: MjSpec, arm: MjsBody, body: MjsBody, name: str) -> GripNames:
-    """Hold a part rigidly on the arm, with its centre of mass at a site of the arm and turned as the arm is.
+    """Add equalities that hold a part rigidly on the arm: its centre of mass at a site, its angle equal to the arm's.
 
-    A point and an angle are coupled instead of a weld: the angle's row is then exact over whole turns. The part's body
-    has the joints of `add_plane_joints`, by its name.
+    Two equalities couple a point and an angle instead of a weld, so that the angle is exact over whole turns. The
+    part's body has the joints that `add_plane_joints` adds for the same name.
     """
     names = GripNames(f"seat_{name}", (f"hold_{name}", f"turn_{name}"))
     add_site(arm, names.seat)
@@ -132,7 +132,7 @@ def add_grip(spec: MjSpec, arm: MjsBody, body: MjsBody, name: str) -> GripNames:
 
 
 def _add_surface(body: MjsBody, arm: Arm) -> None:
-    """The plate as something to lie on, and its stoppers; the plant moves them to the object."""
+    """Add the plate's surface for contacts, and the stoppers, which the simulation moves to the object."""
     shared = {
         "type": mujoco.mjtGeom.mjGEOM_BOX,
         "mass": 0,
@@ -152,7 +152,7 @@ def _add_surface(body: MjsBody, arm: Arm) -> None:
         **shared,
     )
     for name in ("stopper_inner", "stopper_outer"):
-        # Bodies of their own, because a body that is moved takes its collision tree along and a geom does not.
+        # Each stopper is a body, because a body that is moved takes its collision tree along and a geom does not.
         body.add_body(name=name).add_geom(
             name=name,
             size=[STOPPER_WIDTH / 2, arm.width / 2, STOPPER_HEIGHT / 2],

@@ -1,8 +1,8 @@
 """Motor references of the thrower: angle, speed and feed-forward torque for every physics step.
 
-Semi-implicit Euler moves a joint by the speed at the middle of the step. References made of the planned speed at the
-middle of each step are therefore followed without error, and a release in the middle of a step lets go with exactly
-the planned speed, although the acceleration jumps there.
+Semi-implicit Euler moves a joint by the speed at the middle of the step. The joint therefore follows references made of
+the planned speeds at the middles of steps without error, and a release in the middle of a step lets go with exactly the
+planned speed, although the acceleration jumps at the release.
 """
 
 from __future__ import annotations
@@ -21,27 +21,27 @@ from pnt_gym.planning.one_joint.parameters import Arm
 @final
 @dataclass(frozen=True)
 class Load:
-    """What lies on the arm, as the controller knows it; every field is (N,)."""
+    """The object on the arm, as the controller knows it; every field is (N,)."""
 
     mass: Floats
     """[kg]"""
     inertia: Floats
-    """About its centre of mass [kg m2]."""
+    """Inertia about the object's centre of mass [kg m2]."""
     radius: Floats
-    """r: from the pivot to the centre of mass, along the arm [m]."""
+    """r: distance from the pivot to the centre of mass, along the arm [m]."""
     height: Floats
-    """d: of the centre of mass above the arm [m]."""
+    """d: height of the centre of mass above the arm [m]."""
 
 
 @final
 @dataclass(frozen=True)
 class Clock:
-    """Where each simulation's steps lie on its motion's own clock."""
+    """Start time and release step of each simulation, on the clock of its planned motion."""
 
     start: Floats
     """Time of the beginning of step 0 (N,) [s]; at most one step before the motion begins."""
     release_step: Ints
-    """The last step with grip (N,); the release is in its middle."""
+    """The last step with grip (N,); the release is in the middle of this step."""
 
     @classmethod
     def releasing_at(cls, release: Floats, step: float) -> Clock:
@@ -55,11 +55,11 @@ def motor_references(motion: ArmMotion, load: Load, clock: Clock, arm: Arm, step
 
     Args:
         motion: N motions.
-        load: what the arm carries until the planned release.
-        clock: where the steps lie.
-        arm: as the controller knows it.
+        load: the object that the arm carries until the planned release.
+        clock: start time and release step.
+        arm: the arm as the controller knows it.
         step: physics step [s].
-        steps: how many.
+        steps: number of physics steps.
     """
     begin = clock.start[:, None] + np.arange(-1, steps) * step
     middle = motion.sample(begin + 0.5 * step).speed

@@ -1,4 +1,4 @@
-"""How the thrower looks: massless geoms that touch nothing, group 1 for the stand and group 2 for the arm."""
+"""Visual geoms of the one-joint thrower, massless and without contacts: group 1 for the stand, group 2 for the arm."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from pnt_gym.planning.one_joint.parameters import Arm
 from pnt_gym.robots.brush import ACCENT, FIXED_GROUP, MOTOR, PAINT, Brush, Colour
 
 STAND_DEPTH: Final = 0.16
-"""The stand's column is this far behind the plane of the throw [m]."""
+"""Distance of the stand's column behind the plane of the throw [m]."""
 FLOOR: Final = -0.70
-"""Height of the floor; the arm and what it throws stay above [m]."""
+"""Height of the floor [m]; the arm and the thrown parts stay above the floor."""
 
 _ALUMINIUM: Colour = (0.80, 0.82, 0.85, 1.0)
 _STEEL: Colour = (0.55, 0.58, 0.62, 1.0)
 
 
 def dress_arm(body: MjsBody, arm: Arm) -> None:
-    """A plate whose upper surface passes through the pivot, clamped to a hub behind the plane."""
+    """Draw a plate whose upper surface passes through the pivot, clamped to a hub behind the plane."""
     brush, half, thin = Brush(body), arm.length / 2, arm.thickness / 2
     tip = 0.012
     brush.box((0, 0, -thin), (half - tip, arm.width / 2, thin), _ALUMINIUM)
@@ -30,7 +30,7 @@ def dress_arm(body: MjsBody, arm: Arm) -> None:
 
 
 def dress_stand(spec: MjSpec, arm: Arm) -> None:
-    """Motor on a column behind the plane, out of the way of what is thrown."""
+    """Draw a motor on a column behind the plane, out of the way of thrown parts."""
     brush = Brush(spec.worldbody.add_body(name="column"), FIXED_GROUP)
     back = STAND_DEPTH
     brush.cylinder((0, back - 0.050, 0), (0, back + 0.070, 0), 0.055, MOTOR)

@@ -30,7 +30,7 @@ class HandMotion:
     def stack(
         cls, position: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike, payload: ArrayLike = 0.0
     ) -> tuple[tuple[int, ...], "HandMotion"]:
-        """From broadcastable (..., 3) arrays and a (...,) payload; also returns the leading shape."""
+        """Return the leading shape and the motion of broadcastable (..., 3) arrays and a (...,) payload."""
         x, v, a = np.broadcast_arrays(position, velocity, acceleration)
         shape, points = components(x)
         mass = np.broadcast_to(np.asarray(payload, dtype=np.float64), shape).reshape(-1)
@@ -49,7 +49,7 @@ class JointMotion:
 
 
 def joint_motion(hand: HandMotion, geometry: T3krGeometry = T3KR) -> JointMotion:
-    """Everything the motors must do for a motion of the TCP; not finite where out of reach or singular."""
+    """Joint motion and motor torques for a motion of the TCP; not finite where out of reach or singular."""
     with np.errstate(invalid="ignore", divide="ignore"):
         arms = solve_arms(hand.position, geometry)
         rows = jacobian_rows(arms, geometry)
@@ -63,13 +63,16 @@ def joint_motion(hand: HandMotion, geometry: T3krGeometry = T3KR) -> JointMotion
 
 
 def _elbow_component(arms: ArmPose, vector: Floats, geometry: T3krGeometry) -> Floats:
-    """(3, M) world vectors along each elbow's direction of travel, (4, M)."""
+    """Components (4, M) of (3, M) world vectors along each elbow's direction of travel."""
     frames = geometry.arms
     return vector[2] * arms.cos - (frames.cos * vector[0] + frames.sin * vector[1]) * arms.sin
 
 
 def _joint_acceleration(arms: ArmPose, rows: Floats, q_dot: Floats, hand: HandMotion, geometry: T3krGeometry) -> Floats:
-    """Second derivative of |rod| = const: rod . (a - L q'' t + L q'^2 n) + |rod'|^2 = 0, (4, M)."""
+    """Joint accelerations q'' (4, M) from the second derivative of |rod| = const.
+
+    rod . (a - L q'' t + L q'^2 n) + |rod'|^2 = 0, with the elbow along n and its direction of travel t.
+    """
     length, (v_x, v_y, v_z), (a_x, a_y, a_z) = geometry.arm_length, hand.velocity, hand.acceleration
     elbow = length * q_dot
     speed2 = v_x * v_x + v_y * v_y + v_z * v_z
@@ -80,7 +83,7 @@ def _joint_acceleration(arms: ArmPose, rows: Floats, q_dot: Floats, hand: HandMo
 
 
 def _arm_torque(arms: ArmPose, q_ddot: Floats, hand: HandMotion, geometry: T3krGeometry) -> Floats:
-    """Torque for the motor, the arm and the rods' upper ends, (4, M)."""
+    """Torque (4, M) [N m] that moves the motor, the arm and the rods' upper ends."""
     length, rods = geometry.arm_length, 2.0 * geometry.rod_mass
     arm = geometry.arm_inertia + geometry.arm_mass * geometry.arm_com**2
     inertia = geometry.armature + arm + rods * length**2 / 3.0
@@ -90,7 +93,7 @@ def _arm_torque(arms: ArmPose, q_ddot: Floats, hand: HandMotion, geometry: T3krG
 
 
 def _platform_load(arms: ArmPose, q_dot: Floats, q_ddot: Floats, hand: HandMotion, geometry: T3krGeometry) -> Floats:
-    """Force (3, M) the platform with its payload and the rods' lower ends ask for, N."""
+    """Force (3, M) [N] that moves the platform, its payload and the rods' lower ends."""
     frames, length, rods = geometry.arms, geometry.arm_length, 2.0 * geometry.rod_mass
     spin2 = q_dot * q_dot
     out, up = -(q_ddot * arms.sin + spin2 * arms.cos), q_ddot * arms.cos - spin2 * arms.sin

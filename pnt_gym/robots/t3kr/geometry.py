@@ -1,8 +1,8 @@
-"""Every number of the T3KR-class robot, once, with its unit and the reason for it.
+"""Dimensions, masses and motors of the T3KR-class robot, each with its unit and reason.
 
-The robot itself (four arms, parallelogram forearms, 530 N m motors) is the one of Hassan et al. 2022, who
-publish neither its lengths nor its masses. The numbers here are ours: found by a search for a mechanism that
-reaches the published workspace. They agree in size with the published torque rating, which is no proof:
+The robot (four arms, parallelogram forearms, 530 N m motors) is the robot of Hassan et al. 2022, who publish
+neither its lengths nor its masses. The numbers here are ours, from a search for a mechanism that reaches the
+published workspace. The numbers agree in size with the published torque rating, which is no proof:
 5 kg at 12 g along the belt needs 340 to 660 N m by direction and place.
 """
 
@@ -67,21 +67,21 @@ class T3krGeometry(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     arm_length: Positive = 0.75
-    """Motor axis to elbow. Below 0.70 the ellipse cannot be covered for z from -0.9 to 0."""
+    """Motor axis to elbow. Arms shorter than 0.70 m cannot cover the ellipse for z from -0.9 to 0."""
     rod_length: Positive = 1.05
     """Elbow to platform joint."""
     pivot_x: Positive = 0.30
     """Motor axes stand at (+-pivot_x, +-pivot_y, pivot_z)."""
     pivot_y: Positive = 0.15
     pivot_z: Finite = 0.55
-    """The base is above z = 0, the top of the workspace."""
+    """Height of the motor axes, above z = 0, the top of the workspace."""
     arm_azimuth: Acute = float(np.deg2rad(75.0))
     """Arm planes at +-75 and 180 +- 75 degrees: the arms swing mostly along y, the workspace's long axis."""
     attach_radius: Positive = 0.10
-    """Forearm joints on a circle of this radius; 0.10 keeps neighbouring ball joints 45 mm apart."""
+    """Radius of the circle of forearm joints; 0.10 keeps 45 mm between neighbouring ball joints."""
     attach_azimuth: Acute = float(np.deg2rad(45.0))
     attach_height: Positive = 0.10
-    """Plane of the forearm joints above the TCP, which leaves room for the suction cup."""
+    """Height of the forearm joints above the TCP, which leaves room for the suction cup."""
     rod_spacing: Positive = 0.10
     """Width of each parallelogram."""
 
@@ -89,11 +89,11 @@ class T3krGeometry(BaseModel):
     arm_com: Positive = 0.30
     """Distance of the arm's centre of mass from the motor axis; the arm tapers, so less than half-way."""
     rod_mass: Positive = 0.25
-    """One rod; a forearm has two."""
+    """One rod; a forearm has two rods."""
     platform_mass: Positive = 2.0
     """Platform with the suction gripper, without an object."""
     armature: Positive = 0.25
-    """Motor and gear inertia felt at the arm, kg m^2."""
+    """Motor and gear inertia at the arm, kg m^2."""
 
     torque_limit: Positive = 530.0
     """Per motor, N m (Hassan et al. 2022, the robot's published rating)."""

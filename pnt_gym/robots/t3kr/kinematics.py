@@ -2,7 +2,7 @@
 
 Joint angles are measured from the outward horizontal, up positive; arm i stands in quadrant i,
 counter-clockwise from (+x, +y). The platform never rotates. All arithmetic is
-element-wise, so the result for one pose does not depend on which others are in the batch.
+element-wise, so a pose's result does not depend on the batch's other poses.
 """
 
 from dataclasses import dataclass
@@ -18,22 +18,22 @@ from pnt_gym.robots.t3kr.geometry import N_ARMS, T3KR, T3krGeometry
 @final
 @dataclass(frozen=True)
 class ArmPose:
-    """Where the four arms are, in their own frames; every array is (4, M). NaN where out of reach."""
+    """Angles and rods of the four arms, each in its own frame; every array is (4, M). NaN where out of reach."""
 
     cos: Floats
     """Cosine of the arm angle."""
     sin: Floats
     """Sine of the arm angle."""
     rod_x: Floats
-    """Elbow to platform joint, outward, m."""
+    """Rod from elbow to platform joint, outward component, m."""
     rod_y: Floats
-    """The same along the motor axis."""
+    """Component of the rod along the motor axis, m."""
     rod_z: Floats
-    """The same upward."""
+    """Upward component of the rod, m."""
     root: Floats
-    """Minus the rod along the elbow's direction of travel, m: zero where the arm is singular."""
+    """Minus the rod's component along the elbow's direction of travel, m: zero where the arm is singular."""
     reach: Floats
-    """Pivot to platform joint along the arm, m."""
+    """Component along the arm of the vector from pivot to platform joint, m."""
 
 
 def components(points: ArrayLike) -> tuple[tuple[int, ...], Floats]:
@@ -43,7 +43,7 @@ def components(points: ArrayLike) -> tuple[tuple[int, ...], Floats]:
 
 
 def per_arm(values: Floats, shape: tuple[int, ...]) -> Floats:
-    """(4, M) values as (*shape, 4); a pose that any arm cannot reach is NaN for all four."""
+    """(4, M) values as (*shape, 4); a pose that any arm cannot reach is NaN for all four arms."""
     values[:, np.isnan(values).any(axis=0)] = np.nan
     return np.ascontiguousarray(values.T).reshape(*shape, N_ARMS)
 
@@ -86,8 +86,8 @@ def inverse_kinematics(tcp: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
 def forward_kinematics(q: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
     """TCP for given arm angles: the point whose four rod lengths fit best.
 
-    Four rods and three coordinates: trilateration on three rods, then two Gauss-Newton steps on all four. For
-    angles that belong to a pose this is that pose; for measured angles it is the least-squares one.
+    Four rods and three coordinates: trilateration on three rods, then two Gauss-Newton steps on all four. Angles
+    that belong to a pose give that pose; measured angles give the least-squares point.
 
     Args:
         q: (..., 4) arm angles, rad.
@@ -118,7 +118,10 @@ def _dot(a: Floats, b: Floats) -> Floats:
 
 
 def _trilaterate(a: Floats, b: Floats, c: Floats, radius: float) -> Floats:
-    """Lower of the two points at one distance from three (3, M) centres: below their circumcentre."""
+    """Lower of the two points at distance `radius` from three (3, M) centres, below the centres' circumcentre.
+
+    With the normal n = ab x ac the circumcentre is a + (|ac|^2 n x ab + |ab|^2 ac x n) / (2 |n|^2).
+    """
     ab, ac = b - a, c - a
     normal = np.cross(ab, ac, axis=0)
     area = _dot(normal, normal)
@@ -129,7 +132,7 @@ def _trilaterate(a: Floats, b: Floats, c: Floats, radius: float) -> Floats:
 
 
 def _fit_step(rods: Floats, length: float) -> Floats:
-    """Gauss-Newton step (3, M) that brings the (3, 4, M) rods to their length."""
+    """Gauss-Newton step (3, M) of the TCP that brings the (3, 4, M) rods to their length."""
     norm = np.sqrt(_dot(rods, rods))
     unit = rods / norm
     load = (unit * (length - norm)).sum(axis=1)
@@ -150,7 +153,10 @@ def solve_normal(rows: Floats, load: Floats) -> Floats:
 
 
 def jacobian_rows(arms: ArmPose, geometry: T3krGeometry = T3KR) -> Floats:
-    """dq/dx as (3, 4, M): component of the TCP, arm, pose. From rod . (v - L dq/dt t) = 0."""
+    """dq/dx as (3, 4, M), by component of the TCP, arm, pose, from rod . (v - L dq/dt t) = 0.
+
+    v is the TCP's velocity, t the elbow's direction of travel, L the arm's length.
+    """
     frames = geometry.arms
     with np.errstate(invalid="ignore", divide="ignore"):
         scale = -1.0 / (geometry.arm_length * arms.root)
@@ -175,7 +181,7 @@ def jacobian(tcp: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
 
 
 def closed_pose(tcp: ArrayLike, rods_per_arm: int = 1, geometry: T3krGeometry = T3KR) -> Floats:
-    """Joint positions with every loop closed, so that a simulation starts without a jerk.
+    """Joint positions of the model with every loop closed, so that a simulation starts without a jerk.
 
     Args:
         tcp: (N, 3) TCP, m.
@@ -183,7 +189,7 @@ def closed_pose(tcp: ArrayLike, rods_per_arm: int = 1, geometry: T3krGeometry = 
         geometry: the robot.
 
     Returns:
-        (N, n) positions in the order of `model.qpos_columns`: n = 15 with one rod an arm, 27 with two (the last
+        (N, n) positions in the order of `model.qpos_columns`: n = 15 with one rod per arm, 27 with two (the last
         four a quaternion); NaN rows where the TCP is out of reach.
     """
     _, points = components(np.atleast_2d(np.asarray(tcp, dtype=np.float64)))
@@ -204,7 +210,7 @@ def closed_pose(tcp: ArrayLike, rods_per_arm: int = 1, geometry: T3krGeometry = 
 def closed_velocity(
     tcp: ArrayLike, velocity: ArrayLike, rods_per_arm: int = 1, geometry: T3krGeometry = T3KR
 ) -> Floats:
-    """Joint velocities that go with `closed_pose` while the TCP moves and the loops stay closed.
+    """Joint velocities of the model while the TCP moves and the loops stay closed, at positions of `closed_pose`.
 
     Args:
         tcp: (N, 3) TCP, m.
@@ -213,7 +219,7 @@ def closed_velocity(
         geometry: the robot.
 
     Returns:
-        (N, n) velocities in the order of `model.qvel_columns`: n = 15 with one rod an arm, 26 with two (the last three
+        (N, n) velocities in the order of `model.qvel_columns`: n = 15 with one rod per arm, 26 with two (the last three
         the angular velocity of the platform, zero); NaN rows where the TCP is out of reach.
     """
     _, points = components(np.atleast_2d(np.asarray(tcp, dtype=np.float64)))
@@ -221,7 +227,7 @@ def closed_velocity(
     arms, frames = solve_arms(points, geometry), geometry.arms
     rows = jacobian_rows(arms, geometry)
     turn = rows[0] * x + rows[1] * y + rows[2] * z
-    # A rod's end moves with the platform, its other one with the elbow.
+    # The rod's lower end moves with the platform, its upper end with the elbow: difference of the two velocities.
     out = frames.cos * x + frames.sin * y + geometry.arm_length * arms.sin * turn
     along = frames.cos * y - frames.sin * x
     up = z - geometry.arm_length * arms.cos * turn

@@ -34,7 +34,7 @@ CONTROLS_PER_MOTOR = 3
 _PLATFORM_INERTIA = (0.006, 0.006, 0.010)
 """A 2 kg disc of 0.10 m radius, kg m^2."""
 _ARM_TWIST_INERTIA = 1e-3
-"""Of an arm about its long axis, kg m^2; an arm never turns about it."""
+"""Inertia of an arm about its long axis, about which an arm never turns, kg m^2."""
 _ROD_RADIUS = 0.008
 """Carbon tube, m."""
 
@@ -42,17 +42,17 @@ _ROD_RADIUS = 0.008
 @final
 @dataclass(frozen=True)
 class T3krHandles:
-    """Names of what `add_t3kr` added, in the order of the compiled model's arrays."""
+    """Names of the elements that `add_t3kr` added, in the order of the compiled model's arrays."""
 
     rods: Rods
     geometry: T3krGeometry
     joints: tuple[str, ...]
-    """Every joint, in the order of `closed_pose`: per arm its hinge and its rods', then the platform's."""
+    """Joints in the order of `closed_pose`: each arm's hinge and rod joints, then the platform's."""
     arm_joints: tuple[str, ...]
     actuators: tuple[str, ...]
-    """Motors; each takes three consecutive controls: position, velocity, feed-forward torque."""
+    """Motors; each motor takes three consecutive controls: position, velocity, feed-forward torque."""
     equalities: tuple[str, ...]
-    """Loop closures. All must stay active."""
+    """Loop closures; all of them must stay active."""
     platform: str = "platform"
     """Body whose origin is the TCP."""
     tcp: str = "tcp"
@@ -60,19 +60,19 @@ class T3krHandles:
 
     @property
     def rods_per_arm(self) -> int:
-        """1 or 2."""
+        """Rods per arm, 1 or 2."""
         return len(self.equalities) // N_ARMS
 
     def prefixed(self, prefix: str) -> Self:
-        """The names that a robot has once its specification is attached to another one with a prefix."""
+        """The names of the robot's elements after its specification is attached to another one with a prefix."""
         lists = {name: tuple(prefix + one for one in getattr(self, name)) for name in _LISTS}
         return replace(self, platform=prefix + self.platform, tcp=prefix + self.tcp, **lists)
 
 
 def add_t3kr(spec: MjSpec, geometry: T3krGeometry = T3KR, rods: Rods = "four") -> T3krHandles:
-    """Add the robot to a model specification, whose z = 0 is the top of its workspace, and return the names.
+    """Add the robot to a model specification and return the names; z = 0 is the top of the robot's workspace.
 
-    Four rods are fast; eight, complete parallelograms, are for validation.
+    The model with four rods is fast; the model with eight rods, complete parallelograms, is for validation.
 
     Raises:
         ConfigError: (a ValueError) rods is neither "four" nor "eight".
@@ -92,7 +92,7 @@ def add_t3kr(spec: MjSpec, geometry: T3krGeometry = T3KR, rods: Rods = "four") -
 
 
 def _rods(geometry: T3krGeometry, arm: int, rods: Rods) -> dict[str, float]:
-    """Names of one arm's rods, and where each sits along the motor axis, m from its middle."""
+    """Names of an arm's rods, with each rod's offset along the motor axis from the elbow's middle [m]."""
     half = geometry.rod_spacing / 2
     return {f"rod_{arm}": 0.0} if rods == "four" else {f"rod_{arm}_left": half, f"rod_{arm}_right": -half}
 
@@ -146,7 +146,7 @@ def qvel_columns(model: MjModel, handles: T3krHandles) -> Ints:
 
 
 def _columns(model: MjModel, handles: T3krHandles, address: str, of_ball: int) -> Ints:
-    """(n,) columns of all joints, of which a ball has `of_ball`."""
+    """(n,) columns of all joints; a ball joint has `of_ball` columns, any other joint has one."""
     ball = int(mujoco.mjtJoint.mjJNT_BALL.value)
     columns: list[int] = []
     for name in handles.joints:
@@ -159,7 +159,7 @@ def _columns(model: MjModel, handles: T3krHandles, address: str, of_ball: int) -
 def control_columns(model: MjModel, handles: T3krHandles) -> Ints:
     """(12,) columns of ctrl: position, velocity and feed-forward torque of motor 0, then of motors 1 to 3.
 
-    A motor has three controls, so its controls are found through `actuator_ctrladr`, not through its id.
+    A motor has three controls, so the columns come from `actuator_ctrladr`, not from the motor's id.
     """
     starts = [int(model.actuator_ctrladr[model.actuator(name).id]) for name in handles.actuators]
     return np.array([start + k for start in starts for k in range(CONTROLS_PER_MOTOR)], dtype=np.int64)

@@ -1,8 +1,8 @@
-"""Motor references: what the controls must be for the hand to follow a Cartesian motion.
+"""Motor references: controls that make the hand follow a Cartesian motion.
 
 Inverse kinematics and dynamics are evaluated at coarse knots (say every 4 ms). Between knots the joint
 angle is the cubic with the exact end angles and velocities, the joint velocity is that cubic's derivative,
-and the torque is linear. Everything is element-wise, so a row does not depend on the other rows.
+and the torque is linear. All arithmetic is element-wise, so a row does not depend on the other rows.
 """
 
 from operator import methodcaller
@@ -19,7 +19,7 @@ N_CONTROLS = 12
 """Position, velocity and feed-forward torque of four motors, in this order per motor."""
 
 _BLOCK = 4096
-"""Poses evaluated together: their temporaries stay in the processor's second-level cache."""
+"""Poses evaluated together: temporary arrays of this size stay in the processor's second-level cache."""
 
 
 def knot_count(steps: int, stride: int) -> int:
@@ -55,7 +55,7 @@ def joint_knots(
         geometry: the robot.
 
     Returns:
-        What the motors do at the knots, (4, N, K) arrays; NaN where a pose is out of reach.
+        Joint motion and torques at the knots, (4, N, K) arrays; NaN where a pose is out of reach.
     """
     (rows, knots), hand = HandMotion.stack(position, velocity, acceleration, payload)
     blocks: list[JointMotion] = []
@@ -85,7 +85,7 @@ def upsample(knots: JointMotion, spacing: float, stride: int, out: Floats) -> Fl
         knots: N motions at their knots.
         spacing: time between knots, s.
         stride: samples per knot interval.
-        out: (N, steps, C) with C >= 12; columns 0 to 11 are written, further ones are left as they are.
+        out: (N, steps, C) with C >= 12; columns 0 to 11 are written, further columns are left as they are.
 
     Returns:
         out.
@@ -108,7 +108,11 @@ def upsample(knots: JointMotion, spacing: float, stride: int, out: Floats) -> Fl
 
 
 def _upsample_arm(knots: JointMotion, arm: int, spacing: float, stride: int, out: Floats) -> None:
-    """Cubic Hermite in p0 + h01 (p1 - p0) + h10 v0 + h11 v1 form, its derivative, and a linear torque."""
+    """Write position, velocity and torque of one arm between knots.
+
+    The position is the cubic Hermite p0 + h01 (p1 - p0) + h10 v0 + h11 v1, the velocity its derivative; the torque is
+    linear.
+    """
     position, velocity, torque = knots.position[arm], knots.velocity[arm], knots.torque[arm]
     at_knots = out[:, ::stride]
     for channel, values in enumerate((position, velocity, torque)):

@@ -1,4 +1,4 @@
-"""How the robot looks: massless geoms that touch nothing, group 1 for the base and group 2 for what moves."""
+"""Visual geoms of the T3KR robot, massless and without contacts: group 1 for the base, group 2 for moving parts."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ _TUBE_RADIUS = 0.008
 
 
 def dress_base(spec: MjSpec, geometry: T3krGeometry) -> None:
-    """Mounting plate with a motor on each axis."""
+    """Draw the mounting plate with a motor on each axis."""
     brush = Brush(spec.worldbody.add_body(name="base", pos=[0, 0, geometry.pivot_z]), FIXED_GROUP)
     half_x, half_y = geometry.pivot_x + 0.10, geometry.pivot_y + 0.08
     brush.box((0, 0, 0.095), (half_x, half_y, 0.020), PAINT)
@@ -25,7 +25,7 @@ def dress_base(spec: MjSpec, geometry: T3krGeometry) -> None:
 
 
 def dress_arm(body: MjsBody, geometry: T3krGeometry, axle: bool) -> None:
-    """Tapered arm; the elbow carries an axle for two rods or a single joint."""
+    """Draw a tapered arm; the elbow carries an axle for two rods, or a single joint."""
     length, brush = geometry.arm_length, Brush(body)
     brush.capsule((0, 0, 0), (0.45 * length, 0, 0), 0.034, PAINT)
     brush.capsule((0.45 * length, 0, 0), (length, 0, 0), 0.022, PAINT)
@@ -36,7 +36,7 @@ def dress_arm(body: MjsBody, geometry: T3krGeometry, axle: bool) -> None:
 
 
 def dress_rod(body: MjsBody, geometry: T3krGeometry, single: bool) -> None:
-    """One carbon tube with ball joints, or a frame of two tubes when the body stands for a pair."""
+    """Draw one carbon tube with ball joints, or a frame of two tubes when the body stands for a pair of rods."""
     brush, length, half = Brush(body), geometry.rod_length, geometry.rod_spacing / 2
     for side in (0.0,) if single else (half, -half):
         brush.capsule((0, side, 0), (0, side, -length), _TUBE_RADIUS, CARBON)
@@ -47,7 +47,7 @@ def dress_rod(body: MjsBody, geometry: T3krGeometry, single: bool) -> None:
 
 
 def dress_platform(body: MjsBody, geometry: T3krGeometry, axles: bool) -> None:
-    """Disc with a bracket to each forearm, and the stem that carries the suction cup."""
+    """Draw a disc with a bracket to each forearm, and the stem that carries the suction cup."""
     brush, height = Brush(body), geometry.attach_height
     brush.cylinder((0, 0, height - 0.012), (0, 0, height + 0.012), 0.070, PAINT)
     brush.cylinder((0, 0, height + 0.012), (0, 0, height + 0.017), 0.045, ACCENT)

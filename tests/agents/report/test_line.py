@@ -10,7 +10,6 @@ import pytest
 from agents.judging.work_shifts.results import summarise
 from agents.report.line import best, gains_figure, gains_table, learned_table, line_grids, value
 from agents.report.tables import rows_of
-from agents.report.thrown import release_table, thrown_table
 
 SHIFTS = 6
 LISTS = {name: [[0.5]] for name in ("utilisation", "picks_by_robot", "recovery_by_item", "passed_by_item")}
@@ -105,27 +104,3 @@ def test_the_figure_has_a_mark_for_everybody_but_the_first_and_the_one_by_chance
     marks = [line.get_xdata()[0] for line in panel.lines if line.get_marker() == "o"]
     assert marks[:2] == [pytest.approx(100 * (70.0 / 60.0 - 1)), pytest.approx(20.0)]
     assert panel.get_xlabel() == "over fifo [%]"
-
-
-def thrown(mean: float) -> dict[str, Any]:
-    return {"value_per_min": (mean + np.linspace(-1.0, 1.0, 3)).tolist(), "pick_rate": 0.85, "success": 0.98}
-
-
-THROWN = {
-    "shifts": 3,
-    "seed": 0,
-    "thrown": {"single": {"fifo": {"full": thrown(59.0), "table": thrown(60.0)}}},
-    "release": {"analytic, fifo": thrown(50.0), "learned, residual_ppo": thrown(55.0)},
-}
-
-
-def test_throws_stand_beside_the_same_shifts_by_table() -> None:
-    (row,) = thrown_table(THROWN).rows
-    assert [row[2][:4], row[3][:4]] == ["59.0", "60.0"]
-    assert row[4:] == ["85.0 %", "98.0 %"]
-
-
-def test_releases_and_orders_are_compared_with_the_plainest() -> None:
-    first, last = release_table(THROWN).rows
-    assert first[2].startswith("+0.0 %")
-    assert last[2].startswith("+10.0 %")

@@ -1,1 +1,1 @@
-"""What lies on the belt: the stream of objects, which one is picked next, and which others a carried one meets."""
+"""The belt: the stream of objects, the choice of the next pick, and collisions of a carried object with others."""

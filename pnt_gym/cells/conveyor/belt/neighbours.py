@@ -1,7 +1,8 @@
-"""Whether a carried object sweeps through others on the belt: footprints along the hand's path, in arrays.
+"""Collisions of a carried object with other objects on the belt: footprints along the hand's path, in arrays.
 
-Seen from above objects are what they cover of the belt, turned by their yaw; the others ride with it, and the carried
-one moves against it, held or flying. It meets those that are higher than its underside is at that moment.
+In top view each object is its footprint on the belt, turned by its yaw. In the belt's frame the other objects rest and
+the carried object moves, held or in flight. The carried object meets an object whose top is higher than the carried
+object's underside while the footprints overlap.
 """
 
 from __future__ import annotations
@@ -18,22 +19,22 @@ from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.constants import GRAVITY
 
 INTERVAL: Final = 0.004
-"""Objects are looked at this often [s]: a hand moves 10 mm meanwhile."""
+"""Interval between two checks for collisions [s]; a hand moves 10 mm in this time."""
 AFTERWARDS: Final = 0.30
-"""And this long after they are let go, while they may still be over the belt [s]."""
+"""Time after the release in which collisions are checked, while objects may still be over the belt [s]."""
 SUNK: Final = 0.02
-"""An object this far below where it lay on the belt is beside it [m]."""
+"""Depth below its place on the belt at which an object is beside the belt [m]."""
 _HEADINGS: Final = np.arange(16) * np.pi / 16
-"""Directions in which round outlines are told apart [rad]; no other lies farther from one than 6 degrees."""
+"""Directions in which round outlines are separated [rad]; any direction is within 6 degrees of these."""
 
 
 def course(motion: ThrowMotion, free_at: Floats, speed: float) -> Floats:
-    """Ways of carried objects from where they lay on a belt of a speed [m/s], against it (N, M, 3) [m].
+    """Displacements of carried objects from their places on the belt, in the belt's frame (N, M, 3) [m].
 
     Args:
-        motion: of the hands.
-        free_at: when they let go of the objects, which then fly without air (N,) [s].
-        speed: of the belt [m/s].
+        motion: motion of the hands.
+        free_at: times of the releases, after which the objects fly without air (N,) [s].
+        speed: speed of the belt [m/s].
     """
     last = free_at[:, None] + AFTERWARDS
     times = np.minimum(np.arange(0.0, float(last.max(initial=0.0)), INTERVAL), last)
@@ -46,17 +47,17 @@ def course(motion: ThrowMotion, free_at: Floats, speed: float) -> Floats:
 
 
 def swept(carried: Objects, start: Floats, way: Floats, others: Objects, place: Floats) -> Bools:
-    """Which of K other objects N carried ones sweep through (N, K).
+    """Whether each of N carried objects sweeps through each of K others (N, K).
 
     Args:
-        carried: N.
-        start: where their middles lay on the belt (N, 2) [m].
-        way: from there, against the belt (N, M, 3) [m].
-        others: (N, K).
-        place: their middles when the first are lifted (N, K, 2) [m].
+        carried: the N carried objects.
+        start: middles of the carried objects on the belt (N, 2) [m].
+        way: displacements of the carried objects in the belt's frame (N, M, 3) [m].
+        others: the other objects (N, K).
+        place: middles of the other objects at the lift (N, K, 2) [m].
     """
     height, tall = way[..., 2], others.size[..., 2]
-    # Most of the time a hand is above all of them.
+    # Most of the time a hand is above all objects.
     row, moment = np.nonzero((height < tall.max(axis=1, initial=0.0)[:, None]) & (height > -SUNK))
     x, y = (place[row, :, k] - start[row, k, None] - way[row, moment, k, None] for k in range(2))
     reach = _radius(carried)[:, None] + _radius(others)
@@ -71,14 +72,15 @@ def swept(carried: Objects, start: Floats, way: Floats, others: Objects, place: 
 
 
 def as_measured(objects: Objects) -> Objects:
-    """Objects as the sensors see them lie."""
+    """Objects with the measured extents and yaw."""
     return replace(objects, size=objects.measured.size, yaw=objects.measured.yaw)
 
 
 def _overlap(one: Objects, other: Objects, apart: Floats) -> Bools:
-    """Whether P pairs of outlines overlap whose middles lie apart (P, 2) [m], (P,).
+    """Whether the outlines of P pairs of objects overlap (P,), for distances between their middles (P, 2) [m].
 
-    Convex outlines are apart if they are in some direction; of rectangles the directions of their sides are enough.
+    Separating axes: convex outlines are disjoint if their projections on some direction are; for rectangles the
+    directions of their sides suffice.
     """
     sides = np.stack([one.yaw, one.yaw + np.pi / 2, other.yaw, other.yaw + np.pi / 2], axis=1)
     heading = np.concatenate([sides, np.broadcast_to(_HEADINGS, (len(sides), len(_HEADINGS)))], axis=1)
@@ -88,5 +90,5 @@ def _overlap(one: Objects, other: Objects, apart: Floats) -> Bools:
 
 
 def _radius(objects: Objects) -> Floats:
-    """Of circles around outlines, S [m]."""
+    """Radii of circles around outlines, S [m]."""
     return 0.5 * np.hypot(objects.size[..., 0], objects.size[..., 1])

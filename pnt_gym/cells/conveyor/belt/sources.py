@@ -1,4 +1,4 @@
-"""Where the next pick comes from: an independent draw, or the stream of objects on the moving belt."""
+"""Sources of picks: independent draws, or the stream of objects on the moving belt."""
 
 from __future__ import annotations
 
@@ -25,52 +25,52 @@ from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.trajectory import Segments
 
 MOST_DRAWS: Final = 120
-"""Objects tried in a row before the cell is declared impossible."""
+"""Number of objects without a feasible throw after which the cell is impossible."""
 QUEUE: Final = 6
-"""Objects in a queue that are tried one after the other."""
+"""Length of a queue whose objects are tried in their order."""
 MOST_SEEN: Final = 32
-"""Objects in a queue from which the best is taken, at most."""
+"""Largest length of a queue from which the best object is taken."""
 STANDING_HEIGHT: Final = 0.05
-"""Height of the next object where there is no belt to bring one [m]."""
+"""Height of the next object above the belt's surface, for picks without a moving belt [m]."""
 
 
 @final
 @dataclass(frozen=True)
 class NextPick:
-    """Where the hand goes after a throw, and the pick it finds there."""
+    """The next picks of N hands, and their returns to these picks."""
 
     wait: Floats
-    """Standstill above it until the object arrives (N,) [s]."""
+    """Standstill above the pick until the object arrives (N,) [s]."""
     context: Context
     back: Segments
-    """The motion there."""
+    """Motion from the end of the throw to the pick."""
 
 
 @final
 @dataclass(frozen=True)
 class Planned:
-    """Throws of objects in queues that were planned to compare them, P of them."""
+    """P throws of objects in queues that are already planned, because a rule compares the objects."""
 
     index: Ints
-    """Which of them is that of a row and a place in its queue (K, Q); -1 for an object that leaves before it is met."""
+    """Index of the throw of the object at each place of a queue (K, Q); -1 where the object leaves before a pick."""
     context: Context
     throwable: Bools
-    """Which can be thrown (P,)."""
+    """Which throws are feasible (P,)."""
 
     def at(self, rows: Ints, places: Ints) -> tuple[Context, Bools]:
-        """Those of some of the K rows and a place in each, and which can be thrown; any throw stands in for none."""
+        """Throws of the objects at one place per row, and which are feasible; the last throw stands in for index -1."""
         index = self.index[rows, places]
         return take(self.context, index), self.throwable[index] & (index >= 0)
 
 
 class PickSource(ABC):
-    """Abstract: hands out picks to some rows of a cell; every row draws only from its own generator."""
+    """Abstract: gives picks to rows of a cell; every row draws only from its own generator."""
 
     def __init__(self, planner: PickPlanner, generators: Generators) -> None:
         self._planner = planner
         self._generators = generators
         self.passed: Ints = np.zeros(len(generators), dtype=np.int64)
-        """Objects let go since the throw before, or since the episode began (N,)."""
+        """Number of objects that left unpicked since the previous throw, or since the episode began (N,)."""
 
     @abstractmethod
     def first(self, rows: Ints) -> Context:
@@ -81,21 +81,21 @@ class PickSource(ABC):
         """The picks that follow the throws of all rows.
 
         Args:
-            motion: the throws.
-            limits: of the hand.
-            standing: share of the pick window (N, 2) at which the next object stands, where no belt says it.
+            motion: motions of the throws.
+            limits: limits of the hand.
+            standing: position of the next object in shares of the pick window (N, 2), for picks without a moving belt.
         """
 
     def waiting(self, row: int) -> tuple[Objects, Floats] | None:
-        """The objects around one row's present pick, and their centres (K, 3) [m]; None without a belt."""
+        """The objects around one row's present pick, and their centres (K, 3) [m]; None without a moving belt."""
         return None
 
     def swept(self, thrown: Context, motion: ThrowMotion, held: Grips) -> Bools:
-        """Which objects on the belt the thrown ones sweep through, lost ones on their way back to it (N, K)."""
+        """Which objects on the belt (N, K) the carried objects sweep through, also when dropped."""
         return np.zeros((len(thrown.pick), 0), dtype=np.bool_)
 
     def knock(self, which: Bools) -> None:
-        """Objects on the belt (N, K) are not picked any more; without a belt there are none."""
+        """Mark objects on the belt (N, K) as knocked: they are not picked any more; K is 0 without a moving belt."""
         assert which.shape[1] == 0
 
     def _impossible(self) -> ConfigError:
@@ -109,7 +109,7 @@ class PickSource(ABC):
 
 @final
 class IndependentPicks(PickSource):
-    """Every pick is drawn anew and does not depend on the throw before: the contextual-bandit form."""
+    """Picks that are drawn anew and do not depend on the previous throw: the contextual-bandit form."""
 
     def first(self, rows: Ints) -> Context:
         """One independent pick per row; objects are drawn until their throw is feasible."""
@@ -124,7 +124,7 @@ class IndependentPicks(PickSource):
         raise self._impossible()
 
     def following(self, motion: ThrowMotion, limits: LimitRows, standing: Floats) -> NextPick:
-        """A new pick that has nothing to do with the throw before."""
+        """New picks that do not depend on the previous throws."""
         belt, (low, high) = self._planner.config.belt, self._planner.config.lift_x
         x = low + (high - low) * standing[:, 0]
         y = belt.lane_y[0] + (belt.lane_y[1] - belt.lane_y[0]) * standing[:, 1]
@@ -138,10 +138,10 @@ class IndependentPicks(PickSource):
 
 @final
 class BeltPicks(PickSource):
-    """Objects ride the belt past the robot; the hand meets one that it can reach and throw, chosen by a rule.
+    """Picks of objects that ride the belt past the robot; a dispatching rule chooses the next feasible object.
 
-    `first` takes the most downstream one; those before it are let go for good. By any other rule objects that are not
-    taken stay, until they leave the window.
+    The rule `first` takes the most downstream feasible object, and all objects before it leave unpicked. With any other
+    rule the remaining objects stay in the queue until they leave the window.
     """
 
     def __init__(self, planner: PickPlanner, generators: Generators) -> None:
@@ -164,7 +164,7 @@ class BeltPicks(PickSource):
         return self.following(ThrowMotion.resting(start), limits, rows=rows).context
 
     def waiting(self, row: int) -> tuple[Objects, Floats] | None:
-        """The objects on the belt, those let go as well."""
+        """The objects on the belt, also those that can no longer be picked, and their centres (K, 3) [m]."""
         objects, x = take(self.stream.objects, row), self.stream.x[row]
         height = self._planner.config.belt.height + objects.size[:, 2] / 2
         return objects, np.stack([x, objects.draws.lane_y, height], axis=-1)
@@ -172,7 +172,11 @@ class BeltPicks(PickSource):
     def following(
         self, motion: ThrowMotion, limits: LimitRows, standing: Floats | None = None, rows: Ints | None = None
     ) -> NextPick:
-        """Objects on the belt that can be met and thrown after throws of some rows, by the rule; None for all rows."""
+        """The next picks after throws of some rows, by the rule; `rows` None: all rows.
+
+        Raises:
+            ConfigError: no object of the level can be picked and thrown.
+        """
         rows = np.arange(len(motion.stop)) if rows is None else rows
         result, pending, length = None, np.arange(len(rows)), self.stream.length
         self.passed[rows] = 0
@@ -195,9 +199,9 @@ class BeltPicks(PickSource):
         )
 
     def _taken(self, rows: Ints, motion: ThrowMotion, limits: LimitRows) -> tuple[NextPick, Ints, Floats]:
-        """The picks that are taken in some rows (K,), their places in the queue, and the times until their lifts.
+        """The chosen picks in some rows (K,), their places in the queue, and the times until their lifts [s].
 
-        A row without one has the queue's length as its place.
+        The place of a row without a feasible object is the queue's length.
         """
         result, pending = None, np.arange(len(rows))
         places, elapsed = np.full(len(rows), self.stream.length), np.zeros(len(rows))
@@ -208,7 +212,7 @@ class BeltPicks(PickSource):
             found, time, good = self._meet(own, place, take(motion, pending), take(limits, pending), throws)
             good &= ~self.stream.knocked[own, LET_GO + place]
             best = self._touches_nobody(own, place, found.context, time, good) if self._solid else good
-            # The first that can be taken stays until one is found that touches nobody.
+            # The first feasible object is kept until a feasible object is found whose throw touches no neighbour.
             better = best | (places[pending] == self.stream.length)
             into = pending[better]
             result = found if result is None else replaced(result, into, take(found, better))
@@ -221,7 +225,7 @@ class BeltPicks(PickSource):
         return result, places, elapsed
 
     def swept(self, thrown: Context, motion: ThrowMotion, held: Grips) -> Bools:
-        """Of all that is known (N, LET_GO + Q)."""
+        """Which of all stored objects (N, LET_GO + Q) the carried objects sweep through."""
         step, stream = self._planner.config.timestep, self.stream
         let_go = motion.release_time + thrown.objects.delay
         way = course(motion, np.where(held.dropped, held.lost_at * step, let_go), self._belt.speed)
@@ -230,14 +234,14 @@ class BeltPicks(PickSource):
         return met & held.picked[:, None]
 
     def knock(self, which: Bools) -> None:
-        """They ride on; where neighbours are no more than ghosts, nothing happens to them."""
+        """Mark objects (N, LET_GO + Q) as knocked; where neighbours are ghosts, nothing happens."""
         if self._solid:
             self.stream.knocked |= which
 
     def _touches_nobody(self, rows: Ints, at: Ints, context: Context, elapsed: Floats, good: Bools) -> Bools:
-        """Which objects at places of queues (K,), lifted after a time (K,) [s], are thrown without sweeping others.
+        """Which feasible objects at places of queues (K,), lifted after a time (K,) [s], sweep no others when thrown.
 
-        By what the sensors see of all; those that are no good need no look.
+        The check uses measured values of all objects; objects that are not `good` are skipped.
         """
         some = np.flatnonzero(good)
         rows, at, one = rows[some], at[some], take(context, some)
@@ -253,7 +257,7 @@ class BeltPicks(PickSource):
         return free
 
     def _order(self, rows: Ints, motion: ThrowMotion, limits: LimitRows) -> tuple[Ints, Planned | None]:
-        """Places of the queues of some rows, the one to be tried first first (K, Q); and throws already planned."""
+        """Places of the queues of some rows in the order in which to try them (K, Q), and throws already planned."""
         shape = len(rows), self.stream.length
         if self._rule == "first":
             return np.broadcast_to(np.arange(self.stream.length), shape), None
@@ -270,7 +274,14 @@ class BeltPicks(PickSource):
     def _index(
         self, objects: Objects, x: Floats, motion: ThrowMotion, limits: LimitRows
     ) -> tuple[Floats, Context, Bools]:
-        """What the rule thinks of objects that are at x when throws begin, their throws, which work out; (K,) each."""
+        """Priorities of objects by the rule, their throws, and which are feasible, (K,) each.
+
+        Args:
+            objects: the objects (K,).
+            x: positions along the belt when the throws begin (K,) [m].
+            motion: the throws after which the objects are picked.
+            limits: limits of the hand.
+        """
         mover = self._estimator.mover
         meeting = mover.reach(motion, self._met_at(objects, x, motion), limits)
         context, throwable = self._estimator.plan(objects, meeting.position)
@@ -284,7 +295,10 @@ class BeltPicks(PickSource):
         return index(self._rule, among, self._patience), context, good
 
     def _let_go(self, rows: Ints, place: Ints, elapsed: Floats) -> Ints:
-        """How many objects of each queue are let go when that at a place (K,) is lifted, all where there is none."""
+        """Number of objects per queue that leave unpicked until the lift of the object at a place (K,).
+
+        In a queue without a feasible object (place Q) all objects leave.
+        """
         if self._rule == "first":
             return place
         out = self.stream.queue_x[rows] + self._belt.speed * elapsed[:, None] > self._belt.pick_x[1]
@@ -294,9 +308,9 @@ class BeltPicks(PickSource):
     def _meet(
         self, rows: Ints, at: Ints, motion: ThrowMotion, limits: LimitRows, throws: tuple[Context, Bools] | None
     ) -> tuple[NextPick, Floats, Bools]:
-        """Picks of objects at places of queues, the times until their lifts, which work out; (K,) each.
+        """Picks of objects at places of queues, the times until their lifts [s], and which are feasible; (K,) each.
 
-        Throws that are planned already, and which of them can be thrown, are taken as they are.
+        `throws` are throws that are already planned, with their feasibility; None: plan them here.
         """
         objects, x = self.stream.in_queue(rows, at)
         meeting = self._planner.mover.meet(motion, self._met_at(objects, x, motion), limits)
@@ -305,22 +319,22 @@ class BeltPicks(PickSource):
         return found, motion.stop_time + meeting.time + self._dwell, meeting.feasible & throwable
 
     def _met_at(self, objects: Objects, x: Floats, motion: ThrowMotion) -> Floats:
-        """Where hands would have to be to pick objects when throws end that are at x when they begin (K, 3) [m]."""
+        """Pick points of objects at the end of throws (K, 3) [m], for positions x at their beginning (K,) [m]."""
         return self._planner.pick_point(objects, x + self._belt.speed * motion.stop_time)
 
 
 def _estimator(planner: PickPlanner) -> PickPlanner:
-    """The planner that compares objects: what is taken is planned by the cell's own.
+    """The planner with which a rule compares objects; the chosen object is planned by the cell's planner.
 
-    A free direction takes a hundred times as long to plan as a straight throw, so straight throws are compared there;
-    likewise rectangles where the hand goes over ellipses.
+    Planning a free direction takes a hundred times as long as planning a straight throw, so straight throws are
+    compared instead; likewise rectangles instead of ellipses.
     """
     quick = {"free_direction": "straight", "ellipse": "pick_and_place"}.get(planner.config.planner)
     return planner if quick is None else PickPlanner(planner.config.model_copy(update={"planner": quick}))
 
 
 def _queue_length(config: ConveyorConfig) -> int:
-    """Objects that are known at once: where the best is taken, about as many as lie in sight of the camera."""
+    """Length of a queue: for rules that compare objects, about the number of objects downstream of the camera."""
     belt = config.belt
     if config.dispatch == "first":
         return QUEUE

@@ -1,4 +1,4 @@
-"""The objects on N belts: where each lies, which may still be picked, and how new ones come after them."""
+"""The objects on N belts: positions, which may still be picked, and how new objects arrive."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 
 LET_GO: Final = 8
-"""Objects let go that are still known: they ride on beside those that are picked."""
+"""Number of stored objects per belt that are not picked any more; carried objects may still sweep through them."""
 AWAY: Final = 1e3
-"""Where objects are that no belt holds [m]."""
+"""Position of places without an object on the belt [m]."""
 
 
 @final
 class BeltStream:
-    """What lies on N belts, in rows from the most downstream object to the last one known.
+    """The objects on N belts, in rows from the most downstream object to the most upstream.
 
-    The first `LET_GO` places of a row are objects that nobody will pick any more, the others the queue: those that may
-    be picked, in whatever order. With gaps from edge to edge a row's objects and their gaps depend on its generator
-    alone, and not on which of them are picked when.
+    The first `LET_GO` places of a row are objects that are not picked any more. The other places are the queue: objects
+    that may be picked in any order. With gaps from edge to edge a row's objects and gaps depend only on the row's
+    generator, and not on the picks.
 
     Args:
         planner: draws the objects.
-        generators: one for each belt.
-        length: objects Q in a queue.
+        generators: one generator per belt.
+        length: number Q of objects in a queue.
     """
 
     def __init__(self, planner: PickPlanner, generators: Generators, length: int) -> None:
@@ -40,28 +40,28 @@ class BeltStream:
         places = len(generators), LET_GO + length
         nothing = planner.draw([np.random.default_rng(0)], np.zeros(1, dtype=np.int64), 1)
         self.objects: Objects = take(nothing, (np.zeros(places, dtype=np.int64), 0))
-        """All that is known (N, LET_GO + Q)."""
+        """All stored objects (N, LET_GO + Q)."""
         self.x: Floats = np.full(places, AWAY)
-        """Where they are along the belt at the lift of the present pick (N, LET_GO + Q) [m]."""
+        """Positions of the objects along the belt at the lift of the present pick (N, LET_GO + Q) [m]."""
         self.knocked: Bools = np.zeros(places, dtype=np.bool_)
-        """Which have been swept through, and cannot be picked any more (N, LET_GO + Q)."""
+        """Which objects a carried object swept through, and cannot be picked any more (N, LET_GO + Q)."""
 
     @property
     def queue(self) -> Objects:
-        """Objects that may be picked, nearest first (N, Q)."""
+        """Objects that may be picked, the most downstream first (N, Q)."""
         return take(self.objects, np.s_[:, LET_GO:])
 
     @property
     def queue_x(self) -> Floats:
-        """Where those are (N, Q) [m]."""
+        """Positions of the queue's objects along the belt (N, Q) [m]."""
         return self.x[:, LET_GO:]
 
     def places(self, rows: Ints) -> Floats:
-        """Where all that is known of some belts lies (K, LET_GO + Q, 2) [m]."""
+        """Positions x, y of all stored objects on some belts (K, LET_GO + Q, 2) [m]."""
         return np.stack([self.x[rows], self.objects.draws.lane_y[rows]], axis=-1)
 
     def begin(self, rows: Ints) -> None:
-        """Empty belts in some rows; the first object enters the window one gap after the episode begins."""
+        """Start new streams in some rows; the first object enters the window one gap after the episode begins."""
         objects, entry = self._drawn(rows, self.length), np.full(len(rows), self._belt.pick_x[0])
         queue = rows[:, None], np.arange(LET_GO, LET_GO + self.length, dtype=np.int64)
         self.objects = replaced(self.objects, queue, objects)
@@ -69,16 +69,16 @@ class BeltStream:
         self.x[queue] = self._behind(objects, entry, np.zeros(len(rows)))
 
     def in_queue(self, rows: Ints, places: Ints) -> tuple[Objects, Floats]:
-        """Objects (K,) at places of the queues of some rows (K,), and where they are (K,) [m]."""
+        """Objects (K,) at places of the queues of some rows (K,), and their positions along the belt (K,) [m]."""
         return take(self.objects, (rows, LET_GO + places)), self.x[rows, LET_GO + places]
 
     def ride(self, rows: Ints, taken: Ints, gone: Ints, elapsed: Floats) -> None:
-        """Move belts on, without what was picked, and bring new objects.
+        """Move belts on, remove picked objects, and append new objects.
 
         Args:
             rows: the belts (K,).
-            taken: place in the queue of the object that was picked (K,); Q for none.
-            gone: how many of the others, from the front of the queue, are let go (K,).
+            taken: place in the queue of the picked object (K,); Q for none.
+            gone: number of other objects, from the front of the queue, that leave unpicked (K,).
             elapsed: the time that passes (K,) [s].
         """
         new = gone + (taken < self.length)
@@ -87,7 +87,7 @@ class BeltStream:
             self._ride(rows[some], taken[some], gone[some], elapsed[some], int(count))
 
     def _ride(self, rows: Ints, taken: Ints, gone: Ints, elapsed: Floats, count: int) -> None:
-        """`ride` in rows that need as many new objects."""
+        """Move belts on as `ride`, in rows that all need `count` new objects."""
         new, places = self._drawn(rows, count), self.x.shape[1]
         x = self.x[rows] + self._belt.speed * elapsed[:, None]
         behind = self._behind(new, x[:, -1], half_extent(take(self.objects, (rows, -1))))
@@ -100,7 +100,7 @@ class BeltStream:
         self.knocked[rows] = np.concatenate([known, np.zeros_like(behind, dtype=np.bool_)], axis=1)
 
     def _behind(self, objects: Objects, x: Floats, half: Floats) -> Floats:
-        """Where objects (K, C) lie that follow others at x (K,), which reach back by half (K,) [m]."""
+        """Positions along the belt (K, C) [m] of objects behind an object at x (K,) with half extent `half` (K,)."""
         distance = objects.draws.gap
         if self._belt.gap == "edge":
             own = half_extent(objects)
@@ -109,10 +109,10 @@ class BeltStream:
         return x[:, None] - np.cumsum(distance, axis=1)
 
     def _drawn(self, rows: Ints, count: int) -> Objects:
-        """`count` new objects for some rows (K, count)."""
+        """Draw `count` new objects for some rows (K, count)."""
         if self._belt.gap == "centre":
             return self._planner.draw(self._generators, rows, count)
-        # One by one, so that how many are asked for at once makes no difference.
+        # One by one, so that the number of objects in a call does not change the draws.
         one_by_one = self._planner.draw(self._generators, np.repeat(rows, count), 1)
         places = np.arange(len(rows) * count, dtype=np.int64).reshape(len(rows), count)
         return take(one_by_one, (places, 0))

@@ -1,1 +1,1 @@
-"""What holds an object: whether the cup seals and holds, how the lip yields, and how an object leaves it."""
+"""The suction cup: whether it seals and holds, how its lip bends, and how an object leaves it."""

@@ -1,7 +1,8 @@
-"""Whether the cup can touch an object again that it let go: by geometry, on the safe side.
+"""Possible contacts between cups and released objects: by geometry, on the safe side.
 
-The cup is an upright cylinder, the platform being level. It cannot touch what lies entirely below its lip, or farther
-away sideways than both are wide. Everything else counts as a possible touch, and is left to the engine.
+The cup is an upright cylinder, because the platform is level. The cup cannot touch an object that is entirely below the
+lip, or farther away sideways than the radii of both. Every other position counts as a possible touch, which the engine
+then simulates.
 """
 
 from __future__ import annotations
@@ -22,9 +23,9 @@ from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.constants import GRAVITY
 
 MARGIN: Final = 0.001
-"""For where the hand truly is: three times the farthest it strays from its path in the shipped levels [m]."""
+"""Gap for the hand's tracking error: three times the largest one in the shipped levels [m]."""
 FORESIGHT: Final = 0.006
-"""For where the object will be, foreseen without air [m]."""
+"""Gap for the error of an object's predicted flight, which neglects air [m]."""
 _FACE: Final = np.array(
     [[0.0, 0.0, 0.0]]
     + [
@@ -33,28 +34,28 @@ _FACE: Final = np.array(
         for turn in np.arange(count) * 2.0 * np.pi / count
     ]
 )
-"""Points of the cup's face from its middle, in radii."""
+"""Points on the cup's face relative to the face's middle, in radii."""
 
 
 @final
 @dataclass(frozen=True)
 class Passage:
-    """How N objects pass their hands, at K moments each."""
+    """Motion of N objects relative to their cups, at K moments each."""
 
     apart: Floats
-    """Centre of mass from the tip of the cup (N, K, 3) [m]."""
+    """Centre of mass relative to the tip of the cup (N, K, 3) [m]."""
     drift: Floats
-    """Its velocity against the hand's (N, K, 3) [m/s]."""
+    """Velocity of the centre of mass relative to the hand (N, K, 3) [m/s]."""
     up: Floats
     """The vertical in the object's axes (N, K, 3)."""
 
     def may_touch(self, objects: Objects, gap: float, margin: float = MARGIN) -> Bools:
-        """Which moments (N, K) may be preceded or followed by a touch, within half the time between two of them.
+        """Which moments (N, K) may have a touch within half the time between two moments before or after.
 
         Args:
-            objects: N.
-            gap: between two moments [s].
-            margin: more than geometry asks for [m].
+            objects: the N objects.
+            gap: time between two moments [s].
+            margin: gap below which a touch is possible [m].
         """
         x, y, z = (self.drift[..., k] for k in range(3))
         radius = objects.cup_radius[:, None]
@@ -65,7 +66,7 @@ class Passage:
         length, width, height = (full[:, k, None] for k in range(3))
         wide = radius + np.abs(centre) + np.sqrt(length**2 + width**2 + height**2) / 2.0
         sideways = np.sqrt(self.apart[..., 0] ** 2 + self.apart[..., 1] ** 2)
-        # Below the cup an object is nowhere higher than its highest point, nor than the plane of its upper face.
+        # Below the cup an object is lower than its highest point, and lower than the plane of its upper face.
         tilt = np.sqrt(np.maximum(1.0 - upright**2, 0.0))
         far = sideways + np.abs(centre) * tilt + radius
         face = (height / 2.0 + tilt * far) / np.maximum(np.abs(upright), 1e-9)
@@ -74,11 +75,11 @@ class Passage:
 
 
 def foreseen(parting: Parting, hand: tuple[Floats, Floats], since: Floats) -> Passage:
-    """How N objects will pass if nothing but gravity acts on them, and their spin stays what it is.
+    """Predicted motion of N released objects relative to their cups, under gravity alone and with constant spin.
 
     Args:
-        parting: how they leave their cups.
-        hand: position and velocity (N, K, 3) [m, m/s], the first at the release.
+        parting: state of the objects at the release.
+        hand: position and velocity of the hands (N, K, 3) [m, m/s], the first at the release.
         since: time from the release (K,) [s].
     """
     place, velocity = hand
@@ -91,12 +92,12 @@ def foreseen(parting: Parting, hand: tuple[Floats, Floats], since: Floats) -> Pa
 
 
 def touches(objects: Objects, apart: Floats, attitude: Floats) -> Bools:
-    """At which moments the cup's end is inside an object (N, K), by points of its face.
+    """Whether a point of the cup's face is inside an object (N, K), at K moments.
 
     Args:
-        objects: N.
-        apart: their centres of mass from the tip of the cup (N, K, 3) [m].
-        attitude: quaternions, w first (N, K, 4).
+        objects: the N objects.
+        apart: the objects' centres of mass relative to the tip of the cup (N, K, 3) [m].
+        attitude: quaternions of the objects, w first (N, K, 4).
     """
     along, across = level_axes(attitude)
     half = lying_size(objects.shape, objects.size)[:, None, None] / 2.0

@@ -1,4 +1,4 @@
-"""Whether N cups seal on their objects and hold them until they are to let go, and how fast hands may be then."""
+"""Grips of N suction cups: whether a cup seals, and whether it holds the object until the release."""
 
 from __future__ import annotations
 
@@ -16,37 +16,37 @@ from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.planning.motion.trajectory import HandPath
 
 LEAST_ACCELERATION: Final = 2.0
-"""An object that must be thrown more slowly than this is not thrown at all [m/s2]."""
+"""Smallest acceleration of a throw; an object whose grip allows less is not thrown [m/s2]."""
 
 
 @final
 @dataclass(frozen=True)
 class Grips:
-    """How N grips fare until the valves are commanded."""
+    """Results of N grips until the valves are commanded."""
 
     margin: Floats
-    """Least margin on the way, see `Hold.margin`; NaN where nothing is held (N,)."""
+    """Smallest margin until the release, see `Hold.margin`; NaN where the cup holds nothing (N,)."""
     lost_at: Ints
-    """Physics step at whose beginning the object leaves the cup (N,); -1 where it does not."""
+    """Physics step at whose beginning the object leaves the cup (N,); -1 where the cup holds it."""
 
     picked: Bools
     """Whether the cup sealed at all (N,)."""
 
     @property
     def dropped(self) -> Bools:
-        """Which objects are lost (N,)."""
+        """Which objects leave their cups before the release (N,)."""
         return self.lost_at >= 0
 
     @property
     def unthrown(self) -> Bools:
-        """Which objects are lost or were never held: nothing sets those spinning (N,)."""
+        """Which objects are dropped or were never held, and so get no spin from a release (N,)."""
         return self.dropped | ~self.picked
 
 
 def picked(thrown: Context, config: ConveyorConfig) -> Bools:
-    """Which objects their cups hold (N,).
+    """Which cups seal on their objects (N,).
 
-    The chance to fail scales with the mismatch, as every effect does that the planner knows nothing of.
+    The probability of failure scales with the mismatch, like every effect that the planner does not model.
     """
     if not config.pick.fails:
         return np.full(len(thrown.pick), True)
@@ -55,10 +55,10 @@ def picked(thrown: Context, config: ConveyorConfig) -> Bools:
 
 
 def seal_chance(thrown: Context) -> Floats:
-    """Chance that a cup seals where it truly stands on its object (N,): its kind's, less where the lip hangs over.
+    """Probability that a cup seals at its true place on the object (N,): the item's, less where the lip overhangs.
 
-    All of it while the whole lip is inside the outline, nothing from where the cup's middle is the lip's radius
-    outside, and linear between (assumed).
+    The probability is the item's `pick_chance` while the whole lip is inside the outline, 0 where the cup's middle is
+    at least the lip's radius outside, and linear in between (assumed).
     """
     objects = thrown.objects
     inside, radius = inside_outline(objects, -thrown.grasp), objects.cup_radius
@@ -66,9 +66,10 @@ def seal_chance(thrown: Context) -> Floats:
 
 
 def grips(thrown: Context, held: Bools, path: HandPath, release_time: Floats, config: ConveyorConfig) -> Grips:
-    """How the true objects fare under their cups, of which some hold theirs at first (N,).
+    """Grips of the true objects along the hands' paths; `held` says which cups sealed (N,).
 
-    Load on the cup scales with the mismatch, as every effect does that the planner knows nothing of: at 0 all is held.
+    The load on the cup scales with the mismatch, like every effect that the planner does not model: at mismatch 0 every
+    cup holds.
     """
     steps = np.arange(int(np.floor(release_time.max() / config.timestep)) + 1, dtype=np.int64)
     times = np.asarray(steps * config.timestep, dtype=np.float64)
@@ -80,9 +81,10 @@ def grips(thrown: Context, held: Bools, path: HandPath, release_time: Floats, co
 
 
 def slip(thrown: Context, config: ConveyorConfig) -> Floats:
-    """How far N objects slip under their cups while the vacuum builds up [m].
+    """Distance that N objects slip under their cups while the vacuum builds up (N,) [m].
 
-    A hand that stands still loses all that the belt moves on, one that rides with it what the speed is off.
+    Under a hand at rest an object slips by the belt's whole motion, under a hand that rides with the belt by the error
+    of the belt speed.
     """
     nominal = config.belt.speed * config.motion.dwell
     error = thrown.objects.belt_error
@@ -90,13 +92,13 @@ def slip(thrown: Context, config: ConveyorConfig) -> Floats:
 
 
 def true_hold(thrown: Context) -> Hold:
-    """Objects as they hang under their cups."""
+    """True values of objects under their cups."""
     o, e = thrown.objects, thrown.grasp
     return Hold(o.seal, o.mass, o.cup_friction, o.com_depth, np.hypot(e[:, 0], e[:, 1]), o.cup_radius)
 
 
 def measured_hold(objects: Objects, belt_shift: Floats) -> Hold:
-    """Objects as the sensors see them hang, taken for as heavy above as below their middle."""
+    """Measured values of objects under their cups; the centre of mass is assumed at half the height."""
     x, y = (objects.grasp + objects.measured.grasp_noise).T
     return Hold(
         force=objects.measured.seal,

@@ -1,4 +1,4 @@
-"""How N objects leave their cups: where they hang, how they swing there, and what the release gives them."""
+"""State of N objects at their release from suction cups: position, swing, spin and push."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from pnt_gym.cells.conveyor.context import Context
 @final
 @dataclass(frozen=True)
 class Parting:
-    """N objects in the moment in which they are let go, seen from the tips of their cups."""
+    """State of N objects at the moment of release, relative to the tips of their cups."""
 
     apart: Floats
-    """Centre of mass from the tip (N, 3) [m]."""
+    """Centre of mass relative to the tip (N, 3) [m]."""
     velocity: Floats
-    """Against the hand (N, 3) [m/s]."""
+    """Velocity relative to the hand (N, 3) [m/s]."""
     attitude: Floats
-    """Quaternions, w first (N, 4)."""
+    """Attitude as quaternions, w first (N, 4)."""
     rate: Floats
     """Angular velocity in the object's axes (N, 3) [rad/s]."""
     push: Floats
-    """The part of the velocity that blown air gives, downwards (N,) [m/s]."""
+    """The part of the velocity that comes from blown air, downwards (N,) [m/s]."""
     unsure: Bools
-    """The object met the belt or the solid part of its cup before, which only the engine knows of (N,)."""
+    """Whether the object touched the belt or the solid part of its cup, which only the engine simulates (N,)."""
 
     @classmethod
     def hanging(cls, thrown: Context, push: Floats) -> Self:
-        """Objects that hang rigidly under their cups, and get their spin and a push (N,) [m/s]."""
+        """Objects that hang rigidly under their cups, and get their spin and a push (N,) [m/s] at the release."""
         o = thrown.objects
         zero = np.zeros_like(o.yaw)
         return cls(

@@ -1,4 +1,4 @@
-"""How N objects swing under cups that yield: the lip as a spring, and the swing along the planned path of the hand."""
+"""Swing of N objects under compliant cups: the lip as a spring, and the swing along the planned path of the hand."""
 
 from __future__ import annotations
 
@@ -19,35 +19,36 @@ from pnt_gym.cells.conveyor.objects.outline import reach
 from pnt_gym.planning.motion.trajectory import Samples
 
 FASTEST: Final = 0.5
-"""Phase of a swing in a step at most [rad]; a lip that would make it faster is as stiff as that.
+"""Largest phase of a swing in a step [rad]; the stiffness of a lip is limited to that of this phase.
 
 Then h^2 k + 2 h c < 1.4 about each axis; the steps are stable below 4, which coupling of the axes by an object's offset
 brings down to 4 / 3 at the utmost, and not near it."""
 TWIST_RATIO: Final = 0.5
-"""Damping ratio about the upright, where the lip is to be stiff."""
+"""Damping ratio about the vertical axis, about which the lip is stiff."""
 STEEPEST: Final = 0.5
-"""Cosine of the tilt beyond which only the engine knows what an object under its cup meets."""
+"""Cosine of the tilt beyond which an object under its cup is simulated by the engine."""
 SUNK: Final = 0.001
-"""So much deeper in the belt than it lies, an object under its cup has met it [m]."""
+"""Depth in the belt beyond which an object under its cup has touched the belt [m]."""
 
 
 @final
 class Spring(NamedTuple):
-    """Lips of N cups about three axes of the hand: two along the object's level ones, and upright."""
+    """Lips of N cups as springs about three axes of the hand: the object's two horizontal axes, and the vertical."""
 
     stiffness: Floats
-    """(N, 3) [N m/rad]"""
+    """Stiffness about each axis (N, 3) [N m/rad]."""
     damping: Floats
-    """(N, 3) [N m s/rad]"""
+    """Damping about each axis (N, 3) [N m s/rad]."""
 
 
 def springs(thrown: Context, config: ConveyorConfig) -> Spring:
-    """The lips, as springs for Euler's steps.
+    """The lips as springs for Euler's steps.
 
-    Frequency and decay of a swing are those of the lip's stiffness and damping ratio at any step: a step x' = x + h v',
-    v' = v - h (k x + c v) has the eigenvalues exp(-zeta w h +- i w h sqrt(1 - zeta^2)) if 1 - h c = exp(-2 zeta w h)
-    and h^2 k = 1 + exp(-2 zeta w h) - 2 exp(-zeta w h) cos(w h sqrt(1 - zeta^2)). What a lip bends under a constant
-    load is larger than load over stiffness by the share zeta w h. About the upright it is as stiff as a step allows.
+    At any step length the swing has the frequency and decay of the lip's stiffness and damping ratio. A step
+    x' = x + h v', v' = v - h (k x + c v) has the eigenvalues exp(-zeta w h +- i w h sqrt(1 - zeta^2)) if
+    1 - h c = exp(-2 zeta w h) and h^2 k = 1 + exp(-2 zeta w h) - 2 exp(-zeta w h) cos(w h sqrt(1 - zeta^2)). Under a
+    constant load a lip bends more than load over stiffness, by the share zeta w h. About the vertical axis the lip is
+    as stiff as a step allows.
     """
     cup, step, inertia = config.cup, config.timestep, felt_inertia(thrown)
     stiffness = (cup.stiffness or np.inf) / config.mismatch
@@ -62,9 +63,9 @@ def springs(thrown: Context, config: ConveyorConfig) -> Spring:
 
 
 def felt_inertia(thrown: Context) -> Floats:
-    """Inertia of N objects, free to turn about the lip, against a moment about each of their axes (N, 3) [kg m2].
+    """Effective inertia of N objects, free to turn about the lip, against a moment about each body axis (N, 3) [kg m2].
 
-    It is less than the moment of inertia about that axis where an offset lets the others turn too.
+    The effective inertia 1 / (I^-1)_kk is less than the moment of inertia I_kk where an offset couples the axes.
     """
     o = thrown.objects
     arm = in_body_axes(np.concatenate([thrown.grasp, -o.com_depth[:, None]], axis=1), o.yaw)
@@ -82,14 +83,14 @@ def swung(
     stride: int,
     config: ConveyorConfig,
 ) -> Parting:
-    """How objects leave their cups that began to swing with the throw.
+    """State at the release of objects that swing under their cups during the throw.
 
     Args:
-        thrown: the N objects.
-        hanging: how they would leave rigid cups.
+        thrown: the N picks.
+        hanging: state at the release of objects under rigid cups.
         hand: the planned motion of the cup's tip at the beginning of steps (K,).
-        release: steps at which they are let go (N,).
-        stride: steps between two looks at where they are.
+        release: steps of the releases (N,).
+        stride: steps between two records of the swing.
         config: the cell.
     """
     from pnt_gym.cells.base.freefall import STATE, swing_down  # noqa: PLC0415 - compiles, where nothing is kept
@@ -116,7 +117,7 @@ def swung(
 
 
 def bodies(thrown: Context) -> Floats:
-    """What the objects are (N, BODY), see `freefall`."""
+    """Constants of the objects' bodies (N, BODY), see `freefall.BODY`."""
     o = thrown.objects
     full = lying_size(o.shape, o.size)
     placed = geom_placement(o.shape, full)
@@ -130,12 +131,12 @@ def bodies(thrown: Context) -> Floats:
 
 
 def _met(thrown: Context, arm: Floats, seen: Floats, tip: Floats, config: ConveyorConfig) -> Bools:
-    """Whether objects met the belt, or the solid part of their cups (N,).
+    """Whether swinging objects touched the belt or the solid part of their cups (N,).
 
     Args:
-        thrown: N objects.
-        arm: centre of mass from the tip in their own axes (N, 3) [m].
-        seen: attitudes (N, K, 4).
+        thrown: the N picks.
+        arm: centre of mass relative to the tip, in the objects' axes at rest (N, 3) [m].
+        seen: attitudes of the objects (N, K, 4).
         tip: height of the tip (N, K) [m].
         config: the cell.
     """

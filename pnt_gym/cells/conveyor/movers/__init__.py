@@ -1,1 +1,1 @@
-"""How the hand moves through a pick: one file a mover, and a hand that rides with the belt around any of them."""
+"""Movers, which plan the hand's motion: one file per mover, and a hand that rides with the belt around any mover."""

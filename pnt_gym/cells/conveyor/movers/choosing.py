@@ -22,13 +22,13 @@ COLUMNS: Final = PIECES + 16
 
 @final
 class AutoMover(Mover):
-    """Straight throws, and over an ellipse what is put down; a release at rest is one of the latter.
+    """Throws objects straight, or puts them down over an ellipse; a release at rest means putting down.
 
-    What it plans by itself is thrown. Who decides otherwise plans with the mover that puts down.
+    `plan` plans throws. A caller that decides to put an object down plans with an `EllipseMover`.
 
     Args:
         config: the cell.
-        workspace: where the hand may be.
+        workspace: the positions that the hand can reach.
     """
 
     def __init__(self, config: ConveyorConfig, workspace: EllipticWorkspace) -> None:
@@ -36,30 +36,30 @@ class AutoMover(Mover):
         self._puts = EllipseMover(config, workspace)
 
     def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
-        """Straight throws."""
+        """Releases of straight throws."""
         return self._throws.plan(pick, target, limits, ceiling)
 
     def aimed(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
-        """Each as its plan."""
+        """Releases for moved targets, thrown or put down like the nominal plan."""
         thrown = self._throws.aimed(context, goal, slack)
         return made_anew(thrown, placed(context.plan), partial(self._puts.aimed, slack=slack), context, goal)
 
     def moved(self, context: Context, point: Floats) -> ReleaseBatch:
-        """Each as its plan."""
+        """Releases at given points, thrown or put down like the nominal plan."""
         thrown = self._throws.moved(context, point)
         return made_anew(thrown, placed(context.plan), self._puts.moved, context, point)
 
     def reserve(self, release: ReleaseBatch) -> Floats:
-        """Each as what it is."""
+        """Reserves (N,) [m] of throws and of releases at rest."""
         return made_anew(self._throws.reserve(release), placed(release), self._puts.reserve, release)
 
     def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
-        """Each as what it is."""
+        """Which throws and releases at rest the robot can execute (N,)."""
         good = self._throws.is_feasible(pick, release, limits)
         return made_anew(good, placed(release), self._puts.is_feasible, pick, release, limits)
 
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
-        """Each as what it is."""
+        """Motions of throws and of releases at rest."""
 
         def put_down(*given: object) -> ThrowMotion:
             return _padded(self._puts.throw(*given))  # pyright: ignore[reportArgumentType] - rows of what stands below
@@ -68,7 +68,7 @@ class AutoMover(Mover):
         return made_anew(thrown, placed(release), put_down, pick, release, limits, ceiling)
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
-        """Over rims from where something was put down, straight from elsewhere."""
+        """Motions to next picks: over the rims after a release at rest, straight after a throw."""
 
         def over(motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
             return self._puts.back(motion, next_pick, limits).padded(COLUMNS)
@@ -77,7 +77,7 @@ class AutoMover(Mover):
         return made_anew(straight, motion.placed, over, motion, next_pick, limits)
 
     def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
-        """As `back`."""
+        """The earliest meetings, with motions as `back`."""
 
         def over(motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
             found = self._puts.meet(motion, place, limits)

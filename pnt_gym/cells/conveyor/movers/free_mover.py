@@ -1,8 +1,9 @@
 """The mover with a free release direction: throw and return are planned as fast transfers between moving states.
 
-Rows for which no such throw exists are thrown straight. The return goes through the top of the approach in flight. It
-stops there where the object is not in the window yet, and where no flight keeps the rules; only if a stop there breaks
-a rule too does the hand brake along the line of the release and go back on straight lines, as the straight mover does.
+Rows without such a throw are thrown straight. The hand returns through the top of the vertical approach without a stop.
+The hand stops at the top where the object is not in the window yet, and where no return without a stop keeps the rules.
+If a stop at the top breaks a rule too, the hand brakes along the line of the release and returns on straight lines, as
+the straight mover does.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ class FreeMover(Mover):
 
     Args:
         config: the cell.
-        workspace: where the hand may be.
+        workspace: the positions that the hand can reach.
     """
 
     def __init__(self, config: ConveyorConfig, workspace: EllipticWorkspace) -> None:
@@ -57,7 +58,7 @@ class FreeMover(Mover):
         )
 
     def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
-        """The quickest release of a grid of choices, or the straight throw where there is none."""
+        """The quickest feasible release of a grid of choices, or the straight throw where there is none."""
         # The next pick is not known yet, so the release must leave room for any return.
         free = free_releases(pick, target, limits, ceiling=ceiling, rules=self.rules)
         release = self._released(pick, free.position, free.velocity, free.flight_time, limits, ceiling)
@@ -65,23 +66,23 @@ class FreeMover(Mover):
         return made_anew(release, ~good, self._straight.plan, pick, target, limits, ceiling)
 
     def aimed(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
-        """The nominal release moved level by what the target was moved, at the same velocity."""
+        """The nominal releases moved by the targets' displacements, at the nominal velocity."""
         plan, shift = context.plan, goal - context.target
         release = self._shifted(context, plan.position + shift, plan.flight_time)
         return made_anew(release, plan.straight, partial(self._straight.aimed, slack=slack), context, goal)
 
     def moved(self, context: Context, point: Floats) -> ReleaseBatch:
-        """Releases at the points, at the nominal velocity."""
+        """Releases at given points, at the nominal velocity."""
         flight = flight_time(point, context.plan.velocity, context.target[:, 2])
         release = self._shifted(context, point, flight)
         return made_anew(release, context.plan.straight, self._straight.moved, context, point)
 
     def reserve(self, release: ReleaseBatch) -> Floats:
-        """That of straight throws."""
+        """Reserves of straight throws (N,) [m]."""
         return self._straight.reserve(release)
 
     def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
-        """Which throws exist and leave the hand room to turn back inside the workspace."""
+        """Which throws have a plan and leave the hand room to turn back inside the workspace."""
         known = release.feasible[:, None]
         velocity = np.where(known, release.velocity, 0.0)
         position = np.where(known, release.position, pick)
@@ -91,7 +92,7 @@ class FreeMover(Mover):
         return np.where(release.straight, self._straight.is_feasible(pick, release, limits), good)
 
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
-        """The motion to the release and the window."""
+        """Motions to the release and through the window at constant velocity."""
         roof = top(ceiling, self.rules)
         curved = throw_leg(pick, release.position, release.velocity, limits, roof).segments
         line = accelerate(release.direction, release.distance, limits)
@@ -111,14 +112,14 @@ class FreeMover(Mover):
         )
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
-        """Through the top of the approach without stopping where that keeps the rules, else with a stop."""
+        """Returns through the top of the approach without a stop where that keeps the rules, otherwise with a stop."""
         moves, down = return_leg(motion.stop, motion.velocity, next_pick, limits, motion.roof, self.rules)
         found = _padded([moves.segments, down])
         kept = moves.feasible & self._keeps(motion, found, next_pick, limits)
         return made_anew(found, ~kept, self._stopping, motion, next_pick, limits)
 
     def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
-        """The earliest meeting, in flight where that is possible."""
+        """The earliest meetings, without a stop where that is possible."""
         low, high = self._belt.pick_x
         found = self._in_flight(motion, place, limits, None)
         found = made_anew(found, found.position[:, 0] < low, self._at_border, motion, place, limits)
@@ -142,7 +143,7 @@ class FreeMover(Mover):
         return Meeting(position, time, np.zeros(len(time)), good, back)
 
     def _at_border(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
-        """Meetings of hands that would be there before the object: after a wait, or by a slower flight."""
+        """Meetings at the window's border, for hands that arrive before the object: by a wait or a slower return."""
         enters = (self._belt.pick_x[0] - place[:, 0]) / self._belt.speed
         found = self._waiting(motion, place, limits, enters)
         return made_anew(found, ~found.feasible, self._in_flight, motion, place, limits, enters)
@@ -181,14 +182,14 @@ class FreeMover(Mover):
         return replaced(straight, good, take(hovered, good))
 
     def _halt(self, motion: ThrowMotion, limits: Limits) -> tuple[Segments, ThrowMotion]:
-        """Braking at once along the release velocity, and the hands at rest after it."""
+        """Braking along the release velocity, and the motion that ends at rest after it."""
         speed = length(motion.velocity)
         ahead = motion.velocity / np.maximum(speed, 1e-12)[:, None]
         stop = motion.stop + ahead * brake_distance(speed, limits)[:, None]
         return brake(ahead, speed, limits), ThrowMotion.resting(stop)
 
     def _keeps(self, motion: ThrowMotion, back: Segments, next_pick: Floats, limits: Limits) -> Bools:
-        """Which returns keep limits and rules."""
+        """Which returns keep the limits and the rules of the hand (N,)."""
         path = JerkTrajectory(motion.stop, back.durations, back.jerks, motion.velocity)
         low = np.minimum(motion.stop[:, 2], next_pick[:, 2])
         return keeps_rules(path, np.zeros(len(low)), limits, motion.roof, self.rules, (low, low))
@@ -208,7 +209,7 @@ class FreeMover(Mover):
         limits: Limits,
         ceiling: Floats,
     ) -> ReleaseBatch:
-        """Releases as the planner's batch; feasible where a motion to them was found."""
+        """Releases as a `ReleaseBatch`; feasible where `throw_leg` has a motion to the release."""
         motion = throw_leg(
             pick, np.where(flight[:, None] > 0.0, position, np.nan), velocity, limits, top(ceiling, self.rules)
         )

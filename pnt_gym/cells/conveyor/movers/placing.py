@@ -1,9 +1,9 @@
-"""Movers that put objects down, on a rectangle or over an ellipse; and the level throw that they are compared with.
+"""Movers that put objects down, on a rectangle or over an ellipse; and the horizontal throw of the same paper.
 
-Where a throw lets go in flight, these bring the object over its bin, stand still for the window of the follow-through
-while the vacuum decays, and go on. A bin out of the hand's reach is out of theirs. Their residual is a shift of the
-place where the object is let go: `release_point` and `virtual_goal` both shift the target, `release_xyz` shifts the
-hand itself. Nothing flies, so the three differ in their scales only.
+A placing mover brings the object over its bin, rests there for the window of the follow-through while the vacuum
+decays, and returns. So it cannot use a bin out of the hand's reach. A residual moves the place of the release:
+`release_point` and `virtual_goal` both move the target, `release_xyz` moves the hand. Without a flight these three
+modes differ only in their scales.
 """
 
 from __future__ import annotations
@@ -28,20 +28,20 @@ from pnt_gym.planning.straight.plan import MIN_REACH, Reason, ReleaseBatch
 from pnt_gym.planning.straight.release import release_at_elevation, release_at_point
 
 NARROW: Final = 0.05
-"""Ways shorter than this from above to above are no ellipse [m]."""
+"""Horizontal distance below which a rectangle replaces the ellipse [m]."""
 CHASES: Final = 9
-"""Looks at how long the hand takes to a moving object; what is left after them is waited for."""
+"""Iterations for the hand's arrival time at a moving object; the hand waits for the remaining difference."""
 
 
 @final
 class HorizontalMover(StraightMover):
-    """Lifts straight up to the ceiling, throws level, and returns at that height (Hassan et al. 2022, IV-B2).
+    """Lifts straight up to the ceiling, throws horizontally, and returns at that height (Hassan et al. 2022, IV-B2).
 
-    The hand brakes on the line of the throw, and comes down on the next pick from as high as it lifted.
+    The hand brakes on the line of the throw, and descends to the next pick from the height of the lift.
 
     Args:
         config: the cell.
-        workspace: where the hand may be.
+        workspace: the positions that the hand can reach.
     """
 
     def __init__(self, config: ConveyorConfig, workspace: EllipticWorkspace) -> None:
@@ -49,27 +49,27 @@ class HorizontalMover(StraightMover):
         super().__init__(config.model_copy(update={"motion": lift}), workspace)
 
     def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
-        """The level throw from the ceiling."""
+        """Horizontal releases at the height of the ceiling."""
         return _after_lift(pick, release_at_elevation(_at_height(pick, ceiling), target, limits, 0.0), limits)
 
     def aimed(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
-        """The same at moved targets."""
+        """Horizontal releases at the height of the ceiling, for moved targets."""
         return self.plan(context.pick, goal, context.throw_limits, context.ceiling)
 
     def moved(self, context: Context, point: Floats) -> ReleaseBatch:
-        """Level releases at the points, from above the pick at their heights."""
+        """Horizontal releases at given points; the throw starts above the pick at the point's height."""
         pick, limits = context.pick, context.throw_limits
         start = _at_height(pick, point[:, 2])
         return _after_lift(pick, release_at_point(start, point, limits, plane_z=context.target[:, 2]), limits)
 
     def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
-        """Which throws exist and stay inside the workspace until the hand has stopped."""
+        """Which throws have a plan and stay inside the workspace until the hand has stopped."""
         lifted = _lifted(pick, release)
         good = super().is_feasible(lifted, release, limits)
         return good & self._workspace.contains(pick) & (lifted[:, 2] >= pick[:, 2])
 
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
-        """Up, along the level line to the release, the window, and the stop on that line."""
+        """Motions up, along the horizontal line to the release, through the window, and to a stop on that line."""
         lifted = _lifted(pick, release)
         up, thrown = rest_to_rest(lifted - pick, limits), super().throw(lifted, release, limits, ceiling)
         time = up.durations.sum(axis=1)
@@ -83,13 +83,13 @@ class HorizontalMover(StraightMover):
 
 
 class PlacingMover(Mover):
-    """Abstract: brings objects over their bins, lets go at rest, and returns the way it came.
+    """Abstract: brings objects over their bins, releases them at rest, and returns on the same kind of path.
 
-    Subclasses say on which path the hand gets from rest to rest over what lies between.
+    Subclasses define the path from rest to rest over obstacles.
 
     Args:
         config: the cell.
-        workspace: where the hand may be.
+        workspace: the positions that the hand can reach.
     """
 
     def __init__(self, config: ConveyorConfig, workspace: EllipticWorkspace) -> None:
@@ -105,49 +105,49 @@ class PlacingMover(Mover):
         """Motions from rest to rest, vertical at both ends.
 
         Args:
-            start: (N, 3) [m].
-            end: (N, 3) [m].
-            heights: at which the hand may begin, and at which it must have ended, to move sideways (N,) each [m].
-            limits: norms that hold at all times.
+            start: first points (N, 3) [m].
+            end: last points (N, 3) [m].
+            heights: heights above which the hand may move sideways, near the start and near the end (N,) each [m].
+            limits: bounds of the norms of velocity, acceleration and jerk.
         """
 
     @abstractmethod
     def top(self, heights: tuple[Floats, Floats]) -> Floats:
-        """Greatest height of the hand on such motions (N,) [m]."""
+        """Greatest height of the hand in the motions of `over` (N,) [m]."""
 
     @abstractmethod
     def heights(self, pick: Floats, place: Floats, over_rims: Floats) -> tuple[Floats, Floats]:
-        """At which heights the hand may move sideways near a pick and near a place (N,) each [m].
+        """Heights above which the hand may move sideways, near a pick and near a place (N,) each [m].
 
         Args:
-            pick: (N, 3) [m].
-            place: where it lets go (N, 3) [m].
-            over_rims: height at which it, or what it carries, is clear of the rims (N,) [m].
+            pick: pick points (N, 3) [m].
+            place: points of the release (N, 3) [m].
+            over_rims: height at which the hand, or the object that it carries, is clear of the rims (N,) [m].
         """
 
     def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
-        """Places over the middles of the bins, the object's lowest point as high above the rim as the rules say."""
+        """Releases at rest over the bins' middles, with the object's lowest point `over_rim` above the rim."""
         return self._placed(pick, _at_height(target, target[:, 2] + self.rules.over_rim + self._hang(pick)), limits)
 
     def aimed(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
-        """The same over moved targets."""
+        """Releases at rest over moved targets."""
         return self.plan(context.pick, goal, context.throw_limits, context.ceiling)
 
     def moved(self, context: Context, point: Floats) -> ReleaseBatch:
-        """Places where the hand is told to let go."""
+        """Releases at rest at given points."""
         return self._placed(context.pick, point, context.throw_limits)
 
     def reserve(self, release: ReleaseBatch) -> Floats:
-        """The same for all."""
+        """The reserve of the config's placing rules, for all releases (N,) [m]."""
         return np.full(len(release.speed), self.rules.reserve)
 
     def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
-        """Which places exist and are reached inside the workspace."""
+        """Which releases have a plan whose motion stays inside the workspace."""
         place = np.where(release.feasible[:, None], release.position, pick)
         return release.feasible & self._inside(pick, place)
 
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
-        """Over to the place, and the window at rest there."""
+        """Motions to the place of the release, with the window at rest there."""
         way = self._carry(pick, release.position, limits)
         time, window = way.durations.sum(axis=1), np.full(len(pick), self._window)
         return ThrowMotion(
@@ -162,7 +162,7 @@ class PlacingMover(Mover):
         )
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
-        """Over to the next pick with nothing under the cup."""
+        """Motions to the next pick with an empty cup."""
         near, far = self.heights(next_pick, motion.stop, np.full(len(next_pick), self.rim + self.rules.clear))
         return self.over(motion.stop, next_pick, (far, near), limits)
 
@@ -186,23 +186,23 @@ class PlacingMover(Mover):
         return Meeting(position, np.where(good, time, 0.0), wait, good, joined([coast(wait), back], axis=1))
 
     def _hang(self, pick: Floats) -> Floats:
-        """How far objects reach below the planner's points (N,) [m]: at their picks they lie on the belt."""
+        """Extents of objects below the planner's points (N,) [m]: at the pick the object lies on the belt."""
         return pick[:, 2] - self._belt.height
 
     def _carry(self, pick: Floats, place: Floats, limits: Limits) -> Segments:
-        """Motions of hands with objects under their cups."""
+        """Motions to the place with objects under the cups."""
         return self.over(pick, place, self._carried(pick, place), limits)
 
     def _carried(self, pick: Floats, place: Floats) -> tuple[Floats, Floats]:
         return self.heights(pick, place, self.rim + self.rules.clear + self._hang(pick))
 
     def _inside(self, pick: Floats, place: Floats) -> Bools:
-        """Which motions stay inside the workspace: it is convex, and they lie in rectangles with these corners."""
+        """Which motions stay inside the convex workspace: each motion lies in a rectangle with these corners."""
         top, inside = self.top(self._carried(pick, place)), self._workspace.contains
         return inside(pick) & inside(place) & inside(_at_height(pick, top)) & inside(_at_height(place, top))
 
     def _placed(self, pick: Floats, place: Floats, limits: Limits) -> ReleaseBatch:
-        """Objects let go at rest; NaN where the hand does not get there."""
+        """Releases at rest; infeasible where the hand does not reach the place."""
         way = _at_height(place - pick, np.zeros(len(pick)))
         apart = length(way) > MIN_REACH
         good = self._inside(pick, place) & apart
@@ -226,15 +226,15 @@ class PlaceMover(PlacingMover):
     """Straight up, level across, straight down, with a stop at every corner (Hassan et al. 2022, IV-B1)."""
 
     def over(self, start: Floats, end: Floats, heights: tuple[Floats, Floats], limits: Limits) -> Segments:
-        """Up, across and down: 21 segments."""
+        """Motions up, across and down: 21 segments."""
         return rectangle_segments(start, end, self.top(heights), limits)
 
     def top(self, heights: tuple[Floats, Floats]) -> Floats:
-        """The height of the level part."""
+        """The height of the horizontal part (N,) [m]."""
         return np.maximum(*heights)
 
     def heights(self, pick: Floats, place: Floats, over_rims: Floats) -> tuple[Floats, Floats]:
-        """As high above the pick as the ceiling of a throw, over all rims."""
+        """Heights of the ceiling above the pick, and over all rims (N,) each [m]."""
         return pick[:, 2] + self._lift, np.maximum(over_rims, place[:, 2])
 
 
@@ -242,12 +242,12 @@ class PlaceMover(PlacingMover):
 class EllipseMover(PlacingMover):
     """Straight up, over half an ellipse that runs vertically at both ends, straight down (Choe et al. 2023).
 
-    The hand rests where the straight parts meet the ellipse: the curvature jumps there, and with it the acceleration of
-    any hand that moves.
+    The hand rests where the straight parts meet the ellipse: the curvature jumps there, and with the curvature the
+    acceleration of a moving hand.
     """
 
     def over(self, start: Floats, end: Floats, heights: tuple[Floats, Floats], limits: Limits) -> Segments:
-        """Up, over and down; where both ends lie above each other as good as, up, across and down."""
+        """Motions up, over an ellipse and down; up, across and down where the way is shorter than `NARROW`."""
         first, last = _at_height(start, heights[0]), _at_height(end, heights[1])
         top, columns = self.top(heights), PIECES + 14
         found = rectangle_segments(start, end, top, limits).padded(columns)
@@ -261,11 +261,11 @@ class EllipseMover(PlacingMover):
         return replaced(found, wide, joined([up, arc, down], axis=1))
 
     def top(self, heights: tuple[Floats, Floats]) -> Floats:
-        """The highest point of the ellipse."""
+        """The highest point of the ellipse (N,) [m]."""
         return np.maximum(*heights) + self.rules.crest
 
     def heights(self, pick: Floats, place: Floats, over_rims: Floats) -> tuple[Floats, Floats]:
-        """Where the straight parts end."""
+        """Heights at which the vertical parts end, near pick and place (N,) each [m]."""
         vertical = self.rules.vertical
         return pick[:, 2] + vertical, np.maximum(over_rims, place[:, 2] + vertical)
 
@@ -276,20 +276,20 @@ def placed(release: ReleaseBatch) -> Bools:
 
 
 def rectangle_segments(start: Floats, end: Floats, top: Floats, limits: Limits) -> Segments:
-    """Motions straight up to a height (N,) [m], level, and straight down, from rest to rest each: 21 segments."""
+    """Motions straight up to a height (N,) [m], horizontal, and straight down, each from rest to rest: 21 segments."""
     first, last = _at_height(start, top), _at_height(end, top)
     moves = [rest_to_rest(way, limits) for way in (first - start, last - first, end - last)]
     return joined(moves, axis=1)
 
 
 def first_not_late(late: Callable[[Floats], Floats], low: Floats, high: Floats) -> tuple[Floats, Bools]:
-    """Times (N,) in brackets (N,) from which on a lateness is not above 0 any more, and where there is one.
+    """Times (N,) in brackets (N,) at which a lateness falls to 0 or below, and which brackets contain such a time.
 
-    By false position, in the Illinois form. It ends on the side where nothing is late, and a row's result does not
-    depend on the other rows.
+    The method is false position in the Illinois form. The result lies on the side where the lateness is not above 0,
+    and the result of a row does not depend on the other rows.
 
     Args:
-        late: lateness (N,) at times (N,), near to a line.
+        late: function from times (N,) to lateness (N,), nearly linear.
         low: earliest times (N,).
         high: latest times (N,).
     """
@@ -301,7 +301,7 @@ def first_not_late(late: Callable[[Floats], Floats], low: Floats, high: Floats) 
         middle = low + np.where(before > after, before / rise, 0.5) * (high - low)
         value = late(middle)
         good = value <= 0.0
-        # An end that stays twice counts half, or false position would creep up from one side.
+        # Illinois: the value of an end that stays twice is halved, or false position would creep up from one side.
         before = np.where(good, np.where(side > 0.0, before / 2.0, before), value)
         after = np.where(good, value, np.where(side < 0.0, after / 2.0, after))
         low, high, side = np.where(good, low, middle), np.where(good, middle, high), np.where(good, 1.0, -1.0)
@@ -309,17 +309,17 @@ def first_not_late(late: Callable[[Floats], Floats], low: Floats, high: Floats) 
 
 
 def _at_height(points: Floats, height: Floats) -> Floats:
-    """Points (N, 3) brought to heights (N,) [m]."""
+    """Points (N, 3) with their heights replaced (N,) [m]."""
     return np.concatenate([points[:, :2], height[:, None]], axis=1)
 
 
 def _after_lift(pick: Floats, release: ReleaseBatch, limits: Limits) -> ReleaseBatch:
-    """Releases of throws that begin above the picks."""
+    """Releases with the time of the lift added, for throws that begin above the picks."""
     rise = np.abs(_lifted(pick, release)[:, 2] - pick[:, 2])
     time = release.time + stroke_time(rise, *limits.arrays(len(pick)))
     return replace(release, time=time, straight=np.zeros(len(pick), dtype=np.bool_))
 
 
 def _lifted(pick: Floats, release: ReleaseBatch) -> Floats:
-    """Picks raised to the heights of their releases, where there are such (N, 3) [m]."""
+    """Picks raised to the heights of their releases, unchanged where the release is infeasible (N, 3) [m]."""
     return _at_height(pick, np.where(release.feasible, release.position[:, 2], pick[:, 2]))

@@ -1,8 +1,8 @@
-"""How the hand moves through a pick: on a straight line, as in Hassan et al. 2022, or with a free release direction.
+"""The mover, which plans the hand's motion in a cycle, and the mover on straight lines of Hassan et al. 2022.
 
-A mover plans the nominal release, the releases that corrections ask for, the motion to a release, and the motion from
-there to the next pick. The cell, its plan check and the residuals know only this class; `planner` in the cell's
-config chooses.
+A mover plans the nominal release, the releases of corrected throws, the motion to a release, and the motion from the
+end of the throw to the next pick. Cell, planner and action modes use only the class `Mover`; `planner` in the cell's
+config chooses the subclass.
 """
 
 from __future__ import annotations
@@ -27,26 +27,26 @@ from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.planning.straight.release import plan_release_batch, release_at_elevation, release_at_point
 
 _LOWER_STEPS = 24
-"""Elevations tried when a corrected release would rise above the ceiling and its slack."""
+"""Number of elevations that are tried when a corrected release would rise above the ceiling and its slack."""
 _HALVINGS = 12
-"""Bisection of that elevation."""
+"""Bisection steps for that elevation."""
 
 
 @final
 @dataclass(frozen=True)
 class ThrowMotion:
-    """N throws from the pick, at rest or with the belt, to where the return begins: at rest, or in flight.
+    """Motions of N hands in a throw, from the pick to the point where the return begins.
 
     Attributes:
         pick: start (N, 3) [m].
         segments: acceleration, window and braking.
-        release_time: when the planned release is reached (N,) [s].
-        stop: where they end and the return begins (N, 3) [m].
-        stop_time: when they do (N,) [s].
-        velocity: of the hand there (N, 3) [m/s]; zero after a stop.
+        release_time: time of the planned release (N,) [s].
+        stop: points where the throw ends and the return begins (N, 3) [m].
+        stop_time: time at which the return begins (N,) [s].
+        velocity: velocity of the hand at that time (N, 3) [m/s]; zero after a stop.
         roof: greatest height of the hand on the return (N,) [m].
-        placed: the object was put down in rest, at its bin (N,).
-        pick_velocity: of the hand when it lifts the object (N, 3) [m/s]; None where all begin at rest.
+        placed: whether the object is put down at rest, at its bin (N,).
+        pick_velocity: velocity of the hand at the lift (N, 3) [m/s]; None where all hands begin at rest.
     """
 
     pick: Floats
@@ -61,23 +61,23 @@ class ThrowMotion:
 
     @cached_property
     def path(self) -> JerkTrajectory:
-        """The way of the hand until the return begins, from rest or with its first velocity."""
+        """Path of the hand until the return begins, from rest or with its first velocity."""
         return JerkTrajectory.concatenate(self.pick, [self.segments], self.pick_velocity)
 
     @classmethod
     def resting(cls, place: Floats) -> ThrowMotion:
-        """Hands that rest at `place` (N, 3) [m] and have thrown nothing."""
+        """Motions of hands that rest at `place` (N, 3) [m] and throw nothing."""
         zero = np.zeros(len(place))
         return cls(place, coast(zero), zero, place, zero, np.zeros_like(place), zero + np.inf, zero > 0.0)
 
 
 @dataclass(frozen=True)
 class Reach:
-    """When and where N hands meet objects on the belt; rows that are not feasible hold placeholders.
+    """Times and places at which N hands meet objects on the belt; infeasible rows have placeholders.
 
     Attributes:
-        position: where the hand lifts the object (N, 3) [m].
-        time: from the end of the throw until the hand touches it (N,) [s].
+        position: points where the hand lifts the object (N, 3) [m].
+        time: time from the end of the throw until the hand touches the object (N,) [s].
         wait: standstill above the pick (N,) [s].
         feasible: whether the object can be picked (N,).
     """
@@ -91,7 +91,7 @@ class Reach:
 @final
 @dataclass(frozen=True)
 class Meeting(Reach):
-    """The same with the motions there."""
+    """Times and places at which N hands meet objects, with the motions `back` to these places."""
 
     back: Segments
 
@@ -105,9 +105,9 @@ class Mover(ABC):
 
     @abstractmethod
     def aimed(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
-        """Releases for moved targets (N, 3) [m], as like the nominal ones as can be.
+        """Releases for moved targets (N, 3) [m], as close to the nominal releases as possible.
 
-        `slack` is how far they may rise above the ceiling [m].
+        `slack` is the height by which a release may exceed the ceiling [m].
         """
 
     @abstractmethod
@@ -116,7 +116,7 @@ class Mover(ABC):
 
     @abstractmethod
     def reserve(self, release: ReleaseBatch) -> Floats:
-        """How far the targets of releases that are taken on may move along them (N,) [m]."""
+        """Distances by which targets may move along the throw with a feasible plan, for accepted releases (N,) [m]."""
 
     @abstractmethod
     def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
@@ -124,30 +124,30 @@ class Mover(ABC):
 
     @abstractmethod
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
-        """The motions to feasible releases and on to where the return begins."""
+        """Motions from the pick through feasible releases to the points where the return begins."""
 
     @abstractmethod
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
-        """The motions from there to next picks at rest (N, 3) [m]."""
+        """Motions from the end of a throw to next picks (N, 3) [m], which end at rest."""
 
     @abstractmethod
     def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """The earliest meetings with objects on the belt.
 
-        `place` (N, 3) [m] is where the hand would have to be to pick them when the throw ends.
+        `place` (N, 3) [m] are the pick points of the objects at the moment when the throw ends.
         """
 
     def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
-        """The same meetings, for those who compare many and need no motions."""
+        """The earliest meetings without motions, for rules that compare many objects."""
         return self.meet(motion, place, limits)
 
 
 class StraightMover(Mover):
-    """Throws along the line from pick to release, stops on it, and returns on straight lines.
+    """Throws along the line from pick to release, stops on that line, and returns on straight lines.
 
     Args:
         config: the cell.
-        workspace: where the hand may be.
+        workspace: the positions that the hand can reach.
     """
 
     def __init__(self, config: ConveyorConfig, workspace: EllipticWorkspace) -> None:
@@ -158,11 +158,11 @@ class StraightMover(Mover):
         self._reserve = config.motion.reserve
 
     def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
-        """The exact optimum of Hassan et al. 2022."""
+        """Minimum-time releases: the exact optimum of the problem in Hassan et al. 2022."""
         return plan_release_batch(pick, target, limits, ceiling=ceiling)
 
     def aimed(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
-        """Releases at the nominal elevation, lower only where they would exceed ceiling and slack."""
+        """Releases at the nominal elevation, or at a lower one where the release would exceed ceiling and slack."""
         limits, top = context.throw_limits, context.ceiling + slack
         angle = np.where(context.plan.feasible, context.plan.angle, 0.0)
         release = release_at_elevation(context.pick, goal, limits, angle)
@@ -173,17 +173,17 @@ class StraightMover(Mover):
         return release_at_elevation(context.pick, goal, limits, angle)
 
     def moved(self, context: Context, point: Floats) -> ReleaseBatch:
-        """Releases at the points, at the speed that the way there allows."""
+        """Releases at given points, at the speed that the hand can reach on the way."""
         return release_at_point(context.pick, point, context.throw_limits, plane_z=context.target[:, 2])
 
     def reserve(self, release: ReleaseBatch) -> Floats:
-        """The same for all."""
+        """The reserve of the config, for all releases (N,) [m]."""
         return np.full(len(release.speed), self._reserve)
 
     def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
-        """Which throws exist and stay inside the workspace until the hand has stopped.
+        """Which throws have a plan and stay inside the workspace until the hand has stopped.
 
-        The workspace is convex and the path straight, so pick and stop are enough.
+        The workspace is convex and the path straight, so checking pick and stop is enough.
         """
         planned = replace(
             release,
@@ -194,7 +194,7 @@ class StraightMover(Mover):
         return release.feasible & self._workspace.contains(pick) & self._workspace.contains(stop)
 
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
-        """Along the line from pick to release, the window at constant velocity, and the stop on that line."""
+        """Motions along the line from pick to release, through the window at constant velocity, and to a stop."""
         direction, zero = release.direction, np.zeros(len(pick))
         ahead = accelerate(direction, release.distance, limits)
         window = coast(zero + self._follow.window)
@@ -212,17 +212,17 @@ class StraightMover(Mover):
         )
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
-        """Straight above the next pick, then down."""
+        """Motions straight to the point above the next pick, then down."""
         return straight_back(motion.stop, next_pick, np.zeros(len(next_pick)), limits, self._clearance)
 
     def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
-        """The earliest meeting of a hand that moves from rest to rest."""
+        """The earliest meetings of hands that move from rest to rest, with their motions."""
         found = self.reach(motion, place, limits)
         back = straight_back(motion.stop, found.position, found.wait, limits, self._clearance)
         return Meeting(**vars(found), back=back)
 
     def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
-        """Where and when that is."""
+        """The earliest meetings of hands that move from rest to rest, without motions."""
         found = plan_intercept(
             motion.stop,
             place,
@@ -239,7 +239,7 @@ class StraightMover(Mover):
         )
 
     def braking_limits(self, release: ReleaseBatch, limits: Limits) -> Limits:
-        """Limits of the braking: with `gravity_share`, the hand falls away no faster than that share of g."""
+        """Limits of the braking: with `gravity_share`, the hand accelerates downwards by at most that share of g."""
         if self._follow.gravity_share is None:
             return limits
         velocity, acceleration, jerk = limits.arrays(len(release.speed))
@@ -247,20 +247,20 @@ class StraightMover(Mover):
         return LimitRows(velocity, np.minimum(acceleration, self._follow.gravity_share * GRAVITY / rise), jerk)
 
     def _run_out(self, release: ReleaseBatch, limits: Limits) -> Floats:
-        """Way of the hand after the release (N,) [m]."""
+        """Distance that the hand moves after the release (N,) [m]."""
         way = brake_distance(release.speed, self.braking_limits(release, limits))
         return self._follow.window * release.speed + way
 
 
 def straight_back(stop: Floats, next_pick: Floats, wait: Floats, limits: Limits, clearance: float) -> Segments:
-    """From rest at `stop` straight above the next pick, a wait (N,) [s], and the vertical approach: 15 segments."""
+    """Motions from rest at `stop` to above the next pick, a wait (N,) [s], and the vertical approach: 15 segments."""
     above = next_pick + np.array([0.0, 0.0, clearance])
     down = np.broadcast_to(np.array([0.0, 0.0, -clearance]), above.shape)
     return joined([rest_to_rest(above - stop, limits), coast(wait), rest_to_rest(down, limits)], axis=1)
 
 
 def _lowered(pick: Floats, goal: Floats, limits: Limits, angle: Floats, top: Floats) -> Floats:
-    """The largest elevations (N,) below `angle` whose releases stay below `top`."""
+    """The largest elevations (N,) [rad] below `angle` whose releases stay below the height `top` (N,) [m]."""
 
     def fits(share: Floats) -> Bools:
         release = release_at_elevation(pick, goal, limits, angle * share)

@@ -1,10 +1,12 @@
-"""A hand that rides with the belt while the vacuum builds up, whatever mover plans its throws and returns.
+"""A hand that rides with the belt while the vacuum builds up, around any mover that plans throws and returns.
 
-A mover plans from rest to rest. Here its throws begin at a virtual pick downstream of the true one, under what the
-belt's fading velocity leaves of the limits, and its returns end at a virtual touch upstream of the true one; the fading
-is added to both (`planning.motion.riding`). Releases, corrections and the motion after a release are the mover's own.
+The inner mover plans from rest to rest. Its throws begin at a virtual pick downstream of the true pick, and its returns
+end at a virtual touch upstream of the true touch, both under the limits that remain beside the belt's fading velocity.
+The fading is then added to the motions (`planning.motion.riding`). Releases, corrections and the motion after a release
+are those of the inner mover.
 
-A pick is where the hand lifts the object, as everywhere in the cell: `dwell` x speed downstream of where it touches it.
+A pick is the point where the hand lifts the object, as everywhere in the cell: `dwell` x speed downstream of the point
+where the hand touches the object.
 """
 
 from __future__ import annotations
@@ -27,7 +29,7 @@ from pnt_gym.planning.motion.trajectory import Segments, superposed
 from pnt_gym.planning.straight.plan import ReleaseBatch
 
 STOPPING: Final = ("straight",)
-"""Planners whose returns stop above the pick, at the clearance, or pass there at rest."""
+"""Planners whose returns stop above the pick, at the clearance."""
 
 
 @final
@@ -36,8 +38,8 @@ class TrackingMover(Mover):
 
     Args:
         config: the cell.
-        workspace: where the hand may be.
-        mover: what makes the other mover of both.
+        workspace: the positions that the hand can reach.
+        mover: function that builds the inner mover from config and workspace.
     """
 
     def __init__(
@@ -52,9 +54,9 @@ class TrackingMover(Mover):
         drop = config.motion.clearance if config.planner in STOPPING else 0.0
         self._arrival = arrival_time(LimitRows.t3kr(percent), self._speed, drop)
         self._behind = self._speed * (self._arrival / 2.0 + config.motion.dwell) * DOWNSTREAM
-        """Picks from the virtual touches."""
+        """Picks relative to the virtual touches (3,) [m]."""
         self._early = self._speed * self._arrival / 2.0 * DOWNSTREAM
-        """Touches from where hands would have to be that go from rest to rest [m]."""
+        """Touches relative to the end points of motions from rest to rest (3,) [m]."""
         low, high = config.lift_x
         window = low - self._behind[0], high - self._behind[0]
         self._mover = mover(
@@ -62,33 +64,34 @@ class TrackingMover(Mover):
         )
 
     def reserve(self, release: ReleaseBatch) -> Floats:
-        """The other mover's."""
+        """The inner mover's reserves (N,) [m]."""
         return self._mover.reserve(release)
 
     def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
-        """The other mover's releases from the virtual picks."""
+        """The inner mover's releases from the virtual picks."""
         fading = Fading.under(limits, len(pick), self._speed)
         return self._mover.plan(_virtual(pick, fading), target, fading.left(limits), ceiling)
 
     def aimed(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
-        """The other mover's releases for moved targets (N, 3) [m]."""
+        """The inner mover's releases for moved targets (N, 3) [m]."""
         return self._mover.aimed(self._seen(context), goal, slack)
 
     def moved(self, context: Context, point: Floats) -> ReleaseBatch:
-        """The other mover's releases at given points (N, 3) [m]."""
+        """The inner mover's releases at given points (N, 3) [m]."""
         return self._mover.moved(self._seen(context), point)
 
     def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
         """Which releases the robot can execute.
 
-        While the belt's velocity fades, the hand stays inside the triangle of pick, virtual pick and where it is then.
+        While the belt's velocity fades, the hand stays inside the triangle of pick, virtual pick and the position
+        at the end of the fading.
         """
         fading = Fading.under(limits, len(pick), self._speed)
         good = self._mover.is_feasible(_virtual(pick, fading), release, fading.left(limits))
         return good & fading.is_possible(limits) & self._workspace.contains(pick)
 
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
-        """The other mover's motions, at the belt's speed at first; quick ones begin late enough for it to fade."""
+        """The inner mover's motions plus the fading belt speed; a short motion is delayed until the speed has faded."""
         fading = Fading.under(limits, len(pick), self._speed)
         motion = self._mover.throw(_virtual(pick, fading), release, fading.left(limits), ceiling)
         delay = np.maximum(fading.time - motion.release_time, 0.0)
@@ -102,19 +105,19 @@ class TrackingMover(Mover):
         )
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
-        """The motions to where the objects are touched that are lifted at next picks (N, 3) [m]."""
+        """Motions to the touches of the objects that the hand lifts at next picks (N, 3) [m]."""
         growing = self._growing(len(next_pick))
         return _ending(self._mover.back(motion, next_pick - self._behind, growing.left(limits)), growing)
 
     def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
-        """The earliest meetings, of which the positions are those of the lifts."""
+        """The earliest meetings; their positions are those of the lifts."""
         growing = self._growing(len(place))
         found = self._mover.meet(motion, place - self._early, growing.left(limits))
         good = found.feasible & (found.back.durations.sum(axis=1) >= growing.time)
         return replace(found, position=found.position + self._behind, back=_ending(found.back, growing), feasible=good)
 
     def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
-        """The same without the motions, none of which is shorter than the growing."""
+        """The earliest meetings without motions; a return is at least as long as the growth of the belt speed."""
         growing = self._growing(len(place))
         found = self._mover.reach(motion, place - self._early, growing.left(limits))
         good = found.feasible & (found.time >= growing.time)
@@ -124,13 +127,13 @@ class TrackingMover(Mover):
         return Fading(self._speed, np.full(count, self._arrival))
 
     def _seen(self, context: Context) -> Context:
-        """Picks as the other mover sees them."""
+        """Picks as the inner mover needs them: at virtual points and with the remaining limits."""
         fading = Fading.under(context.throw_limits, len(context.pick), self._speed)
         return replace(context, pick=_virtual(context.pick, fading), throw_limits=fading.left(context.throw_limits))
 
 
 def brought_to_rest(pick: Floats, limits: Limits, speed: float) -> ThrowMotion:
-    """Hands that lift nothing from a belt of a speed [m/s] at picks (N, 3) [m], and come to rest downstream."""
+    """Motions of empty hands that ride at picks (N, 3) [m] with a belt speed [m/s], and stop downstream."""
     fading = Fading.under(limits, len(pick), speed)
     return replace(
         ThrowMotion.resting(_virtual(pick, fading)),
@@ -142,16 +145,16 @@ def brought_to_rest(pick: Floats, limits: Limits, speed: float) -> ThrowMotion:
 
 
 def left_empty(pick: Floats, limits: Limits, belt: Belt, columns: int) -> ThrowMotion:
-    """Hands that lift nothing at picks (N, 3) [m] and stay there, or stop at once if they ride; so many segments."""
+    """Motions of empty hands at picks (N, 3) [m]: at rest, or a stop if they ride; padded to `columns` segments."""
     resting = brought_to_rest(pick, limits, belt.speed) if belt.tracking else ThrowMotion.resting(pick)
     return replace(resting, segments=resting.segments.padded(columns))
 
 
 def _virtual(pick: Floats, fading: Fading) -> Floats:
-    """Where throws would begin that begin at rest (N, 3) [m]."""
+    """Virtual picks (N, 3) [m], at which the inner mover's throws begin from rest."""
     return pick + fading.way[:, None] * DOWNSTREAM
 
 
 def _ending(back: Segments, growing: Fading) -> Segments:
-    """Returns that end at the belt's speed; none is shorter than the growing, for it goes down to the belt."""
+    """Returns that end at the belt's speed: the growing speed is added at their ends."""
     return superposed(back, growing.into(np.maximum(back.durations.sum(axis=1) - growing.time, 0.0)))

@@ -1,1 +1,1 @@
-"""The objects: what is true of each, what sensors say of it, how they are drawn, and how they fill bins."""
+"""The objects: true and measured values, random draws, outlines, and how objects fill bins."""

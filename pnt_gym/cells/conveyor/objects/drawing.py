@@ -1,7 +1,7 @@
-"""Objects on the belt: what is true of each (hidden) and what the cell's sensors say of it.
+"""Objects on the belt from random draws: true (hidden) values of each object and the sensors' measurements.
 
-One object is one row of standard draws (normal and uniform) from its own cell's generator. Everything here is a
-pure function of those rows, so a cell gives the same objects alone and in a batch.
+One object is one row of standard draws (normal and uniform) from the cell's generator. All functions of this module are
+pure functions of these rows, so a cell draws the same objects alone and in a batch.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from pnt_gym.cells.conveyor.objects.records import Draws, Measured, Objects
 from pnt_gym.constants import GRAVITY
 
 TARGET_DRAWS = 8
-"""Bins that may be tried for one object before it is let go."""
+"""Largest number of bins that are tried for one object before it stays on the belt."""
 
 _NORMALS: Final = {
     "mass": np.s_[..., 0],
@@ -55,32 +55,32 @@ _UNIFORMS: Final = {
     "place": np.s_[..., 8:12],
     "bin": np.s_[..., 12 : 12 + 3 * TARGET_DRAWS],
 }
-"""Columns of its uniform draws; column 7 is not used."""
+"""Columns of an object's uniform draws; column 7 is not used."""
 UNIFORMS = 12 + 3 * TARGET_DRAWS
 _OF_THE_KIND: Final = ("shape", "friction", "cup_friction", "rolling_friction", "solref", "pick_chance")
-"""What all objects of a kind have alike."""
+"""Fields that are the same for all objects of a kind."""
 _SMALLEST = 0.005
-"""The camera reports no extent below this [m]."""
+"""Smallest extent that the camera reports [m]."""
 _MIN_DEPTH, _MAX_DEPTH = 0.05, 0.95
 HALF_LIP: Final = 4.0 / (3.0 * np.pi)
-"""Centroid of half a disc from its middle, in radii."""
+"""Distance of half a disc's centroid from the disc's middle, in radii."""
 
 
 @final
 @dataclass(frozen=True)
 class Apart:
-    """What some levels draw beside, uniform in [0, 1), with any leading shape S."""
+    """Draws of side generators for effects that a level switches on, uniform in [0, 1), with any leading shape S."""
 
     pick: Floats
-    """Whether the cup seals; 1 where picks do not fail."""
+    """Draw that decides whether the cup seals; 1 where picks do not fail."""
     seen: Floats
-    """As what it is seen."""
+    """Draw of the item that the classifier sees."""
     fill: Floats
-    """How much lies in each bin, S + (B,)."""
+    """Draw of the content of each bin, S + (B,)."""
 
     @classmethod
     def none(cls, config: ConveyorConfig, *shape: int) -> Apart:
-        """Nothing fails, and bins are empty."""
+        """Draws with which no pick fails and all bins are empty."""
         return cls(np.ones(shape), np.zeros(shape), np.zeros((*shape, max(len(config.bins.fixed), 1))))
 
 
@@ -92,9 +92,9 @@ def objects_from_draws(
     Args:
         normals: S + (NORMALS,) standard normal.
         uniforms: S + (UNIFORMS,) in [0, 1).
-        config: the cell; its mismatch scales every hidden effect, not the catalogue and not the sensor noise.
-        table: the items, stacked.
-        apart: further draws, S; none where nothing fails.
+        config: the cell; its mismatch scales every hidden effect, but not the catalogue and the sensor noise.
+        table: the items as arrays.
+        apart: draws of side generators, S; None where no effect needs them.
     """
     apart = Apart.none(config, *normals.shape[:-1]) if apart is None else apart
     m, spread, noise = config.mismatch, config.spread, config.noise
@@ -153,15 +153,15 @@ def objects_from_draws(
 
 
 def _one_of(values: tuple[float, ...], draw: Floats) -> Floats:
-    """One of the values for each uniform draw S: S."""
+    """One of the values, S, for uniform draws S."""
     return np.asarray(values)[np.minimum((draw * len(values)).astype(np.int64), len(values) - 1)]
 
 
 def release_delay(seal: Floats, mass: Floats, suction: Suction) -> Floats:
     """Mean delay between the valve command and the moment the object is free [s].
 
-    The vacuum decays exponentially and holds until its force drops below the weight. A porous seal (low F0) vents
-    through its leak too, which shortens the time constant.
+    The vacuum decays exponentially and holds the object until its force drops below the weight. A porous seal (low F0)
+    vents through its leak too, which shortens the time constant.
 
     Args:
         seal: vacuum force before the release F0 [N], any shape.
@@ -176,13 +176,14 @@ def release_delay(seal: Floats, mass: Floats, suction: Suction) -> Floats:
 
 
 def time_constant(seal: Floats, suction: Suction) -> Floats:
-    """tau_e [s] of seals that hold F0 [N]."""
+    """Time constant tau_e [s] of the vacuum of seals that hold F0 [N]."""
+    # tau_e = tau / (1 + leak (F_ref / F0 - 1)) for F0 < F_ref, see `Suction`.
     leak = np.where(seal < suction.leak_reference, suction.leak_reference / seal - 1.0, 0.0)
     return suction.tau / (1.0 + suction.leak * leak)
 
 
 def _spin(drawn: Objects, config: ConveyorConfig) -> Floats:
-    """Spin of objects at release: as drawn, or by how the lip peels off, and by what is blown at them."""
+    """Spin of objects at release, S + (3,) [rad/s]: as drawn, or from the peeling lip, and from blown air."""
     m, cup, body = config.mismatch, config.cup, (drawn.mass, drawn.size, drawn.shape, drawn.yaw)
     spin = drawn.spin
     if cup.peel:
@@ -195,11 +196,11 @@ def _spin(drawn: Objects, config: ConveyorConfig) -> Floats:
 
 
 def spin_gripped(objects: Objects, grasp: Floats, config: ConveyorConfig) -> Floats:
-    """Spin S + (3,) of objects that are gripped at another place than drawn: the rest of it stays.
+    """Spin S + (3,) [rad/s] of objects with another grasp offset than drawn; the other parts of the spin stay.
 
     Args:
         objects: the objects as drawn, S.
-        grasp: where they are gripped, S + (2,) [m].
+        grasp: the new grasp offset, S + (2,) [m].
         config: the cell.
     """
 
@@ -213,18 +214,18 @@ def spin_gripped(objects: Objects, grasp: Floats, config: ConveyorConfig) -> Flo
 
 
 def peel_impulse(weight: Floats, grasp: Floats, radius: Floats, tau: Floats) -> Floats:
-    """Angular impulse that a lip gives which peels off at one side, about x and y, S + (2,) [N m s].
+    """Angular impulse of a lip that peels off at one side, about x and y, S + (2,) [N m s].
 
-    An object is free when the vacuum has decayed to its weight. The lip opens first where the object is heavier, on the
-    side of its centre of mass. What is left of the vacuum, m g exp(-t / tau), is taken to hold the other half of the
-    lip, whose centroid is 4 r / (3 pi) from the middle: with the grasp offset e that is its arm about the centre of
-    mass, and the impulse is m g tau (e + 4 r / (3 pi)). The side that opened goes down. That half a lip holds until
-    the vacuum is gone is an upper bound.
+    An object is free when the vacuum has decayed to the object's weight. The lip opens first where the object is
+    heavier, on the side of its centre of mass. The remaining force of the vacuum, m g exp(-t / tau), is assumed to act
+    on the other half of the lip, whose centroid is 4 r / (3 pi) from the middle. With the grasp offset e the arm about
+    the centre of mass is e + 4 r / (3 pi), and the impulse is m g tau (e + 4 r / (3 pi)). The open side goes down. The
+    impulse is an upper bound, because the half lip is assumed to hold until the vacuum is gone.
 
     Args:
-        weight: of the object, S [N].
-        grasp: centre of mass from the cup's axis along x, y, S + (2,) [m].
-        radius: of the lip, S [m].
+        weight: weight of the object, S [N].
+        grasp: centre of mass relative to the cup's axis, along x, y, S + (2,) [m].
+        radius: radius of the lip, S [m].
         tau: time constant of the vacuum, S [s].
     """
     offset = np.sqrt(grasp[..., 0] ** 2 + grasp[..., 1] ** 2)
@@ -237,22 +238,22 @@ def blow_impulse(mass: Floats, grasp: Floats, speed: float) -> Floats:
     """Angular impulse about x and y of air that blows objects down along the cup's axis, S + (2,) [N m s].
 
     Args:
-        mass: S [kg].
-        grasp: centre of mass from the cup's axis along x, y, S + (2,) [m].
-        speed: that the air gives the centre of mass [m/s].
+        mass: mass of the objects, S [kg].
+        grasp: centre of mass relative to the cup's axis, along x, y, S + (2,) [m].
+        speed: speed that the air gives the centre of mass [m/s].
     """
     return (mass * speed)[..., None] * np.stack([grasp[..., 1], -grasp[..., 0]], axis=-1)
 
 
 def gained(impulse: Floats, mass: Floats, size: Floats, shape: Ints, yaw: Floats) -> Floats:
-    """Spin about x, y, z that angular impulses about x and y, S + (2,) [N m s], give to free objects, S + (3,) [rad/s].
+    """Spin of free objects about x, y, z, S + (3,) [rad/s], from angular impulses about x and y.
 
     Args:
-        impulse: in the world.
-        mass: S [kg].
+        impulse: angular impulses about the world's x and y, S + (2,) [N m s].
+        mass: mass of the objects, S [kg].
         size: full extents, S + (3,) [m].
         shape: index in `items.SHAPES`, S.
-        yaw: of the objects, S [rad].
+        yaw: yaw of the objects, S [rad].
     """
     index = shape.reshape(-1)
     inertia = solid_shell_inertia(mass.reshape(-1), lying_size(index, size.reshape(-1, 3)), index)
@@ -261,7 +262,12 @@ def gained(impulse: Floats, mass: Floats, size: Floats, shape: Ints, yaw: Floats
 
 
 def assumed(random: Floats, offset: Floats) -> Floats:
-    """Spin at release S + (3,): a random part (a third of it about z), and one from the off-centre grip S + (2,)."""
+    """Spin at release, S + (3,) [rad/s]: a random part (a third of it about z) plus a part from the grasp offset.
+
+    Args:
+        random: random part, S + (3,) [rad/s].
+        offset: grasp offset times spin per offset, along x, y, S + (2,) [rad/s].
+    """
     spin = random.copy()
     spin[..., 2] /= 3.0
     spin[..., 0] += offset[..., 1]
@@ -270,14 +276,14 @@ def assumed(random: Floats, offset: Floats) -> Floats:
 
 
 def _kinds(draw: Floats, config: ConveyorConfig) -> Ints:
-    """What comes, by draws S: all items alike, or in the shares that a level gives them."""
+    """Items of objects for uniform draws S: all items equally often, or in the shares of the level's `mix`."""
     if not config.mix:
         return np.minimum((draw * len(config.items)).astype(np.int64), len(config.items) - 1)
     return np.minimum(np.searchsorted(np.cumsum(config.shares()), draw, side="right"), len(config.items) - 1)
 
 
 def _seen(kind: Ints, draw: Floats, config: ConveyorConfig) -> Ints:
-    """As what objects of kinds S are seen, by draws S."""
+    """Items that the classifier sees in objects of kinds S, for uniform draws S."""
     if not config.classifier.confusion:
         return kind.copy()
     reached = np.cumsum(config.confusion(), axis=1)[kind]
@@ -292,7 +298,7 @@ def _sizes(table: ItemTable, kind: Ints, common: Floats, axes: Floats, config: C
 
 
 def _measured_size(size: Floats, noise: Floats) -> Floats:
-    """What the camera says of length and width; the height is felt by the cup when it touches down."""
+    """Measured extents, S + (3,) [m]: length and width by the camera, the height without noise by the cup."""
     seen = np.maximum(size + noise, _SMALLEST)
     seen[..., 2] = size[..., 2]
     return seen

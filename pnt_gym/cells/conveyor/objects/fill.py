@@ -1,4 +1,4 @@
-"""Bins that fill: how deep they still are for the next throw, by what lies in them."""
+"""Bins that fill: the free depth of bins for the next throw, from the objects in them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.objects.records import Objects
 
 LEAST_DEPTH: Final = 0.02
-"""However much lies in a bin, it is level, and so deep [m]: what would rise higher slides over the rim, or is raked."""
+"""Smallest free depth of a bin [m]: a filling that would rise higher slides over the rim, or is raked."""
 _SHARE: Final = np.array([np.pi / 6.0, np.pi / 4.0, 1.0])
 """Volume of each shape over that of the box around it."""
 
@@ -21,12 +21,12 @@ _SHARE: Final = np.array([np.pi / 6.0, np.pi / 4.0, 1.0])
 @final
 @dataclass(frozen=True)
 class Fill:
-    """What lies in the B bins of N cells."""
+    """Contents of the B bins of N cells."""
 
     count: Ints
-    """Objects since they were emptied (N, B)."""
+    """Number of objects since the bin was emptied (N, B)."""
     volume: Floats
-    """Of these objects alone, without what is between them (N, B) [m3]."""
+    """Volume of these objects, without the gaps between them (N, B) [m3]."""
 
     @classmethod
     def nothing(cls, *shape: int) -> Fill:
@@ -34,9 +34,12 @@ class Fill:
         return cls(np.zeros(shape, dtype=np.int64), np.zeros(shape))
 
     def after(self, ended_in: Ints, volume: Floats, emptied: int) -> Fill:
-        """What lies there when objects of some volume (N,) have ended in bins (N,), in none where -1.
+        """Contents after one more object per cell has ended in a bin.
 
-        A bin is emptied as soon as so many objects lie in it.
+        Args:
+            ended_in: index of each object's bin, -1 for none (N,).
+            volume: volumes of the objects (N,) [m3].
+            emptied: number of objects at which a bin is emptied.
         """
         came = np.arange(self.count.shape[1], dtype=np.int64) == ended_in[:, None]
         count = self.count + came
@@ -44,32 +47,32 @@ class Fill:
         return Fill(np.where(full, 0, count), np.where(full, 0.0, self.volume + came * volume[:, None]))
 
     def depth(self, area: Floats, config: ConveyorConfig) -> Floats:
-        """How deep bins of an area (N, B) or (B,) [m2] are above what lies in them, level (N, B) [m]."""
+        """Free depth (N, B) [m] above the contents, for openings of an area (N, B) or (B,) [m2]; contents are level."""
         bins = config.bins
         left = bins.depth - self.volume / (bins.packing * area)
         return np.maximum(left, min(LEAST_DEPTH, bins.depth))
 
 
 class PlannedBins:
-    """Bins of N cells that are as deep as the planner of each throw says."""
+    """Bins of N cells whose depth is that in each pick's context: contents do not carry over between throws."""
 
     def begin(self, rows: Ints, depth: Floats) -> Floats:
-        """Depths for first throws in some rows, of which the planner said (K, B) [m]."""
+        """Depths (K, B) [m] for the first throws in some rows, from the depths (K, B) in their contexts."""
         return depth
 
     def after(self, thrown: Objects, ended_in: Ints, depth: Floats) -> Floats:
-        """Depths for throws that follow when objects have ended in bins (N,), -1 for none, as `begin`."""
+        """Depths (N, B) [m] for the next throws, after the thrown objects have ended in bins (N,), -1 for none."""
         return depth
 
 
 @final
 class FillingBins(PlannedBins):
-    """Fixed bins of N cells, in which what ends there stays for the throws that follow.
+    """Fixed bins of N cells in which objects stay for the throws that follow.
 
     Args:
         config: the cell.
-        count: N.
-        emptied: a bin is emptied as soon as so many objects lie in it.
+        count: number of cells N.
+        emptied: number of objects at which a bin is emptied.
     """
 
     def __init__(self, config: ConveyorConfig, count: int, emptied: int) -> None:
@@ -78,19 +81,19 @@ class FillingBins(PlannedBins):
         self._fill = Fill.nothing(count, len(self._area))
 
     def begin(self, rows: Ints, depth: Floats) -> Floats:
-        """They are empty."""
+        """Depths of empty bins (K, B) [m]."""
         empty = Fill.nothing(len(rows), len(self._area))
         self._fill = replaced(self._fill, rows, empty)
         return empty.depth(self._area, self._config)
 
     def after(self, thrown: Objects, ended_in: Ints, depth: Floats) -> Floats:
-        """By what lies there now."""
+        """Depths (N, B) [m] above the contents, with the objects that have ended in bins."""
         self._fill = self._fill.after(ended_in, volume_of(thrown.shape, thrown.size), self._emptied)
         return self._fill.depth(self._area, self._config)
 
 
 def bins_of_cells(config: ConveyorConfig, count: int, carried: bool) -> PlannedBins:
-    """The bins of N cells, with what lies in them carried along from throw to throw or not."""
+    """The bins of N cells; with `carried`, contents carry over from throw to throw where the level has fixed bins."""
     emptied = config.bins.emptied
     if emptied is None or not config.bins.fixed or not carried:
         return PlannedBins()
@@ -103,14 +106,14 @@ def fixed_areas(config: ConveyorConfig) -> Floats:
 
 
 def mean_volumes(config: ConveyorConfig, table: ItemTable) -> Floats:
-    """Of what each bin takes (B,) [m3]."""
+    """Mean volumes of the items that each bin accepts (B,) [m3]."""
     own = volume_of(table.shape, table.size)
     takes = config.acceptance() if config.bins.fixed else np.full((len(own), 1), True)
     return (own @ takes) / takes.sum(axis=0)
 
 
 def drawn_fill(draw: Floats, emptied: int, volume: Floats) -> Fill:
-    """Bins at any moment between two emptyings, by uniform draws (N, B): so many objects of a volume (B,) [m3]."""
+    """Random contents of bins between two emptyings, by uniform draws (N, B) and mean object volumes (B,) [m3]."""
     count = np.minimum((draw * emptied).astype(np.int64), emptied - 1)
     return Fill(count, count * volume)
 

@@ -1,4 +1,4 @@
-"""The true outlines of objects: what they cover of the belt, turned by their yaw, and how far they reach in space."""
+"""True outlines of objects: footprints on the belt, turned by the objects' yaw, and extents in space."""
 
 from __future__ import annotations
 
@@ -10,14 +10,15 @@ from pnt_gym.cells.conveyor.objects.records import Objects
 
 
 def half_extent(objects: Objects, heading: float | Floats = 0.0) -> Floats:
-    """How far footprints reach from their centres along a level direction, and as far the other way, S [m].
+    """Half extents of footprints along a horizontal direction, from their centres, S [m].
 
-    Seen from above a box and a lying cylinder are rectangles, an ellipsoid is an ellipse.
+    In top view a box and a lying cylinder are rectangles, an ellipsoid is an ellipse.
 
     Args:
-        objects: of any leading shape S.
-        heading: the direction, from the belt's travel towards the bins: one, or one for each S [rad].
+        objects: objects of any leading shape S.
+        heading: angle of the direction, from the belt's travel towards the bins: one number, or S [rad].
     """
+    # Support function: a |cos| + b |sin| of a rectangle, sqrt((a cos)^2 + (b sin)^2) of an ellipse.
     turned = heading - objects.yaw
     along = 0.5 * objects.size[..., 0] * np.abs(np.cos(turned))
     across = 0.5 * objects.size[..., 1] * np.abs(np.sin(turned))
@@ -25,13 +26,13 @@ def half_extent(objects: Objects, heading: float | Floats = 0.0) -> Floats:
 
 
 def inside_outline(objects: Objects, place: Floats) -> Floats:
-    """How far inside the outlines of objects, seen from above, places are (N,) [m]; negative outside.
+    """Distance of points from the outlines of objects in top view (N,) [m]; positive inside, negative outside.
 
-    Of an ellipse the outline through the place is taken, by the ellipse's smaller half axis: exact for a circle.
+    The distance from an ellipse is scaled by the ellipse's smaller half axis: exact for a circle.
 
     Args:
-        objects: N.
-        place: from the middle of each, along world x, y (N, 2) [m].
+        objects: N objects.
+        place: one point per object, relative to the object's middle, along world x, y (N, 2) [m].
     """
     cos, sin = np.cos(objects.yaw), np.sin(objects.yaw)
     x, y = place.T
@@ -45,7 +46,8 @@ def inside_outline(objects: Objects, place: Floats) -> Floats:
 
 
 def reach(objects: Objects, half: Floats, up: Floats) -> Floats:
-    """How far objects with half extents (N, 3) reach from their middle along directions (N, K, 3) (N, K) [m]."""
+    """Extent (N, K) [m] of objects from their middle along directions (N, K, 3), for half extents (N, 3) [m]."""
+    # Support functions of box, cylinder along x and ellipsoid.
     x, y, z = (np.abs(up[..., k]) * half[:, k, None] for k in range(3))
     shape = objects.shape[:, None]
     return np.select(

@@ -1,0 +1,66 @@
+"""What measurements share: seeded cells and their throws, and how much is measured."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple, TypeAlias, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agents.ground.infos import results
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.base.core import Cell, Core
+from pnt_gym.cells.conveyor.cell import ConveyorCell, Picks
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+
+CellT = TypeVar("CellT", bound=Cell[Any, Any, Any, Any])
+Settings: TypeAlias = Mapping[str, Any]
+Figures: TypeAlias = dict[str, Any]
+Infos: TypeAlias = dict[str, NDArray[Any]]
+CELLS = 50
+"""Rows side by side unless a plan has other settings; a part of what a seed means."""
+
+
+class Amount(NamedTuple):
+    """How much is measured of a case: throws or work shifts; from which seed; on how many physics threads."""
+
+    throws: int
+    seed: int
+    threads: int
+
+
+def seeded_cells(config: ConveyorConfig, picks: Picks, cells: int, seed: int, threads: int) -> Core:
+    """Cells whose first picks are drawn; the same seed gives the same objects."""
+    core = Core(ConveyorCell(config, cells, picks, threads))
+    core.reset(np.arange(cells), generators(cells, seed), seeded=True)
+    return core
+
+
+def draw_first(cell: CellT, seed: int) -> CellT:
+    """The same cell, of any robot, with the first throws of its rows drawn; the same seed gives the same objects."""
+    cell.reset(np.arange(cell.count), generators(cell.count, seed))
+    return cell
+
+
+def generators(count: int, seed: int) -> list[np.random.Generator]:
+    """A generator for each of `count` rows."""
+    return [np.random.default_rng([seed, row]) for row in range(count)]
+
+
+def infos(core: Core, act: Callable[[int], Any], count: int) -> Infos:
+    """Infos of `count` throws, with the actions that `act` gives for each step; landings are those of throws."""
+    steps = [results(core.step(act(step)).info, core.count) for step in range(-(-count // core.count))]
+    return {name: np.concatenate([info[name] for info in steps])[:count] for name in steps[0]}
+
+
+def planned(core: Core) -> Callable[[int], Floats]:
+    """Actions that leave every throw as the planner made it."""
+    zero = np.zeros((core.count, *core.action_space.shape))
+    return lambda _: zero
+
+
+def distance(info: Infos, reference: Infos) -> Floats:
+    """How far the same throws land from one another, along and across (2, K) [m], where no cup touched again."""
+    untouched = ~(info["recontact"] | reference["recontact"])
+    return np.stack([info[name] - reference[name] for name in ("landing_along", "landing_across")])[:, untouched]

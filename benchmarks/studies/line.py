@@ -1,0 +1,79 @@
+"""What throwing makes of an order of picks: work shifts of a line, by the tables of throws or really thrown."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import closing
+from typing import Final
+
+from agents.controllers.protocol import Controller
+from agents.dispatchers.registry import ENV, NAMES, line_controller, the_line
+from agents.dispatchers.release import releaser
+from agents.ground.environments import Env, make_vector, stream_seed
+from agents.ground.metrics import mean_interval
+from agents.ground.places import SHIPPED, at
+from agents.judging.work_shifts.data import Shifts, worked
+from benchmarks.studies.cells import Amount, Figures, Settings
+from pnt_gym.cells.line.core import LineCore
+
+LEARNED: Final = SHIPPED / "results" / "policies" / "PnTLine-v0"
+"""Run folders of what was learned, LEVEL/NAME."""
+
+
+def thrown(settings: Settings, amount: Amount) -> Figures:
+    """Figures of a controller, under `full` really thrown and under `table` by the tables of throws.
+
+    Args:
+        settings: `level`, the name of the `controller`, and how many `rows` work side by side.
+        amount: shifts.
+    """
+    level, figures = {"name": settings["level"]["base"], **settings["level"]}, Figures()
+    for throws in ("full", "table"):
+        with closing(make_vector(ENV, {**level, "throws": throws}, settings["rows"], amount.threads)) as env:
+            controller = _controller(settings["controller"], level["base"], the_line(env))
+            figures[throws] = _figures(_shifts(controller, env, amount))
+    return figures
+
+
+def release(settings: Settings, amount: Amount) -> Iterator[Figures]:
+    """Figures with each release and each order on the same shifts, and what each brings in over the first row.
+
+    Args:
+        settings: `level`, the `releases`, names of controllers of single throws or run folders by what rows call them,
+            the names of the `orders`, and how many `rows` work side by side.
+        amount: shifts.
+    """
+    level, first = settings["level"], None
+    with closing(make_vector(ENV, level, settings["rows"], amount.threads)) as env:
+        core = the_line(env)
+        for label, name in settings["releases"].items():
+            core.use(releaser(str(at(name)) if "/" in name else name, core))
+            for order in settings["orders"]:
+                shifts = _shifts(_controller(order, level["base"], core), env, amount)
+                first = shifts if first is None else first
+                yield {"release": label, "order": order, **_figures(shifts, first)}
+
+
+def _controller(name: str, level: str, core: LineCore) -> Controller:
+    """A controller by name, or what was learned for a level."""
+    return line_controller(name if name in NAMES else str(LEARNED / level / name), core)
+
+
+def _shifts(controller: Controller, env: Env, amount: Amount) -> Shifts:
+    controller.reset(amount.seed)
+    return worked(controller, env, amount.throws, stream_seed("evaluate", amount.seed))
+
+
+def _figures(shifts: Shifts, first: Shifts | None = None) -> Figures:
+    """What is kept of shifts, with the gain over others where there are any."""
+    picked = shifts.decisions["picked"].astype(bool)
+    values = shifts.value
+    return {
+        "value_per_min": vars(mean_interval(values)),
+        "value_per_min_by_shift": values.tolist(),
+        **({} if first is None else {"gain": vars(mean_interval((values - first.value) / first.value.mean()))}),
+        "picks": len(picked),
+        "pick_rate": float(picked.mean()),
+        "success": float(shifts.decisions["is_success"].astype(bool)[picked].mean()),
+        "invalid": shifts.invalid,
+    }

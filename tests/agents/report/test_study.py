@@ -1,0 +1,103 @@
+"""The tables of studies: cells by templates, columns across an axis, a dash for what is missing; and the figure."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+from agents.report.methods import methods_figure, methods_figures
+from agents.report.study import cell, study_grid
+from agents.report.study_plan import StudyPlan, Table, shipped_study
+
+ROW = {
+    "part": "a",
+    "safety": None,
+    "way": "x | y",
+    "success": 0.5,
+    "landing": {"mean": 0.0123},
+    "rate": {"value": 0.1, "low": 0.05, "high": 0.2},
+    "errors": [0.001, 0.002, 0.003],
+    "margin_below_1.5": 0.25,
+    "tilt": math.pi,
+    "count": 12345,
+}
+
+
+@pytest.mark.parametrize(
+    ("template", "text"),
+    [
+        ("{success:.0%}", "50 %"),
+        ("{landing.mean:.1mm}", "12.3 mm"),
+        ("{rate:+.1%}", "+10.0 % (+5.0..+20.0)"),
+        ("{rate.value:.2f} of {rate}", "0.10 of 0.1 (0.05..0.2)"),
+        ("{errors.-1:.1mm}, {errors.0:.0mm}", "3.0 mm, 1 mm"),
+        ("{margin_below_1.5:.1%}", "25.0 %"),
+        ("{tilt:.0deg}", "180 deg"),
+        ("{count:,} throws", "12,345 throws"),
+        ("`{way}`", "`x | y`"),
+        ("{safety}", "none"),
+        ("{success:.0%} {nothing:.1f}", "-"),
+        ("{errors.9}", "-"),
+        ("{landing.none}", "-"),
+    ],
+)
+def test_a_cell_is_its_template_with_figures(template: str, text: str) -> None:
+    assert cell(template, ROW, {"safety": {None: "none"}}) == text
+
+
+def plan() -> StudyPlan:
+    axes = {"level": ["waste"], "planner": {"b": {}, "a": {}}}
+    parts = {"one": {"measure": "throws.figures", "share": 0.5, "settings": {"shifts": 3}, "axes": axes}}
+    return StudyPlan.model_validate(
+        {"study": "s", "about": "x", "throws": 9, "parts": parts, "names": {"planner": {"a": "first way"}}}
+    )
+
+
+def data() -> dict[str, Any]:
+    rows = [("waste", "b", 1.0), ("waste", "b", 2.0), ("waste", "a", 3.0), ("dense", "a", 4.0)]
+    named = [{"part": "one", "level": level, "planner": name, "pace": pace} for level, name, pace in rows]
+    return {"study": "s", "throws": 9, "seed": 2, "rows": [*named, {"part": "two", "level": "none", "planner": "c"}]}
+
+
+def table(**changes: Any) -> Table:
+    return Table.model_validate(
+        {"title": "T", "parts": ["one"], "columns": {"level": "`{level}`"}, "across": "planner", "cell": "{pace:.1f}"}
+        | changes
+    )
+
+
+def test_an_axis_across_has_a_column_for_each_value_and_rows_that_meet_are_averaged() -> None:
+    grid = study_grid(plan(), table(), data())
+    assert grid.header == ["level", "b", "first way"]
+    assert grid.rows == [["`waste`", "1.5", "3.0"], ["`dense`", "-", "4.0"]]
+
+
+def test_a_table_shows_the_rows_that_it_asks_for_and_its_note_tells_counts_and_settings() -> None:
+    wanted = table(
+        across="", cell="", where={"planner": ["b"]}, note="{throws} of {settings.shifts} shifts, seed {seed}"
+    )
+    grid = study_grid(plan(), wanted, data())
+    assert grid.rows == [["`waste`"], ["`waste`"]]
+    assert grid.note == "4 of 3 shifts, seed 2"
+
+
+def methods() -> dict[str, Any]:
+    rows = [
+        {**case.labels, "sorted_per_min": float(number)} if number else {**case.labels, "impossible": "no throw"}
+        for part in shipped_study("methods").parts
+        for number, case in enumerate(shipped_study("methods").cases(part))
+    ]
+    return {"study": "methods", "throws": 9, "seed": 0, "rows": rows}
+
+
+def test_the_figure_has_a_line_for_each_method_in_each_panel_with_a_gap_where_it_cannot_throw() -> None:
+    panels = methods_figure(methods()).axes
+    assert [panel.get_title() for panel in panels] == ["level nominal", "level waste", "opening", "distance", "grip"]
+    for panel in panels:
+        assert [line.get_label() for line in panel.lines] == list(shipped_study("methods").names["planner"].values())
+    assert math.isnan(panels[0].lines[0].get_ydata()[0])
+    assert list(panels[0].lines[1].get_xdata()) == [15, 20, 30, 40, 60]
+    assert list(panels[0].lines[1].get_ydata()) == [1.0, 6.0, 11.0, 16.0, 21.0]
+    assert set(methods_figures(methods())) == {"methods.svg"}
