@@ -14,11 +14,9 @@ from agents.controllers import (
     Learner,
     ballistic,
     bucket_table,
-    in_context,
     make_controller,
     mlp,
     ridge,
-    trackers,
 )
 from agents.dispatchers.registry import NAMES as line_names
 from agents.dispatchers.registry import line_controller, the_line
@@ -51,15 +49,17 @@ DESCRIBED: Final[Mapping[str, Any]] = {
     "virtual_goal": bucket_table.virtual_goal,
     "ridge": ridge,
     "mlp": mlp,
-    "ema": trackers.RunningMean,
-    "kalman": trackers.Kalman,
-    "recursive_ridge": trackers.RecursiveRidge,
-    "in_context": in_context,
-    "oracle_drift": trackers.Known,
 }
 """Objects whose docstring describes a controller, where the module of the controller holds several."""
-WORDS: Final[Mapping[str, str]] = {"static": "An MLP that was trained under the drift of `day`; it does not adapt"}
-"""Descriptions of controllers that share their class with others."""
+WORDS: Final[Mapping[str, str]] = {
+    "static": "An MLP that was trained under the drift of `day`; it does not adapt",
+    "ema": "An MLP, minus the running mean of its errors in this shift",
+    "kalman": "An MLP, minus the effect of valve delay, camera and encoder on each throw, as two filters estimate it",
+    "recursive_ridge": "An MLP, minus a recursive ridge regression of its errors on features of the plan",
+    "in_context": "An MLP, minus the prediction of a recurrent network that was trained on simulated shifts",
+    "oracle_drift": "Cheats: an MLP, minus the effect of the true drift; draught is not corrected",
+}
+"""Descriptions of the adaptive controllers, whose docstrings describe the estimate of the drift alone."""
 
 
 @cache
