@@ -9,7 +9,8 @@ TOOLS := $(VENV)/tools/.installed
 PIP_OPTIONS ?=
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help setup dev train test test-all test-cluster lint format docs bench bench-quick perf reproduce pictures report studies kill \
+.PHONY: help setup dev train test test-all test-cluster lint format docs pages bench bench-quick perf reproduce pictures report \
+	studies kill \
 	fuzz soak lock audit wheel package clean
 
 help: ## show this list
@@ -60,6 +61,9 @@ format: dev ## rewrite the code in the project's style
 docs: dev ## the documentation site, into docs/_build/html; a warning is an error, and the tour is run
 	$(BIN)/python -m sphinx -b html -E -W --keep-going -q docs docs/_build/html
 
+pages: setup ## the made parts of the pages in docs/: from docstrings, levels, registry, help and results
+	$(BIN)/python -m docs.pages
+
 bench: setup ## the benchmarks of results/ (hours; stop and resume)
 	$(BIN)/python -m agents.benchmark
 	$(BIN)/python -m agents.benchmark --config configs/benchmark_adapt.yaml
@@ -95,8 +99,9 @@ pictures: setup ## pictures and videos of throws, into results/figures and docs/
 	$(BIN)/python -m agents.play --env GripperToss-v0 --controller virtual_goal --seed 3 --at 0.6 --picture results/figures/gripper_toss.png
 	$(BIN)/python -m agents.play --env GripperToss-v0 --controller virtual_goal --seed 3 --picks 3 --slow 3 --video results/figures/gripper_toss.mp4
 
-report: setup ## tables, figures and the report from results/*.json
+report: setup ## tables, figures and the report from results/*.json, and the made parts of the pages
 	$(BIN)/python -m agents.report
+	$(BIN)/python -m docs.pages
 
 kill: dev ## kill the commands at every change of a file and at random: is anything lost? (minutes)
 	$(BIN)/python benchmarks/kill.py

@@ -37,7 +37,7 @@ class Arguments:
     """The controller that throws: its name, the expert, the folder of a training run, a class of your own, on a line a
     scorer's FILE.npz, or with --trust somebody else's model."""
     expert: Annotated[
-        str | None, option("the policy that ships, on a line guided_beam, elsewhere oracle", "NAME|RUN_DIR|...")
+        str | None, option("the shipped policy, on a line guided_beam, elsewhere oracle", "NAME|RUN_DIR|...")
     ] = None
     """The controller whose mean return is the score 1. The shipped policy needs the extra rl; any other controller will
     do."""
@@ -45,8 +45,8 @@ class Arguments:
     """Load a stable-baselines3 model or an RL-Zoo folder, which runs whatever code is in it. Run folders hold no code
     and need no trust."""
     env: Annotated[str | None, option("PnTRelease-v0, or that of the run folder", "ID|MODULE:ID")] = None
-    """Environment id; with MODULE:ID one that a module of yours registers."""
-    level: Annotated[str | None, option("waste, with --env that one's own", "NAME|FILE.yaml")] = None
+    """Environment id; MODULE:ID imports a module of yours first, which registers the id."""
+    level: Annotated[str | None, option("waste; with --env that environment's own", "NAME|FILE.yaml")] = None
     """A shipped level's name or a YAML file."""
     action_mode: Annotated[str | None, option("the environment's own, or that of the run folder", "MODE")] = None
     """Meaning of an action: one of the environment's action modes."""

@@ -37,7 +37,7 @@ class Arguments:
     """Load a stable-baselines3 model or an RL-Zoo folder, which runs whatever code is in it. Run folders hold no code
     and need no trust."""
     env: Annotated[str | None, option("PnTConveyor-v0, or that of the run folder", "ID|MODULE:ID")] = None
-    """Environment id; with MODULE:ID one that a module of yours registers."""
+    """Environment id; MODULE:ID imports a module of yours first, which registers the id."""
     level: Annotated[str | None, option("the environment's own, or that of the run folder", "NAME|FILE.yaml")] = None
     """A shipped level's name or a YAML file."""
     video: Annotated[Path | None, option("none", "FILE.mp4")] = None

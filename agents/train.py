@@ -21,7 +21,7 @@ class Arguments:
     """Train a policy that corrects the planner's throws, or chooses objects on a line, and compare controllers."""
 
     env: Annotated[str | None, option("PnTConveyor-v0", "ID|MODULE:ID")] = None
-    """Environment id; with MODULE:ID one that a module of yours registers."""
+    """Environment id; MODULE:ID imports a module of yours first, which registers the id."""
     level: Annotated[str | None, option("waste at the conveyor, elsewhere nominal", "NAME|FILE.yaml")] = None
     """A shipped level's name or a YAML file."""
     fidelity: Annotated[Literal["full", "flight"] | None, option("the level's own", "full|flight")] = None

@@ -19,6 +19,7 @@ version = release = pnt_gym.__version__
 extensions = [
     "docs.pages.made",
     "docs.pages.docstrings",
+    "docs.pages.maths",
     "myst_nb",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
@@ -27,8 +28,9 @@ extensions = [
 exclude_patterns = ["_build"]
 
 # Pages are Markdown; the tour is a notebook, which the build runs.
-myst_enable_extensions = ["colon_fence"]
+myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
+html_math_renderer = "pictures"
 nb_execution_mode = "force"
 nb_execution_timeout = 300
 nb_execution_raise_on_error = True

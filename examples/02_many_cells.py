@@ -1,4 +1,4 @@
-"""Many cells on one batch of simulations: how much random corrections spoil the planner's throws."""
+"""Many cells in one batch of simulations: random corrections spoil the planner's throws, and this shows how much."""
 
 import gymnasium as gym
 import numpy as np

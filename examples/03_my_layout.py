@@ -1,4 +1,4 @@
-"""The planner alone, without a simulation: how fast could this robot throw from my belt into my bins?"""
+"""The planner alone, without a simulation: the time that a robot needs to throw from my belt into my bins."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""A cell of one's own: only what differs from a level that ships, as a mapping or as a YAML file of the same."""
+"""A cell of your own: a mapping, or a YAML file, of differences from a shipped level."""
 
 import pnt_gym
 

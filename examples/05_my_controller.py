@@ -1,6 +1,6 @@
-"""A controller of one's own: a class that maps observations to corrections.
+"""A controller of your own: a class that maps observations to corrections.
 
-On the command line it is one more name: `pnt-gym evaluate --controller my_module:TwoCentimetresShorter`.
+The command line takes the class, too: `pnt-gym evaluate --controller my_module:TwoCentimetresShorter`.
 """
 
 import numpy as np

@@ -1,6 +1,6 @@
 """A standard agent on a standard environment: SAC of stable-baselines3, then its worth on held-out throws.
 
-One throw is one episode here (a contextual bandit), so gamma is 0. More throws, more worth: try 3000.
+One throw is one episode (a contextual bandit), so gamma is 0. More throws train a better policy: try 3000.
 """
 
 import sys

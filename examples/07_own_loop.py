@@ -1,4 +1,4 @@
-"""A training loop of one's own in one file: a Gaussian policy and its gradient on the vector environment."""
+"""A training loop of your own in one file: a Gaussian policy and its gradient on the vector environment."""
 
 import sys
 

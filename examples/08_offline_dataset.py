@@ -1,4 +1,4 @@
-"""A Minari dataset of random throws, and what plain regression makes of it: the yardstick for anything that learns."""
+"""A Minari dataset of random throws, and a plain regression on it: the yardstick for every learner."""
 
 import os
 import subprocess

@@ -68,6 +68,17 @@ def test_the_fourth_robot_is_judged_and_learned_like_the_others(folder, commands
     assert trained["env"] == "catapult:Catapult-v0"
 
 
+@pytest.mark.usefixtures("commands")
+def test_the_controller_of_the_guide_learns_and_skips_failed_picks(folder):
+    """`--online` lets it learn: it beats the planner, and no action of it is NaN where some picks fail."""
+    analytic, halving, waste = (
+        json.loads((folder / f"{name}.json").read_text()) for name in ("analytic", "halving", "waste")
+    )
+    assert halving["landing_error_mean_m"] < 0.7 * analytic["landing_error_mean_m"]
+    assert waste["pick_rate"] < 1.0
+    assert waste["picks"] == PICKS
+
+
 def test_the_fourth_robot_is_a_good_citizen(folder):
     code = """
 import gymnasium as gym, numpy as np, pickle, warnings

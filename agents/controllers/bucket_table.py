@@ -108,7 +108,7 @@ def mean_shift(correction: Correction) -> BucketTable:
 
 
 def virtual_goal(correction: Correction, gain: float = 0.5) -> BucketTable:
-    """Iterative learning of a virtual goal, z_hat += K (z_d - z), per item and place (Miyashita 2010).
+    """Iterative learning (Miyashita 2010): the virtual goal moves by K times the error, per item and place.
 
     Raises:
         PntGymError: the gain lies outside (0, 2), where the update cannot converge.

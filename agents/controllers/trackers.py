@@ -170,7 +170,7 @@ _COLUMNS: Final = [[one.name for one in FEATURES].index(name) for name in FOLLOW
 
 @final
 class RecursiveRidge(Tracker):
-    """Recursive least squares of z on features of the plan, without physics.
+    """The MLP minus a recursive ridge regression of its errors on features of the plan.
 
     Args:
         forget: weight of a throw relative to the next one.

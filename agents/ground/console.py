@@ -10,19 +10,19 @@ from typing import Final
 from .cli import BAD_USAGE, run
 
 COMMANDS: Final = {
-    "demo": ("demo", "the planner and a trained policy on the same 64 throws, within a minute"),
+    "demo": ("demo", "compare the planner and a trained policy on the same 64 throws, within a minute"),
     "train": ("train", "train a policy that corrects the planner, then compare the two"),
     "evaluate": ("evaluate", "judge a controller on held-out throws, in picks per minute"),
     "play": ("play", "watch a controller throw: video, picture or window"),
-    "publish": ("publish", "keep a trained policy with its card, a film of it, and as ONNX"),
+    "publish": ("publish", "write a folder with a trained policy, its card, its film and its ONNX file"),
     "dataset": ("dataset", "collect throws of a controller as a Minari dataset, for offline learning"),
     "benchmark": ("benchmark.__main__", "let every controller of a plan learn, and compare them throw by throw"),
-    "levels": ("levels", "the levels that ship, and what one says"),
-    "doctor": ("doctor", "versions, rendering, and throws for a second: what to send with a bug report"),
-    "line plan": ("line.plan", "how many robots, how fast a belt: what a line needs to sort what comes"),
-    "line tune": ("line.tune", "find the settings of rules and planners of a line, on shifts of their own"),
-    "line imitate": ("line.imitate", "teach a quick policy what a slow planner of a line decides"),
-    "line calibrate": ("line.calibrate", "count what becomes of throws, for lines whose throws go by a table"),
+    "levels": ("levels", "list the shipped levels, or print one in full"),
+    "doctor": ("doctor", "print versions and rendering, and throw for a second: the text for a bug report"),
+    "line plan": ("line.plan", "sweep robots and belt speeds: the line that a stream of objects needs"),
+    "line tune": ("line.tune", "find the settings of rules and planners of a line"),
+    "line imitate": ("line.imitate", "train a quick policy that imitates a slow planner of a line"),
+    "line calibrate": ("line.calibrate", "count the chances of throws in the full physics, for the table of a line"),
 }
 """Module below `agents` and purpose of each command."""
 FORMER: Final = {"plan_line": "line plan", **{name: f"line {name}" for name in ("tune", "imitate", "calibrate")}}

@@ -33,7 +33,7 @@ class Arguments:
     level: Annotated[str, tyro.conf.arg(metavar="NAME|FILE.yaml")] = "skills3"
     """A shipped level's name or a YAML file; all plans have its stream, items, bins and values."""
     recovery: float = 0.95
-    """Share of all objects that is to be sorted."""
+    """Recovery to reach: share of all objects that are sorted."""
     robots: tuple[int, ...] = (1, 2, 3, 4)
     """Numbers of robots to try: the first robots of the level; further ones are copies of its last robot at equal
     distances."""
@@ -46,7 +46,7 @@ class Arguments:
     minutes: float = 2.0
     """Length of a shift [min]."""
     shifts: int = 16
-    """Shifts for each plan."""
+    """Work shifts for each plan."""
     burst: Annotated[float | None, option("the level's own", "SHAPE")] = None
     """Shape of the gamma distribution of the gaps between objects: 1 is a Poisson process, less means bursts."""
     down: Annotated[str | None, option("nobody", "ROBOT:MINUTES")] = None

@@ -16,10 +16,14 @@ from ..ground.outputs import check_writable, deliver_json, deliver_text
 from ..ground.places import MADE
 from ..ground.tables import console
 from ..jobs.work import Job, do_missing, processes
-from .papers import PAPERS, jobs
+from .papers import PAPERS, PART_NAMES, jobs
 from .record import assemble, headlines
 
 ALL = "all"
+PARTS_HELP = "Parts to compute; may be given more than once. " + " ".join(
+    f"{name.capitalize()}: {', '.join(parts)}." for name, parts in PART_NAMES.items()
+)
+"""The help of `--only`."""
 
 
 @dataclass(frozen=True)
@@ -37,10 +41,13 @@ class Arguments:
     """Write the drawings to this folder as SVG."""
     jobs: Annotated[int | None, option("number of CPUs", "N")] = None
     """Processes side by side, one thread each."""
-    only: Annotated[tuple[tuple[str, ...], ...], tyro.conf.UseAppendAction, option("all parts", "PART ...")] = ()
-    """Names of the parts to compute; may be given more than once."""
+    only: Annotated[
+        tuple[tuple[str, ...], ...],
+        tyro.conf.UseAppendAction,
+        tyro.conf.arg(metavar="PART ...", help=PARTS_HELP, help_behavior_hint="(default: all parts)"),
+    ] = ()
     fresh: bool = False
-    """Compute everything, finished parts too."""
+    """Compute every part again, finished parts too."""
     work: Annotated[Path | None, option("runs/reproduce", "DIR")] = None
     """Folder of the finished parts."""
 

@@ -18,6 +18,25 @@ from .finding import Overview, Parts
 
 PAPERS: Final = {"hassan": "conveyor", "choe": "conveyor", "miyashita": "one_joint", "leveziel": "gripper"}
 """Robot whose levels each paper simulates, by the name of the paper's folder in `papers/`."""
+PART_NAMES: Final = {
+    "hassan": (
+        "table1", "free-direction", "free-direction-constant-jerk", "headroom-hand-cap-0", "headroom-hand-cap-0.05",
+        "headroom-window-10ms", "headroom-window-30ms", "methods", "inconsistencies", "figures",
+    ),
+    "choe": (
+        "example", "length", "curvature", "speed", "joints", "lengths", "example-times", "long-times", "simulated",
+        "scene",
+    ),
+    "miyashita": (
+        "example", "accessible", "learning", "acceptance-0ms", "acceptance-5ms", "acceptance-10ms", "contact",
+        "contact-reach", "contact-learning", "contact-level", "sorting", "assembly", "formulas",
+    ),
+    "leveziel": (
+        "workspace", "indices", "circle", "moves", "closing", "cycle", "grasps", "toss-planner", "toss-virtual_goal",
+        "toss-ridge", "toss-mlp", "formulas",
+    ),
+}  # fmt: skip
+"""Parts of each paper, for the help: to import the papers would take seconds."""
 
 
 class Paper(Protocol):

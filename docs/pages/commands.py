@@ -7,6 +7,9 @@ import importlib
 import io
 import os
 import re
+from collections.abc import Iterator
+from dataclasses import fields
+from pathlib import Path
 from typing import Any, Final
 
 import tyro
@@ -40,7 +43,20 @@ def _help(command: str, module: str) -> str:
     arguments: Any = importlib.import_module(f"agents.{module}").Arguments
     said = io.StringIO()
     os.environ["COLUMNS"] = WIDTH
-    with contextlib.redirect_stdout(said), contextlib.suppress(SystemExit):
+    with _relative(arguments), contextlib.redirect_stdout(said), contextlib.suppress(SystemExit):
         tyro.cli(arguments, prog=command, args=["--help"])
-    plain = re.sub(r"\x1b\[[0-9;]*m| +$", "", said.getvalue(), flags=re.MULTILINE)
-    return plain.replace(f"{ROOT}/", "")
+    return re.sub(r"\x1b\[[0-9;]*m| +$", "", said.getvalue(), flags=re.MULTILINE)
+
+
+@contextlib.contextmanager
+def _relative(arguments: Any) -> Iterator[None]:
+    """Show default places from the checkout on: where it lies would change the layout of the help."""
+    inside = [field for field in fields(arguments) if isinstance(field.default, Path)]
+    places = [field.default for field in inside]
+    for field, place in zip(inside, places, strict=True):
+        field.default = place.relative_to(ROOT) if place.is_relative_to(ROOT) else place
+    try:
+        yield
+    finally:
+        for field, place in zip(inside, places, strict=True):
+            field.default = place

@@ -12,14 +12,11 @@ from agents.controllers import (
     NAMES,
     Controller,
     Learner,
-    adaptive,
     ballistic,
     bucket_table,
-    in_context,
     make_controller,
     mlp,
     ridge,
-    trackers,
 )
 from agents.dispatchers.registry import NAMES as line_names
 from agents.dispatchers.registry import line_controller, the_line
@@ -29,21 +26,22 @@ from agents.ground.environments import config_of, make_vector
 from .marks import table
 
 LINE: Final[Mapping[str, str]] = {
-    "random": "any choice, each as likely",
-    "fifo": "what leaves its window first: first in, first out",
+    "random": "a random choice, all equally likely",
+    "fifo": "the object that leaves the window first (first in, first out)",
     "spt": "the choice with the shortest cycle",
-    "value_rate": "the greatest value x chance / cycle",
-    "atc": "the same, times exp(-slack / k): among those of like worth what cannot wait (Vepsalainen and Morton 1987)",
-    "price": "as `atc`, with less value for what a robot downstream can take too",
-    "pair": "the first of the two picks that together bring the most value a second",
-    "beam": "the first of the best plan of its own next 4 s, by beam search",
-    "price_beam": "the same, with less value for what a robot downstream can take too, as in `price`",
+    "value_rate": "the choice with the greatest value x chance / cycle",
+    "atc": "the choice with the greatest value x chance / cycle x exp(-slack / k): among choices of equal worth the "
+    "most urgent (Vepsalainen and Morton 1987)",
+    "price": "as `atc`, with less value for an object that a robot downstream can take too",
+    "pair": "the first of the two picks that together earn the most value a second",
+    "beam": "the first pick of the robot's best plan for its next 4 s, by beam search",
+    "price_beam": "as `beam`, with less value for an object that a robot downstream can take too",
     "joint_beam": "as `beam`, planned for all robots of the line at once",
-    "guided_beam": "of the four choices that a scorer (`index` or a training run) likes best, that with the greatest "
-    "sum of its score and what the best plan of the next 3 s brings that begins with it",
-    "index": "the greatest sum of the log of `atc`'s index and weighted entries of a choice, found by CMA-ES",
+    "guided_beam": "one of the four choices that a scorer (`index` or a training run) likes best: the choice with the "
+    "greatest sum of its score and the value of the best plan of the next 3 s that begins with it",
+    "index": "the choice with the greatest sum of the log of `atc`'s index and weighted entries, found by CMA-ES",
 }
-"""What the controllers of a line do."""
+"""The choice of each controller of a line."""
 DESCRIBED: Final[Mapping[str, Any]] = {
     "analytic_height": ballistic.AnalyticHeight,
     "mean_lead": ballistic.MeanLead,
@@ -51,14 +49,17 @@ DESCRIBED: Final[Mapping[str, Any]] = {
     "virtual_goal": bucket_table.virtual_goal,
     "ridge": ridge,
     "mlp": mlp,
-    "static": adaptive.Adaptive,
-    "ema": trackers.RunningMean,
-    "kalman": trackers.Kalman,
-    "recursive_ridge": trackers.RecursiveRidge,
-    "in_context": in_context,
-    "oracle_drift": trackers.Known,
 }
-"""Where controllers are described whose module is not theirs alone."""
+"""Objects whose docstring describes a controller, where the module of the controller holds several."""
+WORDS: Final[Mapping[str, str]] = {
+    "static": "An MLP that was trained under the drift of `day`; it does not adapt",
+    "ema": "An MLP, minus the running mean of its errors in this shift",
+    "kalman": "An MLP, minus the effect of valve delay, camera and encoder on each throw, as two filters estimate it",
+    "recursive_ridge": "An MLP, minus a recursive ridge regression of its errors on features of the plan",
+    "in_context": "An MLP, minus the prediction of a recurrent network that was trained on simulated shifts",
+    "oracle_drift": "Cheats: an MLP, minus the effect of the true drift; draught is not corrected",
+}
+"""Descriptions of the adaptive controllers, whose docstrings describe the estimate of the drift alone."""
 
 
 @cache
@@ -75,7 +76,7 @@ def _controller(name: str, env_id: str) -> Controller | None:
 
 def described(name: str, controller: Controller) -> str:
     """The first paragraph of what its author says of it."""
-    text = inspect.getdoc(DESCRIBED.get(name) or inspect.getmodule(type(controller))) or ""
+    text = WORDS.get(name) or inspect.getdoc(DESCRIBED.get(name) or inspect.getmodule(type(controller))) or ""
     return text.split("\n\n", 1)[0].rstrip(".")
 
 
@@ -100,4 +101,4 @@ def of_the_line(_: str) -> str:
     """A table of the controllers of a line."""
     core = the_line(make_vector("PnTLine-v0", num_envs=1, threads=1))
     rows = [(f"`{name}`", LINE[name]) for name in line_names if line_controller(name, core).name == name]
-    return table(("controller", "what it takes"), rows)
+    return table(("controller", "its choice"), rows)

@@ -21,6 +21,20 @@ SEQUENTIAL: Final = "sequential"
 TIMED: Final = ("PnTLine-v0",)
 """Environments whose episodes last a time, and not a number of throws."""
 
+CAPTIONS: Final = {
+    "PnTConveyor-v0": "waste off a moving belt",
+    "PnTAdapt-v0": "the same in a cell that drifts",
+    "PnTRelease-v0": "one throw of that robot",
+    "OneJointThrow-v0": "a block through a state in the air",
+    "OneJointSort-v0": "the block into one of three pallets",
+    "OneJointAssembly-v0": "two parts that join",
+    "PnTLine-v0": "several robots along one belt",
+    "GripperToss-v0": "a gripper inside the platform",
+}
+"""Under the pictures of the gallery."""
+COLUMNS: Final = 4
+"""Of the gallery."""
+
 
 @cache
 def made(env_id: str) -> Any:
@@ -93,6 +107,9 @@ def hidden(env_id: str) -> str:
 
 
 def gallery(_: str) -> str:
-    """A moving picture of each, which leads to its page."""
-    pictures = [f"[![{i}](pictures/{i}.webp) {i}](environments/{i}.md)" for i in pnt_gym.ENV_IDS]
-    return "\n\n".join([":::{container} gallery", *pictures, ":::"])
+    """A moving picture of each environment, which leads to its page."""
+    cells = [
+        f"[![{i}](pictures/{i}.webp)](environments/{i}.md)<br>[{i}](environments/{i}.md)<br>{CAPTIONS[i]}"
+        for i in pnt_gym.ENV_IDS
+    ]
+    return table([""] * COLUMNS, [cells[k : k + COLUMNS] for k in range(0, len(cells), COLUMNS)])

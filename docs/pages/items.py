@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import inspect
-import re
-
 from pnt_gym.cells.base.catalogue import CATALOGUE, CLAW_ITEMS, HELD_OUT_ITEMS, LIGHT_ITEMS, PAPER_ITEMS, SEEN_ITEMS
 from pnt_gym.cells.base.items import Item
 
-from .marks import table
+from .levels import default_of
+from .marks import attributes, table
 
 SETS = {"paper": PAPER_ITEMS, "seen": SEEN_ITEMS, "unseen": HELD_OUT_ITEMS, "light": LIGHT_ITEMS, "claws": CLAW_ITEMS}
 
@@ -26,7 +24,7 @@ def _row(item: Item) -> tuple[str, ...]:
 
 
 def keys(_: str) -> str:
-    """A table of what an item is described by."""
-    said = (inspect.getdoc(Item) or "").split("Attributes:", 1)[1]
-    entries = re.findall(r"^ {4}(\w+): (.*(?:\n {6,}.*)*)", said, flags=re.MULTILINE)
-    return table(("key", "meaning"), [(f"`{name}`", meaning) for name, meaning in entries])
+    """A table of the keys of an item."""
+    fields = Item.model_fields
+    rows = [(f"`{name}`", f"`{default_of(fields[name])}`", said) for name, said in attributes(Item).items()]
+    return table(("key", "default", "meaning"), rows)

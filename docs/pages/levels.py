@@ -12,7 +12,7 @@ from pydantic.fields import FieldInfo
 from agents.levels import FAMILIES
 from pnt_gym.cells.base.config import ROOT, LevelConfig, Section
 
-from .marks import fenced, table
+from .marks import attributes, fenced, table
 
 TITLES: Final = {"PnT": "conveyor", "PnTLine": "line", "OneJoint": "one-joint arm", "GripperToss": "gripper robot"}
 """What the families of `agents.levels` are called here."""
@@ -28,7 +28,8 @@ def _parts(family: str, name: str) -> tuple[str, str, str]:
 
 
 def _anchor(family: str, name: str) -> str:
-    return f"level-{FAMILIES[family].folder}-{name}".lower().replace("_", "-")
+    """Of the heading of a level's file, as Sphinx and code hosts make it."""
+    return f"{name} of the {TITLES[family]}".replace(" ", "-")
 
 
 def listed(family: str) -> str:
@@ -45,7 +46,7 @@ def files(family: str) -> str:
     blocks: list[str] = []
     for name in FAMILIES[family].level_names():
         _, _, body = _parts(family, name)
-        blocks += [f"({_anchor(family, name)})=", f"### `{name}` of the {TITLES[family]}", fenced(body, "yaml")]
+        blocks += [f"### `{name}` of the {TITLES[family]}", fenced(body, "yaml")]
     return "\n\n".join(blocks)
 
 
@@ -59,12 +60,17 @@ def _settings(section: type[Section], above: str) -> Iterator[tuple[str, str, st
     for name, field in section.model_fields.items():
         inner, many = _section(field.annotation)
         if inner is not None and issubclass(inner, LevelConfig):  # of another family, with settings of its own
-            yield f"{above}{name}", _default(field), field.description or ""
+            yield f"{above}{name}", default_of(field), field.description or ""
             continue
         if inner is None or many or not isinstance(field.default, inner):
-            yield f"{above}{name}", _default(field), (field.description or "").replace("|", "\\|")
+            yield f"{above}{name}", default_of(field), _meaning(section, name, field)
         if inner is not None:
             yield from _settings(inner, f"{above}{name}{'[]' * many}.")
+
+
+def _meaning(section: type[Section], name: str, field: FieldInfo) -> str:
+    """The description of a setting, or what the docstring of its section says of it."""
+    return (field.description or attributes(section).get(name, "")).replace("|", "\\|")
 
 
 def _section(annotation: Any) -> tuple[type[Section] | None, bool]:
@@ -75,5 +81,6 @@ def _section(annotation: Any) -> tuple[type[Section] | None, bool]:
     return None, False
 
 
-def _default(field: FieldInfo) -> str:
+def default_of(field: FieldInfo) -> str:
+    """The default of a setting, as Python writes it."""
     return "required" if field.is_required() else repr(field.get_default(call_default_factory=True))

@@ -1,7 +1,9 @@
-"""Markdown of what the pages have in common: tables and anchors."""
+"""Markdown that several pages need: tables, blocks of code, attributes of a docstring."""
 
 from __future__ import annotations
 
+import inspect
+import re
 from collections.abc import Iterable, Sequence
 
 
@@ -14,3 +16,10 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 def fenced(text: str, language: str = "text") -> str:
     """A block of code."""
     return f"```{language}\n{text.rstrip()}\n```"
+
+
+def attributes(described: type) -> dict[str, str]:
+    """The entries of the section `Attributes` of a docstring, by name."""
+    text = (inspect.getdoc(described) or "").partition("Attributes:\n")[2]
+    entries = re.findall(r"^ {4}(\w+): (.*(?:\n {6,}.*)*)", text, flags=re.MULTILINE)
+    return {name: " ".join(meaning.split()) for name, meaning in entries}

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import re
+from pathlib import Path
 
 from agents.ground.files import read_json
 from agents.ground.places import SHIPPED as ROOT
@@ -21,6 +23,13 @@ def chapter(title: str) -> str:
     if found is None:
         raise ValueError(f"results/README.md has no chapter {title!r}")
     return found[1].replace("](figures/", "](/../results/figures/").strip()
+
+
+def pointer(title: str, page: Path) -> str:
+    """Where a chapter stands in the repository, seen from a page."""
+    place = Path(os.path.relpath(RESULTS / "README.md", page.parent)).as_posix()
+    anchor = re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")
+    return f"[The chapter *{title}* of the results]({place}#{anchor}) has the tables."
 
 
 def verdicts(_: str) -> str:

@@ -1,4 +1,4 @@
-"""What a Gymnasium facade over a core is, and the one for a single cell."""
+"""The Gymnasium facade over a core, and the facade of a single cell."""
 
 from __future__ import annotations
 
@@ -48,15 +48,15 @@ ARGUMENTS: Final = """\
 | `max_episode_steps` | int or None | None | of the vector form: an episode's steps; `gymnasium.make` has a TimeLimit |
 | `disable_env_checker` | bool or None | None | of the vector form, which has no checker: True or None |
 
-`reset(options={"item": ..., "target": ...})` asks for the first throw of an episode: a name or an index of each, or of
-one. It is drawn until it is that; later throws come as always. In the vector form it is asked of every cell that is
-reset; the option `reset_mask`, a boolean array, says which."""
+`reset(options={"item": ..., "target": ...})` chooses item, target or both for the first throw of an episode, by name or
+index. The throw is drawn until it fits; later throws are drawn as always. In the vector form the request holds for
+every cell that is reset; the option `reset_mask`, a boolean array, says which cells are."""
 """Rows that the table of arguments has in every manual, and what can be asked of a reset."""
 NOTHING: Final[Mapping[str, Any]] = MappingProxyType({})
 
 
 class Behind(Protocol):
-    """What stands behind an environment: N rows that step together. `Core` is one, for whatever throws once a step."""
+    """The batched simulation behind an environment; row i is environment i. A `Core` throws once a step."""
 
     cell: Any
     config: Any
@@ -129,7 +129,7 @@ def completed(own: str, family: str) -> str:
 
 
 class Facade:
-    """Abstract: what single and vector environments have in common.
+    """Abstract: the common part of single and vector environments.
 
     An environment pickles and copies with its state: the physics is a pure function of it, so a copy goes on as the
     original would. Views stay behind: a copy opens its own when it is asked for a picture.
@@ -190,7 +190,7 @@ class Facade:
 
 
 class CoreEnv(Facade, gym.Env[Observation, NDArray[Any]]):  # pyright: ignore[reportIncompatibleVariableOverride]
-    """Abstract: one row of what stands behind. Subclasses say what that is.
+    """Abstract: one row of a batched core. Subclasses make the core.
 
     Args:
         level: of the cell.

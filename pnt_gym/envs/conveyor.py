@@ -29,13 +29,13 @@ class ConveyorEnv(ThrowEnv, observes=TABLE):
     In `virtual_goal` the same two numbers move the target, and the throw is planned again from scratch (it can jump
     between the planner's flat and steep solutions). In `release_xyz` three numbers move the release point by raw
     metres: 0.12 along, 0.02 sideways, 0.015 up. Where a level's `planner` puts objects down instead of throwing them,
-    the first two modes shift the place where the hand lets go, and `release_xyz` shifts the hand. Where it is `auto`
-    there is a fourth mode, `throw_or_place`, `Box(-1, 1, (3,), float32)`: as `release_point`, and with a third number
-    above 1/2 an object is put down that would be thrown, or the other way round.
+    the first two modes shift the place where the hand lets go, and `release_xyz` shifts the hand. With `planner: auto`
+    there is a fourth mode, `throw_or_place`, `Box(-1, 1, (3,), float32)`: `release_point` with a third number. Above
+    1/2 the third number reverses the rule: a throw becomes a place, and a place a throw.
 
     ## Observation Space
 
-    `Box(-5, 5, ({entries},), float32)`: what a cell measures, as (value - centre) / scale, clipped. Nothing hidden
+    `Box(-5, 5, ({entries},), float32)`: measurements of the cell, as (value - centre) / scale, clipped. No hidden value
     enters. `pnt_gym.cells.conveyor.observation.decode` turns observations back into physical values.
 
     {observations}
@@ -63,15 +63,15 @@ class ConveyorEnv(ThrowEnv, observes=TABLE):
     `info` also has `is_success`, `landing_error`, `landing_along`, `landing_across` [m], `cycle_time`, `wait_time`
     [s], `in_opening`, `in_bin`, `rim` (in the opening but not in the bin), `recontact` (the cup touched the object
     after the release), `picked` (the cup sealed; else landings are NaN), `dropped` (lost on the way to the
-    release), `grip_margin` (how many times the load the cup could hold, at the worst moment until then), `slip` (how
-    far the belt carries it on under the cup during the dwell [m]), `passed` (objects on the belt that were let go since
-    the throw before, or since the episode began; 0 without a belt), `disturbed` (it swept through another object on the
-    belt), `placed` (put down at its bin, not thrown), `residual_clipped`, `peak_torque` [N m], `energy`
-    (positive work of the motors from lift to lift, without recuperation) [J], `item` and `bin` (indices of what was
-    seen and thrown where), `true_kind` (index of what it truly is), `target_x`, `target_y`, `bin_depth` (of its bin
-    above what lies in it) [m], `ended_in` (index of the bin in which the object lies at the end, -1 in none), `belongs`
-    (that bin takes it), `sorted` (a success that belongs there), and `kind`: the index, into the level's `items`, of
-    what the object now under the cup is seen as.
+    release), `grip_margin` (how many times the load the cup could hold, at the worst moment until the release),
+    `slip` (how far the belt moves the object under the cup during the dwell [m]), `passed` (objects that the hand gave
+    up since the last throw, or since the episode began; 0 without a belt), `disturbed` (the object swept through a
+    neighbour on the belt), `placed` (carried to its bin, not thrown), `residual_clipped`, `peak_torque` [N m], `energy`
+    (positive work of the motors from lift to lift, without recuperation) [J], `item` and `bin` (index of the seen class
+    and of the bin of this throw), `true_kind` (index of the true class), `target_x`, `target_y`, `bin_depth` (free
+    depth of the bin above its filling) [m], `ended_in` (index of the bin in which the object lies at the end, -1 for
+    none), `belongs` (that bin takes the true class), `sorted` (a success that belongs there), and `kind`: the index,
+    into the level's `items`, of the class of the object now under the cup, as seen.
 
     ## Arguments
 
@@ -114,13 +114,13 @@ class PnTConveyorEnv(ConveyorEnv):
     moment, brakes, and meets the next object. The time-optimal planner of Hassan et al. 2022 gives every throw as
     if the object were a point at the cup that flies without drag and is let go at once. The real object hangs below
     the cup, off its axis, swings under a lip that yields, leaves late by the decay of the vacuum, and is slowed by the
-    air: the action corrects for that. It does not for a cup that fails to seal or loses what is more than it can hold.
+    air. The action corrects these errors. No action corrects a cup that fails to seal, or that drops a heavy object.
 
-    One step is one throw: plan, references, one rollout of the physics, outcome. It covers the throw, the
-    follow-through, the return and the vertical approach to the next object, which is chosen on the belt while the
-    hand returns: of those that can be met inside the window and thrown, if possible without touching others, the best
-    one by the level's `dispatch` rule. The dwell at the pick, in which the hand rides with the belt, is counted, not
-    simulated.
+    One step is one throw: plan, references, one rollout of the physics, outcome. A step covers the throw, the
+    follow-through, the return and the vertical approach to the next object. The next object is chosen on the belt while
+    the hand returns. Candidates can be met inside the window and thrown, if possible without touching neighbours; the
+    level's `dispatch` rule takes the best candidate. The dwell at the pick, in which the hand rides with the belt, is
+    counted, not simulated.
 
     ## Starting State
 
@@ -140,36 +140,37 @@ PnTConveyorVectorEnv = vector_form(PnTConveyorEnv)
 
 @final
 class PnTAdaptEnv(ConveyorEnv, observes=SHIFT_TABLE):
-    """A shift in a cell that drifts: what an early throw teaches pays later.
+    """A shift in a cell that drifts: a lesson from an early throw helps all later throws.
 
     ## Description
 
-    The cell of PnTConveyor-v0, in which things change that no sensor tells, as the level's section `drift` says: the
-    valve releases late or early, the camera is off along and across the belt, the belt's encoder is off by a share, air
-    moves through the cell. Every shift of `picks_per_shift` picks has values of its own, constant or changing on the
-    way, drawn from a generator of their own: the objects on the belt are those of PnTConveyor-v0. All are centred at
-    zero and scale with the mismatch. A camera over the bins sees where each object came down, with noise: the
-    observation of the next pick tells it, beside what was asked for and where that throw went. From the first throw
-    to the last the same few numbers are to be found out, and a throw that tries something pays for it itself.
+    The cell is that of PnTConveyor-v0, with changes that no sensor measures, as the level's section `drift` says: the
+    valve releases late or early, the camera is displaced along and across the belt, the belt's encoder is wrong by a
+    share, air moves through the cell. Every shift of `picks_per_shift` picks has drifts of its own, constant or
+    changing. Drifts are drawn from a separate generator, so the objects on the belt are those of PnTConveyor-v0. Every
+    drift is centred at zero and scales with the mismatch. A camera over the bins sees, with noise, where each object
+    comes down. The observation of the next pick includes this landing, the offset that the last action asked for, and
+    the direction of the last throw. A few hidden numbers explain all errors of a shift; a throw that explores pays for
+    its own error.
 
     Judge by the landing error and its share within 30 mm: at the openings of `waste`, 120 mm and more, drift hardly
     shows in the success rate.
 
     ## Observation Space
 
-    The first 26 entries are those of PnTConveyor-v0, the same in a cell that does not drift. The other eight tell of
-    the throw before: where it came down, along it and to its left, by a camera with the noise, the blind share and
-    the view of the level's section `feedback`. What was not picked, was lost on the way or came down out of its view is
-    unseen.
+    The first 26 entries are those of PnTConveyor-v0, the same in a cell that does not drift. The other eight describe
+    the last throw: the landing along that throw and to its left, as seen by the camera over the bins. The level's
+    section `feedback` gives the camera's noise, the share of landings that the camera misses, and its view. A failed
+    pick, a dropped object and a landing out of view are unseen.
 
     ## Rewards
 
-    `info` also has `seen_along` and `seen_across` [m], what the bin's camera saw where `landing_along` and
-    `landing_across` are true (NaN where it saw nothing), and `pick_in_shift`, 0 for the first.
+    `info` also has `seen_along` and `seen_across` [m], the landing as the camera over the bins saw it (NaN where the
+    camera saw nothing), beside the true `landing_along` and `landing_across`; and `pick_in_shift`, 0 for the first.
 
     ## Starting State
 
-    As PnTConveyor-v0; nothing is known of a throw before.
+    As PnTConveyor-v0; the entries of the last throw are empty.
 
     ## Episode End
 

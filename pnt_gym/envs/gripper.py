@@ -20,9 +20,10 @@ class GripperTossEnv(ThrowEnv, observes=TABLE):
 
     The four motors of Leveziel's robot move the platform and open and close its two geared halves. A cork, a bottle
     cap or a rubber block is gripped by friction in real contact, lifted, carried onto a straight line and let go in
-    motion: the claws open while the robot moves. Opening takes time, and how much of it passes before the object comes
-    free differs with the object, which the planner does not know; nor does it know the air, the object's true size and
-    friction, or the lag of the servos. The action corrects where the robot lets go, and when it begins to open.
+    motion: the claws open while the robot moves. Opening takes time, and the object comes free during that time, at a
+    moment that differs between objects. The planner knows neither this moment, nor the air, the object's true size and
+    friction, or the lag of the servos. The action corrects the place of the release, and the moment at which the claws
+    begin to open.
 
     One step is one throw: grip, lift, move, toss, flight, landing, all in one rollout of the physics. With the level
     `drop` the robot comes to rest above the tray before it opens, as in the paper.
@@ -50,10 +51,10 @@ class GripperTossEnv(ThrowEnv, observes=TABLE):
 
     ## Observation Space
 
-    `Box(-5, 5, (15,), float32)`: the object as seen and the nominal plan, as (value - centre) / scale, clipped. Nothing
-    hidden enters. A level for a robot of another size gives centres and scales of its own, as `belt` does.
+    `Box(-5, 5, (15,), float32)`: the object as seen and the nominal plan, as (value - centre) / scale, clipped. No
+    hidden value enters. A level for a robot of another size has centres and scales of its own, as `belt` does.
     `pnt_gym.cells.gripper.observation.decode` turns observations back into physical values, given the level's
-    `feature_table` where it has its own.
+    `feature_table` where the level has one.
 
     {observations}
 
@@ -101,7 +102,8 @@ class GripperTossEnv(ThrowEnv, observes=TABLE):
     | `action_mode` | str or None | None | `release` (None) or `release_point` |
     {arguments}
 
-    Items are the level's `items`. Each has its own compartment, and a target is called by the item that belongs in it.
+    Items are the level's `items`. Each item has its own compartment, and a target has the name of the item that belongs
+    there.
 
     ## Version History
 

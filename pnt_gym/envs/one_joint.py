@@ -33,7 +33,7 @@ class OneJointEnv(ThrowEnv, observes=TABLE):
 
     ## Observation Space
 
-    `Box(-5, 5, (14,), float32)`: goal and nominal plan, as (value - centre) / scale, clipped. Nothing hidden enters.
+    `Box(-5, 5, (14,), float32)`: goal and nominal plan, as (value - centre) / scale, clipped. No hidden value enters.
     `pnt_gym.cells.one_joint.observation.decode` turns observations back into physical values.
 
     {observations}
@@ -56,14 +56,14 @@ class OneJointEnv(ThrowEnv, observes=TABLE):
 
     ```yaml
     reward:
-      success: 2.0           # as much as all that the others can give, and more
+      success: 2.0           # more than the other three terms together, at most 1.5
       position_scale: 0.05   # landing error from which on that term is 0 [m]
     ```
 
     `info` also has `is_success`, `landing_error` [m], `angle_error` [rad] and `speed_error` [m/s] of the simulated
-    flight; `error_x`, `error_y`, `error_phi`, `error_dy`, what the camera saw of them, from which controllers learn;
+    flight; `error_x`, `error_y`, `error_phi`, `error_dy`, the errors that the camera saw, from which controllers learn;
     `cycle_time` [s] until the object has arrived and the arm is back, `residual_clipped`, `peak_torque` [N m], `item`
-    (index of the kind that was thrown), `target_x`, `target_y`, and `kind`: the index of the coming one.
+    (index of the kind that was thrown), `target_x`, `target_y`, and `kind`: the index of the coming kind.
 
     ## Arguments
 

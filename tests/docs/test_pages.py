@@ -14,7 +14,8 @@ from agents.controllers import NAMES
 from agents.dispatchers.registry import NAMES as LINE_NAMES
 from agents.ground.console import COMMANDS
 from agents.levels import FAMILIES
-from docs.pages import cite, commands, controllers, docstrings, environments, items, levels, made, results
+from agents.reproduce.papers import PAPERS, package
+from docs.pages import cite, commands, controllers, docstrings, environments, items, levels, made, papers, results
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.catalogue import CATALOGUE
 from pnt_gym.cells.conveyor.config import ConveyorConfig
@@ -34,8 +35,10 @@ def names(text):
 def test_every_shipped_level_is_in_its_table_and_its_file_is_shown(family):
     config, table, files = FAMILIES[family], levels.listed(family), levels.files(family)
     assert sorted(names(table)) == sorted(config.level_names())
-    for anchor in re.findall(r"\(#(.*?)\)", table):
-        assert f"({anchor})=" in files
+    headings = [
+        re.sub(r"[^\w\- ]", "", line[4:]).replace(" ", "-") for line in files.splitlines() if line[:4] == "### "
+    ]
+    assert sorted(re.findall(r"\(#(.*?)\)", table)) == sorted(headings)
     assert "| `waste` |" in table or family != "PnT"  # what `tight` differs from
 
 
@@ -77,7 +80,7 @@ def test_every_command_shows_its_help():
 
 @pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
 def test_every_environment_has_a_page_and_a_small_picture(env_id):
-    assert (DOCS / "environments" / f"{env_id}.md").read_text() == f"<!-- made: environment {env_id} -->\n"
+    assert made.by_hand((DOCS / "environments" / f"{env_id}.md").read_text()) == "\n"
     text = environments.page(env_id)
     assert text.startswith(f"# {env_id}\n")
     assert "## Action Space" in text
@@ -100,6 +103,7 @@ def test_a_page_names_the_levels_that_its_environment_takes():
 @pytest.mark.parametrize("env_id", [env_id for env_id in pnt_gym.ENV_IDS if env_id != "PnTLine-v0"])
 def test_what_is_hidden_is_on_the_page_of_datasets(env_id):
     shown = re.findall(r"^<!-- made: hidden (.*) -->$", (DOCS / "datasets.md").read_text(), flags=re.MULTILINE)
+    assert shown
     rows = names(environments.hidden(env_id))
     assert rows in [names(environments.hidden(shown_id)) for shown_id in shown]
     assert rows == [*environments.made(env_id).core.hidden()]
@@ -149,12 +153,47 @@ def test_arrays_are_called_by_their_names():
     assert docstrings.named(None) is None
 
 
-def test_marked_lines_are_filled_and_unknown_ones_refused():
-    assert made.filled("a\n<!-- made: levels PnT -->\nb") == f"a\n{levels.listed('PnT')}\nb"
+def test_marked_blocks_are_filled_and_unknown_ones_refused():
+    stale = "a\n<!-- made: levels PnT -->\nold\n<!-- /made -->\nb"
+    assert made.filled(stale) == f"a\n{levels.listed('PnT')}\nb"
+    assert made.by_hand(stale) == "a\n\nb"
     assert made.filled('```python title="x/y.py"\n1\n```') == "```{code-block} python\n:caption: x/y.py\n\n1\n```"
     assert "| analytic |" in made.filled("<!-- table:benchmark -->\n<!-- /table -->")
     with pytest.raises(KeyError):
-        made.filled("<!-- made: nothing -->")
+        made.filled("<!-- made: nothing -->\n<!-- /made -->")
+
+
+@pytest.mark.parametrize("page", made.pages(), ids=lambda page: page.relative_to(DOCS).as_posix())
+def test_a_page_holds_what_is_made(page):
+    """`make pages` writes it; each mark has its end, so that the site makes all of it."""
+    text = page.read_text(encoding="utf-8")
+    assert made.written(text, page) == text
+    assert text.count("<!-- made: ") == text.count("<!-- /made -->") == len(made.BLOCK.findall(text))
+    assert "<!-- made: " not in made.filled(text)
+
+
+def test_a_written_page_replaces_what_was_there():
+    marks = (("<!-- made: levels PnT -->", "<!-- /made -->"), ("<!-- table:benchmark -->", "<!-- /table -->"))
+    stale = "".join(f"{begin}\nformer text\n{end}\n" for begin, end in marks)
+    fresh = made.written(stale, DOCS / "a.md")
+    assert "former text" not in fresh
+    assert f"<!-- made: levels PnT -->\n{levels.listed('PnT')}\n<!-- /made -->\n" in fresh
+    assert "| analytic |" in fresh
+
+
+def test_long_chapters_of_results_stand_on_the_site_alone():
+    title = "reproduction: Choe et al. 2023"
+    block = f"<!-- made: chapter {title} -->\n<!-- /made -->"
+    short = made.written(block, DOCS / "papers" / "a.md")
+    assert "(../../results/README.md#reproduction-choe-et-al-2023)" in short
+    assert len(short) < 300 < len(made.filled(block))
+
+
+@pytest.mark.parametrize("paper", PAPERS)
+def test_every_part_of_a_paper_says_what_it_computes(paper):
+    table = papers.parts(paper)
+    assert names(table) == [*package(paper).PARTS]
+    assert all(len(row.split("|")[2]) > 12 for row in table.splitlines()[2:])
 
 
 def test_docstrings_are_text_and_code():

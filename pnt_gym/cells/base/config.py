@@ -157,7 +157,7 @@ class LevelConfig(Section):
     trial: ClassVar[str] = "throws"
     """Trial that judges controllers: "throws", "work_shifts", or MODULE:CLASS of a trial of your own."""
 
-    name: FileName = "custom"
+    name: FileName = Field(default="custom", description="Name of the level; run folders are named after it.")
     mismatch: Annotated[float, Field(ge=0, le=3)] = Field(
         default=1.0,
         description="The dial m: 0 is the planner's own world, 1 is realistic; scales every unmodelled effect.",

@@ -31,21 +31,22 @@ class Belt(Section):
     spacing: Range = Field(default=(0.02, 0.18), description="Gap between consecutive objects along x, uniform [m].")
     gap: Literal["centre", "edge"] = Field(
         default="edge",
-        description="What `spacing` lies between: edges of the objects as they lie, or centres, so that long objects "
-        "overlap.",
+        description="Where `spacing` is measured: between the edges of the objects as they lie, or between their "
+        "centres, so that long objects overlap.",
     )
     tracking: bool = Field(
         default=True,
-        description="Whether the suction cup's hand rides with the belt while it grips and throws from there; if not, "
-        "it stands still and the object slips.",
+        description="Whether the hand rides with the belt while the cup grips, and throws from there. If not, the "
+        "hand stands still and the object slips.",
     )
     neighbours: Literal["ghosts", "solid"] = Field(
         default="solid",
-        description="What a carried object does to others on the belt that it sweeps through: nothing, or they are "
-        "knocked, ride on and cannot be picked any more. Then picks that touch nobody are taken before others.",
+        description="What happens to a neighbour that a carried object sweeps through: nothing (ghosts), or the "
+        "neighbour is knocked, rides on and cannot be picked any more (solid). With solid neighbours, "
+        "picks that touch none come first.",
     )
     camera_x: Finite = Field(
-        default=-0.80, description="Where the camera sees an object; a belt-speed error grows from here [m]."
+        default=-0.80, description="Place of the camera along x; a belt-speed error grows from here [m]."
     )
 
     @model_validator(mode="after")
@@ -63,18 +64,18 @@ class Belt(Section):
 class Bin(Section):
     """One fixed bin: the centre of its opening and the inner size of the opening."""
 
-    name: Label
-    x: Finite
-    y: Finite
+    name: Label = Field(description="Name of the bin.")
+    x: Finite = Field(description="Centre of the opening along x [m].")
+    y: Finite = Field(description="Centre of the opening along y [m].")
     size: tuple[Positive, Positive] = Field(default=(0.22, 0.22), description="Inner opening along x and y [m].")
-    accepts: tuple[str, ...] = Field(default=(), description="Items sorted here; empty: any item may be sent here.")
+    accepts: tuple[str, ...] = Field(default=(), description="Items that belong in this bin; empty: every item.")
 
 
 class RandomBins(Section):
     """One square bin per throw, drawn at random for every throw: a cell with very many bins."""
 
-    x: Range = (-0.50, 0.50)
-    y: Range = (0.25, 0.75)
+    x: Range = Field(default=(-0.50, 0.50), description="Centre of the opening along x, uniform [m].")
+    y: Range = Field(default=(0.25, 0.75), description="Centre of the opening along y, uniform [m].")
     side: Range = Field(default=(0.12, 0.14), description="Inner side of the opening, uniform [m].")
     item_clearance: NonNegative = Field(
         default=0.0,
@@ -92,18 +93,20 @@ class RandomBins(Section):
 class Bins(Section):
     """The bins: a fixed list, or one random bin per throw."""
 
-    fixed: tuple[Bin, ...] = ()
-    random: RandomBins | None = None
+    fixed: tuple[Bin, ...] = Field(default=(), description="Fixed bins; exclusive with `random`.")
+    random: RandomBins | None = Field(
+        default=None, description="One square bin, drawn anew for every throw; exclusive with `fixed`."
+    )
     rim: Finite = Field(default=-0.85, description="z of the rim plane, where landing is measured [m].")
     depth: Positive = Field(default=0.30, description="Inner depth below the rim [m].")
     emptied: Annotated[int, Field(ge=1, le=100_000)] | None = Field(
         default=None,
-        description="Bins fill with what ends in them, and are emptied after so many objects each; one that is drawn "
-        "per throw has any number of them. null: every throw meets an empty bin. Of the conveyor.",
+        description="Bins fill, and a bin is emptied after so many objects; a bin that is drawn for a throw holds "
+        "a random number of objects. null: every throw meets an empty bin. Of the conveyor.",
     )
     packing: Annotated[float, Field(gt=0, le=1)] = Field(
         default=0.5,
-        description="Share of a filling that objects take, the rest is between them; assumed: poured loosely.",
+        description="Share of a filling that is objects and not air; assumed: poured loosely.",
     )
     wall: Annotated[float, Field(ge=0.004, le=0.1)] = Field(
         default=0.010, description="Wall thickness [m]; thinner than 4 mm lets fast objects through."
@@ -122,12 +125,14 @@ class Bins(Section):
 class Spread(Section):
     """How much throws of one item differ in their hidden values (assumed unless noted)."""
 
-    mass: NonNegative = Field(default=0.22, le=1, description="Lognormal.")
-    size: NonNegative = Field(default=0.08, le=0.5, description="Lognormal, common to the three axes.")
-    size_axis: NonNegative = Field(default=0.04, le=0.5, description="Lognormal, per axis.")
-    drag: NonNegative = Field(default=0.12, le=1, description="Lognormal.")
-    seal: NonNegative = Field(default=0.40, le=5, description="Lognormal, seal quality.")
-    com_depth: NonNegative = Field(default=0.06, le=1, description="Normal, share of the height.")
+    mass: NonNegative = Field(default=0.22, le=1, description="Mass, lognormal.")
+    size: NonNegative = Field(default=0.08, le=0.5, description="Size, lognormal, common to the three axes.")
+    size_axis: NonNegative = Field(default=0.04, le=0.5, description="Size, lognormal, per axis.")
+    drag: NonNegative = Field(default=0.12, le=1, description="Drag coefficient, lognormal.")
+    seal: NonNegative = Field(default=0.40, le=5, description="Seal force, lognormal.")
+    com_depth: NonNegative = Field(
+        default=0.06, le=1, description="Depth of the centre of mass, normal, share of the height."
+    )
     grasp: NonNegative = Field(default=0.008, le=0.5, description="Normal per axis, cup against centre of mass [m].")
     height: NonNegative = Field(default=0.002, le=0.5, description="Normal, lip compression and height error [m].")
     belt_speed: NonNegative = Field(default=0.005, le=1, description="Normal, relative error of the belt speed.")
@@ -147,9 +152,9 @@ class Noise(Section):
     """Noise of the cell's sensors (one standard deviation)."""
 
     size: NonNegative = Field(default=0.003, description="Camera outline and height [m].")
-    mass: NonNegative = Field(default=0.10, description="Relative.")
-    seal: NonNegative = Field(default=0.10, description="Vacuum sensor, relative.")
-    yaw: NonNegative = Field(default=0.05, description="[rad]")
+    mass: NonNegative = Field(default=0.10, description="Measured mass, relative.")
+    seal: NonNegative = Field(default=0.10, description="Measured vacuum, relative.")
+    yaw: NonNegative = Field(default=0.05, description="Measured yaw [rad].")
     grasp: NonNegative = Field(default=0.004, description="Camera outline against cup position [m].")
 
 
@@ -169,7 +174,11 @@ class SortingLine(ItemsConfig):
     folder: ClassVar[str | Path] = "conveyor"
     alternatives: ClassVar[Mapping[str, tuple[str, ...]]] = {"bins": ("fixed", "random")}
 
-    items: tuple[str, ...] = Field(default=("paper", "metal_can", "plastic_package"), min_length=1)
+    items: tuple[str, ...] = Field(
+        default=("paper", "metal_can", "plastic_package"),
+        min_length=1,
+        description="Names of the items that come; see the catalogue of items.",
+    )
     belt: Belt = Belt()
     bins: Bins
     spread: Spread = Spread()

@@ -44,8 +44,8 @@ class FollowThrough(Section):
     )
     gravity_share: Annotated[float, Field(gt=0, le=1)] | None = Field(
         default=None,
-        description="Braking is slowed until the hand falls with at most this share of g; null: full braking. "
-        "For straight throws; a free direction plans its motion by the next three.",
+        description="Braking is slowed until the hand falls with at most this share of g; null: full braking. For "
+        "straight throws; a free direction uses the next three keys.",
     )
     hand_cap: NonNegative = Field(
         default=0.15, description="Free direction: how far the hand may rise above the release ceiling [m]."
@@ -54,7 +54,9 @@ class FollowThrough(Section):
         default=0.12, description="Free direction: the hand stays above the object until this far away sideways [m]."
     )
     margin: Annotated[float, Field(ge=0, lt=1)] = Field(
-        default=0.3, description="Free direction: by this share of g t^2 / 2 at least, t since the release."
+        default=0.3,
+        description="Free direction: the hand is above the object by at least this share of g t^2 / 2, t since "
+        "the release.",
     )
 
 
@@ -63,20 +65,19 @@ class Placing(Section):
 
     over_rim: Finite = Field(
         default=0.01,
-        description="The object is let go with its lowest point this far above the rim; negative: inside the bin [m].",
+        description="Height of the object's lowest point above the rim when it is let go; negative: inside the "
+        "bin [m].",
     )
     clear: NonNegative = Field(
-        default=0.02, description="What moves sideways passes over rims at least this far above them [m]."
+        default=0.02, description="Least height of a carried object above the rims that it passes over [m]."
     )
     vertical: Positive = Field(
-        default=0.02, description="`ellipse`: the straight parts at pick and place, at least (Choe 2023) [m]."
+        default=0.02, description="`ellipse`: least length of the straight parts at pick and place (Choe 2023) [m]."
     )
-    crest: Positive = Field(
-        default=0.025, description="`ellipse`: its highest point above the higher one of its ends [m]."
-    )
+    crest: Positive = Field(default=0.025, description="`ellipse`: height of the path above the higher end [m].")
     reserve: NonNegative = Field(
         default=0.03,
-        description="As `motion.reserve`: what is let go at rest misses by what the grasp does, not by a throw [m].",
+        description="As `motion.reserve`, for a carried object, which misses only by the error of its grasp [m].",
     )
 
 
@@ -85,12 +86,12 @@ class Motion(Section):
 
     ceiling: Positive = Field(
         default=0.10,
-        description="Release at most this far above the pick (Hassan 2022, IV-B); `horizontal` and `pick_and_place` "
-        "lift by it, there and at the next pick [m].",
+        description="Release at most this far above the pick (Hassan 2022, IV-B); `horizontal` and "
+        "`pick_and_place` rise by this height, at this pick and at the next [m].",
     )
     clearance: Positive = Field(default=0.05, description="Vertical approach above the next pick, Z_off [m].")
     dwell: NonNegative = Field(
-        default=0.10, le=10, description="Standstill while the vacuum builds up; counted, not simulated [s]."
+        default=0.10, le=10, description="Time at the pick while the vacuum builds up; counted, not simulated [s]."
     )
     follow_through: FollowThrough = FollowThrough()
     ceiling_slack: NonNegative = Field(
@@ -98,7 +99,8 @@ class Motion(Section):
     )
     reserve: NonNegative = Field(
         default=0.10,
-        description="A throw is taken on only if the target moved by +- this along is feasible too [m].",
+        description="A target is accepted only if targets this much nearer and farther along the throw are "
+        "feasible too [m].",
     )
     placing: Placing = Placing()
 
@@ -113,7 +115,7 @@ class Suction(Section):
     valve: Duration = Field(default=0.004, description="Valve delay, assumed [s].")
     tau: Duration = Field(default=0.009, description="Time constant of the vacuum, tight seal, assumed [s].")
     leak: NonNegative = Field(default=0.25, description="Strength of the leak's effect on tau, assumed.")
-    leak_reference: Positive = Field(default=20.0, description="Seal force above which nothing leaks [N].")
+    leak_reference: Positive = Field(default=20.0, description="Seal force above which the seal does not leak [N].")
     jitter: NonNegative = Field(default=0.001, description="Standard deviation of the release time [s].")
 
 
@@ -122,13 +124,14 @@ class Grip(Section):
 
     limit: bool = Field(
         default=True,
-        description="Whether an object that is more than the cup can hold leaves it on the way; its load scales with "
-        "the mismatch.",
+        description="Whether an object leaves the cup on the way when its load is more than the cup can hold; the "
+        "load scales with the mismatch.",
     )
     safety: Annotated[float, Field(ge=1, le=10)] | Literal["surface"] | None = Field(
         default=None,
-        description="Throws are slowed until the cup could hold this many times what is measured, or what the item's "
-        "surface asks for; objects that cannot be held so ride on. null: throws take no care.",
+        description="Throws are slowed until the cup could hold this many times the measured load (surface: the "
+        "factor for the item's surface). An object that cannot be held so stays on the belt. null: "
+        "throws take no care.",
     )
 
 
@@ -136,13 +139,16 @@ class Throwable(Section):
     """Bounds of thrown objects; others stay on the belt, or are put down by the planner `auto`. null: no bound."""
 
     drag_area: Positive | None = Field(
-        default=None, description="At most this Cd A / m, by its class's Cd and measured outline and mass [m2/kg]."
+        default=None,
+        description="An object is thrown if its Cd A / m is at most this, by its class's Cd and its measured "
+        "outline and mass [m2/kg].",
     )
     drag_shift: Positive | None = Field(
-        default=None, description="Air moves the landing by at most this, foreseen to first order [m]."
+        default=None, description="An object is thrown if air moves its landing by at most this, to first order [m]."
     )
     margin: Annotated[float, Field(ge=1, le=10)] | None = Field(
-        default=None, description="The cup holds at least this many times what is measured at the throw's acceleration."
+        default=None,
+        description="An object is thrown if the cup holds at least this many times the measured load of the throw.",
     )
 
 
@@ -151,24 +157,26 @@ class Cup(Section):
 
     stiffness: Annotated[float, Field(ge=0.05, le=100)] | None = Field(
         default=1.0,
-        description="Against bending of the lip about each level axis; compliance scales with the mismatch. Plausible "
-        "are 0.1 to 3, a bellows at its soft end (assumed); null: a rigid cup [N m/rad].",
+        description="Stiffness of the lip against bending about each level axis; compliance scales with the "
+        "mismatch. 0.1 to 3 are plausible, a bellows at the soft end (assumed); null: a rigid cup [N "
+        "m/rad].",
     )
     damping: Annotated[float, Field(ge=0, le=0.95)] = Field(
         default=0.25, description="Damping ratio of the object's swing about each of its level axes, assumed."
     )
     peel: bool = Field(
         default=True,
-        description="The lip peels off at one side, and the spin at release follows from that instead of the draws of "
-        "`spread.spin` and `spread.spin_per_offset`.",
+        description="Whether the lip peels off at one side, which gives the spin at release; if not, the spin is "
+        "drawn from `spread.spin` and `spread.spin_per_offset`.",
     )
     blow_off: Annotated[float, Field(ge=0, le=1)] = Field(
         default=0.0,
-        description="Speed downwards that air blown into the cup gives at release, at mismatch 1; 0 to 0.3 are usual, "
-        "assumed [m/s].",
+        description="Speed downwards that air blown into the cup gives the object at release, at mismatch 1; 0 to "
+        "0.3 are usual, assumed [m/s].",
     )
     fitted: bool = Field(
-        default=True, description="Each item has a cup of its own `cup_radius`, instead of one of 18 mm for all."
+        default=True,
+        description="Whether each item has a cup of its own `cup_radius`; if not, one cup of radius 18 mm serves all.",
     )
 
 
@@ -177,8 +185,9 @@ class Pick(Section):
 
     fails: bool = Field(
         default=True,
-        description="Whether a cup may not seal, by the item's `pick_chance` and by where it stands on the object; the "
-        "chance to fail scales with the mismatch. A pick that fails costs its cycle, and the object rides on.",
+        description="Whether a cup may fail to seal, depending on the item's `pick_chance` and on the place of "
+        "the cup on the object; the chance to fail scales with the mismatch. A failed pick costs its "
+        "cycle, and the object rides on.",
     )
 
 
@@ -187,8 +196,8 @@ class Classifier(Section):
 
     confusion: dict[str, dict[str, Annotated[float, Field(ge=0, le=1)]]] = Field(
         default={},
-        description="By item, the shares of it that are seen as each item, which sum to 1; errors scale with the "
-        "mismatch. Items that are not listed are seen as what they are.",
+        description="For each item, the shares in which it is taken for each item, which sum to 1; errors scale "
+        "with the mismatch. Items that are not listed are always recognised.",
     )
 
 
@@ -212,13 +221,13 @@ class ConveyorConfig(SortingLine):
     )
     fidelity: Literal["full", "flight"] = Field(
         default="full",
-        description="What is simulated: the robot and what it throws, or hands that move as planned and the objects' "
-        "flight alone, several times as fast.",
+        description="What is simulated: robot and object (full), or the object alone, with a hand that moves as "
+        "planned (flight), which is several times as fast.",
     )
     mix: dict[str, Positive] | None = Field(
         default=None,
-        description="How often items come, in proportion to each other; an item that is not listed does not come. "
-        "null: all alike.",
+        description="Relative frequency of the items; an item that is not listed does not come. null: all items "
+        "are equally frequent.",
     )
     limits: Limits = Limits()
     motion: Motion = Motion()
@@ -234,19 +243,20 @@ class ConveyorConfig(SortingLine):
     reward: SortingReward = SortingReward()
     planner: Literal["straight", "free_direction", "horizontal", "pick_and_place", "ellipse", "auto"] = Field(
         default="straight",
-        description="How an object gets to its bin: thrown on a straight line (Hassan 2022), in a free direction, or "
-        "level from above the pick; or brought there on a rectangle or over an ellipse (Choe 2023), and put "
-        "down; `auto` throws straight what is `throwable` and puts the rest down over an ellipse.",
+        description="How an object gets to its bin: thrown on a straight line (Hassan 2022), in a free direction, "
+        "or level from above the pick; or carried on a rectangle or over an ellipse (Choe 2023). "
+        "`auto` throws a `throwable` object straight and carries every other object over an ellipse.",
     )
     dispatch: Literal["first", "soonest", "atc"] = Field(
         default="atc",
-        description="Which object on the belt is taken next, of those that can be: the one most downstream, which lets "
-        "go those before it, the one with the shortest cycle, or a quick one that cannot wait.",
+        description="The next object, of those that the hand can meet and throw: the object most downstream "
+        "(first), the object with the shortest cycle (soonest), or a quick object that cannot wait "
+        "(atc).",
     )
     patience: Positive = Field(
         default=8.0,
         le=1e6,
-        description="k of `dispatch: atc`: an object that can wait so much longer must be e times as quick [s].",
+        description="k of `dispatch: atc`: an object that can wait this much longer must be e times as quick [s].",
     )
     picks_per_shift: Annotated[int, Field(ge=1)] = Field(default=50, description="Episode length on the belt.")
 

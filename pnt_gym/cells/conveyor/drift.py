@@ -25,10 +25,11 @@ class Wander(Section):
 
     even: float = Field(default=0.0, description="Constant in a shift, uniform within +- this.")
     normal: float = Field(default=0.0, description="Constant in a shift, normal with this standard deviation.")
-    step: float = Field(default=0.0, description="Another value after every `steps_every` picks, as `even`.")
+    step: float = Field(default=0.0, description="A new value after every `steps_every` picks, uniform within +- this.")
     walk: float = Field(default=0.0, description="Random walk: standard deviation of a change between picks.")
     ramp: float = Field(
-        default=0.0, description="A straight line through the shift, zero in its middle; its end is uniform within +-."
+        default=0.0,
+        description="A straight line through the shift, zero in its middle; its end is uniform within +- this.",
     )
     most: float
 
@@ -65,7 +66,7 @@ class Valve(Wander):
     most: float = Field(default=0.02, description="The sum never leaves +- this.")
     film: float = Field(
         default=0.0,
-        description="Dirt on the cup: grows evenly by this until the cup is cleaned, half of it below zero.",
+        description="Dirt on the cup: the delay grows evenly by this until the cup is cleaned, half of it below zero.",
     )
     cleaned: Annotated[int, Field(ge=2, le=100_000)] = Field(
         default=25, description="Picks between two cleanings; a shift begins anywhere between."

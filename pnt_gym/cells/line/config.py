@@ -31,16 +31,19 @@ Percents = tuple[Annotated[float, Field(ge=1, le=100)], ...]
 class Robot(Section):
     """One robot of the line."""
 
-    name: Label
+    name: Label = Field(description="Name of the robot.")
     x: Finite = Field(
         ge=-FARTHEST, le=FARTHEST, description="Where its base stands along the belt, downstream positive [m]."
     )
     skills: tuple[str, ...] = Field(
-        default=(), description="Items that it takes, as the classifier sees them; empty: all that its bins take."
+        default=(),
+        description="Items that the robot takes, as the classifier sees them; empty: all items that its bins take.",
     )
-    bins: tuple[Bin, ...] = Field(default=(), description="Its own, seen from its base; empty: those of the `cell`.")
+    bins: tuple[Bin, ...] = Field(
+        default=(), description="Bins of the robot, seen from its base; empty: the bins of the `cell`."
+    )
     percent: Percents = Field(
-        default=(), description="Speed settings that it chooses from; empty: those of the `cell` [%]."
+        default=(), description="Speed settings from which the robot chooses; empty: those of the `cell` [%]."
     )
 
 
@@ -51,11 +54,11 @@ class Arrivals(Section):
     rate: Annotated[float, Field(gt=0, le=20)] = Field(default=1.5, description="Objects a second.")
     regularity: Annotated[float, Field(ge=0.1, le=100)] = Field(
         default=1.0,
-        description="Shape of the gamma distribution of the gaps: 1 is a Poisson stream, less comes in bursts.",
+        description="Shape of the gamma distribution of the gaps: 1 is a Poisson stream, less means bursts.",
     )
     gap: Annotated[float, Field(ge=0, le=1)] = Field(
         default=0.01,
-        description="Objects lie at least so far apart, along the belt or across it; who would not moves upstream [m].",
+        description="Least distance between objects, along the belt or across it; a closer object moves upstream [m].",
     )
 
 
@@ -63,10 +66,11 @@ class Arrivals(Section):
 class Value(Section):
     """Value of an object in a bin that takes the object."""
 
-    of: dict[str, NonNegative] = Field(default={}, description="By item; an item that is not listed is worth 1.")
+    of: dict[str, NonNegative] = Field(default={}, description="Value by item; an item that is not listed is worth 1.")
     spread: Annotated[float, Field(ge=0, le=2)] = Field(
         default=0.0,
-        description="Of single objects, lognormal about their item's, which stays the mean; the camera sees it.",
+        description="Spread of the values of single objects, lognormal with the item's value as mean; the camera "
+        "sees the value of each object.",
     )
 
 
@@ -75,8 +79,8 @@ class Down(Section):
     """A robot that stands still for a while."""
 
     robot: str = Field(min_length=1)
-    start: NonNegative = Field(description="From the begin of the shift [s].")
-    end: Positive = Field(description="[s]")
+    start: NonNegative = Field(description="Begin of the standstill, since the begin of the work shift [s].")
+    end: Positive = Field(description="End of the standstill, since the begin of the work shift [s].")
 
 
 def _random(level: object) -> str:
@@ -100,30 +104,33 @@ class LineConfig(LevelConfig):
 
     cell: ConveyorConfig = Field(description="A level of the conveyor, or differences from one.")
     robots: tuple[Robot, ...] = Field(
-        default=(Robot(name="first", x=0.0),), min_length=1, max_length=MOST_ROBOTS, description="Upstream first."
+        default=(Robot(name="first", x=0.0),),
+        min_length=1,
+        max_length=MOST_ROBOTS,
+        description="The robots, upstream first.",
     )
     arrivals: Arrivals = Arrivals()
     value: Value = Value()
-    down: tuple[Down, ...] = ()
+    down: tuple[Down, ...] = Field(default=(), description="Standstills of robots.")
     camera: Positive = Field(
-        default=1.0, le=20, description="The camera stands so far upstream of the first robot's window [m]."
+        default=1.0, le=20, description="Distance of the camera upstream of the first robot's window [m]."
     )
-    duration: Annotated[float, Field(ge=5, le=14400)] = Field(default=120.0, description="Of a shift [s].")
+    duration: Annotated[float, Field(ge=5, le=14400)] = Field(default=120.0, description="Length of a work shift [s].")
     horizon: Annotated[float, Field(gt=0, le=10)] = Field(
-        default=3.0, description="Objects that can be taken within this time are candidates [s]."
+        default=3.0, description="Objects that can be lifted within this time are among the choices [s]."
     )
     price_of_time: NonNegative = Field(
-        default=1.0, description="Value that a second costs in the reward, and in which candidates are shown [1/s]."
+        default=1.0, description="Value that a second costs, in the reward and in the order of the choices [1/s]."
     )
     throws: Literal["table", "flight", "full"] = Field(
         default="table",
-        description="What becomes of throws: by a table of chances that was made with the full physics, or by the "
-        "physics of the flight, or of robot and flight.",
+        description="How the result of a throw is found: from a table of chances counted in the full physics, "
+        "from a simulated flight, or from simulated robot and flight.",
     )
     chances: str | None = Field(
         default=None,
-        description="File with the table of throws, as `pnt-gym line calibrate` writes it; null: the one that ships "
-        "for such cells.",
+        description="File with the table of throws, as `pnt-gym line calibrate` writes it; null: the shipped "
+        "table of such cells.",
     )
 
     @field_validator("cell", mode="before")

@@ -1,0 +1,40 @@
+"""The tables "From equation to code" of the papers' pages: functions and parts exist."""
+
+import re
+
+import pytest
+
+from agents.reproduce.__main__ import PARTS_HELP
+from agents.reproduce.papers import PAPERS, PART_NAMES, package
+from docs.pages import made
+from docs.pages.throw import resolve
+
+ROW = re.compile(r"^\|.*\| `((?:pnt_gym|papers)\.[\w.]+)` \| `([\w-]+)` \| [^|]+ \|$", re.MULTILINE)
+
+
+def rows(paper):
+    """Function and part of every row."""
+    text = (made.DOCS / "papers" / f"{paper}.md").read_text(encoding="utf-8")
+    table = text.partition("| in the paper | in our symbols |")[2].partition("\n\n")[0]
+    found = ROW.findall(table)
+    assert len(found) == table.count("\n") - 1  # the head and its line aside
+    return found
+
+
+@pytest.mark.parametrize("paper", PAPERS)
+def test_functions_and_parts_of_a_papers_table_exist(paper):
+    assert len(rows(paper)) > 9
+    for name, part in rows(paper):
+        assert resolve(name) is not None
+        assert part in package(paper).PARTS
+
+
+def test_a_name_that_does_not_exist_is_an_error():
+    with pytest.raises(AttributeError):
+        resolve("papers.hassan.nlp.nothing")
+
+
+@pytest.mark.parametrize("paper", PAPERS)
+def test_the_help_names_the_parts_that_there_are(paper):
+    assert PART_NAMES[paper] == tuple(package(paper).PARTS)
+    assert f"{paper.capitalize()}: {', '.join(PART_NAMES[paper])}." in PARTS_HELP
