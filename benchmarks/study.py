@@ -124,7 +124,7 @@ def check_numbers(case: Case, rows: list[Figures]) -> None:
         json_text(rows)
     except ValueError:
         labels = ", ".join(f"{name} {label}" for name, label in case.labels.items())
-        raise UsageError(f"{labels}: a figure is not a number, as of too few throws; more --throws are needed") from None
+        raise UsageError(f"{labels}: a figure is not a number; more --throws are needed") from None
 
 
 def line(row: Figures) -> str:
