@@ -65,6 +65,7 @@ def main(arguments: Arguments) -> None:
             if not is_held(case, result["rows"]):
                 amount = Amount(part.count(throws), seed, arguments.threads)
                 rows = [{**case.labels, **figures} for figures in as_rows(measure(case.settings, amount))]
+                check_numbers(case, rows)
                 print("\n".join(map(line, rows)), flush=True)
                 result["rows"] += rows
                 if arguments.json is not None:
@@ -111,6 +112,19 @@ def is_held(case: Case, rows: Iterable[Figures]) -> bool:
 def as_rows(figures: Figures | Iterable[Figures]) -> list[Figures]:
     """The rows of a case: one, or those of several controllers that were measured together."""
     return [cast("Figures", figures)] if isinstance(figures, dict) else [*figures]
+
+
+def check_numbers(case: Case, rows: list[Figures]) -> None:
+    """Make sure that every figure is a number.
+
+    Raises:
+        UsageError: one is none, as the mean of no throws is.
+    """
+    try:
+        json_text(rows)
+    except ValueError:
+        labels = ", ".join(f"{name} {label}" for name, label in case.labels.items())
+        raise UsageError(f"{labels}: a figure is not a number; more --throws are needed") from None
 
 
 def line(row: Figures) -> str:

@@ -165,6 +165,15 @@ def test_a_wrong_plan_is_told_in_one_sentence(small, capsys, old, new, said):
     assert said in error
 
 
+def test_a_figure_that_is_no_number_is_told_with_its_case(small, capsys, monkeypatch):
+    monkeypatch.setattr(study, "measurement", lambda part: lambda settings, amount: {"mean": float("nan")})
+    with pytest.raises(SystemExit) as end:
+        measure(small)
+    assert end.value.code == 2
+    said = "part throws, level waste_plain, mismatch 0.0: a figure is not a number"
+    assert capsys.readouterr().err.startswith(f"error: {said}")
+
+
 def test_an_unknown_study_is_told_with_those_that_ship(capsys):
     with pytest.raises(SystemExit) as end:
         measure("gripp")
