@@ -1,22 +1,24 @@
-"""Make tables, figures and a page from results/*.json: `python -m agents.report`."""
+"""Make pages, tables and figures from results/*.json: `python -m agents.report`."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from ..ground.cli import UsageError, run
+from ..ground.drawings import svg
 from ..ground.files import held, of_its_form, read_json
 from ..ground.outputs import deliver_text
 from ..ground.places import MADE
 from ..ground.tables import console
 from ..reproduce.grids import plain
+from .blocks import rewrite_blocks
 from .kinds import kind_of
 from .methods import methods_figures
-from .page import Chapter, markdown_page, page
-from .readme import update_readme
+from .page import Chapter, html_page, index_page, sections, tables_page
+from .questions import QUESTIONS
 from .reproduction import is_reproduction, paper_chapters
 from .speeds import TABLES
 from .study import is_study, study_grids
@@ -24,14 +26,16 @@ from .study import is_study, study_grids
 
 @dataclass(frozen=True)
 class Arguments:
-    """Write results/README.md, results/figures/*.svg and results/report.html from what results/*.json holds."""
+    """Write results/README.md, results/tables, results/figures and results/report.html from results/*.json."""
 
     results: Path = MADE / "results"
     """Folder of the results."""
     readme: Path = MADE / "README.md"
-    """README whose marked tables are written anew."""
+    """README whose marked tables are written anew; so are those of the pages of results."""
 
 
+INDEX = "README.md"
+"""Page of the results folder that lists the questions."""
 ENTRIES = ("quantity", "published", "reproduced", "unit", "verdict", "note")
 """What `python -m agents.reproduce` and others alike say of a figure."""
 DRAWN = {"methods": methods_figures}
@@ -40,18 +44,43 @@ DRAWN = {"methods": methods_figures}
 
 def main(arguments: Arguments) -> None:
     """Write everything; files are replaced one by one, each at once."""
-    chapters = read_chapters(arguments.results)
+    results = arguments.results
+    chapters = read_chapters(results)
     if not chapters:
-        raise UsageError(f"{str(arguments.results)!r} holds no results yet; `python -m agents.benchmark` makes some")
-    with held(arguments.results):
-        for chapter in chapters:
-            for name, text in chapter.figures.items():
-                deliver_text(arguments.results / "figures" / name, text)
-        deliver_text(arguments.results / "README.md", markdown_page(chapters))
-        deliver_text(arguments.results / "report.html", page(chapters))
-        if arguments.readme.is_file():
-            update_readme(arguments.readme, arguments.results)
-    console().print(f"report of {len(chapters)} results in {arguments.results / 'report.html'}")
+        raise UsageError(f"{str(results)!r} holds no results yet; `python -m agents.benchmark` makes some")
+    parts = sections(chapters, results)
+    with held(results):
+        for name, text in {**_pictures(results), **_figures(chapters)}.items():
+            deliver_text(results / "figures" / name, text)
+        for chapter in (chapter for section in parts for chapter in section.chapters):
+            deliver_text(results / "tables" / f"{chapter.name}.md", tables_page(chapter))
+        deliver_text(results / INDEX, index_page(parts))
+        deliver_text(results / "report.html", html_page(parts))
+        for document in _documents(arguments):
+            rewrite_blocks(document, results)
+    console().print(f"report of {len(chapters)} results in {results / 'report.html'}")
+
+
+def _documents(arguments: Arguments) -> list[Path]:
+    """The README, and the pages of results beside the index, whose blocks are written anew."""
+    pages = (arguments.results / f"{question.name}.md" for question in QUESTIONS)
+    return [path for path in (arguments.readme, *pages) if path.is_file()]
+
+
+def _figures(chapters: Sequence[Chapter]) -> dict[str, str]:
+    """The drawings of all chapters by file name."""
+    return {name: text for chapter in chapters for name, text in chapter.figures.items()}
+
+
+def _pictures(results: Path) -> dict[str, str]:
+    """The drawings that belong to questions and to no chapter, by file name."""
+    drawn: dict[str, str] = {}
+    for question in QUESTIONS:
+        contents = question.read(results)
+        if question.draw is not None and contents is not None and question.answered(results) is not None:
+            with of_its_form(results / f"{question.sources[0]}.json"):
+                drawn[question.picture] = svg(question.draw(contents))
+    return drawn
 
 
 def read_chapters(results: Path) -> list[Chapter]:
@@ -64,8 +93,13 @@ def read_chapters(results: Path) -> list[Chapter]:
     chapters: list[Chapter] = []
     for path, data in files:
         with of_its_form(path):
-            chapters += _chapters(path.stem, data, results) if isinstance(data, dict) else []
+            chapters += _named(_chapters(path.stem, data, results), path.stem) if isinstance(data, dict) else []
     return chapters
+
+
+def _named(chapters: Sequence[Chapter], file: str) -> list[Chapter]:
+    """Chapters with the name of their file, where they have no other one."""
+    return [replace(chapter, name=chapter.name or file, source=file) for chapter in chapters]
 
 
 def _chapters(name: str, data: Mapping[str, Any], results: Path) -> list[Chapter]:

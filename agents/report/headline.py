@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from ..ground.drawings import COLOURS, Figure, dress, subplots
 from ..ground.tables import Grid, millimetres, percent
-from .tables import rows_of
+from .tables import failure_table, rows_of
 
 Data = Mapping[str, Any]
 SHOWN: Final[Mapping[str, str]] = {
@@ -45,6 +45,13 @@ def headline_table(data: Data) -> Grid:
         "cup loses and bins that fill, for every controller alike."
     )
     return Grid("", ("controller", "throws to learn", "landing error", "success", "sorted/min"), rows, note)
+
+
+def headline_failures(data: Data) -> Grid:
+    """What stood between an object and its bin, of the same five controllers on the first level of the plan."""
+    level = data["plan"]["levels"][0]
+    last = {row["label"]: row for row in rows_of(data, [level]) if row["label"] in SHOWN}
+    return failure_table({**data, "table": list(last.values())}, level)
 
 
 def headline_figure(data: Data) -> Figure:

@@ -1,69 +1,119 @@
-"""The report as a page and as Markdown, both beside the folder of its drawings."""
+"""The results as one HTML page and as Markdown pages: an index of questions, and a page of tables for each file."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import final
 
 from ..ground.tables import Grid, html_text, markdown_text
+from .questions import QUESTIONS, Question
 
 TEMPLATE = Path(__file__).with_name("page.html")
 OPENING = (
-    "The planner's own throw (analytic) is the baseline; what learns corrects where it lets go, and is judged on "
-    "throws that no learning saw. Errors are told as multiples of what the observation allows (x floor), differences "
-    "with 95 % intervals from throws that are paired by seed. The papers' figures are computed anew, and each verdict "
-    "on them follows from a tolerance that stands beside it."
+    "The analytic planner is the baseline. Learning controllers correct its release and are judged on throws that no "
+    "training used. Differences between controllers have 95 % intervals from throws that are paired by seed. Commands "
+    "of the repository made every number on these pages from seeded simulations."
 )
-PICTURE = "landing_error.svg"
-"""What the report opens with, where there is one."""
+UNASKED = "Further results"
+"""Title of the chapters that belong to no question: a user's own benchmarks."""
 
 
 @final
 @dataclass(frozen=True)
 class Chapter:
-    """One part of the report.
+    """The tables of one file of results, or of one paper.
 
     Attributes:
         title: what it is about.
         parts: its tables.
         figures: SVG texts by file name.
         note: what stands under the title.
+        name: of the page of its tables.
+        source: name of the file of results, without ".json".
     """
 
     title: str
     parts: tuple[Grid, ...]
     figures: Mapping[str, str] = field(default_factory=dict[str, str])
     note: str = ""
+    name: str = ""
+    source: str = ""
 
 
-def page(chapters: Sequence[Chapter]) -> str:
-    """The page as HTML; figures are images in the folder `figures` beside it, in which nothing can run."""
+@final
+@dataclass(frozen=True)
+class Section:
+    """A question with its answer, and the chapters that belong to it.
+
+    Attributes:
+        title: the question, or `UNASKED`.
+        chapters: with every table.
+        answer: the sentences with the numbers; empty for no question.
+        picture: file of a drawing; empty for none.
+        page: name of the question's own page; empty where the folder has none.
+    """
+
+    title: str
+    chapters: Sequence[Chapter]
+    answer: str = ""
+    picture: str = ""
+    page: str = ""
+
+
+def sections(chapters: Sequence[Chapter], results: Path) -> list[Section]:
+    """The questions that the results in a folder answer, each with its chapters; then the chapters without one."""
+    answered = [(question, answer) for question in QUESTIONS if (answer := question.answered(results)) is not None]
+    known = [_section(question, answer, chapters, results) for question, answer in answered]
+    asked = {name for question, _ in answered for name in question.chapters}
+    unasked = [chapter for chapter in chapters if chapter.source not in asked]
+    return [*known, Section(UNASKED, unasked)] if unasked else known
+
+
+def _section(question: Question, answer: str, chapters: Sequence[Chapter], results: Path) -> Section:
+    page = f"{question.name}.md"
+    tables = [
+        replace(chapter, title=title or chapter.title)
+        for name, title in question.chapters.items()
+        for chapter in chapters
+        if chapter.source == name
+    ]
+    page = page if (results / page).is_file() else ""
+    return Section(question.title, tables, answer, question.picture, page)
+
+
+def html_page(parts: Sequence[Section]) -> str:
+    """The results as HTML; figures are images in the folder `figures` beside the page, in which nothing can run."""
     from jinja2 import Environment  # noqa: PLC0415 - needed for reports only
 
     environment = Environment(autoescape=True, trim_blocks=True)
     environment.filters["text"] = html_text
     template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
-    return template.render(chapters=chapters, opening=OPENING, picture=_picture(chapters)) + "\n"
+    return template.render(sections=parts, opening=OPENING) + "\n"
 
 
-def markdown_page(chapters: Sequence[Chapter]) -> str:
-    """The page as Markdown; figures are files in the folder `figures` beside it."""
+def index_page(parts: Sequence[Section]) -> str:
+    """The index as Markdown: each question with its answer, and links to the pages of its tables."""
     lines = ["# Results", "", OPENING, ""]
-    lines += [f"![landing error](figures/{PICTURE})", ""] if _picture(chapters) else []
-    lines += [f"* [{markdown_text(chapter.title)}](#chapter{k})" for k, chapter in enumerate(chapters, 1)]
-    lines += ["", "Generated by `python -m agents.report` from the JSON files beside this one.", ""]
-    for k, chapter in enumerate(chapters, 1):
-        lines += [f'<a id="chapter{k}"></a>', "", f"## {markdown_text(chapter.title)}", ""]
-        lines += [markdown_text(chapter.note), ""] if chapter.note else []
-        for grid in chapter.parts:
-            lines += [f"### {markdown_text(grid.headline)}", "", grid.markdown(), ""]
-            lines += [markdown_text(grid.note), ""] if grid.note else []
-        for name in chapter.figures:
-            lines += [f"![{Path(name).stem.replace('_', ' ')}](figures/{name})", ""]
+    for section in parts:
+        title = markdown_text(section.title)
+        lines += [f"## [{title}]({section.page})" if section.page else f"## {title}", ""]
+        lines += [section.answer, ""] if section.answer else []
+        links = dict.fromkeys(
+            f"[{markdown_text(chapter.title)}](tables/{chapter.name}.md)" for chapter in section.chapters
+        )
+        lines += [f"Every table: {', '.join(links)}.", ""] if links else []
+    return "\n".join([*lines, "`python -m agents.report` writes these pages from the JSON files beside them.", ""])
+
+
+def tables_page(chapter: Chapter) -> str:
+    """Every table of a chapter as a Markdown page in the folder `tables` beside `figures`."""
+    lines = [f"# {markdown_text(chapter.title)}", ""]
+    lines += [markdown_text(chapter.note), ""] if chapter.note else []
+    for grid in chapter.parts:
+        lines += [f"## {markdown_text(grid.headline)}", "", grid.markdown(), ""]
+        lines += [markdown_text(grid.note), ""] if grid.note else []
+    for name in chapter.figures:
+        lines += [f"![{Path(name).stem.replace('_', ' ')}](../figures/{name})", ""]
     return "\n".join(lines)
-
-
-def _picture(chapters: Sequence[Chapter]) -> str | None:
-    return PICTURE if any(PICTURE in chapter.figures for chapter in chapters) else None

@@ -59,8 +59,8 @@ def _chapter(record: Record, paper: str, drawings: Path) -> Chapter:
             raise UsageError(f"drawing {one_sentence(repr(name), 80)} is no name of an .svg file in {str(drawings)!r}")
     files = [drawings / name for name in names]
     drawn = {file.name: file.read_text(encoding="utf-8") for file in files if file.is_file()}
-    title = f"reproduction: {record['titles'][paper]}"
-    return Chapter(title, tuple(all_grids(record, paper)), drawn, _note(record, paper))
+    grids = tuple(all_grids(record, paper))
+    return Chapter(record["titles"][paper], grids, drawn, _note(record, paper), paper)
 
 
 def _note(record: Record, paper: str) -> str:

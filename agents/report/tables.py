@@ -52,6 +52,12 @@ def is_of_shifts(data: Data) -> bool:
     return any("landing_error_first_10_m" in row for row in data["table"])
 
 
+def first_shift_table(data: Data) -> Grid:
+    """Landing error over the shift on the first level of the plan."""
+    level = data["plan"]["levels"][0]
+    return shift_table({**data, "table": [row for row in data["table"] if row["level"] == level]})
+
+
 def shift_table(data: Data) -> Grid:
     """Landing error over the shift, level by level, and against the static policy of that level."""
     static = {(row["level"], row["throws"]): row for row in data["table"] if row["controller"] == "static"}
@@ -71,7 +77,7 @@ def shift_table(data: Data) -> Grid:
     header = ["level", *WHO, "shifts", "landing error", "first 10 throws", "second half", "over static", "under 30 mm"]
     note = (
         "Over static: the error over that of the level's static policy, the one that has learned from as many throws "
-        "where there are two. Who is told without throws ships with what it knows, or learns as it goes, or not at all."
+        "where there are two. Controllers without a number of throws ship pre-trained, learn online, or do not learn."
     )
     return Grid("What adapting is worth", header, rows, note)
 

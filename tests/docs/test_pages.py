@@ -129,12 +129,15 @@ def test_a_bandit_is_what_no_action_changes(env_id):
     assert np.array_equal(*following) == (kind == environments.BANDIT)
 
 
-def test_results_come_with_their_drawings():
-    text = results.chapter("reproduction: Choe et al. 2023")
-    assert "](/../results/figures/choe_ellipse.svg)" in text
-    assert "## " not in re.sub("### ", "", text)
-    with pytest.raises(ValueError, match="no chapter"):
-        results.chapter("none")
+def test_pages_of_results_become_pages_of_the_site():
+    text = "![a](figures/cup.svg) [b](../docs/levels.md#c) [d](tables/cup.md)"
+    site = "![a](../../results/figures/cup.svg) [b](../levels.md#c) [d](tables/cup.md)"
+    assert made.results_page(text, is_tables=False) == site
+    tables = made.results_page("![a](../figures/b.svg)", is_tables=True)
+    assert tables == "---\norphan: true\n---\n![a](../../../results/figures/b.svg)"
+
+
+def test_the_papers_verdicts_are_counted():
     assert names(results.verdicts(""))[0] == "Hassan et al. 2022"
 
 
@@ -167,7 +170,7 @@ def test_marked_blocks_are_filled_and_unknown_ones_refused():
 def test_a_page_holds_what_is_made(page):
     """`make pages` writes it; each mark has its end, so that the site makes all of it."""
     text = page.read_text(encoding="utf-8")
-    assert made.written(text, page) == text
+    assert made.written(text) == text
     assert text.count("<!-- made: ") == text.count("<!-- /made -->") == len(made.BLOCK.findall(text))
     assert "<!-- made: " not in made.filled(text)
 
@@ -175,18 +178,10 @@ def test_a_page_holds_what_is_made(page):
 def test_a_written_page_replaces_what_was_there():
     marks = (("<!-- made: levels PnT -->", "<!-- /made -->"), ("<!-- table:benchmark -->", "<!-- /table -->"))
     stale = "".join(f"{begin}\nformer text\n{end}\n" for begin, end in marks)
-    fresh = made.written(stale, DOCS / "a.md")
+    fresh = made.written(stale)
     assert "former text" not in fresh
     assert f"<!-- made: levels PnT -->\n{levels.listed('PnT')}\n<!-- /made -->\n" in fresh
     assert "| analytic |" in fresh
-
-
-def test_long_chapters_of_results_stand_on_the_site_alone():
-    title = "reproduction: Choe et al. 2023"
-    block = f"<!-- made: chapter {title} -->\n<!-- /made -->"
-    short = made.written(block, DOCS / "papers" / "a.md")
-    assert "(../../results/README.md#reproduction-choe-et-al-2023)" in short
-    assert len(short) < 300 < len(made.filled(block))
 
 
 @pytest.mark.parametrize("paper", PAPERS)

@@ -1,23 +1,50 @@
-"""Guards of committed numbers: every result has its chapter, and the README's tables are what the results give."""
+"""Guards of committed numbers: every result has its page, and documents say what the results give."""
 
 from __future__ import annotations
 
+import pytest
+
 from agents.ground.places import SHIPPED as ROOT
 from agents.report.__main__ import read_chapters
-from agents.report.readme import with_blocks
+from agents.report.blocks import fill_blocks
+from agents.report.page import UNASKED, index_page, sections
+from agents.report.questions import QUESTIONS
 
 RESULTS = ROOT / "results"
 
 
-def test_every_result_has_a_chapter_with_its_conditions() -> None:
-    chapters = {chapter.title: chapter for chapter in read_chapters(RESULTS)}
-    for title in ("benchmark", "physics", "perf_planner", "perf_envs"):
-        assert chapters[title].parts[0].note
-        for grid in chapters[title].parts:
-            assert grid.rows
-            assert {len(row) for row in grid.rows} == {len(grid.header)}
+@pytest.fixture(scope="module")
+def chapters():
+    return read_chapters(RESULTS)
 
 
-def test_readme_tables_equal_the_results() -> None:
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    assert with_blocks(text, RESULTS) == text, "run python -m agents.report"
+def test_every_result_belongs_to_a_question_and_has_tables_with_their_conditions(chapters):
+    parts = sections(chapters, RESULTS)
+    assert [section.title for section in parts] == [question.title for question in QUESTIONS]
+    assert UNASKED not in [section.title for section in parts]
+    for section in parts:
+        assert section.page
+        assert any(character.isdigit() for character in section.answer)
+        assert (RESULTS / "figures" / section.picture).is_file()
+        for chapter in section.chapters:
+            assert chapter.note or chapter.parts[0].note
+            assert all({len(row) for row in grid.rows} == {len(grid.header)} for grid in chapter.parts)
+
+
+def test_the_index_is_what_the_results_give(chapters):
+    text = (RESULTS / "README.md").read_text(encoding="utf-8")
+    assert index_page(sections(chapters, RESULTS)) == text, "run python -m agents.report"
+
+
+@pytest.mark.parametrize("name", ["README.md", *(f"results/{question.name}.md" for question in QUESTIONS)])
+def test_blocks_of_documents_equal_the_results(name):
+    text = (ROOT / name).read_text(encoding="utf-8")
+    assert fill_blocks(text, RESULTS) == text, "run python -m agents.report"
+
+
+@pytest.mark.parametrize("name", [question.name for question in QUESTIONS])
+def test_a_page_of_results_is_read_in_minutes(name):
+    """Its text without tables: at 200 words a minute, two minutes."""
+    lines = (RESULTS / f"{name}.md").read_text(encoding="utf-8").splitlines()
+    words = sum(len(line.split()) for line in lines if not line.startswith("|"))
+    assert words < 700, words

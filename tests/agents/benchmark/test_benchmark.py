@@ -22,7 +22,7 @@ from agents.judging.throws.columns import OUTCOMES
 from agents.judging.throws.results import errors, successes, summarise
 from agents.report.__main__ import Arguments as ReportArguments
 from agents.report.__main__ import main as report
-from agents.report.readme import with_blocks
+from agents.report.blocks import fill_blocks
 from agents.report.tables import benchmark_grids, benchmark_table, failure_table, sorting_table
 from tests.tools.toy_cell import register_toy
 
@@ -302,35 +302,38 @@ def test_report_writes_tables_figures_and_page(done: dict[str, Any], tmp_path: P
     (tmp_path / "other.json").write_text("[1, 2]")
     (tmp_path / "README.top").write_text("# x\n<!-- table:benchmark -->\nold\n<!-- /table -->\nend\n")
     report(ReportArguments(results=tmp_path, readme=tmp_path / "README.top"))
-    text = (tmp_path / "README.md").read_text()
+    index = (tmp_path / "README.md").read_text()
+    text = (tmp_path / "tables" / "benchmark.md").read_text()
+    assert "(tables/benchmark.md)" in index
+    assert "(tables/reproduction.md)" in index
     assert "| ridge | 200 |" in text
-    assert "a\\|b" in text
+    assert "a\\|b" in (tmp_path / "tables" / "reproduction.md").read_text()
     page = (tmp_path / "report.html").read_text()
-    # Images, in which nothing runs; the first one opens the page and stands in its chapter again.
-    assert page.count("<img") == page.count('src="figures/') == page.count("src=") == 5
-    assert page.index("landing_error.svg") < page.index("<ul>") < page.index("<h2")
-    assert text.index("landing_error.svg") < text.index("(#chapter1)") < text.index("## ")
+    figures = {path.name: path.read_bytes() for path in (tmp_path / "figures").iterdir()}
+    # Images, in which nothing runs.
+    assert page.count("<img") == page.count('src="figures/') == page.count("src=") == len(figures)
+    assert page.index("<ol>") < page.index("<h2") < page.index("landing_error.svg")
     assert "a|b" in page
     assert "http-equiv" not in page
-    figures = {path.name: path.read_bytes() for path in (tmp_path / "figures").iterdir()}
-    assert set(figures) == {"sorted_per_min.svg", "landing_error.svg", "learning_curves.svg", "landing_clouds.svg"}
+    names = ("sorted_per_min", "losses", "landing_error", "learning_curves", "landing_clouds")
+    assert set(figures) == {f"{name}.svg" for name in names}
     report(ReportArguments(results=tmp_path, readme=tmp_path / "README.top"))
     assert figures == {path.name: path.read_bytes() for path in (tmp_path / "figures").iterdir()}
     top = (tmp_path / "README.top").read_text()
     assert benchmark_table(done).markdown() in top
     assert top.startswith("# x\n<!-- table:benchmark -->")
     assert top.endswith("<!-- /table -->\nend\n")
-    assert with_blocks(top, tmp_path) == top
+    assert fill_blocks(top, tmp_path) == top
 
 
 def test_what_was_changed_in_a_readme_is_written_anew(done: dict[str, Any], tmp_path: Path) -> None:
     (tmp_path / "benchmark.json").write_text(json.dumps(done))
-    fresh = with_blocks("<!-- table:benchmark -->\n<!-- /table -->\n", tmp_path)
+    fresh = fill_blocks("<!-- table:benchmark -->\n<!-- /table -->\n", tmp_path)
     changed = fresh.replace(" mm |", " km |", 1)
     assert changed != fresh
-    assert with_blocks(fresh, tmp_path) == with_blocks(changed, tmp_path) == fresh
+    assert fill_blocks(fresh, tmp_path) == fill_blocks(changed, tmp_path) == fresh
     with pytest.raises(UsageError, match="no table 'unknown'"):
-        with_blocks("<!-- table:unknown -->\n<!-- /table -->\n", tmp_path)
+        fill_blocks("<!-- table:unknown -->\n<!-- /table -->\n", tmp_path)
 
 
 def test_report_without_results_says_how_to_get_some(tmp_path: Path) -> None:

@@ -11,8 +11,8 @@ import pytest
 from agents.ground.cli import UsageError
 from agents.ground.tables import Grid
 from agents.report.__main__ import Arguments, main, read_chapters
-from agents.report.page import Chapter, page
-from agents.report.readme import with_blocks
+from agents.report.blocks import fill_blocks
+from agents.report.page import Chapter, html_page, sections
 from agents.reproduce.record import headlines
 
 OVERVIEW = Grid("Picks, published and ours", ["picks/min", "inside 15 %"], [["a throw | published", "30"]], "Under it.")
@@ -64,7 +64,7 @@ def chapters(results: Path) -> list[Chapter]:
 
 def test_every_paper_has_a_chapter_with_its_overview_first(chapters: list[Chapter]) -> None:
     assert [chapter.title for chapter in chapters] == [
-        "reproduction: One et al. <2022>", "reproduction: Two 2023",
+        "One et al. <2022>", "Two 2023",
     ]  # fmt: skip
     first, second = chapters
     headlines_of_first = ["Picks, published and ours", "What a part found", "One et al. <2022>: what does not agree"]
@@ -86,26 +86,26 @@ def test_the_note_counts_figures_of_ours_apart(chapters: list[Chapter]) -> None:
 
 def test_only_drawings_that_exist_are_in_the_page_and_text_is_text(results: Path, chapters: list[Chapter]) -> None:
     assert set(chapters[0].figures) == {"one_drawing.svg"}
-    text = page(chapters)
+    text = html_page(sections(chapters, results))
     assert '<img src="figures/one_drawing.svg"' in text
     assert '<td class="left">a throw | published</td>' in text
     assert "&lt;i&gt;y&lt;/i&gt;" in text
     assert "One et al. &lt;2022&gt;" in text
     assert "<p>Under it.</p>" in text
     main(Arguments(results, results / "none.md"))
-    written = (results / "README.md").read_text()
-    assert "(figures/one_drawing.svg)" in written
+    written = (results / "tables" / "one.md").read_text()
+    assert "(../figures/one_drawing.svg)" in written
     assert "| a throw \\| published | 30 |" in written
     assert "\nUnder it.\n" in written
     assert "<i>" not in written.replace("\\<i>", "")
 
 
 def test_a_readme_shows_a_table_of_an_overview_with_its_note(results: Path) -> None:
-    text = with_blocks("<!-- table:one/table1 -->\n<!-- /table -->\n", results)
+    text = fill_blocks("<!-- table:one/table1 -->\n<!-- /table -->\n", results)
     assert text == f"<!-- table:one/table1 -->\n{OVERVIEW.markdown()}\n\nUnder it.\n<!-- /table -->\n"
     for unknown in ("one/none", "nobody/table1", "none"):
         with pytest.raises(UsageError, match=f"no table '{unknown}'"):
-            with_blocks(f"<!-- table:{unknown} -->\n<!-- /table -->\n", results)
+            fill_blocks(f"<!-- table:{unknown} -->\n<!-- /table -->\n", results)
 
 
 def test_the_terminal_shows_the_headlines() -> None:
@@ -123,7 +123,7 @@ def test_a_record_of_an_older_version_is_refused_in_a_sentence(results: Path) ->
     with pytest.raises(UsageError, match="older version; `make reproduce`"):
         read_chapters(results)
     with pytest.raises(UsageError, match="older version; `make reproduce`"):
-        with_blocks("<!-- table:one/table1 -->\n<!-- /table -->\n", results)
+        fill_blocks("<!-- table:one/table1 -->\n<!-- /table -->\n", results)
 
 
 def test_other_files_of_published_figures_keep_their_plain_table(tmp_path: Path) -> None:

@@ -1,0 +1,272 @@
+"""The sentences that pages of results begin with; every number in them is computed from the files of results."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Final, NamedTuple
+
+from ..reproduce.record import verdicts
+from .line import CLASS_BLIND, FIRST, best, gain, value
+from .tables import name_of, rows_of
+
+Data = Mapping[str, Any]
+Results = Mapping[str, Any]
+PLANNER: Final = "analytic planner"
+EFFECTS: Final = ("picks fail", "classes wrong", "bins fill", "all three")
+"""Cases of the study `judged` that add one effect, or three, to the plain cell."""
+METHODS_AT: Final = ("waste", 40)
+"""Level and percentage of the limits at which methods are compared in a sentence."""
+SAFETY: Final = 1.5
+"""Grip margin whose price is told."""
+NEARLY_ALL: Final = 0.9
+"""Share of the gain of the best learner at which a learner has learned nearly all."""
+_KEYS: Final = ("label", "throws")
+LOSSES: Final = {
+    "share_unpicked": "picks that failed",
+    "share_missed": "throws that missed the opening",
+    "share_rim": "objects that crossed the opening and did not stay",
+    "share_dropped": "objects that the cup lost on the way",
+    "share_astray": "objects in a bin of another kind",
+}
+"""Outcomes of a pick that is not sorted."""
+
+
+class NoAnswer(LookupError):
+    """The results lack a controller, a level or a case that an answer needs: they are of another plan."""
+
+
+def learning(results: Results) -> str:
+    """What the best learner adds to the analytic planner, and the fewest throws that bring nearly as much."""
+    data = results["benchmark"]
+    level = data["plan"]["levels"][0]
+    rows = rows_of(data, [level])
+    planner = _row(rows, "analytic")
+    learned = _learned(rows)
+    winner = max(learned, key=_pace)
+    enough = _pace(planner) + NEARLY_ALL * (_pace(winner) - _pace(planner))
+    soonest = min((row for row in learned if _pace(row) >= enough), key=lambda row: (row["throws"], -_pace(row)))
+    gained = _difference(data, level, winner, planner)
+    return (
+        f"On `{level}`, {_after(winner)} sorts {_pace(winner):.1f} objects a minute and the analytic planner "
+        f"{_pace(planner):.1f}: {gained}. {_after(soonest).capitalize()} reaches {_pace(soonest):.1f}, and an oracle "
+        f"that simulates each throw beforehand {_pace(_row(rows, 'oracle')):.1f}."
+    )
+
+
+def drift(results: Results) -> str:
+    """What drift adds to the landing error of a static policy, and which share of it the best controller removes."""
+    data = results["benchmark_adapt"]
+    level = data["plan"]["levels"][0]
+    rows = rows_of(data, [level])
+    static, oracle = _row(rows, "static"), _row(rows, "oracle_drift")
+    calm = next((row for row in data["table"] if row["label"] == "static" and row["level"] != level), None)
+    adapting = [row for row in _learned(rows) if row["controller"] not in ("static", "oracle_drift")]
+    winner = min(adapting, key=_error)
+    share = (_error(static) - _error(winner)) / (_error(static) - _error(oracle))
+    without = "" if calm is None else f", against {1000 * _error(calm):.1f} mm without drift"
+    return (
+        f"On `{level}`, a policy that does not adapt lands {1000 * _error(static):.1f} mm off on average{without}. "
+        f"`{winner['label']}` lands {1000 * _error(winner):.1f} mm off, and a controller that is told the drift "
+        f"{1000 * _error(oracle):.1f} mm: adapting wins back {100 * share:.0f} % of what can be won."
+    )
+
+
+def order(results: Results) -> str:
+    """What the best order is worth over first in, first out, on the levels where the gain is least and largest."""
+    data = results["benchmark_line"]
+    gains = [found for level in data["plan"]["levels"] if (found := _gain_on(data, level)) is not None]
+    if not gains:
+        raise NoAnswer("no level has first in, first out and a rule to compare with")
+    least, most = min(gains), max(gains)
+    return (
+        f"In value per minute over first in, first out, with 95 % intervals: between {least.text} and {most.text}. "
+        f"There the best rule that ignores what other robots can take gains {most.blind}."
+    )
+
+
+def losses(results: Results) -> str:
+    """How many picks of the planner and of the best learner end in their bin, and where the others end."""
+    data = results["benchmark"]
+    level = data["plan"]["levels"][0]
+    rows = rows_of(data, [level])
+    winner = max(_learned(rows), key=_pace)
+    return (
+        f"On `{level}`, {_after(winner)} sorts {100 * winner['success_rate']:.1f} % of all picks; lost are "
+        f"{_shares(winner)}. The analytic planner sorts {100 * _row(rows, 'analytic')['success_rate']:.1f} %; lost are "
+        f"{_shares(_row(rows, 'analytic'))}."
+    )
+
+
+def sorter(results: Results) -> str:
+    """What failed picks, wrong classes and full bins cost the shipped policy in sorted objects per minute."""
+    data = results["judged"]
+    cases = {row["case"]: row for row in data["rows"] if row["level"] == "boxes" and row["controller"] != PLANNER}
+    whole = cases.pop("nothing fails")
+    costs = [f"{_pace(row) - _pace(whole):+.1f} ({case})" for case, row in cases.items() if case in EFFECTS]
+    honest = cases["the honest cell"]
+    return (
+        f"With six fixed bins by material, the shipped policy sorts {_pace(whole):.1f} objects a minute where nothing "
+        f"fails: {', '.join(costs)}. With every effect of `waste` it sorts {_pace(honest):.1f}, with a purity of "
+        f"{100 * honest['purity']:.1f} % and a recovery of {100 * honest['recovery']:.1f} %. A row has "
+        f"{data['throws']} picks."
+    )
+
+
+def cup(results: Results) -> str:
+    """What the cup loses without care on each level, and what a safety of the grip costs."""
+    rows = results["grip"]["rows"]
+    lost = [f"{100 * row['dropped_of_picked']:.1f} % on `{row['level']}`" for row in rows if row["safety"] is None]
+    waste = {row["safety"]: row for row in rows if row["level"] == "waste"}
+    plain, careful = waste[None], waste[SAFETY]
+    return (
+        f"Of the objects that were picked, the cup loses {', '.join(lost)} when the planner takes no care. On `waste`, "
+        f"throws slowed to a grip margin of {SAFETY} lose {100 * careful['dropped_of_picked']:.1f} %. Sorted per "
+        f"minute are {_pace(careful):.1f} then, and {_pace(plain):.1f} without care. A row has "
+        f"{results['grip']['throws']} picks."
+    )
+
+
+def methods(results: Results) -> str:
+    """What each way to the bin sorts per minute on one level at one share of the robot's limits."""
+    data = results["methods"]
+    rows = [row for row in data["rows"] if row["part"] == "belt" and (row["level"], row["percent"]) == METHODS_AT]
+    ordered = sorted((row for row in rows if "sorted_per_min" in row), key=_pace, reverse=True)
+    paces = [f"{row['planner'].replace('_', ' ')} {_pace(row):.1f}" for row in ordered]
+    level, percent = METHODS_AT
+    return (
+        f"Sorted objects per minute on `{level}` at {percent} % of the robot's limits, by the analytic planner: "
+        f"{', '.join(paces)}; {data['throws']} picks a case. Slower and faster limits stand in the table."
+    )
+
+
+def flight(results: Results) -> str:
+    """How far the same throws land apart in flights and in full physics, and how often their success differs."""
+    rows = results["fidelity"]["rows"]
+    apart = max(rows, key=lambda row: row["landing_p95_m"])
+    differs = max(rows, key=lambda row: row["success_differs"])
+    near = sorted(row["landing_p95_m"] for row in rows)[len(rows) // 2]
+    return (
+        f"The same throw lands less than {1000 * near:.1f} mm apart in 95 % of the cases on half of the levels, and "
+        f"less than {1000 * apart['landing_p95_m']:.1f} mm on `{apart['level']}`, where the two differ most. Success "
+        f"differs in at most {100 * differs['success_differs']:.1f} % of the throws (`{differs['level']}`); "
+        f"{results['fidelity']['throws']} throws a level."
+    )
+
+
+def papers(results: Results) -> str:
+    """How many of the papers' published figures the project finds again."""
+    record = results["reproduction"]
+    if not {"papers", "titles"} <= set(record):
+        raise NoAnswer("no papers, only rows of published figures")
+    sentences = [
+        f"{counts.get('reproduced', 0)} of {sum(counts.values())} published figures of {record['titles'][paper]}"
+        for paper, counts in verdict_counts(record).items()
+    ]
+    return (
+        f"Reproduced within a tolerance that stands beside each: {', '.join(sentences)}. Every figure that differs is "
+        "listed."
+    )
+
+
+def verdict_counts(record: Data) -> dict[str, dict[str, int]]:
+    """Verdicts on published figures by paper; figures of the project's own conditions are not counted."""
+    tables = {paper: verdicts(record, paper) for paper in record["papers"]}
+    return {
+        paper: {name: int(count) for name, count in table.rows if not name.startswith("ours")}
+        for paper, table in tables.items()
+    }
+
+
+def speed(results: Results) -> str:
+    """Throws per second of the main environment, single and vector, beside the bare physics; time of a plan."""
+    figures = results["perf_envs"]["envs"]["PnTConveyor-v0"]
+    many = max(figures["vector"], key=lambda row: (row["level"] == "waste", row["threads"]))
+    planner = results["perf_planner"]
+    return (
+        f"`PnTConveyor-v0` simulates {many['env_throws_per_s']:.0f} throws per second with {many['cells']} cells on "
+        f"{many['threads']} threads, {100 * many['env_over_bare']:.0f} % of what the bare physics makes there. A "
+        f"single environment makes {many['singles_throws_per_s']:.0f}. The exact planner plans a throw in "
+        f"{planner['plan_release_us']['free']:.0f} us, {planner['slsqp_over_exact']:.0f} times as fast as the paper's "
+        "nonlinear programme on the same machine."
+    )
+
+
+class _Gain(NamedTuple):
+    """What the best controller of a level of lines gains on first in, first out; sorted by the gain.
+
+    Attributes:
+        share: the gain [%].
+        text: gain with interval, level and controller.
+        blind: the gain of the best rule that ignores what other robots can take, with its interval.
+    """
+
+    share: float
+    text: str
+    blind: str
+
+
+def _gain_on(data: Data, level: str) -> _Gain | None:
+    """The gain on one level; None where the plan has no first in, first out."""
+    rows = rows_of(data, [level])
+    first, blind, top = best(rows, (FIRST,)), best(rows, CLASS_BLIND), best(rows)
+    if first is None or blind is None or top is None:
+        return None
+    share = value(top).mean() / value(first).mean() - 1.0
+    text = f"{gain(value(top), value(first))} on `{level}` (`{name_of(top)}`)"
+    return _Gain(float(share), text, f"{gain(value(blind), value(first))} (`{blind['label']}`)")
+
+
+def _row(rows: Sequence[Data], label: str) -> Data:
+    """The last row of a controller: the one that has learned from the most throws.
+
+    Raises:
+        NoAnswer: the controller has no row.
+    """
+    matches = [row for row in rows if row["label"] == label]
+    if not matches:
+        raise NoAnswer(f"no row of {label!r}")
+    return matches[-1]
+
+
+def _learned(rows: Sequence[Data]) -> list[Data]:
+    """Rows of controllers that have learned from throws, without noise floors.
+
+    Raises:
+        NoAnswer: there are none.
+    """
+    learned = [row for row in rows if row["throws"] > 0 and not row["label"].startswith("floor")]
+    if not learned:
+        raise NoAnswer("no controller has learned")
+    return learned
+
+
+def _pace(row: Data) -> float:
+    """Sorted objects per minute."""
+    return float(row["sorted_per_min"])
+
+
+def _error(row: Data) -> float:
+    """Mean landing error [m]."""
+    return float(row["landing_error_mean_m"])
+
+
+def _after(row: Data) -> str:
+    """A controller with the throws that it has learned from."""
+    return f"`{row['label']}` after {row['throws']:,} throws"
+
+
+def _difference(data: Data, level: str, learner: Data, reference: Data) -> str:
+    """The paired difference in sorted objects per minute, where the plan compares the two."""
+    for row in data["comparisons"]:
+        sides = (row["learned"], learner), (row["reference"], reference)
+        if row["level"] == level and all(side[name] == whole[name] for side, whole in sides for name in _KEYS):
+            pace = row["sorted_per_min"]
+            return f"{pace['value']:+.1f}, 95 % interval {pace['low']:+.1f} to {pace['high']:+.1f}"
+    return f"{_pace(learner) - _pace(reference):+.1f}"
+
+
+def _shares(row: Data) -> str:
+    """Where the picks of a controller end that are not sorted, the largest share first."""
+    shares = {name: 100 * row[key] for key, name in LOSSES.items() if row.get(key)}
+    ordered = sorted(shares.items(), key=lambda share: -share[1])
+    return ", ".join(f"{share:.1f} % {name}" for name, share in ordered)

@@ -1,0 +1,101 @@
+"""Marked blocks of documents, README and pages of results, that hold what is made from results/*.json."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from functools import cache, partial
+from pathlib import Path
+from typing import Any, Final
+
+from ..ground.cli import UsageError
+from ..ground.files import of_its_form, read_json
+from ..ground.outputs import deliver_text
+from ..ground.tables import Grid, markdown_text
+from .headline import headline_failures, headline_table
+from .line import gains_table, learned_table, worked_table
+from .questions import QUESTIONS
+from .reproduction import table as reproduced_table
+from .speeds import environment_table, planner_table
+from .study import study_grid
+from .study_plan import STUDIES, read_study
+from .tables import benchmark_table, first_shift_table
+
+BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
+    "headline": ("benchmark.json", headline_table),
+    "benchmark": ("benchmark.json", benchmark_table),
+    "planner": ("perf_planner.json", planner_table),
+    "environments": ("perf_envs.json", environment_table),
+    "line": ("benchmark_line.json", worked_table),
+    "line-gains": ("benchmark_line.json", gains_table),
+    "line-learned": ("benchmark_line.json", learned_table),
+    "adapting": ("benchmark_adapt.json", first_shift_table),
+    "failures": ("benchmark.json", headline_failures),
+}
+"""Tables in documents by name: the file of results, and what makes the table; plans of studies name further ones, and
+those of papers are "paper/table"."""
+_BLOCK: Final = re.compile(r"(<!-- (table|question):(\S+) -->\n).*?(<!-- /\2 -->)", re.DOTALL)
+"""A marked block, with its markers, kind and name."""
+
+
+def fill_blocks(text: str, results: Path) -> str:
+    """A document with its marked blocks replaced by what the results give.
+
+    Raises:
+        UsageError: a marked block has no such table or question, or its results are missing.
+    """
+
+    def block(marked: re.Match[str]) -> str:
+        make = {"table": _table_text, "question": _question_text}[marked[2]]
+        return f"{marked[1]}{make(marked[3], results)}\n{marked[4]}"
+
+    return _BLOCK.sub(block, text)
+
+
+def rewrite_blocks(document: Path, results: Path) -> None:
+    """Write the marked blocks of a document anew."""
+    text = document.read_text(encoding="utf-8")
+    changed = fill_blocks(text, results)
+    if changed != text:
+        deliver_text(document, changed)
+
+
+def _question_text(name: str, results: Path) -> str:
+    """What a page of results begins with: title, picture, answer, and the command behind the numbers."""
+    question = next((question for question in QUESTIONS if question.name == name), None)
+    answer = None if question is None else question.answered(results)
+    if question is None or answer is None:
+        known = ", ".join(question.name for question in QUESTIONS)
+        raise UsageError(f"no answer {name!r} from {str(results)!r}; questions are {known}, each with its results")
+    picture = f"![{question.title}](figures/{question.picture})"
+    return f"# {question.title}\n\n{picture}\n\n{answer} `{question.command}` makes these numbers."
+
+
+def _table_text(name: str, results: Path) -> str:
+    grid = _table(name, results)
+    note = f"\n\n{markdown_text(grid.note)}" if grid.note else ""
+    return f"{grid.markdown()}{note}"
+
+
+def _table(name: str, results: Path) -> Grid:
+    tables = {**BLOCKS, **study_blocks()}
+    if name in tables:
+        file, make_table = tables[name]
+        with of_its_form(results / file):
+            return make_table(read_json(results / file))
+    grid = reproduced_table(results, name) if "/" in name else None
+    if grid is None:
+        raise UsageError(f"no table {name!r} for a document; known are {', '.join(tables)}, and PAPER/TABLE")
+    return grid
+
+
+@cache
+def study_blocks() -> Mapping[str, tuple[str, Callable[[Any], Grid]]]:
+    """Tables of the shipped studies by the names of their blocks."""
+    plans = [read_study(path) for path in sorted(STUDIES.glob("*.yaml"))]
+    return {
+        table.block: (f"{plan.study}.json", partial(study_grid, plan, table))
+        for plan in plans
+        for table in plan.tables
+        if table.block
+    }

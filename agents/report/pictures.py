@@ -1,0 +1,124 @@
+"""The drawings that pages of results begin with, where no chapter draws them already."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+import numpy as np
+
+from ..ground.drawings import COLOURS, Figure, dress, subplots
+from ..reproduce.record import AGREES
+from .answers import LOSSES, verdict_counts
+from .tables import name_of, rows_of
+
+Results = Mapping[str, Any]
+SHOWN: Final = ("analytic", "virtual_goal", "ridge", "sac", "oracle")
+"""Controllers whose losses are drawn, each after the most throws that it has learned from."""
+
+
+def losses(results: Results) -> Figure:
+    """Where the picks of a few controllers end on the first level of the benchmark, as stacked bars."""
+    data = results["benchmark"]
+    level = data["plan"]["levels"][0]
+    last = {row["label"]: row for row in rows_of(data, [level])}
+    rows = [last[label] for label in SHOWN if label in last]
+    shares = {"sorted": "share_sorted", **{text: name for name, text in LOSSES.items()}}
+    bars = {text: [100.0 * (row.get(name) or 0.0) for row in rows] for text, name in shares.items()}
+    return _stacked([name_of(row) for row in rows], bars, "share of all picks [%]", f"level {level}")
+
+
+def verdicts(results: Results) -> Figure:
+    """How many published figures of each paper came out with which verdict, as stacked bars."""
+    record = results["reproduction"]
+    counts = verdict_counts(record)
+    names = dict.fromkeys([AGREES, *(name for count in counts.values() for name in count)])
+    bars = {name: [float(count.get(name, 0)) for count in counts.values()] for name in names}
+    return _stacked([record["titles"][paper] for paper in counts], bars, "published figures", "")
+
+
+def flight(results: Results) -> Figure:
+    """How far the same throws land apart, and the success in both, level by level."""
+    rows = results["fidelity"]["rows"]
+    figure, (lengths, success) = subplots(1, 2, (9.0, 0.35 * len(rows) + 1.2), sharey=True)
+    places = np.arange(len(rows))
+    lengths.barh(places, [1000 * row["landing_p95_m"] for row in rows], color=COLOURS[0])
+    dress(lengths, "landings apart, 95th percentile [mm]", "")
+    for name, marker, colour in (("full", "o", COLOURS[0]), ("flight", "x", COLOURS[1])):
+        success.plot([100 * row[f"success_{name}"] for row in rows], places, marker, color=colour, label=name)
+    dress(success, "success [%]", "", legend="best")
+    lengths.set_yticks(places, labels=[row["level"] for row in rows])
+    lengths.invert_yaxis()
+    return figure
+
+
+def sorter(results: Results) -> Figure:
+    """Sorted objects per minute under each effect, for each cell and controller of the study."""
+    rows = results["judged"]["rows"]
+    cases = list(dict.fromkeys(row["case"] for row in rows))
+    kinds = list(dict.fromkeys((row["level"], row["controller"]) for row in rows))
+    figure, (axes,) = subplots(1, 1, (7.5, 0.55 * len(cases) + 1.2))
+    height = 0.8 / len(kinds)
+    for k, ((level, controller), colour) in enumerate(zip(kinds, COLOURS, strict=False)):
+        pace = [row["sorted_per_min"] for row in rows if (row["level"], row["controller"]) == (level, controller)]
+        axes.barh(np.arange(len(cases)) + k * height, pace, height, color=colour, label=f"{level}, {controller}")
+    dress(axes, "sorted per minute", "")
+    axes.set_yticks(np.arange(len(cases)) + 0.4 - height / 2, labels=cases)
+    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.15), ncols=2)
+    axes.invert_yaxis()
+    return figure
+
+
+def cup(results: Results) -> Figure:
+    """What the cup loses and what is sorted per minute over the safety of the grip, level by level."""
+    rows = results["grip"]["rows"]
+    figure, panels = subplots(1, 2, (9.0, 3.6))
+    figures = {
+        "lost of what was picked [%]": ("dropped_of_picked", 100.0),
+        "sorted per minute": ("sorted_per_min", 1.0),
+    }
+    for axes, (text, (name, scale)) in zip(panels, figures.items(), strict=True):
+        for level, colour in zip(dict.fromkeys(row["level"] for row in rows), COLOURS, strict=False):
+            values = {str(row["safety"]): scale * row[name] for row in rows if row["level"] == level}
+            axes.plot(list(values), list(values.values()), "o-", color=colour, label=level)
+        dress(axes, "safety of the grip", text, legend="best")
+    return figure
+
+
+def speed(results: Results) -> Figure:
+    """Throws per second of every environment: single environments, a vector of them, and the bare physics."""
+    envs = results["perf_envs"]["envs"]
+    rows = [
+        (f"{env}, {row['level']}, {row['threads']} threads", row)
+        for env, figures in envs.items()
+        for row in figures["vector"]
+        if row["threads"] == max(line["threads"] for line in figures["vector"])
+    ]
+    figure, (axes,) = subplots(1, 1, (8.0, 0.32 * len(rows) + 1.2))
+    places = np.arange(len(rows))
+    kinds = {
+        "single environments": "singles_throws_per_s",
+        "vector environment": "env_throws_per_s",
+        "bare physics": "bare_throws_per_s",
+    }
+    for (text, name), marker, colour in zip(kinds.items(), "osd", COLOURS, strict=False):
+        simulated = [row[name] if name[0] != "b" or row["physics_steps_per_throw"] else np.nan for _, row in rows]
+        axes.plot(simulated, places, marker, color=colour, label=text)
+    dress(axes, "throws per second, or decisions where none is simulated", "", legend="lower right")
+    axes.set_xscale("log")
+    axes.set_yticks(places, labels=[name for name, _ in rows])
+    axes.invert_yaxis()
+    return figure
+
+
+def _stacked(names: list[str], bars: Mapping[str, list[float]], across: str, title: str) -> Figure:
+    """Horizontal bars, one for each name, each made of one piece for each kind."""
+    figure, (axes,) = subplots(1, 1, (7.5, 0.45 * len(names) + 1.6))
+    left = np.zeros(len(names))
+    for (kind, widths), colour in zip(bars.items(), COLOURS, strict=False):
+        axes.barh(names, widths, left=left, color=colour, label=kind)
+        left += np.array(widths)
+    dress(axes, across, "", title)
+    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.25), ncols=2)
+    axes.invert_yaxis()
+    return figure
